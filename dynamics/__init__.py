@@ -1,0 +1,1 @@
+"""Switching linear dynamic systems: inference, learning, files."""

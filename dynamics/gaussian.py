@@ -1,0 +1,72 @@
+"""Gaussians with any leading axes: density, collapse of a mixture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+LOG_2PI = float(np.log(2.0 * np.pi))
+
+
+def frozen(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """A read-only float64 copy of `value`; ValueError unless it is finite and of this shape."""
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} must have shape {shape}; got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite; {int((~np.isfinite(array)).sum())} entries are not")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True)
+class Gaussian:
+    """mean (..., N) and cov (..., N, N)."""
+
+    mean: Array
+    cov: Array
+
+    def __getitem__(self, index: object) -> "Gaussian":
+        """The Gaussians at an index of the leading axes."""
+        return Gaussian(self.mean[index], self.cov[index])  # type: ignore[index]
+
+
+def symmetric(cov: Array) -> Array:
+    """The symmetric part of (..., N, N)."""
+    half: Array = 0.5 * (cov + np.swapaxes(cov, -1, -2))
+    return half
+
+
+def transpose(matrix: Array) -> Array:
+    """(..., M, N) to (..., N, M)."""
+    return np.swapaxes(matrix, -1, -2)
+
+
+def apply(matrix: Array, vector: Array) -> Array:
+    """(..., M, N) times (..., N), broadcast over the leading axes."""
+    product: Array = (matrix @ vector[..., None])[..., 0]
+    return product
+
+
+def log_density(gaussian: Gaussian, x: Array) -> Array:
+    """log N(x; mean, cov) in nats, broadcast over the leading axes."""
+    root = np.linalg.cholesky(gaussian.cov)
+    white = np.linalg.solve(root, (x - gaussian.mean)[..., None])[..., 0]
+    log_det = 2.0 * np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(-1)
+    density: Array = -0.5 * ((white**2).sum(-1) + log_det + x.shape[-1] * LOG_2PI)
+    return density
+
+
+def collapse(weights: Array, gaussians: Gaussian) -> Gaussian:
+    """The one Gaussian with the moments of a mixture over the last leading axis.
+
+    Args:
+        weights: (..., H), summing to 1 over H.
+        gaussians: mean (..., H, N), cov (..., H, N, N).
+    """
+    mean = (weights[..., None] * gaussians.mean).sum(-2)
+    apart = gaussians.mean - mean[..., None, :]
+    cov = (weights[..., None, None] * (gaussians.cov + apart[..., :, None] * apart[..., None, :])).sum(-3)
+    return Gaussian(mean, symmetric(cov))

@@ -1,0 +1,50 @@
+"""What every inference returns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, Gaussian
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """The posterior over one sequence of T frames.
+
+    prob         : (T, K) Pr(s_t)
+    pair         : (T-1, K, K) Pr(s_t = i, s_{t+1} = j)
+    states       : mean (T, N), cov (T, N, N) of x_t
+    lag          : (T-1, N, N) Cov(x_{t+1}, x_t)
+    log_evidence : log p(Y), or this inference's bound or best-path value, nats
+    path         : (T,) the most probable switching states
+    starts       : x_0 given each s_0, leading axis K; None if it does not depend on s_0
+    steps        : [x_{t+1}; x_t] given each s_{t+1}, leading axes (T-1, K); None if it does not depend on it
+    """
+
+    prob: Array
+    pair: Array
+    states: Gaussian
+    lag: Array
+    log_evidence: float
+    path: NDArray[np.intp]
+    starts: Gaussian | None = None
+    steps: Gaussian | None = None
+
+    def step_moments(self) -> Gaussian:
+        """[x_{t+1}; x_t] given each s_{t+1}: mean (T-1, K or 1, 2N), cov (T-1, K or 1, 2N, 2N)."""
+        if self.steps is not None:
+            return self.steps
+        mean, cov = self.states.mean, self.states.cov
+        joint = np.concatenate(
+            [
+                np.concatenate([cov[1:], self.lag], axis=-1),
+                np.concatenate([np.swapaxes(self.lag, -1, -2), cov[:-1]], axis=-1),
+            ],
+            axis=-2,
+        )
+        return Gaussian(np.concatenate([mean[1:], mean[:-1]], axis=-1)[:, None], joint[:, None])
+
+    def start_moments(self) -> Gaussian:
+        """x_0 given each s_0, leading axis K or 1."""
+        return self.starts if self.starts is not None else self.states[:1]

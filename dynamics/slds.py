@@ -1,0 +1,196 @@
+"""The switching linear dynamic system: parameters, checks, sampling, and the one-state rival.
+
+Pavlović et al. (1999), section 2, with an affine offset:
+
+    Pr(s_t = j | s_{t-1} = i) = Pi[i, j]
+    x_t = A[s_t] x_{t-1} + b[s_t] + v_t,   v_t ~ N(0, Q[s_t])
+    y_t = C x_t + w_t,                     w_t ~ N(0, R)
+
+At first order the state x is the pose q; at second order it is [q_t, q_{t-1}], and only the pose's block of Q
+is not zero. Poses are in body units: leg lengths and radians. Where the figure stands must not matter, so
+freedoms named in `travelling` enter the dynamics by their change only.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from dynamics.gaussian import Array, Gaussian, apply, frozen
+
+
+@dataclass(frozen=True)
+class SLDS:
+    """pi0 (K,), Pi (K,K), A (K,N,N), b (K,N), Q (K,N,N), C (M,N), R (M,M), mean0 (K,N), cov0 (K,N,N).
+
+    names      : the M measured freedoms
+    travelling : those of them that the dynamics see by their change only
+    labels     : (K,) which motion each switching state belongs to
+    fps        : frames a second that one step stands for
+    """
+
+    pi0: Array
+    Pi: Array
+    A: Array
+    b: Array
+    Q: Array
+    C: Array
+    R: Array
+    mean0: Array
+    cov0: Array
+    names: tuple[str, ...]
+    travelling: tuple[str, ...]
+    labels: tuple[str, ...]
+    fps: float
+
+    def __post_init__(self) -> None:
+        K, N = np.shape(self.b)
+        M = len(self.names)
+        shapes = {"pi0": (K,), "Pi": (K, K), "A": (K, N, N), "b": (K, N), "Q": (K, N, N), "C": (M, N)}
+        shapes |= {"R": (M, M), "mean0": (K, N), "cov0": (K, N, N)}
+        for name, shape in shapes.items():
+            object.__setattr__(self, name, frozen(name, getattr(self, name), shape))
+        if len(self.labels) != K:
+            raise ValueError(f"every switching state needs a label; got {len(self.labels)} for {K} states")
+        if not set(self.travelling) <= set(self.names):
+            raise ValueError(f"travelling freedoms must be among {self.names}; got {self.travelling}")
+        for name, rows in (("pi0", self.pi0[None]), ("Pi", self.Pi)):
+            for i, row in enumerate(rows):
+                if (row < 0).any() or abs(row.sum() - 1.0) > 1e-6:
+                    raise ValueError(f"{name} rows must be probabilities that sum to 1; row {i} sums to {row.sum():.6f}")
+
+    @property
+    def K(self) -> int:  # noqa: N802
+        """How many switching states."""
+        return len(self.labels)
+
+    @property
+    def order(self) -> int:
+        """1 if the state is the pose, 2 if it is the pose and the one before."""
+        return self.A.shape[-1] // len(self.names)
+
+    @property
+    def log_Pi(self) -> Array:  # noqa: N802
+        """(K, K) log Pi, -inf where a transition cannot be."""
+        with np.errstate(divide="ignore"):
+            return np.log(self.Pi)
+
+    @property
+    def log_pi0(self) -> Array:
+        """(K,) log pi0."""
+        with np.errstate(divide="ignore"):
+            return np.log(self.pi0)
+
+    @property
+    def start(self) -> Gaussian:
+        """The first frame's belief, one Gaussian a switching state."""
+        return Gaussian(self.mean0, self.cov0)
+
+    def sample(self, T: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+        """Draw switching states (T,), states (T, N) and measurements (T, M)."""
+        N = self.A.shape[-1]
+        s, x = np.empty(T, dtype=np.intp), np.empty((T, N))
+        for t in range(T):
+            s[t] = rng.choice(self.K, p=self.pi0 if t == 0 else self.Pi[s[t - 1]])
+            mean, cov = (self.mean0, self.cov0) if t == 0 else (self.b, self.Q)
+            x[t] = rng.multivariate_normal(mean[s[t]], cov[s[t]], method="svd")
+            if t > 0:
+                x[t] += self.A[s[t]] @ x[t - 1]
+        y = apply(self.C, x) + rng.multivariate_normal(np.zeros(len(self.C)), self.R, size=T, method="svd")
+        return s, x, y
+
+    def with_drifts(self, names: Sequence[str], persistence: Array, noise: Array, spread: Array) -> Self:
+        """The same system with further freedoms appended to state and measurement that drift by themselves.
+
+        Each follows z_t = persistence z_{t-1} + N(0, noise^2) about zero and starts at N(0, spread^2),
+        whatever the switching state.
+        """
+        n = len(names)
+        K, N = self.b.shape
+        join = np.zeros((K, N + n, N + n))
+        A, Q, cov0 = join.copy(), join.copy(), join.copy()
+        for big, small, drift in (
+            (A, self.A, persistence),
+            (Q, self.Q, noise**2),
+            (cov0, self.cov0, spread**2),
+        ):
+            big[:, :N, :N], big[:, N:, N:] = small, np.diag(drift)
+        C = np.zeros((len(self.C) + n, N + n))
+        C[: len(self.C), :N], C[len(self.C) :, N:] = self.C, np.eye(n)
+        R = np.zeros((len(C), len(C)))
+        R[: len(self.C), : len(self.C)], R[len(self.C) :, len(self.C) :] = self.R, np.eye(n) * self.R.diagonal().min()
+        pad = np.zeros((K, n))
+        return replace(
+            self,
+            A=A,
+            b=np.hstack([self.b, pad]),
+            Q=Q,
+            C=C,
+            R=R,
+            mean0=np.hstack([self.mean0, pad]),
+            cov0=cov0,
+            names=(*self.names, *names),
+        )
+
+
+def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: float) -> SLDS:
+    """A one-state second-order model that carries each freedom on as it moved: the papers' baseline.
+
+    Args:
+        names: the M freedoms.
+        noise: (M,) standard deviation of the change of velocity in a frame.
+        spread: (M,) standard deviation of the first velocity, per frame.
+        fps: frames a second.
+    """
+    M = len(names)
+    eye, zero = np.eye(M), np.zeros((M, M))
+    still, fast = np.diag(np.ones(M)), np.diag(np.asarray(spread, dtype=float) ** 2)
+    return SLDS(
+        pi0=np.ones(1),
+        Pi=np.ones((1, 1)),
+        A=np.block([[2.0 * eye, -eye], [eye, zero]])[None],
+        b=np.zeros((1, 2 * M)),
+        Q=np.block([[np.diag(np.asarray(noise, dtype=float) ** 2), zero], [zero, zero]])[None],
+        C=np.hstack([eye, zero]),
+        R=1e-4 * eye,
+        mean0=np.zeros((1, 2 * M)),
+        cov0=np.block([[still, still], [still, still + fast]])[None],
+        names=tuple(names),
+        travelling=(),
+        labels=("cv",),
+        fps=fps,
+    )
+
+
+def combine(models: Sequence[SLDS], crossing: float = 1e-3) -> SLDS:
+    """Models of several motions as one, with a block transition matrix.
+
+    A state leaves its own motion with probability `crossing` a frame, to any state of the others alike. R is
+    the mean of the models'.
+
+    Raises:
+        ValueError: the models speak of other freedoms, orders or rates.
+    """
+    first = models[0]
+    for other in models[1:]:
+        same = (other.names, other.order, other.fps, other.travelling)
+        if same != (first.names, first.order, first.fps, first.travelling):
+            raise ValueError("models to combine must share freedoms, order and frame rate; learn them alike")
+    if len(models) == 1:
+        return first
+    K = sum(model.K for model in models)
+    Pi, at = np.zeros((K, K)), 0
+    for model in models:
+        block = slice(at, at + model.K)
+        Pi[block] = crossing / (K - model.K)
+        Pi[block, block] = (1.0 - crossing) * model.Pi
+        at += model.K
+    return replace(
+        first,
+        Pi=Pi,
+        R=np.mean([model.R for model in models], axis=0),
+        pi0=np.concatenate([model.pi0 for model in models]) / len(models),
+        labels=tuple(label for model in models for label in model.labels),
+        **{name: np.concatenate([getattr(m, name) for m in models]) for name in ("A", "b", "Q", "mean0", "cov0")},
+    )

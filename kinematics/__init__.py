@@ -1,0 +1,1 @@
+"""Figures, poses, the scaled prismatic model, motion capture."""

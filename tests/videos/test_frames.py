@@ -1,0 +1,312 @@
+"""Clips are made here, small, and then cut, turned or spoiled."""
+
+import wave
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from videos.frames import Frame, Video, VideoError
+
+WIDTH, HEIGHT = 96, 64
+# Flat patches at crf 10: quantisation and the way to yuv420p and back move a mean by a few grey levels.
+CODEC = 8
+
+
+def picture(t):
+    """Grey that brightens with t; the top left quarter red, so that turning and mirroring show."""
+    image = np.full((HEIGHT, WIDTH, 3), 40 + 4 * t, np.uint8)
+    image[: HEIGHT // 2, : WIDTH // 2] = (220, 30, 30)
+    return image
+
+
+def corner_colors(image):
+    """(4, 3) mean RGB of the quarters: top left, top right, bottom left, bottom right."""
+    h, w = image.shape[0] // 2, image.shape[1] // 2
+    inner = [(slice(0, h), slice(0, w)), (slice(0, h), slice(w, None)), (slice(h, None), slice(0, w))]
+    return np.array([image[k].mean((0, 1)) for k in [*inner, (slice(h, None), slice(w, None))]])
+
+
+def make_clip(path, images, *, ticks=None, format="mp4", key_every=250):
+    """h264 at 30 frames a second, the index in front; `ticks` are times in milliseconds."""
+    options = {"movflags": "+faststart"} if format == "mp4" else {}
+    with av.open(str(path), "w", format=format, options=options) as container:
+        stream = container.add_stream("libx264", rate=30, options={"crf": "10", "g": str(key_every)})
+        stream.height, stream.width = images[0].shape[:2]
+        stream.pix_fmt = "yuv420p"
+        if ticks is not None:
+            stream.codec_context.time_base = Fraction(1, 1000)
+        for t, image in enumerate(images):
+            frame = av.VideoFrame.from_ndarray(image, format="rgb24")
+            if ticks is not None:
+                frame.pts, frame.time_base = ticks[t], Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    return path
+
+
+def set_display_matrix(path, matrix):
+    """Patch a, b, c, d of the track header: a stored pixel goes to x' = a x + c y, y' = b x + d y."""
+
+    def fixed(a, b, c, d):
+        return b"".join((65536 * n).to_bytes(4, "big", signed=True) for n in (a, b, 0, c, d))
+
+    stored = path.read_bytes()
+    at = stored.index(fixed(1, 0, 0, 1), stored.index(b"tkhd"))
+    path.write_bytes(stored[:at] + fixed(*matrix) + stored[at + 20 :])
+
+
+def noise(count, rng):
+    """Images that compress badly, so that bytes are spread evenly over the frames."""
+    return [rng.integers(0, 256, (HEIGHT, WIDTH, 3), dtype=np.uint8) for _ in range(count)]
+
+
+def write_images(folder, names):
+    for t, name in enumerate(names):
+        cv2.imwrite(str(folder / name), np.full((6, 8, 3), 10 * t, np.uint8))
+
+
+def test_every_frame_comes_back_in_order_with_its_content_and_time(tmp_path):
+    video = Video(make_clip(tmp_path / "walk.mp4", [picture(t) for t in range(40)]))
+    frames = list(video)
+
+    assert (video.width, video.height, video.fps) == (WIDTH, HEIGHT, 30.0)
+    assert video.count_hint == 40
+    assert [frame.index for frame in frames] == list(range(40))
+    assert_allclose([frame.time for frame in frames], np.arange(40) / 30, atol=1e-4)
+    for frame in frames:
+        assert_allclose(corner_colors(frame.image), corner_colors(picture(frame.index)), atol=CODEC)
+    assert video.cut_short is None
+
+
+def test_a_second_pass_gives_the_same_frames(tmp_path):
+    video = Video(make_clip(tmp_path / "walk.mp4", [picture(t) for t in range(5)]))
+    next(iter(video))
+    first, second = list(video), list(video)
+    assert len(first) == len(second) == 5
+    assert all(
+        np.array_equal(a.image, b.image) and a.time == b.time for a, b in zip(first, second, strict=True)
+    )
+
+
+def test_frames_are_read_only(tmp_path):
+    frame = next(iter(Video(make_clip(tmp_path / "walk.mp4", [picture(0)]))))
+    with pytest.raises(ValueError, match="read-only"):
+        frame.image[0, 0] = 0
+
+
+def test_a_frame_refuses_anything_but_rgb_bytes():
+    with pytest.raises(ValueError, match=r"must be \(height, width, 3\) uint8"):
+        Frame(0, 0.0, np.zeros((4, 4), np.uint8))
+
+
+def test_a_variable_frame_rate_keeps_every_frames_own_time(tmp_path):
+    ticks = [0, 33, 67, 167, 180, 400]
+    video = Video(make_clip(tmp_path / "phone.mp4", [picture(t) for t in range(6)], ticks=ticks))
+    # The container rounds to its own clock, no coarser than a millisecond.
+    assert_allclose([frame.time for frame in video], np.array(ticks) / 1000, atol=1e-3)
+    assert video.cut_short is None
+
+
+def test_frames_without_times_follow_each_other_at_the_nominal_rate(tmp_path):
+    path = make_clip(tmp_path / "raw.h264", [picture(t) for t in range(6)], format="h264")
+    video = Video(path)
+    steps = np.diff([frame.time for frame in video])
+    assert_allclose(steps, 1 / video.fps, rtol=1e-6)
+    assert video.count_hint is None
+
+
+@pytest.mark.parametrize(
+    ("turns", "matrix"),
+    [
+        (1, (0, 1, -1, 0)),  # a quarter turn clockwise brings it upright: x' = -y, y' = x
+        (2, (-1, 0, 0, -1)),
+        (3, (0, -1, 1, 0)),
+    ],
+)
+def test_a_phones_rotated_video_comes_upright(tmp_path, turns, matrix):
+    stored = np.ascontiguousarray(np.rot90(picture(0), turns))
+    path = make_clip(tmp_path / "phone.mp4", [stored] * 3)
+    set_display_matrix(path, matrix)
+    video = Video(path)
+    frame = next(iter(video))
+    assert (video.width, video.height) == (WIDTH, HEIGHT)
+    assert_allclose(corner_colors(frame.image), corner_colors(picture(0)), atol=CODEC)
+
+
+def test_a_mirrored_video_comes_unmirrored(tmp_path):
+    path = make_clip(tmp_path / "selfie.mp4", [picture(0)[:, ::-1].copy()] * 3)
+    set_display_matrix(path, (-1, 0, 0, 1))
+    frame = next(iter(Video(path)))
+    assert_allclose(corner_colors(frame.image), corner_colors(picture(0)), atol=CODEC)
+
+
+def test_a_file_cut_in_the_middle_gives_its_whole_frames_and_says_so(tmp_path, rng):
+    path = make_clip(tmp_path / "walk.mp4", noise(40, rng))
+    whole = [frame.image for frame in Video(path)]
+    stored = path.read_bytes()
+    path.write_bytes(stored[: len(stored) // 2])
+
+    video = Video(path)
+    frames = list(video)
+    assert 10 < len(frames) < 30
+    assert all(np.array_equal(frame.image, whole[frame.index]) for frame in frames)
+    assert_allclose([frame.time for frame in frames], np.arange(len(frames)) / 30, atol=1e-4)
+    assert video.cut_short == (
+        f"walk.mp4 ends after {len(frames)} of about 40 frames; what was read was used"
+    )
+
+
+def test_a_cut_that_no_decoder_notices_shows_in_the_count(tmp_path, rng):
+    path = make_clip(tmp_path / "walk.mkv", noise(40, rng), format="matroska")
+    stored = path.read_bytes()
+    path.write_bytes(stored[: len(stored) // 2])
+    video = Video(path)
+    count = sum(1 for _ in video)
+    assert video.cut_short == f"walk.mkv ends after {count} of about 40 frames; what was read was used"
+
+
+def test_damage_near_the_end_is_told_though_hardly_a_frame_is_missing(tmp_path, rng):
+    path = make_clip(tmp_path / "walk.mp4", noise(40, rng))
+    path.write_bytes(path.read_bytes()[:-2000])
+    video = Video(path)
+    count = sum(1 for _ in video)
+    assert 38 <= count < 40
+    assert video.cut_short == f"walk.mp4 cannot be decoded past frame {count - 1}; what was read was used"
+
+
+def test_a_clip_trimmed_on_the_phone_is_not_called_cut_short(tmp_path):
+    path = make_clip(tmp_path / "trimmed.mp4", [picture(t) for t in range(40)])
+    stored = bytearray(path.read_bytes())
+    # The edit list shows the first half only; all samples stay in the file. Its entry: duration, start.
+    at = stored.index(b"elst") + 12
+    duration = int.from_bytes(stored[at : at + 4], "big")
+    stored[at : at + 4] = (duration // 2).to_bytes(4, "big")
+    path.write_bytes(stored)
+
+    video = Video(path)
+    assert sum(1 for _ in video) == pytest.approx(20, abs=1)
+    assert video.cut_short is None
+
+
+def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
+    write_images(tmp_path, ["img1.png", "img2.png", "img10.jpg", "img011.PNG", "img300.jpeg"])
+    write_images(tmp_path, [".img0.png", "cover.png"])
+    (tmp_path / "img5.txt").write_text("no image")
+    video = Video(tmp_path)
+    frames = list(video)
+    assert_allclose([frame.image.mean() for frame in frames], [0, 10, 20, 30, 40], atol=1)
+    assert_allclose([frame.time for frame in frames], np.arange(5) / 30)
+    assert (video.width, video.height, video.fps, video.count_hint) == (8, 6, 30.0, 5)
+    assert video.cut_short is None
+
+
+def test_a_folders_images_are_rgb_and_its_frame_rate_can_be_given(tmp_path):
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((4, 4, 3), (10, 20, 30), np.uint8))
+    cv2.imwrite(str(tmp_path / "2.png"), np.full((4, 4, 3), (10, 20, 30), np.uint8))
+    first, second = Video(tmp_path, fps=50.0)
+    assert first.image[0, 0].tolist() == [30, 20, 10]
+    assert second.time == 0.02
+
+
+def test_images_of_another_size_are_an_error_that_names_the_file(tmp_path):
+    write_images(tmp_path, ["1.png", "2.png"])
+    cv2.imwrite(str(tmp_path / "3.png"), np.zeros((7, 8, 3), np.uint8))
+    with pytest.raises(VideoError, match=r"3\.png .* is 8x7, .* are 8x6; bring all to one size"):
+        list(Video(tmp_path))
+
+
+@pytest.mark.parametrize("content", [b"", b"not an image"])
+def test_an_unreadable_image_is_an_error_that_names_the_file(tmp_path, content):
+    write_images(tmp_path, ["1.png"])
+    (tmp_path / "2.png").write_bytes(content)
+    with pytest.raises(VideoError, match=r"cannot read .*2\.png as an image"):
+        list(Video(tmp_path))
+
+
+def test_a_folder_without_numbered_images_is_an_error(tmp_path):
+    write_images(tmp_path, ["cover.png"])
+    with pytest.raises(VideoError, match=r"no numbered images .* only 1 without a number"):
+        Video(tmp_path)
+
+
+def test_a_missing_file_is_an_error(tmp_path):
+    with pytest.raises(VideoError, match=r"no video at .*walk\.mp4; give a video file or a folder"):
+        Video(tmp_path / "walk.mp4")
+
+
+def test_an_empty_file_is_an_error(tmp_path):
+    (tmp_path / "walk.mp4").touch()
+    with pytest.raises(VideoError, match=r"walk\.mp4 is empty \(0 bytes\)"):
+        Video(tmp_path / "walk.mp4")
+
+
+def test_a_recording_that_begins_between_key_frames_is_read_from_the_first_that_decodes(tmp_path):
+    path = make_clip(tmp_path / "raw.h264", [picture(t) for t in range(12)], format="h264", key_every=4)
+    stored = path.read_bytes()
+    # A slice of type 1 needs a key frame (5), and its headers (7, 8), which come later here.
+    slice_start = stored.index(b"\x00\x00\x01\x41")
+    path.write_bytes(stored[slice_start:])
+    frames = list(Video(path))
+    assert 4 <= len(frames) < 12
+    assert_allclose(corner_colors(frames[-1].image), corner_colors(picture(11)), atol=CODEC)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("notes.txt", "no video in it, only text"), ("notes.mp4", "not a video"), ("notes.csv", "not a video")],
+)
+def test_text_is_not_a_video(tmp_path, name, words):
+    (tmp_path / name).write_text("frame,keypoint,x,y,visible\n" * 50)
+    with pytest.raises(VideoError, match=words):
+        Video(tmp_path / name)
+
+
+def test_garbage_is_not_a_video(tmp_path, rng):
+    (tmp_path / "walk.mp4").write_bytes(rng.bytes(20_000))
+    with pytest.raises(VideoError, match="not a video that can be read"):
+        Video(tmp_path / "walk.mp4")
+
+
+def test_a_recording_whose_index_was_never_written_is_an_error(tmp_path, rng):
+    path = make_clip(tmp_path / "walk.mp4", noise(10, rng))
+    stored = path.read_bytes()
+    path.write_bytes(stored.replace(b"moov", b"lost"))
+    with pytest.raises(VideoError, match="recording was cut off"):
+        Video(path)
+
+
+def test_a_video_of_which_no_frame_decodes_is_an_error(tmp_path, rng):
+    path = make_clip(tmp_path / "walk.mp4", noise(10, rng))
+    stored = path.read_bytes()
+    path.write_bytes(stored[: stored.index(b"mdat") + 8])
+    with pytest.raises(VideoError, match=r"no frame of .* could be decoded"):
+        Video(path)
+
+
+def test_sound_alone_is_an_error(tmp_path):
+    with wave.open(str(tmp_path / "steps.wav"), "wb") as sound:
+        sound.setnchannels(1)
+        sound.setsampwidth(2)
+        sound.setframerate(8000)
+        sound.writeframes(bytes(16_000))
+    with pytest.raises(VideoError, match="no video in it, only audio"):
+        Video(tmp_path / "steps.wav")
+
+
+def test_a_colon_in_the_name_is_no_protocol(tmp_path, monkeypatch):
+    make_clip(tmp_path / "walk.mp4", [picture(0)]).rename(tmp_path / "take:2.mp4")
+    monkeypatch.chdir(tmp_path)
+    assert len(list(Video(Path("take:2.mp4")))) == 1
+
+
+def test_a_frame_rate_is_for_folders_and_positive(tmp_path):
+    write_images(tmp_path, ["1.png"])
+    with pytest.raises(ValueError, match="fps must be a positive number"):
+        Video(tmp_path, fps=0.0)
+    with pytest.raises(ValueError, match="fps is for a folder"):
+        Video(make_clip(tmp_path / "walk.mp4", [picture(0)]), fps=25.0)

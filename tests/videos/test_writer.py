@@ -1,0 +1,146 @@
+import av
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from videos.frames import Video, VideoError
+from videos.writer import Writer
+
+RED, BLUE = (200, 40, 30), (20, 60, 220)
+
+
+def two_halves(height, width):
+    image = np.full((height, width, 3), RED, np.uint8)
+    image[:, width // 2 :] = BLUE
+    return image
+
+
+def write_clip(path, count=6, size=(64, 48), fps=25.0):
+    with Writer(path, fps, size) as writer:
+        for _ in range(count):
+            writer.write(two_halves(size[1], size[0]))
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    write_clip(tmp_path / "overlay.mp4", count=12)
+    video = Video(tmp_path / "overlay.mp4")
+    frames = list(video)
+    assert (video.fps, video.width, video.height, len(frames)) == (25.0, 64, 48, 12)
+    assert_allclose([frame.time for frame in frames], np.arange(12) / 25, atol=1e-4)
+    # Flat colours at the default crf, away from the edge, through yuv420p and back.
+    assert_allclose(frames[5].image[10:40, 5:25].mean((0, 1)), RED, atol=6)
+    assert_allclose(frames[5].image[10:40, 40:60].mean((0, 1)), BLUE, atol=6)
+
+
+def test_the_file_plays_in_a_browser(tmp_path):
+    write_clip(tmp_path / "overlay.mp4")
+    with av.open(str(tmp_path / "overlay.mp4")) as container:
+        codec = container.streams.video[0].codec_context
+        assert (codec.name, codec.pix_fmt) == ("h264", "yuv420p")
+    stored = (tmp_path / "overlay.mp4").read_bytes()
+    assert stored.index(b"moov") < stored.index(b"mdat")
+
+
+def test_odd_sizes_grow_by_their_last_column_and_row(tmp_path):
+    write_clip(tmp_path / "overlay.mp4", size=(33, 21))
+    video = Video(tmp_path / "overlay.mp4")
+    assert (video.width, video.height) == (34, 22)
+    image = next(iter(video)).image
+    assert_allclose(image[21, 24:].mean(0), BLUE, atol=10)
+    assert_allclose(image[:, 33].mean(0), BLUE, atol=10)
+
+
+def test_frames_keep_the_times_they_are_given(tmp_path):
+    times = [0.5, 0.53, 0.6, 0.61, 0.9]
+    with Writer(tmp_path / "overlay.mp4", 30.0, (32, 32)) as writer:
+        for time in times:
+            writer.write(two_halves(32, 32), time)
+    assert_allclose([frame.time for frame in Video(tmp_path / "overlay.mp4")], times, atol=1e-4)
+
+
+def test_a_frame_without_a_time_follows_at_the_nominal_rate(tmp_path):
+    with Writer(tmp_path / "overlay.mp4", 10.0, (32, 32)) as writer:
+        writer.write(two_halves(32, 32), 2.0)
+        writer.write(two_halves(32, 32))
+    assert_allclose([frame.time for frame in Video(tmp_path / "overlay.mp4")], [2.0, 2.1], atol=1e-4)
+
+
+@pytest.mark.parametrize("written", [0, 3, 80])
+def test_an_interrupted_writer_leaves_nothing(tmp_path, written):
+    def interrupted():
+        with Writer(tmp_path / "overlay.mp4", 25.0, (64, 48)) as writer:
+            for _ in range(written):
+                writer.write(two_halves(48, 64))
+            assert not (tmp_path / "overlay.mp4").exists()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_writer_leaves_the_earlier_video_as_it_was(tmp_path):
+    path = tmp_path / "overlay.mp4"
+    write_clip(path)
+    before = path.read_bytes()
+
+    def broken():
+        with Writer(path, 25.0, (64, 48)) as writer:
+            writer.write(two_halves(48, 64))
+            writer.write(two_halves(50, 64))
+
+    with pytest.raises(ValueError, match="like the video"):
+        broken()
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_complete_video_replaces_the_earlier_one(tmp_path):
+    write_clip(tmp_path / "overlay.mp4", count=3)
+    write_clip(tmp_path / "overlay.mp4", count=5)
+    assert len(list(Video(tmp_path / "overlay.mp4"))) == 5
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_video_without_images_is_an_error_and_no_file(tmp_path):
+    with pytest.raises(VideoError, match="no image was written"), Writer(tmp_path / "a.mp4", 25.0, (8, 8)):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_does_not_exist_is_an_error(tmp_path):
+    with (
+        pytest.raises(VideoError, match=r"there is no folder .*; make it first"),
+        Writer(tmp_path / "runs" / "a.mp4", 25.0, (8, 8)),
+    ):
+        pass
+
+
+def test_times_that_do_not_grow_are_an_error(tmp_path):
+    with Writer(tmp_path / "a.mp4", 25.0, (32, 32)) as writer:
+        writer.write(two_halves(32, 32), 0.2)
+        with pytest.raises(ValueError, match=r"times must grow .* 0\.2 s comes after 0\.2000 s"):
+            writer.write(two_halves(32, 32), 0.2)
+
+
+@pytest.mark.parametrize(
+    ("fps", "size", "crf", "words"),
+    [
+        (0.0, (8, 8), 20, "fps must be a positive"),
+        (float("nan"), (8, 8), 20, "fps must be a positive"),
+        (25.0, (0, 8), 20, "size must be"),
+        (25.0, (8, 8), 52, "crf must be"),
+    ],
+)
+def test_settings_out_of_range_are_errors(tmp_path, fps, size, crf, words):
+    with pytest.raises(ValueError, match=words):
+        Writer(tmp_path / "a.mp4", fps, size, crf=crf)
+
+
+def test_a_larger_crf_makes_a_smaller_file(tmp_path, rng):
+    images = [rng.integers(0, 256, (48, 64, 3), dtype=np.uint8) for _ in range(5)]
+    for crf in (15, 40):
+        with Writer(tmp_path / f"{crf}.mp4", 25.0, (64, 48), crf=crf) as writer:
+            for image in images:
+                writer.write(image)
+    assert (tmp_path / "40.mp4").stat().st_size < 0.5 * (tmp_path / "15.mp4").stat().st_size

@@ -1,0 +1,30 @@
+"""Every tracker setting, its unit, range and default."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Settings(BaseModel):
+    """How the tracker registers, filters and weighs; the same for every clip."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    mode: Literal["full", "classic"] = Field("full", description="classic: the papers' registration")
+    spacing: float = Field(0.022, gt=0, le=0.2, description="between template points, leg lengths")
+    rim: float = Field(0.05, ge=0, le=0.5, description="of template beyond a link's outline, leg lengths")
+    rim_weight: float = Field(0.3, ge=0, le=1, description="of the rim's pixels against the link's own")
+    blurs: tuple[float, ...] = Field((0.05, 0.025, 0.012), description="coarse to fine, leg lengths")
+    iterations: int = Field(6, ge=1, le=100, description="steps at each blur at most")
+    noise: float = Field(8.0, gt=0, description="of a pixel's match, grey levels")
+    robust: float = Field(2.0, gt=0, description="Cauchy scale, multiples of the noise")
+    tempering: float = Field(0.05, gt=0, le=1, description="independent share of template points")
+    image_weight: float = Field(1.0, ge=0, description="of the image in weighing hypotheses")
+    blend: float = Field(0.05, ge=0, le=1, description="of what is seen into the template, a frame")
+    inflation: float = Field(2.0, gt=0, description="of the learned Q, for people it has not seen")
+    scale_drift: float = Field(0.003, ge=0, description="of the common log scale, a frame")
+    breathing: float = Field(0.03, ge=0, description="spread of a link's log length")
+    start_angle: float = Field(4.0, gt=0, description="error of the marked angles, degrees")
+    start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")
+    cv_angle: float = Field(2.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees")
+    cv_place: float = Field(0.01, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths")

@@ -1,0 +1,72 @@
+"""Templates: the pixels of each link, cut from one frame and one pose, in the link's own coordinates."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.figure import Figure
+from kinematics.spm import Index, Skeleton, View, covering, skeleton, surface
+from tracker.sampling import Array, Level, sample
+from tracker.settings import Settings
+
+
+@dataclass(frozen=True)
+class Templates:
+    """P points fixed to links, with their colours at each blur.
+
+    link, along, across : (P,) where each point sits, see `kinematics.spm.surface`
+    weight  : (P,) 1 within the link's outline, less on its rim
+    colours : (levels, P, 3) Lab grey levels
+    known   : (P,) whether the point has been seen yet
+    """
+
+    link: Index
+    along: Array
+    across: Array
+    weight: Array
+    colours: Array
+    known: NDArray[np.bool_]
+
+    def refreshed(self, seen: Array, trust: Array, blend: float) -> Self:
+        """Blended into what is seen now; points never seen before take it whole.
+
+        Args:
+            seen: (levels, P, 3) colours at the settled pose, offsets of light taken off.
+            trust: (P,) 0 where the point is hidden, out of the frame or does not match, up to 1.
+            blend: share of what is seen.
+        """
+        share = np.where(self.known, blend * trust, np.where(trust > 0, 1.0, 0.0))
+        colours = self.colours + share[None, :, None] * (seen - self.colours)
+        return replace(self, colours=colours, known=self.known | (trust > 0))
+
+
+def cut(figure: Figure, view: View, q: Array, levels: list[Level], settings: Settings) -> Templates:
+    """Templates of every link as the pose lays them on the frame."""
+    link, along, across, weight = _grid(figure, settings)
+    bones = skeleton(figure, q)
+    points = surface(bones, link, along, across)
+    pixels = view.to_pixels(points)
+    hidden = covering(figure, bones, points, link)
+    found = [sample(level, pixels) for level in levels]
+    colours = np.stack([values for values, _, _ in found])
+    return Templates(link, along, across, weight, colours, found[0][2] & ~hidden)
+
+
+def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:
+    """Points spread evenly over every link and its rim."""
+    rim = settings.rim if settings.mode == "full" else 0.0
+    parts = []
+    for i, part in enumerate(figure.links):
+        tip = rim if i not in figure.parents else 0.0
+        length = np.arange(0.0, part.length + tip + 1e-9, settings.spacing)
+        half = 0.5 * part.width * max(1.0, part.taper) + rim
+        width = np.arange(-half, half + 1e-9, settings.spacing)
+        u, v = (grid.ravel() for grid in np.meshgrid(length, width, indexing="ij"))
+        edge = 0.5 * part.width * (1.0 + (part.taper - 1.0) * np.clip(u / part.length, 0.0, 1.0))
+        keep = np.abs(v) <= edge + rim
+        inner = (np.abs(v) <= edge) & (u <= part.length)
+        parts.append((np.full(keep.sum(), i), u[keep] / part.length, v[keep], np.where(inner, 1.0, settings.rim_weight)[keep]))
+    link, along, across, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return link.astype(np.intp), along, across, weight

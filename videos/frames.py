@@ -1,0 +1,248 @@
+"""A video file or a folder of numbered images, read one frame at a time.
+
+Every frame carries its own time, so a phone's variable frame rate survives, and comes upright: the
+rotation that phones write beside the picture is applied. A container's own frame count is only a hint;
+what counts is what decodes. Pixels are taken as stored, square or not.
+"""
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import cast
+
+import av
+import av.container
+import av.video
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.uint8]
+
+FOLDER_FPS = 30.0
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
+# An announced count is an estimate in many containers: a few frames less is no sign of a cut.
+MISSING_FRAMES, MISSING_SHARE = 2, 0.05
+
+
+class VideoError(Exception):
+    """A video file or folder that cannot be read, or written, as asked."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture of a video.
+
+    index : position in decode (presentation) order, from 0
+    time  : seconds, as the file tells it; the first frame's need not be 0
+    image : (height, width, 3) uint8, RGB, upright, read-only
+    """
+
+    index: int
+    time: float
+    image: Image
+
+    def __post_init__(self) -> None:
+        if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 3:
+            raise ValueError(
+                f"image must be (height, width, 3) uint8, not {self.image.shape} {self.image.dtype}"
+            )
+        image = self.image.view()
+        image.setflags(write=False)
+        object.__setattr__(self, "image", image)
+
+
+class Video:
+    """The frames of a video file, or of a folder of numbered images (png, jpg) ordered by number.
+
+    Iterate over it as often as needed; each pass decodes anew and holds one frame in memory.
+
+    path          : as given
+    fps           : nominal frames per second, the average where the rate varies
+    width, height : pixels, upright
+    count_hint    : about how many frames there are; None where the container does not say
+    cut_short     : after a whole pass, one line if the video ended before it should have, else None
+
+    Args:
+        path: the file or folder.
+        fps: frame rate of a folder of images, 30 unless given; a file carries its own.
+
+    Raises:
+        VideoError: there is no such file, it is no video, or no frame of it decodes; a folder without
+            numbered images. While iterating: an image that cannot be read, or a change of frame size.
+        ValueError: fps is not positive, or given for a video file.
+    """
+
+    def __init__(self, path: str | Path, *, fps: float | None = None) -> None:
+        self.path = Path(path)
+        self.cut_short: str | None = None
+        self._images: list[Path] = []
+        if not self.path.exists():
+            raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
+        if self.path.is_dir():
+            self.fps = FOLDER_FPS if fps is None else fps
+            if not 0.0 < self.fps < float("inf"):
+                raise ValueError(f"fps must be a positive number of frames per second, not {fps}")
+            self._images = _numbered_images(self.path)
+            self.count_hint: int | None = len(self._images)
+        else:
+            if fps is not None:
+                raise ValueError(f"{path} is a file and carries its own frame times; fps is for a folder")
+            with _opened(self.path) as container:
+                self.fps, self.count_hint = _announced(container, _video_stream(container, self.path))
+
+        first = next(iter(self), None)
+        if first is None:
+            raise VideoError(f"no frame of {path} could be decoded; record or convert it again")
+        self.height, self.width = first.image.shape[:2]
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Frames in presentation order, from index 0."""
+        self.cut_short = None
+        size = None
+        for frame in self._folder_frames() if self._images else self._file_frames():
+            height, width = frame.image.shape[:2]
+            size = size or (width, height)
+            if (width, height) != size:
+                where = self._images[frame.index].name if self._images else f"frame {frame.index}"
+                raise VideoError(
+                    f"{where} of {self.path} is {width}x{height}, the frames before it are "
+                    f"{size[0]}x{size[1]}; bring all to one size"
+                )
+            yield frame
+
+    def _folder_frames(self) -> Iterator[Frame]:
+        for index, path in enumerate(self._images):
+            # imread cannot open every file name on every system; bytes always work.
+            stored = np.frombuffer(path.read_bytes(), np.uint8)
+            image = cv2.imdecode(stored, cv2.IMREAD_COLOR) if stored.size else None
+            if image is None:
+                raise VideoError(f"cannot read {path} as an image; replace it or remove it")
+            yield Frame(index, index / self.fps, cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8))
+
+    def _file_frames(self) -> Iterator[Frame]:
+        index, time, broken = 0, -1.0 / self.fps, False
+        with _opened(self.path) as container:
+            stream = _video_stream(container, self.path)
+            for picture in _decoded(container, stream):
+                if picture is None:
+                    broken = True
+                    continue
+                timed = picture.pts is not None and stream.time_base is not None
+                time = float(picture.pts * stream.time_base) if timed else time + 1.0 / self.fps
+                yield Frame(index, time, _upright(picture))
+                index += 1
+        self.cut_short = self._shortfall(index, broken)
+
+    def _shortfall(self, count: int, broken: bool) -> str | None:
+        hint = self.count_hint or 0
+        if hint - count > max(MISSING_FRAMES, MISSING_SHARE * hint):
+            return f"{self.path.name} ends after {count} of about {hint} frames; what was read was used"
+        if broken:
+            return f"{self.path.name} cannot be decoded past frame {count - 1}; what was read was used"
+        return None
+
+
+def _opened(path: Path) -> av.container.InputContainer:
+    if path.stat().st_size == 0:
+        raise VideoError(f"{path} is empty (0 bytes); copy or record it again")
+    try:
+        # An absolute path, or a colon in the name would read as a protocol.
+        return av.open(os.path.abspath(path), metadata_errors="replace")
+    except (av.FFmpegError, OSError) as error:
+        raise VideoError(
+            f"{path} is not a video that can be read ({error.strerror}); "
+            "if its recording was cut off, convert it again from the original"
+        ) from error
+
+
+def _video_stream(container: av.container.InputContainer, path: Path) -> av.video.stream.VideoStream:
+    streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
+    # FFmpeg renders any text as a terminal's screen, which is nobody's video.
+    text = container.format.name == "tty"
+    if text or not streams:
+        kinds = ["text"] if text else sorted({stream.type for stream in container.streams})
+        raise VideoError(f"{path} has no video in it, only {' and '.join(kinds)}; give a video file")
+    return streams[0]
+
+
+def _announced(
+    container: av.container.InputContainer, stream: av.video.stream.VideoStream
+) -> tuple[float, int | None]:
+    """Frames per second, and about how many frames the container promises."""
+    rate = stream.average_rate or stream.guessed_rate or stream.base_rate
+    fps = float(rate) if rate else FOLDER_FPS
+    seconds = None
+    if stream.duration and stream.time_base:
+        seconds = float(stream.duration * stream.time_base)
+    elif container.duration:
+        seconds = container.duration / av.time_base
+    # A clip trimmed on the phone keeps its full count and shortens its duration, hence the lesser.
+    counts = [stream.frames or None, round(seconds * fps) if seconds else None]
+    return fps, min((count for count in counts if count), default=None)
+
+
+def _decoded(
+    container: av.container.InputContainer, stream: av.video.stream.VideoStream
+) -> Iterator[av.video.frame.VideoFrame | None]:
+    """Pictures up to the first failure after a picture came; None stands for that failure.
+
+    Failures before the first picture are passed over: a recording may begin between key frames.
+    """
+    started = False
+    packets = container.demux(stream)
+    while True:
+        try:
+            packet = next(packets, None)
+            pictures = packet.decode() if packet is not None else []
+        except av.FFmpegError:
+            if not started:
+                continue
+            break
+        if packet is None:
+            return
+        started = started or bool(pictures)
+        yield from pictures
+    with suppress(av.FFmpegError):
+        # The decoder still holds pictures that were waiting for their turn.
+        yield from stream.codec_context.decode(None)
+    yield None
+
+
+def _upright(picture: av.video.frame.VideoFrame) -> Image:
+    """The picture as RGB, turned or mirrored by the nearest right angle of its display matrix."""
+    image = picture.to_ndarray(format="rgb24")
+    matrix = picture.side_data.get("DISPLAYMATRIX")
+    if matrix is not None:
+        # Stored row by row as (a b u; c d v; x y w): a pixel goes to (a x + c y, b x + d y).
+        a, b, _, c, d = np.frombuffer(cast("bytes", matrix), np.int32, count=5)
+        sideways = abs(int(b)) > abs(int(a))
+        if sideways:
+            image = image.swapaxes(0, 1)
+        right, down = (c, b) if sideways else (a, d)
+        image = image[:: -1 if down < 0 else 1, :: -1 if right < 0 else 1]
+    return np.ascontiguousarray(image)
+
+
+def _numbered_images(folder: Path) -> list[Path]:
+    """Images whose name holds a number, img2 before img10; hidden files are none of ours."""
+    found = [
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() in IMAGE_SUFFIXES and not path.name.startswith(".")
+    ]
+    numbered = [path for path in found if re.search(r"\d", path.stem)]
+    if not numbered:
+        raise VideoError(
+            f"{folder} holds no numbered images (img1.png, img2.png, or jpg), "
+            f"only {len(found)} without a number; give a video file or number the images"
+        )
+    return sorted(numbered, key=_natural)
+
+
+def _natural(path: Path) -> tuple[list[tuple[str, int]], str]:
+    parts = re.findall(r"(\D*)(\d+)", path.stem)
+    return [(text.lower(), int(number)) for text, number in parts], path.name

@@ -1,0 +1,201 @@
+"""A tracked figure drawn onto a copy of a frame: limbs, uncertainty, a caption.
+
+Everything here is given in the frame's own pixels, x right, y down, (0, 0) the centre of the top-left
+pixel. A frame may be enlarged `scale` times before drawing; pixels grow around their centres, so a
+coordinate u goes to scale (u + 1/2) - 1/2.
+"""
+
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from videos.frames import Image
+
+Array = NDArray[np.float64]
+Color = tuple[int, int, int]
+
+# Orange and blue differ for every kind of colour vision, and from skin, grass, asphalt and sky.
+NEAR: Color = (255, 140, 0)
+FAR: Color = (40, 130, 255)
+TRUNK: Color = (255, 244, 190)
+INK: Color = (20, 20, 20)
+
+FONT = cv2.FONT_HERSHEY_SIMPLEX
+FONT_HEIGHT = 22.0  # pixels from baseline to the top of a capital, at font scale 1
+SIGMAS = 2.0
+SHIFT = 4  # OpenCV draws at fractions of 1 / 2**SHIFT pixel
+# A lost figure may be anywhere; OpenCV's fixed point overflows beyond this many pixels.
+FARTHEST = 1e6
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A straight line with round ends.
+
+    start, end : (2,) pixels
+    color      : RGB, 0..255
+    width      : pixels
+    """
+
+    start: Array
+    end: Array
+    color: Color
+    width: float = 3.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", _frozen("start", self.start, (2,)))
+        object.__setattr__(self, "end", _frozen("end", self.end, (2,)))
+        if not self.width > 0.0:
+            raise ValueError(f"width must be positive, not {self.width}")
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """How surely a point is known, drawn at two standard deviations.
+
+    center : (2,) pixels
+    cov    : (2, 2) covariance, px^2, positive semi-definite
+    color  : RGB, 0..255
+    """
+
+    center: Array
+    cov: Array
+    color: Color
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "center", _frozen("center", self.center, (2,)))
+        object.__setattr__(self, "cov", _frozen("cov", self.cov, (2, 2)))
+        variances = np.linalg.eigvalsh(self.cov)
+        # Rounding may leave a variance that should be 0 slightly below it.
+        if variances[0] < -1e-9 * max(1.0, variances[1]):
+            raise ValueError(f"cov must be positive semi-definite; an eigenvalue is {variances[0]:.3g}")
+
+
+def draw(
+    image: Image,
+    segments: Sequence[Segment] = (),
+    ellipses: Sequence[Ellipse] = (),
+    caption: str = "",
+    *,
+    scale: int = 1,
+) -> Image:
+    """Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
+
+    Neighbours in `segments` of one colour share one dark outline, so a leg reads as one shape and
+    still parts from the leg it crosses.
+
+    Args:
+        image: (H, W, 3) uint8 RGB; stays as it is.
+        caption: a line or two of text ("\\n" between them) for the top left corner.
+        scale: enlarges frame and drawing; worth 2 for frames less than 360 pixels high.
+
+    Returns:
+        (scale H, scale W, 3) uint8 RGB.
+
+    Raises:
+        ValueError: scale is less than 1.
+    """
+    if scale < 1:
+        raise ValueError(f"scale must be 1 or more, not {scale}")
+    height, width = image.shape[:2]
+    canvas = image.copy()
+    if scale > 1:
+        canvas = cv2.resize(canvas, (scale * width, scale * height), interpolation=cv2.INTER_CUBIC).astype(
+            np.uint8
+        )
+    rim = max(1, round(scale * height / 400))
+    for _, group in groupby(segments, key=lambda segment: segment.color):
+        limb = list(group)
+        for segment in limb:
+            _line(canvas, segment, INK, scale, 2 * rim)
+        for segment in limb:
+            _line(canvas, segment, segment.color, scale, 0)
+    for ellipse in ellipses:
+        _outline(canvas, ellipse, INK, scale, 1 + 3 * rim)
+        _outline(canvas, ellipse, ellipse.color, scale, 1 + rim)
+    if caption:
+        _caption(canvas, caption)
+    return canvas
+
+
+def text_size(text: str, height: float) -> tuple[int, int]:
+    """(width, height) in pixels of one line whose capitals are `height` pixels high."""
+    (width, above), below = cv2.getTextSize(_plain(text), FONT, height / FONT_HEIGHT, _pen(height))
+    return width, above + below
+
+
+def put_text(canvas: Image, text: str, left: float, base: float, height: float, color: Color) -> None:
+    """Write one line onto the canvas itself.
+
+    Args:
+        left, base: pixels, where the text starts and the line it stands on.
+        height: pixels, of a capital.
+    """
+    at = (round(left), round(base))
+    cv2.putText(canvas, _plain(text), at, FONT, height / FONT_HEIGHT, color, _pen(height), cv2.LINE_AA)
+
+
+def fitted(texts: Sequence[str], height: float, width: float) -> float:
+    """The capital height, at most `height`, at which every text fits in `width` pixels."""
+    widest = max((text_size(text, height)[0] for text in texts), default=0)
+    return height * min(1.0, width / max(widest, 1))
+
+
+def _line(canvas: Image, segment: Segment, color: Color, scale: int, extra: int) -> None:
+    start, end = _fixed(_enlarged(segment.start, scale)), _fixed(_enlarged(segment.end, scale))
+    thickness = max(1, round(segment.width * scale)) + extra
+    cv2.line(canvas, start, end, color, thickness, cv2.LINE_AA, SHIFT)
+
+
+def _outline(canvas: Image, ellipse: Ellipse, color: Color, scale: int, thickness: int) -> None:
+    variances, axes = np.linalg.eigh(ellipse.cov)
+    radii = SIGMAS * scale * np.sqrt(np.maximum(variances[::-1], 0.0))
+    # eigh sorts upwards: the last axis is the long one. OpenCV turns clockwise on screen, as y down does.
+    angle = np.degrees(np.arctan2(axes[1, 1], axes[0, 1]))
+    center = _fixed(_enlarged(ellipse.center, scale))
+    cv2.ellipse(canvas, center, _fixed(radii), angle, 0.0, 360.0, color, thickness, cv2.LINE_AA, SHIFT)
+
+
+def _caption(canvas: Image, caption: str) -> None:
+    height, width = canvas.shape[:2]
+    lines = caption.split("\n")
+    margin = max(4, round(height / 60))
+    size = fitted(lines, max(9.0, height / 32), width - 2 * margin)
+    step = 1.9 * size
+    bottom = min(height, round(2 * margin + size + step * (len(lines) - 1)) + 1)
+    right = min(width, max(text_size(line, size)[0] for line in lines) + 2 * margin)
+    canvas[:bottom, :right] = (0.35 * canvas[:bottom, :right]).astype(np.uint8)
+    for number, line in enumerate(lines):
+        put_text(canvas, line, margin, margin + size + step * number, size, (255, 255, 255))
+
+
+def _enlarged(point: Array, scale: int) -> Array:
+    return scale * (point + 0.5) - 0.5
+
+
+def _fixed(values: Array) -> tuple[int, int]:
+    x, y = np.rint(np.clip(values, -FARTHEST, FARTHEST) * 2**SHIFT).astype(int)
+    return int(x), int(y)
+
+
+def _pen(height: float) -> int:
+    return max(1, round(height / 11))
+
+
+def _plain(text: str) -> str:
+    """OpenCV's letters are ASCII: accents are dropped, what has no counterpart becomes a question mark."""
+    letters = unicodedata.normalize("NFKD", text)
+    return "".join(c for c in letters if not unicodedata.combining(c)).encode("ascii", "replace").decode()
+
+
+def _frozen(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise ValueError(f"{name} must be {shape} finite numbers, not {array.tolist()}")
+    array.setflags(write=False)
+    return array

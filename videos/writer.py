@@ -1,0 +1,113 @@
+"""Frames to an h264 video that plays in a browser.
+
+The video is written beside its final place under another name and renamed when it is whole, so
+whoever finds the final name finds a complete video.
+"""
+
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+
+import av
+import cv2
+import numpy as np
+
+from videos.frames import Image, VideoError
+
+# Ticks per second: 24, 25, 30, 29.97, 50, 60 and 120 frames a second are whole numbers of ticks.
+CLOCK = 90_000
+CRF = 20
+
+
+class Writer:
+    """A context manager that takes images and leaves one mp4 file.
+
+    Args:
+        path: final name; a file already there is replaced when the new one is complete.
+        fps: nominal frames per second, and the step between frames written without a time.
+        size: (width, height) of every image, pixels; odd sizes are padded by repeating the last
+            column and row, because h264 in browsers takes even sizes only.
+        crf: quality, 0 (lossless) to 51 (worst).
+
+    Raises:
+        ValueError: fps, size or crf out of range; an image of another size; a time that does not grow.
+        VideoError: the folder does not exist or cannot be written; no image was written.
+    """
+
+    def __init__(self, path: str | Path, fps: float, size: tuple[int, int], *, crf: int = CRF) -> None:
+        if not 0.0 < fps <= CLOCK:
+            raise ValueError(f"fps must be a positive number of frames per second, not {fps}")
+        if min(size) < 1:
+            raise ValueError(f"size must be (width, height) in pixels, at least 1 each, not {size}")
+        if not 0 <= crf <= 51:
+            raise ValueError(f"crf must be between 0 and 51, not {crf}")
+        self.path = Path(path)
+        self.fps, self.size, self.crf = fps, size, crf
+        self._part = self.path.with_name(f".{self.path.name}.part")
+        self._last: int | None = None
+
+    def __enter__(self) -> "Writer":
+        if not self.path.parent.is_dir():
+            raise VideoError(
+                f"cannot write {self.path}: there is no folder {self.path.parent}; make it first"
+            )
+        width, height = self.size
+        try:
+            self._container = av.open(
+                str(self._part.absolute()), "w", format="mp4", options={"movflags": "+faststart"}
+            )
+        except (av.FFmpegError, OSError) as error:
+            raise VideoError(f"cannot write {self.path}: {error.strerror}; choose another folder") from error
+        rate = Fraction(self.fps).limit_denominator(1001)
+        self._stream = self._container.add_stream("libx264", rate=rate, options={"crf": str(self.crf)})
+        self._stream.width, self._stream.height = width + width % 2, height + height % 2
+        self._stream.pix_fmt = "yuv420p"
+        codec = self._stream.codec_context
+        codec.time_base = Fraction(1, CLOCK)
+        # Named in the file, or players guess the colours from the picture's size. 1 is BT.709 and TV range.
+        codec.colorspace = codec.color_primaries = codec.color_trc = codec.color_range = 1
+        return self
+
+    def write(self, image: Image, time: float | None = None) -> None:
+        """Append one (height, width, 3) uint8 RGB image, shown at `time` seconds.
+
+        Without a time it follows the image before it by 1 / fps; the first is then at 0.
+        """
+        width, height = self.size
+        if image.dtype != np.uint8 or image.shape != (height, width, 3):
+            raise ValueError(
+                f"image must be ({height}, {width}, 3) uint8 like the video, not {image.shape} {image.dtype}"
+            )
+        step = CLOCK / self.fps
+        if time is not None:
+            ticks = round(time * CLOCK)
+        else:
+            ticks = 0 if self._last is None else round(self._last + step)
+        if self._last is not None and ticks <= self._last:
+            raise ValueError(
+                f"times must grow from frame to frame; {time} s comes after {self._last / CLOCK:.4f} s"
+            )
+
+        padded = cv2.copyMakeBorder(image, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
+        frame = av.VideoFrame.from_ndarray(padded.astype(np.uint8, copy=False), format="rgb24")
+        frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709")
+        frame.pts, frame.time_base, frame.duration = ticks, Fraction(1, CLOCK), round(step)
+        self._container.mux(self._stream.encode(frame))
+        self._last = ticks
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if kind is None and self._last is None:
+                raise VideoError(f"no image was written to {self.path}; a video needs at least one")
+            if kind is None:
+                self._container.mux(self._stream.encode())
+                self._container.close()
+                self._part.replace(self.path)
+        finally:
+            # What cannot be finished must not hide why it was given up.
+            with suppress(av.FFmpegError):
+                self._container.close()
+            self._part.unlink(missing_ok=True)
