@@ -151,6 +151,7 @@ def sequences(trial: Trial, fps: float) -> list[Sequence]:
 
     Raises:
         MotionError: the capture is missing or malformed, or does not fit its row in the table.
+        ValueError: fps is not above 0.
     """
     if not trial.segments:
         return []
@@ -160,7 +161,7 @@ def sequences(trial: Trial, fps: float) -> list[Sequence]:
     for first, end in trial.segments:
         if end > T:
             raise MotionError(f"{trial.path} has {T} frames, its segment is {first}-{end}; correct the table")
-        if (end - 1 - first) * fps / trial.fps + 1 < SHORTEST:
+        if len(_times(end - first, trial.fps, fps)) < SHORTEST:
             continue
         y = resample(project(body.between(first, end), curve="curve" in trial.tags), trial.fps, fps)
         name = f"{trial.subject}_{trial.trial}:{first}-{end}"
@@ -246,15 +247,12 @@ def resample(y: Array, fps_from: float, fps_to: float) -> Array:
     Raises:
         ValueError: a rate is not above 0.
     """
-    if not (fps_from > 0 and fps_to > 0):
-        raise ValueError(f"frame rates must be above 0; got {fps_from} and {fps_to}")
+    times = _times(len(y), fps_from, fps_to)
     ratio = fps_from / fps_to
     T, whole = len(y), round(ratio)
     if T < 2 or (whole >= 1 and abs(ratio - whole) < 1e-9):
         return y[:: max(whole, 1)].copy()
     slopes = np.gradient(y, axis=0, edge_order=2 if T > 2 else 1)
-    # Rounding must not lose the last frame when it falls on one of the new times.
-    times = np.arange(int((T - 1) / ratio + 1e-9) + 1) * ratio
     i = np.minimum(times.astype(np.intp), T - 2)
     u = (times - i)[:, None]
     step = y[i + 1] - y[i]
@@ -292,6 +290,15 @@ def _read_trial(path: Path, line: int, row: dict[str, str | None]) -> Trial:
     )
 
 
+def _times(T: int, fps_from: float, fps_to: float) -> Array:
+    """Times of the new frames that lie within T old ones, in old frames."""
+    if not (0 < fps_from < np.inf and 0 < fps_to < np.inf):
+        raise ValueError(f"frame rates must be above 0; got {fps_from} and {fps_to}")
+    # Rounding must not lose the last frame when it falls on one of the new times.
+    count = int((T - 1) * fps_to / fps_from + 1e-9) + 1
+    return np.asarray(np.arange(count) * (fps_from / fps_to))
+
+
 def _dot(v: Array, w: Array) -> Array:
     return np.asarray((v * w).sum(axis=-1))
 
@@ -314,12 +321,9 @@ def _heading(hips: Array, body: Body) -> Array:
     facing = _facing(body).mean(axis=0)
     travel = (hips[-1] - hips[0]) * (1.0 - _UP)
     # Who stays on the spot has no line of travel.
-    way = (
-        travel * np.copysign(1.0, travel @ facing)
-        if np.linalg.norm(travel) > 0.5 * body.leg_length
-        else facing
-    )
-    return np.broadcast_to(_unit(way), hips.shape)
+    if np.linalg.norm(travel) < 0.5 * body.leg_length:
+        return np.broadcast_to(_unit(facing), hips.shape)
+    return np.broadcast_to(_unit(travel * np.copysign(1.0, travel @ facing)), hips.shape)
 
 
 def _floor(body: Body, hips: Array, forward: Array, *, tilted: bool) -> tuple[float, Array]:

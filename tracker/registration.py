@@ -1,17 +1,19 @@
 """Local template registration: hill-climb a pose until the templates match the frame.
 
 Pavlović et al. (1999), section 4.2: from each predicted pose the search climbs to a mode of the likelihood
-that the templates define. In the full mode each link and channel has its own brightness offset, every pixel a
-robust (Cauchy) weight, nearer links hide farther ones, and the climb leans on the prediction: Gauss-Newton
-steps on
+that the templates define. In the full mode each link and channel has its own brightness offset o, every point a
+robust (Cauchy) weight, nearer links hide farther ones, and the climb leans on the prediction: damped
+Gauss-Newton steps, on coarse and then on fine blurs, on
 
-    n/2 mean_p w_p |I(p(q)) - T_p - o|^2_rho / sigma^2  +  1/2 (q - m)' P^-1 (q - m)
+    n mean_p rho(|I(p(q)) - T_p - o|^2 / sigma^2) / 2  +  (q - m)' P^-1 (q - m) / 2
 
-What is handed on is the likelihood's own linearisation at the mode, so that the filter adds the prior once.
-n is tempered: neighbouring pixels err together, and only a share of them counts as independent.
+The classic mode is the papers': grey templates of the first frame, plain squares, no prior in the climb.
+n is tempered: neighbouring pixels err together, and only a share of them counts. The mean makes poses that
+hide different points comparable. What is handed on is the likelihood's own linearisation at the mode, so that
+the filter adds the prior once.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -24,13 +26,18 @@ from tracker.sampling import Array, Level, sample
 from tracker.settings import Settings
 from tracker.template import Templates
 
+FEWEST = 6  # points of a link that an offset of light is worked out from
+SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
+SMALL_GAIN = 1e-2  # nats
+HEAVIEST = 10.0  # damping beyond which no step helps
+
 
 class Outcome(Enum):
     """Why the search stopped."""
 
     CONVERGED = "converged"
     ITERATION_LIMIT = "hit the iteration limit"
-    LOST = "most template pixels left the frame"
+    OUTSIDE = "most template points left the frame"
 
 
 @dataclass(frozen=True)
@@ -40,11 +47,11 @@ class Registration:
     q           : (D,) pose at the last step
     information : (D, D) tempered J'WJ / sigma^2; singular where nothing visible constrains q
     vector      : (D,) information times the likelihood's linearised mode
-    cost        : minus the tempered log likelihood at q, nats, over as many pixels for every pose
+    cost        : minus the tempered log likelihood at q, nats, over as many points for every pose
     residual    : root-mean-square residual, grey levels
-    visible     : (P,) template points that lie in the frame and under no nearer link
+    match       : (P,) robust weight of each point without the rim's, 0 where not visible
     seen        : (levels, P, 3) colours at q, the offsets of light taken off
-    match       : (P,) robust weight of each point, 0 where not visible
+    inside      : share of the points that lie in the frame
     outcome     : why the search stopped
     """
 
@@ -53,119 +60,140 @@ class Registration:
     vector: Array
     cost: float
     residual: float
-    visible: NDArray[np.bool_]
-    seen: Array
     match: Array
+    seen: Array
+    inside: float
     outcome: Outcome
 
 
-@dataclass(frozen=True)
-class _Fit:
-    """Templates against one level at one pose: residuals (P, 3), weights (P,), slope (P, 3, D), mean cost."""
-
-    residual: Array
-    match: Array
-    slope: Array
-    mean: float
-    visible: NDArray[np.bool_]
-    offset: Array
-
-
 def align(
-    templates: Templates,
-    levels: list[Level],
-    figure: Figure,
-    view: View,
-    prior: Gaussian,
-    settings: Settings,
+    templates: Templates, levels: list[Level], figure: Figure, view: View, prior: Gaussian, settings: Settings
 ) -> Registration:
-    """Climb from the prior's mean to a mode, coarse to fine."""
-    scales = settings.iterations
-    classic = settings.mode == "classic"
-    precision = np.linalg.inv(prior.cov)
+    """Climb from the prior's mean (D,) to a mode, coarse to fine, and linearise the likelihood there."""
+    search = _Search(templates, figure, view, prior, settings)
     q = prior.mean.copy()
-    stopped = Outcome.CONVERGED
+    outcome = Outcome.CONVERGED
     for number, level in enumerate(levels):
-        q, stopped = _climb(templates, number, level, figure, view, q, prior.mean, precision, settings)
-    fit = _compare(templates, len(levels) - 1, levels[-1], figure, view, q, settings)
-    information, gradient = _normal_equations(fit, settings)
-    if fit.visible.mean() < 0.2:
-        stopped = Outcome.LOST
+        q, outcome = search.climb(number, level, q)
+    fit = search.compare(len(levels) - 1, levels[-1], q)
+    information, gradient = search.normal_equations(fit)
+    inside = float(fit.inside.mean())
+    weight = templates.weight * fit.match
     return Registration(
         q=q,
         information=information,
         vector=information @ q - gradient,
-        cost=settings.image_weight * settings.tempering * len(templates.link) * fit.mean,
-        residual=float(np.sqrt((fit.match[:, None] * fit.residual**2).sum() / max(3.0 * fit.match.sum(), 1e-9))),
-        visible=fit.visible,
-        seen=_colours(templates, levels, figure, view, q, fit),
+        cost=settings.image_weight * search.count * fit.mean,
+        residual=float(np.sqrt((weight[:, None] * fit.residual**2).sum() / max(3.0 * weight.sum(), 1e-9))),
         match=fit.match,
-        outcome=stopped,
+        seen=search.colours(levels, q, fit),
+        inside=inside,
+        outcome=Outcome.OUTSIDE if inside < settings.least_inside else outcome,
     )
 
 
-def _climb(templates, number, level, figure, view, q, mean, precision, settings):
-    fit = _compare(templates, number, level, figure, view, q, settings)
-    n = settings.tempering * len(templates.link)
-    cost = n * fit.mean + 0.5 * (q - mean) @ precision @ (q - mean)
-    damping = 1e-3
-    for _ in range(settings.iterations):
-        information, gradient = _normal_equations(fit, settings)
-        H = information + precision
-        g = gradient + precision @ (q - mean)
-        step = -np.linalg.solve(H + damping * np.diag(np.diag(H)), g)
-        trial = q + step
-        fit_t = _compare(templates, number, level, figure, view, trial, settings)
-        cost_t = n * fit_t.mean + 0.5 * (trial - mean) @ precision @ (trial - mean)
-        if cost_t < cost:
-            small = np.abs(step).max() < 2e-3
-            q, fit, damping, gain = trial, fit_t, damping * 0.3, cost - cost_t
-            cost = cost_t
-            if small or gain < 1e-2:
-                return q, Outcome.CONVERGED
+@dataclass(frozen=True)
+class _Fit:
+    """The templates against one level at one pose.
+
+    residual : (P, 3) grey levels, offsets taken off
+    offset   : (L, 3) brightness offset of each link and channel
+    match    : (P,) robust weight, 0 where not visible
+    mean     : mean over the visible points of half the robust squared residual, in units of the noise
+    inside   : (P,) whether the point lies in the frame
+    gradient : (P, 3, 2) of the frame, grey levels per pixel
+    """
+
+    residual: Array
+    offset: Array
+    match: Array
+    mean: float
+    inside: NDArray[np.bool_]
+    gradient: Array
+    q: Array
+
+
+class _Search:
+    """One climb's fixed data: templates, figure, view, prior, settings."""
+
+    def __init__(self, templates: Templates, figure: Figure, view: View, prior: Gaussian, settings: Settings) -> None:
+        self.templates, self.figure, self.view, self.settings = templates, figure, view, settings
+        self.full = settings.mode == "full"
+        self.mean = prior.mean
+        self.precision = np.linalg.inv(prior.cov) if self.full else np.zeros_like(prior.cov)
+        self.count = settings.tempering * len(templates.link)
+
+    def climb(self, number: int, level: Level, q: Array) -> tuple[Array, Outcome]:
+        """Levenberg-Marquardt at one blur."""
+        fit = self.compare(number, level, q)
+        cost, damping = self.objective(fit), 1e-3
+        for _ in range(self.settings.iterations):
+            information, gradient = self.normal_equations(fit)
+            H = information + self.precision
+            slope = gradient + self.precision @ (fit.q - self.mean)
+            # A link seen end-on or hidden leaves its freedoms without information, hence damping by the diagonal.
+            step = -np.linalg.solve(H + np.diag(damping * np.diag(H) + 1e-9), slope)
+            trial = self.compare(number, level, fit.q + step)
+            gain = cost - self.objective(trial)
+            if gain > 0.0:
+                fit, cost, damping = trial, cost - gain, 0.3 * damping
+                if gain < SMALL_GAIN or np.abs(step).max() < SMALL_STEP:
+                    return fit.q, Outcome.CONVERGED
+            else:
+                damping = max(10.0 * damping, 1e-2)
+                if damping > HEAVIEST:
+                    return fit.q, Outcome.CONVERGED
+        return fit.q, Outcome.ITERATION_LIMIT
+
+    def objective(self, fit: _Fit) -> float:
+        """What the climb lowers, nats."""
+        away = fit.q - self.mean
+        return float(self.count * fit.mean + 0.5 * away @ self.precision @ away)
+
+    def compare(self, number: int, level: Level, q: Array) -> _Fit:
+        """The templates laid on one level at a pose."""
+        t, settings = self.templates, self.settings
+        bones = skeleton(self.figure, q)
+        points = surface(bones, t.link, t.along, t.across)
+        values, gradient, inside = sample(level, self.view.to_pixels(points))
+        visible = inside & t.known
+        residual = values - t.colours[number]
+        offset = np.zeros((len(self.figure.links), 3))
+        size_of_noise = 3.0 * settings.noise**2
+        if self.full:
+            visible &= ~covering(self.figure, bones, points, t.link)
+            offset = _offsets(residual, t.link, visible, offset)
+            residual = residual - offset[t.link]
+            scale = settings.robust**2
+            size = (residual**2).sum(-1) / size_of_noise
+            match, rho = visible / (1.0 + size / scale), scale * np.log1p(size / scale)
         else:
-            damping = max(damping * 10, 1e-2)
-            if damping > 10:
-                return q, Outcome.CONVERGED
-    return q, Outcome.ITERATION_LIMIT
+            match, rho = visible.astype(float), (residual**2).sum(-1) / size_of_noise
+        weight = t.weight * visible
+        mean = 0.5 * float((weight * rho).sum() / max(weight.sum(), 1e-9))
+        return _Fit(residual, offset, match, mean, inside, gradient, q)
+
+    def normal_equations(self, fit: _Fit) -> tuple[Array, Array]:
+        """Tempered J'WJ / sigma^2 and J'Wr / sigma^2."""
+        t = self.templates
+        bones = skeleton(self.figure, fit.q)
+        moved = jacobian(self.figure, bones, t.link, t.along, t.across) * self.view.axes[:, None]
+        slope = fit.gradient @ moved
+        scale = self.settings.tempering / (3.0 * self.settings.noise**2)
+        weighted = ((scale * t.weight * fit.match)[:, None, None] * slope).reshape(-1, slope.shape[-1]).T
+        return weighted @ slope.reshape(-1, slope.shape[-1]), weighted @ fit.residual.ravel()
+
+    def colours(self, levels: list[Level], q: Array, fit: _Fit) -> Array:
+        """(levels, P, 3) what the frame shows at the points, the offsets of light taken off."""
+        t = self.templates
+        pixels = self.view.to_pixels(surface(skeleton(self.figure, q), t.link, t.along, t.across))
+        return np.stack([sample(level, pixels)[0] - fit.offset[t.link] for level in levels])
 
 
-def _compare(templates, number, level, figure, view, q, settings) -> _Fit:
-    bones = skeleton(figure, q)
-    points = surface(bones, templates.link, templates.along, templates.across)
-    values, gradients, inside = sample(level, view.to_pixels(points))
-    visible = inside & ~covering(figure, bones, points, templates.link) & templates.known
-    residual = values - templates.colours[number]
-    offset = _offsets(residual, templates, visible, len(figure.links))
-    residual = residual - offset[templates.link]
-    size = (residual**2).sum(-1) / (3.0 * settings.noise**2)
-    c2 = settings.robust**2
-    weight = templates.weight * visible
-    match = weight / (1.0 + size / c2)
-    rho = c2 * np.log1p(size / c2)
-    mean = 0.5 * float((weight * rho).sum() / max(weight.sum(), 1e-9))
-    moved = jacobian(figure, bones, templates.link, templates.along, templates.across) * view.axes[:, None]
-    slope = gradients @ moved
-    return _Fit(residual, match, slope, mean, visible, offset)
-
-
-def _offsets(residual, templates, visible, L):
-    out = np.zeros((L, 3))
-    for i in range(L):
-        own = visible & (templates.link == i)
-        if own.sum() > 5:
-            out[i] = np.median(residual[own], axis=0)
-    return out
-
-
-def _normal_equations(fit: _Fit, settings: Settings) -> tuple[Array, Array]:
-    scale = settings.tempering / (3.0 * settings.noise**2)
-    flat = fit.slope.reshape(-1, fit.slope.shape[-1])
-    weighted = (fit.match[:, None, None] * fit.slope).reshape(flat.shape)
-    return scale * weighted.T @ flat, scale * weighted.T @ fit.residual.ravel()
-
-
-def _colours(templates, levels, figure, view, q, fit):
-    bones = skeleton(figure, q)
-    pixels = view.to_pixels(surface(bones, templates.link, templates.along, templates.across))
-    return np.stack([sample(level, pixels)[0] - fit.offset[templates.link] for level in levels])
+def _offsets(residual: Array, link: NDArray[np.intp], visible: NDArray[np.bool_], offset: Array) -> Array:
+    """(L, 3) median residual of each link's visible points; 0 where too few are."""
+    for i in range(len(offset)):
+        own = visible & (link == i)
+        if own.sum() >= FEWEST:
+            offset[i] = np.median(residual[own], axis=0)
+    return offset

@@ -7,30 +7,47 @@ with the stride, and the trunk turns under the shirt. All pictures face right.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tracker.scene_cloth import Image, Wardrobe, capsule, look_up
 from tracker.scene_gait import Array, Build
 
-Image = NDArray[np.float32]
 Window = tuple[slice, slice]
 
-SKIN = ((222, 184, 155), (196, 148, 116), (141, 98, 72), (92, 62, 46))
-HAIR = ((38, 30, 26), (78, 54, 36), (120, 88, 54), (96, 92, 90))
-TROUSERS = ((62, 74, 104), (128, 112, 88), (86, 88, 94), (88, 92, 70), (96, 76, 62))
-SHIRTS = ((176, 62, 48), (206, 158, 64), (58, 128, 132), (204, 196, 178), (122, 78, 132), (84, 122, 74))
-SHOES = ((52, 46, 44), (150, 146, 140), (118, 72, 46))
-
 # Outlines in legs: place along the part, reach to the front, reach to the back.
-LEG = ((-0.1, 0.125, 0.13), (0.08, 0.135, 0.15), (0.28, 0.112, 0.112), (0.5, 0.085, 0.078), (0.7, 0.072, 0.092))
-HEM = (1.0, 0.066, 0.085)
-TRUNK = ((-0.02, 0.05, 0.06), (0.06, 0.075, 0.105), (0.2, 0.135, 0.125), (0.42, 0.122, 0.1), (0.72, 0.142, 0.155))
-ARM = ((0.0, 0.074, 0.074), (0.2, 0.066, 0.066), (0.37, 0.05, 0.056), (0.5, 0.048, 0.05), (0.68, 0.036, 0.036))
-HAND = ((0.7, 0.034, 0.034), (0.75, 0.044, 0.04), (0.82, 0.03, 0.03))
+LEG = (
+    (-0.1, 0.125, 0.13),
+    (0.08, 0.135, 0.15),
+    (0.28, 0.112, 0.112),
+    (0.5, 0.085, 0.078),
+    (0.7, 0.072, 0.092),
+    (1.0, 0.066, 0.085),
+)
+TRUNK = (
+    (-0.02, 0.05, 0.06),
+    (0.06, 0.075, 0.105),
+    (0.2, 0.135, 0.125),
+    (0.42, 0.122, 0.1),
+    (0.72, 0.142, 0.155),
+)
+ARM = (
+    (0.0, 0.074, 0.074),
+    (0.2, 0.066, 0.066),
+    (0.37, 0.05, 0.056),
+    (0.48, 0.05, 0.05),
+    (0.66, 0.034, 0.034),
+    (0.7, 0.036, 0.034),  # the hand from here on
+    (0.74, 0.05, 0.04),
+    (0.79, 0.044, 0.036),
+    (0.84, 0.028, 0.028),
+)
 
+WHITE = np.ones(3, np.float32)  # under parts that bring their own colours
+SOLE = np.array([176.0, 172.0, 164.0], np.float32)
 FAR_SHADE = np.array([0.66, 0.68, 0.74], np.float32)  # the far side of the body, in its own shade
 # What is drawn later hides what was drawn before; a mark is hidden only by a later rank than its own.
 FAR_ARM, FAR_LEG, NEAR_LEG, TRUNK_RANK, NEAR_ARM = range(5)
@@ -76,45 +93,6 @@ class Tube:
     reach: Array
 
 
-@dataclass(frozen=True)
-class Wardrobe:
-    """What one walker wears. Cloth textures are (256, 256, 3), 1 where the cloth has its plain colour."""
-
-    skin: Image
-    hair: Image
-    trousers: Image
-    shirt: Image
-    shoes: Image
-    denim: Image
-    pattern: Image
-    folds: Image
-    hair_end: float
-    long_sleeves: bool
-    light: Array
-
-    @classmethod
-    def choose(cls, rng: np.random.Generator) -> "Wardrobe":
-        """Clothes, skin, hair, and the side the light comes from."""
-
-        def one_of(colours: Any) -> Image:
-            return np.asarray(colours[rng.integers(len(colours))] + rng.normal(0.0, 5.0, 3), np.float32)
-
-        light = np.array([rng.uniform(-0.6, 0.6), -0.6, 0.65])
-        return cls(
-            skin=one_of(SKIN),
-            hair=one_of(HAIR),
-            trousers=one_of(TROUSERS),
-            shirt=one_of(SHIRTS),
-            shoes=one_of(SHOES),
-            denim=_weave(rng),
-            pattern=_pattern(rng),
-            folds=value_noise(rng, (256, 256), (8, 24, 64)),
-            hair_end=float(rng.choice([0.17, 0.2, 0.3])),
-            long_sleeves=bool(rng.uniform() < 0.5),
-            light=light / np.linalg.norm(light),
-        )
-
-
 class Painter:
     """Paints one walker, moment after moment, at leg_px pixels a leg."""
 
@@ -143,7 +121,7 @@ class Painter:
         hip, knee, ankle = joints["hip"], joints[f"{side}_knee"], joints[f"{side}_ankle"]
         px = self.leg_px
         bend = _turn(hip, knee, ankle)
-        tube = self._tube([hip, knee, ankle], (*LEG, HEM))
+        tube = self._tube([hip, knee, ankle], LEG, 0.1)
         from_knee = (tube.u - self.build.thigh * px) / (0.16 * px)
         near_knee = np.exp(-0.5 * from_knee**2)
         # A bent knee draws the cloth tight over its front and gathers it behind.
@@ -153,7 +131,7 @@ class Painter:
         gathers = bend * near_knee * np.clip(0.35 - tube.v, 0.0, 1.0) * np.sin(u / (0.028 * px) + 2.0 * v)
         at_groin = np.exp(-0.5 * ((tube.u - 0.08 * px) / (0.1 * px)) ** 2)
         shade = 1.0 + 0.16 * gathers + 0.1 * at_groin * np.sin(u / (0.03 * px) - 3.0 * v + 2.0 * sway)
-        shade *= 1.0 + 0.24 * self._fold(tube, u + 0.1 * px * bend, v + 0.4 * bend + sway * 0.2)
+        shade *= 1.0 + 0.24 * self._fold(u + 0.1 * px * bend, v + 0.4 * bend + sway * 0.2)
         shade *= self._lambert(tube)
         hem = 1.0 - 0.25 * (np.abs(tube.u - 0.97 * px) < 0.008 * px)
         signed = np.maximum(tube.signed, tube.u - px * (1.0 + 0.02 * tube.v))
@@ -168,22 +146,24 @@ class Painter:
         down = np.array([-forward[1], forward[0]])
         window, at = self._window(ankle[None], 0.34)
         f, d = ((at - ankle) @ forward) / px, ((at - ankle) @ down) / px
-        upper = _capsule(f, d, (-0.02, 0.0), (0.01, 0.04), 0.058, 0.06)
-        sole = _capsule(f, d, (-build.heel + 0.04, 0.042), (build.toe - 0.035, 0.052), 0.046, 0.032)
+        upper = capsule(f, d, (-0.02, 0.0), (0.01, 0.04), 0.058, 0.06)
+        sole = capsule(f, d, (-build.heel + 0.04, 0.042), (build.toe - 0.035, 0.052), 0.046, 0.032)
         signed = np.maximum(np.minimum(upper, sole), d - build.ankle)
         tone = 0.8 + 0.2 * np.clip(-d / 0.08 + 0.5, 0.0, 1.0) + 0.14 * (np.abs(f - 0.07) < 0.045) * (d < 0.03)
         colour = np.where(
-            (d > build.ankle - 0.022)[..., None], np.float32([176, 172, 164]), self.wear.shoes * tone[..., None]
+            (d > build.ankle - 0.022)[..., None],
+            SOLE,
+            self.wear.shoes * tone[..., None],
         )
-        return self._part(rank, window, np.float32([1, 1, 1]), colour, px * signed)
+        return self._part(rank, window, WHITE, colour, px * signed)
 
     def _trunk(self, joints: dict[str, Array], sway: float) -> Part:
         px = self.leg_px
         neck, hip = joints["neck"], joints["hip"]
-        tube = self._tube([neck, hip], TRUNK)
+        tube = self._tube([neck, hip], TRUNK, 0.1)
         v = tube.v + 0.16 * sway
         cloth = self._cloth(tube, self.wear.pattern, tube.u, v)
-        shade = self._lambert(tube) * (1.0 + 0.22 * self._fold(tube, tube.u, v + 0.3 * sway))
+        shade = self._lambert(tube) * (1.0 + 0.22 * self._fold(tube.u, v + 0.3 * sway))
         waist = np.exp(-0.5 * ((tube.u - 0.5 * px) / (0.12 * px)) ** 2)
         shade *= 1.0 + 0.08 * waist * np.sin(tube.u / (0.035 * px) + 2.5 * v + 1.5 * sway)
         hem = self.build.torso * px + px * (0.075 - 0.03 * tube.v**2 + 0.012 * sway * tube.v)
@@ -194,47 +174,47 @@ class Painter:
         px, wear = self.leg_px, self.wear
         top, neck = joints["head_top"], joints["neck"]
         down = (neck - top) / np.linalg.norm(neck - top)
-        window, at = self._window(np.stack([top, neck]), 0.16)
+        window, at = self._window(np.stack([top, neck]), 0.18)
         u = ((at - top) @ down) / px
         v = ((at - top) @ np.array([down[1], -down[0]])) / px
-        skull = 0.118 * (np.hypot((u - 0.12) / 0.12, (v + 0.005) / 0.112) - 1.0)
-        jaw = _capsule(u, v, (0.15, 0.02), (0.215, 0.055), 0.075, 0.036)
-        nose = _capsule(u, v, (0.115, 0.1), (0.15, 0.118), 0.012, 0.014)
-        throat = _capsule(u, v, (0.16, -0.02), (0.34, -0.005), 0.058, 0.066)
+        skull = 0.125 * (np.hypot((u - 0.13) / 0.13, (v + 0.005) / 0.122) - 1.0)
+        jaw = capsule(u, v, (0.16, 0.03), (0.235, 0.066), 0.08, 0.034)
+        nose = capsule(u, v, (0.125, 0.112), (0.16, 0.13), 0.012, 0.015)
+        throat = capsule(u, v, (0.18, -0.02), (0.35, -0.01), 0.056, 0.062)
         face = np.minimum(np.minimum(skull, jaw), np.minimum(nose, throat))
-        locks = np.maximum(0.128 * (np.hypot((u - 0.118) / 0.126, (v + 0.012) / 0.118) - 1.0), u - wear.hair_end)
-        brow = np.minimum(0.078 - u - 0.25 * v, 0.0) + np.where(v < -0.012, 1.0, 0.0)
-        is_hair = (locks < 0.0) & ((u < 0.072 - 0.2 * v) | ((v < -0.02) & (brow > 0.0)))
+        crown = 0.135 * (np.hypot((u - 0.128) / 0.136, (v + 0.012) / 0.13) - 1.0)
+        locks = np.maximum(crown, u - wear.hair_end)
+        is_hair = (locks < 0.0) & ((u < 0.078 - 0.2 * v) | (v < -0.022))
         if wear.hair_end > 0.25:
-            tail = _capsule(u, v, (0.1, -0.09), (wear.hair_end, -0.1), 0.04, 0.022)
+            tail = capsule(u, v, (0.1, -0.1), (wear.hair_end, -0.11), 0.04, 0.022)
             is_hair |= tail < 0.0
-            face = np.minimum(face, tail)
-        round_light = 0.84 + 0.3 * (v * wear.light[0] - (u - 0.1) * 0.6) / 0.11 * 0.6
-        tone = round_light * np.where(np.hypot(u - 0.112, v - 0.078) < 0.014, 0.45, 1.0)
-        tone *= np.where(np.abs(np.hypot(u - 0.14, v + 0.012) - 0.016) < 0.006, 0.8, 1.0)
-        tone *= np.where((np.abs(u - 0.188) < 0.006) & (v > 0.06), 0.7, 1.0) * np.where(u > 0.235, 0.8, 1.0)
+            locks = np.minimum(locks, tail)
+        round_light = 0.88 + 1.5 * (v * wear.light[0] - (u - 0.12) * 0.6)
+        tone = round_light * np.where(np.hypot(u - 0.12, v - 0.084) < 0.014, 0.45, 1.0)
+        tone *= np.where(np.abs(np.hypot(u - 0.15, v + 0.01) - 0.018) < 0.007, 0.8, 1.0)
+        tone *= np.where((np.abs(u - 0.205) < 0.006) & (v > 0.065), 0.72, 1.0)
+        tone *= np.where((u > 0.262) | ((u > 0.2) & (v < -0.01)), 0.84, 1.0)
         strands = round_light * (1.0 + 0.12 * np.sin(70.0 * v + 18.0 * u) + 0.1 * np.sin(41.0 * u - 23.0 * v))
         colour = np.where(is_hair[..., None], wear.hair * strands[..., None], wear.skin * tone[..., None])
         signed = px * np.minimum(face, np.where(is_hair, locks, np.inf))
-        return self._part(TRUNK_RANK, window, np.float32([1, 1, 1]), colour, signed)
+        return self._part(TRUNK_RANK, window, WHITE, colour, signed)
 
     def _arm(self, joints: dict[str, Array], side: str, rank: int, sway: float) -> Part:
         px, build = self.leg_px, self.build
         shoulder, elbow, wrist = joints["shoulder"], joints[f"{side}_elbow"], joints[f"{side}_wrist"]
-        tips = wrist + 0.12 * px * (wrist - elbow) / np.linalg.norm(wrist - elbow)
-        tube = self._tube([shoulder, elbow, tips], (*ARM, *HAND))
+        tips = wrist + 0.13 * px * (wrist - elbow) / np.linalg.norm(wrist - elbow)
+        tube = self._tube([shoulder, elbow, tips], ARM, 0.0)
         bend = _turn(tips, elbow, shoulder)
         at_elbow = np.exp(-0.5 * ((tube.u - build.upper_arm * px) / (0.1 * px)) ** 2)
         u = tube.u + 0.04 * px * bend * tube.v * at_elbow
         cloth = self._cloth(tube, self.wear.pattern, u, tube.v + 1.1 + 0.1 * sway)
-        gathers = 1.0 + 0.16 * at_elbow * np.sin(u / (0.024 * px) + 2.0 * tube.v + 2.0 * bend)
+        shade = 1.0 + 0.16 * at_elbow * np.sin(u / (0.024 * px) + 2.0 * tube.v + 2.0 * bend)
+        shade *= 1.0 + 0.2 * self._fold(u, tube.v + sway)
         sleeve = (0.93 * (build.upper_arm + build.forearm) if self.wear.long_sleeves else 0.24) * px
-        shirt = self.wear.shirt * cloth * (gathers * (1.0 + 0.2 * self._fold(tube, u, tube.v + sway)))[..., None]
+        shirt = self.wear.shirt * cloth * shade[..., None]
         shirt *= np.where(np.abs(tube.u - sleeve + 0.012 * px) < 0.012 * px, 0.8, 1.0)[..., None]
         colour = np.where((tube.u < sleeve)[..., None], shirt, self.wear.skin * np.float32(0.92))
-        return self._part(
-            rank, tube.window, np.float32([1, 1, 1]), colour * self._lambert(tube)[..., None], tube.signed
-        )
+        return self._part(rank, tube.window, WHITE, colour * self._lambert(tube)[..., None], tube.signed)
 
     def _window(self, points: Array, margin: float) -> tuple[Window, Array]:
         """The part of the picture around some points, margin in legs, and its pixels' (h, w, 2) places."""
@@ -245,13 +225,19 @@ class Painter:
         at = np.stack(np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)), axis=-1).astype(np.float64)
         return (slice(y0, y1), slice(x0, x1)), at
 
-    def _tube(self, path: list[Array], outline: tuple[tuple[float, float, float], ...]) -> Tube:
-        """The pixels around one link, or around two that meet in a smooth bend."""
+    def _tube(self, path: list[Array], outline: tuple[tuple[float, float, float], ...], spare: float) -> Tube:
+        """The pixels around one link, or around two that meet in a smooth bend.
+
+        Args:
+            path: joints from the body outwards, pixels.
+            outline: places along the path and reaches to front and back, legs.
+            spare: how far the tube goes on before its round end, legs; for those cut off at a hem.
+        """
         stations, fronts, backs = np.array(outline).T * self.leg_px
         window, at = self._window(np.stack(path), 0.2)
         links = []
         walked = 0.0
-        for i, (start, end) in enumerate(zip(path, path[1:], strict=False)):
+        for i, (start, end) in enumerate(pairwise(path)):
             length = float(np.linalg.norm(end - start))
             along_axis = (end - start) / length
             front = np.array([along_axis[1], -along_axis[0]])
@@ -259,12 +245,9 @@ class Painter:
             low = -np.inf if i == 0 else 0.0
             high = np.inf if i == len(path) - 2 else length
             clipped = np.clip(along, low, high)
-            on_link = np.clip(along, 0.0, length)
             u = walked + clipped
             reach = np.where(across > 0.0, np.interp(u, stations, fronts), np.interp(u, stations, backs))
-            # Beyond its ends a link is a round cap; the trunk and the trousers cut theirs off at a hem.
-            past = np.where(along < 0.0, along, np.maximum(along - length - 0.1 * self.leg_px, 0.0))
-            past = np.where((i > 0) & (along < 0.0) | (i < len(path) - 2), along - on_link, past)
+            past = along - np.clip(along, 0.0, length + (spare * self.leg_px if i == len(path) - 2 else 0.0))
             links.append((np.hypot(past, across) - reach, u, across / reach, front, reach))
             walked += length
         signed, u, v, front, reach = links[0]
@@ -281,17 +264,17 @@ class Painter:
 
     def _cloth(self, tube: Tube, texture: Image, u: Array, v: Array) -> Image:
         """Look a texture up, twice as fine as the picture, wrapped around the limb."""
-        around = np.arcsin(np.clip(v - np.round((v - tube.v)), -1.0, 1.0)) + (v - tube.v)
-        return _look_up(texture, 2.0 * u, 2.0 * around * tube.reach)
+        around = np.arcsin(np.clip(v - np.round(v - tube.v), -1.0, 1.0)) + (v - tube.v)
+        return look_up(texture, 2.0 * u, 2.0 * around * tube.reach)
 
-    def _fold(self, tube: Tube, u: Array, v: Array) -> Image:
-        return _look_up(self.wear.folds, 1.2 * u + 18.0 * v, 26.0 * v)
+    def _fold(self, u: Array, v: Array) -> Image:
+        return look_up(self.wear.folds, 1.2 * u + 18.0 * v, 26.0 * v)
 
     def _lambert(self, tube: Tube) -> Array:
         light = self.wear.light
         facing_us = np.sqrt(np.maximum(1.0 - tube.v**2, 0.0))
         lit = tube.v * (tube.front @ light[:2]) + facing_us * light[2]
-        return np.asarray(0.55 + 0.62 * np.maximum(lit, 0.0))
+        return np.asarray(0.62 + 0.6 * np.maximum(lit, 0.0))
 
     def _part(self, rank: int, window: Window, base: Image, tone: Any, signed: Array) -> Part:
         colour = np.clip(base * tone, 0.0, 255.0).astype(np.float32)
@@ -324,15 +307,6 @@ def seen(parts: list[Part], joints: dict[str, Array]) -> dict[str, bool]:
     }
 
 
-def value_noise(rng: np.random.Generator, shape: tuple[int, int], scales: tuple[float, ...]) -> Image:
-    """Smooth noise of mean 0 and deviation 1: one octave of random blobs per scale, in pixels."""
-    total = np.zeros(shape, np.float32)
-    for scale in scales:
-        coarse = rng.standard_normal([max(2, round(n / scale)) + 1 for n in shape]).astype(np.float32)
-        total += np.sqrt(scale) * cv2.resize(coarse, shape[::-1], interpolation=cv2.INTER_CUBIC)
-    return np.asarray((total - total.mean()) / total.std(), np.float32)
-
-
 def _covers(part: Part, place: Array) -> bool:
     rows, columns = part.window
     x, y = np.round(place).astype(int)
@@ -340,46 +314,8 @@ def _covers(part: Part, place: Array) -> bool:
     return bool(inside and part.alpha[y - rows.start, x - columns.start] > 0.5)
 
 
-def _look_up(texture: Image, x: Array, y: Array) -> Image:
-    maps = x.astype(np.float32) % texture.shape[1], y.astype(np.float32) % texture.shape[0]
-    return np.asarray(cv2.remap(texture, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP), np.float32)
-
-
 def _turn(a: Array, b: Array, c: Array) -> float:
     """The angle by which a path turns at b, radians, a bent knee's or elbow's sign positive."""
     before, after = b - a, c - b
     cross = before[0] * after[1] - before[1] * after[0]
     return float(abs(np.arctan2(cross, before @ after)))
-
-
-def _capsule(x: Array, y: Array, a: tuple[float, float], b: tuple[float, float], ra: float, rb: float) -> Array:
-    """Distance to a rounded bar from a to b whose radius goes from ra to rb, negative inside."""
-    length2 = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2
-    t = np.clip(((x - a[0]) * (b[0] - a[0]) + (y - a[1]) * (b[1] - a[1])) / length2, 0.0, 1.0)
-    across = np.hypot(x - a[0] - t * (b[0] - a[0]), y - a[1] - t * (b[1] - a[1]))
-    return np.asarray(across - ra - t * (rb - ra))
-
-
-def _weave(rng: np.random.Generator) -> Image:
-    """Trouser cloth: threads, wear, one seam. u runs along a row."""
-    grain = value_noise(rng, (256, 256), (1.6, 3.0))
-    wear = value_noise(rng, (256, 256), (20.0, 50.0))
-    cloth = 1.0 + 0.1 * grain + 0.13 * wear
-    cloth[126:129] *= 0.72
-    cloth[131:132] *= 1.2
-    return np.repeat(cloth[..., None], 3, axis=2)
-
-
-def _pattern(rng: np.random.Generator) -> Image:
-    """Shirt cloth: plain, striped or checked, with a grain."""
-    cloth = np.ones((256, 256, 3), np.float32)
-    kind = rng.integers(3)
-    ink = rng.uniform(0.35, 1.25, 3).astype(np.float32)
-    period = int(rng.choice([16, 32]))
-    stripes = (np.arange(256) % period) < period // 3
-    if kind >= 1:
-        cloth[:, stripes] *= 0.35 + 0.65 * ink
-    if kind == 2:
-        cloth[stripes] *= 0.45 + 0.55 * ink[::-1]
-    grain = value_noise(rng, (256, 256), (1.6, 3.0, 30.0))
-    return np.asarray(cloth * (1.0 + 0.09 * grain[..., None]), np.float32)

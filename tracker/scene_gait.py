@@ -23,7 +23,6 @@ Lengths are in legs (thigh + shank), proportions after Drillis and Contini as in
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +130,7 @@ def walk(build: Build, steps: int, stride: float, rng: np.random.Generator) -> G
     def angle(series: Series, phases: Array, spread: float) -> Array:
         size = 1.0 + np.clip(rng.normal(0.0, 0.05), -0.1, 0.1) + 0.02 * _wander(steps, stride, rng)
         offset = np.radians(spread) * np.clip(rng.normal(), -2.0, 2.0)
-        return _series(series, phases, size) + offset
+        return np.asarray(_series(series, phases, size) + offset)
 
     hip_near, hip_far = angle(HIP, phase, 0.5), angle(HIP, far_phase, 0.5)
     knee_near, knee_far = (np.maximum(angle(KNEE, p, 0.5), 0.0) for p in (phase, far_phase))
@@ -151,9 +150,7 @@ def walk(build: Build, steps: int, stride: float, rng: np.random.Generator) -> G
     height = drop + build.ankle  # (2, S) hip over the floor, were this leg's foot flat on it
     root_y = np.logaddexp(*(WEIGHT_SHARPNESS * height)) / WEIGHT_SHARPNESS
     share = np.exp(WEIGHT_SHARPNESS * (height - root_y))
-    foot = np.array(
-        [_foot_pitch(build, root_y - d, p) for d, (_, _, p) in zip(drop, legs, strict=True)]
-    )
+    foot = np.array([_foot_pitch(build, root_y - d, p) for d, (_, _, p) in zip(drop, legs, strict=True)])
     on_heel = np.diff(ankle_x + _ahead(-build.heel, build, foot))
     on_toe = np.diff(ankle_x + _ahead(build.toe, build, foot))
     advance = -(share[:, 1:] * np.where(foot[:, 1:] > 0.0, on_heel, on_toe)).sum(axis=0)
@@ -210,9 +207,9 @@ def _wander(steps: int, stride: float, rng: np.random.Generator) -> Array:
     return np.asarray(noise * np.sqrt(2.0 * np.sqrt(np.pi) * sigma))
 
 
-def _ahead(sole: float, build: Build, pitch: Array) -> Any:
+def _ahead(sole: float, build: Build, pitch: Array) -> Array:
     """How far ahead of the ankle a place on the sole is, the foot tipped by pitch."""
-    return sole * np.cos(pitch) + build.ankle * np.sin(pitch)
+    return np.asarray(sole * np.cos(pitch) + build.ankle * np.sin(pitch))
 
 
 def _foot_pitch(build: Build, ankle_height: Array, phase: Array) -> Array:

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import cast
 
 import av
-import av.container
-import av.video
 import cv2
 import numpy as np
+from av.container import InputContainer
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 Image = NDArray[np.uint8]
@@ -131,8 +132,10 @@ class Video:
                 if picture is None:
                     broken = True
                     continue
-                timed = picture.pts is not None and stream.time_base is not None
-                time = float(picture.pts * stream.time_base) if timed else time + 1.0 / self.fps
+                if picture.pts is None or stream.time_base is None:
+                    time += 1.0 / self.fps
+                else:
+                    time = float(picture.pts * stream.time_base)
                 yield Frame(index, time, _upright(picture))
                 index += 1
         self.cut_short = self._shortfall(index, broken)
@@ -146,7 +149,7 @@ class Video:
         return None
 
 
-def _opened(path: Path) -> av.container.InputContainer:
+def _opened(path: Path) -> InputContainer:
     if path.stat().st_size == 0:
         raise VideoError(f"{path} is empty (0 bytes); copy or record it again")
     try:
@@ -159,7 +162,7 @@ def _opened(path: Path) -> av.container.InputContainer:
         ) from error
 
 
-def _video_stream(container: av.container.InputContainer, path: Path) -> av.video.stream.VideoStream:
+def _video_stream(container: InputContainer, path: Path) -> VideoStream:
     streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
     # FFmpeg renders any text as a terminal's screen, which is nobody's video.
     text = container.format.name == "tty"
@@ -169,9 +172,7 @@ def _video_stream(container: av.container.InputContainer, path: Path) -> av.vide
     return streams[0]
 
 
-def _announced(
-    container: av.container.InputContainer, stream: av.video.stream.VideoStream
-) -> tuple[float, int | None]:
+def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, int | None]:
     """Frames per second, and about how many frames the container promises."""
     rate = stream.average_rate or stream.guessed_rate or stream.base_rate
     fps = float(rate) if rate else FOLDER_FPS
@@ -185,9 +186,7 @@ def _announced(
     return fps, min((count for count in counts if count), default=None)
 
 
-def _decoded(
-    container: av.container.InputContainer, stream: av.video.stream.VideoStream
-) -> Iterator[av.video.frame.VideoFrame | None]:
+def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:
     """Pictures up to the first failure after a picture came; None stands for that failure.
 
     Failures before the first picture are passed over: a recording may begin between key frames.
@@ -212,7 +211,7 @@ def _decoded(
     yield None
 
 
-def _upright(picture: av.video.frame.VideoFrame) -> Image:
+def _upright(picture: VideoFrame) -> Image:
     """The picture as RGB, turned or mirrored by the nearest right angle of its display matrix."""
     image = picture.to_ndarray(format="rgb24")
     matrix = picture.side_data.get("DISPLAYMATRIX")

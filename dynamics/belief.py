@@ -1,0 +1,58 @@
+"""A belief of several hypotheses, each in its own switching state, and the S priors it proposes.
+
+Pavlović et al. (1999), section 4.2: of the S^2 transitions the tracker follows, for every state i, only the one
+from the predecessor j* = argmin_j J_j - log Pi(j, i).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, Gaussian, collapse
+from dynamics.kalman import predict, update
+from dynamics.slds import SLDS
+
+
+@dataclass(frozen=True)
+class Belief:
+    """H weighted Gaussians.
+
+    states : mean (H, N), cov (H, N, N)
+    cost   : (H,) minus log weight, nats; only differences matter
+    s      : (H,) switching state of each
+    """
+
+    states: Gaussian
+    cost: Array
+    s: NDArray[np.intp]
+
+    @property
+    def weights(self) -> Array:
+        """(H,) probabilities."""
+        w = np.exp(self.cost.min() - self.cost)
+        return np.asarray(w / w.sum())
+
+    @property
+    def best(self) -> int:
+        """Position of the most probable hypothesis."""
+        return int(self.cost.argmin())
+
+    def merged(self) -> Gaussian:
+        """The one Gaussian with the moments of all hypotheses."""
+        return collapse(self.weights, self.states)
+
+
+def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
+    """One hypothesis a switching state, given a first pose y (M,), NaN where unknown, with covariance R (M, M)."""
+    states, log_lik = update(slds.start, y[None], slds.C, R)
+    return Belief(states, -slds.log_pi0 - log_lik, np.arange(slds.K))
+
+
+def propose(slds: SLDS, belief: Belief, *, prune: float) -> Belief:
+    """One prior a switching state, from its best predecessor; those dearer than the best by `prune` nats go."""
+    total = belief.cost[:, None] - slds.log_Pi[belief.s]
+    parent, cost = total.argmin(0), total.min(0)
+    s = np.flatnonzero(cost <= cost.min() + prune)
+    states = predict(belief.states[parent[s]], slds.A[s], slds.b[s], slds.Q[s])
+    return Belief(states, cost[s], s)

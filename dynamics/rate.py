@@ -1,0 +1,122 @@
+"""The same motion at another frame rate.
+
+Every state's own Gaussian over [q_t, q_{t-1}] (mean0, cov0 as `em.anywhere` leaves them) and its dynamics give the
+joint Gaussian of a run of frames. Poses at the new rate are cubic interpolations of those frames, so
+their joint moments follow in closed form, and the M-step's own regression turns these into A, b and Q. There
+is no matrix logarithm, which gait dynamics (with real negative eigenvalues) often have not got.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dynamics.gaussian import Array, symmetric
+from dynamics.regression import form, maximum_likelihood, solve
+from dynamics.slds import SLDS
+
+
+def at_rate(slds: SLDS, fps: float) -> SLDS:
+    """The system with one step standing for 1/fps seconds.
+
+    Args:
+        slds: learned at `slds.fps`; its mean0 and cov0 must describe the motion anywhere in it.
+        fps: the new frame rate, a quarter to four times the old.
+
+    Raises:
+        ValueError: a rate outside that range.
+    """
+    step = slds.fps / fps
+    if not 0.25 <= step <= 4.0:
+        raise ValueError(f"cannot convert {slds.fps:g} to {fps:g} frames a second; learn again at the wanted rate")
+    if abs(step - 1.0) < 1e-3:
+        return replace(slds, fps=fps)
+    d = len(slds.names)
+    shape = form(slds.names, slds.travelling, slds.order)
+    run = int(np.ceil(2.0 * step)) + 4
+    weights = np.stack([_cubic(1.0 + lag * step, run) for lag in (2, 1, 0)[: slds.order + 1]])
+    V, mean0, cov0 = [], [], []
+    for k in range(slds.K):
+        mean, cov = _run_moments(slds, k, run)
+        pick = np.kron(weights, np.eye(d))
+        mean, cov = pick @ mean, symmetric(pick @ cov @ pick.T)
+        v = np.append(mean, 1.0)
+        moment = np.outer(v, v)
+        moment[:-1, :-1] += cov
+        V.append(moment)
+        relative = _from_here(slds)
+        mean0.append(relative @ mean[: slds.order * d])
+        cov0.append(symmetric(relative @ cov[: slds.order * d, : slds.order * d] @ relative.T))
+    A, b, Q = solve(np.stack(V), np.ones(slds.K), shape, maximum_likelihood(shape))
+    return replace(
+        slds,
+        A=A,
+        b=b,
+        Q=_floored(Q, slds.Q, d),
+        mean0=np.stack(mean0),
+        cov0=np.stack(cov0) + np.diag(np.full(slds.order * d, 1e-6)),
+        Pi=_dwell(slds.Pi, step),
+        fps=fps,
+    )
+
+
+def _run_moments(slds: SLDS, k: int, run: int) -> tuple[Array, Array]:
+    """Joint moments of the poses of `run` frames in state k, oldest first."""
+    d, N = len(slds.names), slds.A.shape[-1]
+    mean = [slds.mean0[k]]
+    maps = [np.eye(N, N + (run - slds.order) * d)]
+    root = np.zeros((N, d))
+    root[:d] = np.linalg.cholesky(slds.Q[k][:d, :d])
+    for t in range(run - slds.order):
+        noise = np.zeros((N, N + (run - slds.order) * d))
+        noise[:, N + t * d : N + (t + 1) * d] = root
+        mean.append(slds.A[k] @ mean[-1] + slds.b[k])
+        maps.append(slds.A[k] @ maps[-1] + noise)
+    poses = [m[:d] for m in mean]
+    rows = [m[:d] for m in maps]
+    if slds.order == 2:
+        poses.insert(0, mean[0][d:])
+        rows.insert(0, maps[0][d:])
+    whole = np.eye(N + (run - slds.order) * d)
+    whole[:N, :N] = slds.cov0[k]
+    stack = np.vstack(rows)
+    return np.concatenate(poses), stack @ whole @ stack.T
+
+
+def _cubic(time: float, run: int) -> Array:
+    """(run,) weights of cubic Lagrange interpolation at a time between frames 0 .. run - 1."""
+    first = int(np.clip(np.floor(time) - 1, 0, run - 4))
+    nodes = np.arange(first, first + 4)
+    weights = np.zeros(run)
+    for i in nodes:
+        others = nodes[nodes != i]
+        weights[i] = np.prod((time - others) / (i - others))
+    return weights
+
+
+def _from_here(slds: SLDS) -> Array:
+    """(N, N): takes the travelling freedoms' present place off all lags."""
+    d = len(slds.names)
+    matrix = np.eye(slds.order * d)
+    for i, name in enumerate(slds.names):
+        if name in slds.travelling:
+            matrix[i::d, i] -= 1.0
+    return matrix
+
+
+def _floored(Q: Array, old: Array, d: int) -> Array:
+    """Interpolated frames are smoother than filmed ones: no variance falls below a hundredth of the old one."""
+    out = Q.copy()
+    least = 1e-2 * np.diagonal(old[:, :d, :d], axis1=1, axis2=2)
+    out[:, np.arange(d), np.arange(d)] += least
+    return out
+
+
+def _dwell(Pi: Array, step: float) -> Array:
+    """Transition probabilities over `step` old frames, each state's mean stay kept in seconds."""
+    if len(Pi) == 1:
+        return Pi
+    stay = np.clip(np.diag(Pi), 1e-9, 1.0 - 1e-12)
+    leave = 1.0 - stay**step
+    out = Pi * (leave / (1.0 - stay))[:, None]
+    out[np.diag_indices(len(Pi))] = 1.0 - leave
+    return np.asarray(out / out.sum(1, keepdims=True))

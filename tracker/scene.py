@@ -1,0 +1,206 @@
+"""A rendered walk whose poses are known: for `figtrack demo`, the README, and tests.
+
+A walker of `scene_gait`, painted by `scene_figure`, in the street of `scene_street`, then through what a
+camera does: the light changes, the shutter is open for half a frame, the lens is a little soft, the sensor is
+noisy, and the picture is compressed. The walk is planar and seen square from the side by a still camera, so
+that a limb keeps its length in pixels in every frame; what is hard is in the picture, not in the geometry.
+
+A rendered walk tests correctness. It does not say how well real footage is followed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.scene_cloth import Image, Wardrobe
+from tracker.scene_figure import MARK_RANKS, Painter, compose, seen
+from tracker.scene_gait import STEPS, Array, Gait, joint_places, random_build, walk
+from tracker.scene_street import FLOOR, light_fields, street
+
+Picture = NDArray[np.uint8]
+
+KEYPOINTS = tuple(MARK_RANKS)
+SHUTTER = (-2, 0, 2)  # moments averaged into one frame, of STEPS: open for about half of it
+MARGIN = 0.55  # of a leg, kept free beside the hip at both ends: half a step, and the arms
+STRIDES = (31.0, 37.0)  # frames at 30 a second
+NOISE = 3.2  # of the sensor, grey levels
+QUALITY = 60  # JPEG
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A rendered walk and the truth about it.
+
+    images : T pictures (H, W, 3) uint8 RGB, the compressed ones
+    joints : (T, 2) pixels for each keypoint; x right, y down, (0, 0) the centre of the top-left pixel
+    visible: (T,) bool for each keypoint: no nearer limb covers it
+    pose   : (T, 8) root_x, root_y, torso, neck, hip_near, knee_near, hip_far, knee_far; the root in leg
+             lengths from the hip's place in frame 0, x forward and y up; angles in radians, lean forward,
+             thigh ahead and knee flexion positive, neck relative to the torso
+    leg_px : thigh + shank, pixels
+    facing : +1 walks to the right, -1 to the left
+    fps    : frames per second
+    """
+
+    images: list[Picture]
+    joints: dict[str, Array]
+    visible: dict[str, NDArray[np.bool_]]
+    pose: Array
+    leg_px: float
+    facing: int
+    fps: float
+
+    def __post_init__(self) -> None:
+        arrays: list[NDArray[Any]] = [*self.images, *self.joints.values(), *self.visible.values(), self.pose]
+        for array in arrays:
+            array.flags.writeable = False
+
+
+def render(
+    seed: int,
+    *,
+    frames: int = 90,
+    size: tuple[int, int] = (640, 360),
+    fps: float = 30.0,
+    quality: int = QUALITY,
+) -> Scene:
+    """Render one person's walk along a street; the same seed gives the same pictures.
+
+    Seeds differ in the person, the clothes, the walk, the street, the light and the way the walker faces.
+
+    Args:
+        seed: of everything random.
+        frames: T.
+        size: width and height of the pictures, pixels. The walker is about half as tall as the picture.
+        fps: frames per second, which sets how far the walk gets in a frame.
+        quality: of the JPEG compression, 1 to 100.
+
+    Raises:
+        ValueError: the walk would leave the picture.
+    """
+    rng = np.random.default_rng(seed)
+    build = random_build(rng)
+    facing = int(rng.choice([-1, 1]))
+    width, height = size
+    leg_px = height * rng.uniform(0.475, 0.525) / build.stature
+
+    half_shutter = max(SHUTTER)
+    moments = half_shutter + STEPS * np.arange(frames)
+    stride = rng.uniform(*STRIDES) * fps / 30.0 * STEPS
+    gait = walk(build, int(moments[-1]) + half_shutter + 1, stride, rng)
+
+    travel = float(np.ptp(gait.pose[:, 0]))
+    free = width - 1 - (travel + 2.0 * MARGIN) * leg_px
+    if free < 0.0:
+        raise ValueError(
+            f"{frames} frames take the walker {travel * leg_px:.0f} px, too far for a picture {width} px "
+            "wide; render fewer frames or a wider picture"
+        )
+    start = np.array([MARGIN * leg_px + rng.uniform(0.3, 0.7) * free, FLOOR * height])
+
+    wardrobe = Wardrobe.choose(rng)
+    background = street(size, wardrobe.trousers, rng)
+    light = light_fields(size, frames, rng)
+    shadow = np.array([rng.uniform(-0.55, 0.55), rng.uniform(0.16, 0.24)])
+    painter = Painter(build, wardrobe, leg_px, (height, width))
+
+    images, visible = [], []
+    for t, moment in enumerate(moments):
+        window = gait.at(moment + np.array(SHUTTER))
+        layer, visible_now = _expose(painter, window, start)
+        ground = background * _shadow(layer[..., 3], start[1], shadow)[..., None]
+        picture = ground * (1.0 - layer[..., 3:]) + layer[..., :3]
+        picture *= cv2.resize(light[t], size, interpolation=cv2.INTER_LINEAR)[..., None]
+        images.append(_develop(picture[:, ::facing], rng))
+        visible.append(visible_now)
+
+    places = _pixels(joint_places(build, gait.at(moments)), leg_px, start)
+    if facing < 0:
+        places = {
+            name: np.array([width - 1, 0.0]) + np.array([-1.0, 1.0]) * at for name, at in places.items()
+        }
+    pose = gait.pose[moments].copy()
+    pose[:, :2] -= pose[0, :2].copy()
+    return Scene(
+        images=compress(images, quality),
+        joints={name: places[name] for name in KEYPOINTS},
+        visible={name: np.array([now[name] for now in visible]) for name in KEYPOINTS},
+        pose=pose,
+        leg_px=float(leg_px),
+        facing=facing,
+        fps=fps,
+    )
+
+
+def compress(images: Sequence[Picture], quality: int = QUALITY) -> list[Picture]:
+    """What is left of (H, W, 3) uint8 RGB pictures after JPEG compression, each for itself.
+
+    Args:
+        quality: 1 to 100.
+    """
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    squeezed = []
+    for image in images:
+        _, code = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), options)
+        squeezed.append(np.array(cv2.imdecode(code, cv2.IMREAD_COLOR), np.uint8)[..., ::-1].copy())
+    return squeezed
+
+
+def truth_table(scene: Scene) -> list[tuple[int, str, float, float, int]]:
+    """The rows of the scene's keypoints table: frame, keypoint, x, y in pixels, visible 1 or 0."""
+    return [
+        (
+            t,
+            name,
+            float(scene.joints[name][t, 0]),
+            float(scene.joints[name][t, 1]),
+            int(scene.visible[name][t]),
+        )
+        for t in range(len(scene.images))
+        for name in KEYPOINTS
+    ]
+
+
+def _pixels(places: dict[str, Array], leg_px: float, start: Array) -> dict[str, Array]:
+    """Body units, y up from the floor, to pixels of a picture in which the walker faces right."""
+    return {name: start + leg_px * np.array([1.0, -1.0]) * at for name, at in places.items()}
+
+
+def _expose(painter: Painter, gait: Gait, start: Array) -> tuple[Image, dict[str, bool]]:
+    """The walker's layer averaged over the shutter's moments, and which marks show at the middle one."""
+    places = _pixels(joint_places(painter.build, gait), painter.leg_px, start)
+    layer = np.zeros((*painter.shape, 4), np.float32)
+    visible: dict[str, bool] = {}
+    for i in range(len(gait.phase)):
+        joints = {name: at[i] for name, at in places.items()}
+        parts = painter.parts(joints, float(gait.phase[i]))
+        layer += compose(parts, painter.shape) / len(gait.phase)
+        if i == len(gait.phase) // 2:
+            visible = seen(parts, joints)
+    return layer, visible
+
+
+def _shadow(alpha: Image, floor: float, slant: Array) -> Image:
+    """How much light the walker leaves on the ground: the outline laid down towards the camera, softened."""
+    # Of a place y above the floor the shadow falls slant[1] as far below it, slant[0] as far aside.
+    flipped = np.array([[1.0, -slant[0], slant[0] * floor], [0.0, -slant[1], floor * (1.0 + slant[1])]])
+    size = alpha.shape[::-1]
+    laid = cv2.warpAffine(alpha, flipped, size, flags=cv2.INTER_LINEAR)
+    cast = 0.45 * cv2.GaussianBlur(laid, (0, 0), 1.7, sigmaY=0.9)
+    # Where a sole meets the ground it is darkest, however thin the shoe's own shadow.
+    soles = np.where(np.abs(np.arange(len(alpha)) - floor + 1.5) <= 2.5, 1.0, 0.0)[:, None] * alpha
+    touch = 0.9 * cv2.GaussianBlur(soles.astype(np.float32), (0, 0), 3.5, sigmaY=1.8)
+    return np.asarray(
+        1.0 - np.minimum(np.maximum(cast, touch) + 0.3 * np.minimum(cast, touch), 0.65), np.float32
+    )
+
+
+def _develop(picture: Image, rng: np.random.Generator) -> Picture:
+    """Lens and sensor."""
+    soft = cv2.GaussianBlur(np.ascontiguousarray(picture), (0, 0), 0.65)
+    noisy = soft + NOISE * rng.standard_normal(soft.shape, dtype=np.float32)
+    return np.asarray(np.clip(np.round(noisy), 0.0, 255.0), np.uint8)
