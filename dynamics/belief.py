@@ -1,7 +1,7 @@
 """A belief of several hypotheses, each in its own switching state, and the S priors it proposes.
 
-Pavlović et al. (1999), section 4.2: of the S^2 transitions the tracker follows, for every state i, only the one
-from the predecessor j* = argmin_j J_j - log Pi(j, i).
+Pavlović et al. (1999), section 4.2: of the S^2 transitions the tracker follows, for every state i, only the
+one from the predecessor j* = argmin_j J_j - log Pi(j, i).
 """
 
 from dataclasses import dataclass
@@ -44,13 +44,13 @@ class Belief:
 
 
 def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
-    """One hypothesis a switching state, given a first pose y (M,), NaN where unknown, with covariance R (M, M)."""
+    """One hypothesis a switching state, given a first pose y (M,) (NaN: unknown) of covariance R (M, M)."""
     states, log_lik = update(slds.start, y[None], slds.C, R)
     return Belief(states, -slds.log_pi0 - log_lik, np.arange(slds.K))
 
 
 def propose(slds: SLDS, belief: Belief, *, prune: float) -> Belief:
-    """One prior a switching state, from its best predecessor; those dearer than the best by `prune` nats go."""
+    """One prior a state, from its best predecessor; those dearer than the best by over `prune` nats go."""
     total = belief.cost[:, None] - slds.log_Pi[belief.s]
     parent, cost = total.argmin(0), total.min(0)
     s = np.flatnonzero(cost <= cost.min() + prune)

@@ -78,7 +78,7 @@ def learn(
     travelling: Sequence[str],
     fps: float,
     label: str,
-    options: Options = Options(),  # noqa: B008 frozen
+    options: Options = Options(),
     weights: Array | None = None,
     infer: Infer = viterbi_all,
     progress: Callable[[int, float], None] | None = None,
@@ -104,42 +104,54 @@ def learn(
     prior = data_prior(ys, shape, options)
     first = kmeans(ys, options.states, shape, np.random.default_rng(options.seed))
     slds = _first_model(ys, first, shape, prior, w, tuple(names), tuple(travelling), label, fps)
-    best, values, stopped = slds, [], f"reached {options.rounds} rounds"
+    best, stopped = slds, f"reached {options.rounds} rounds"
+    values: list[float] = []
     for i in range(options.rounds):
         posteriors = infer(slds, ys)
         value = float(sum(wn * p.log_evidence for wn, p in zip(w, posteriors, strict=True)))
         value += log_prior(slds, shape, prior)
         if not values or value > max(values):
             best = slds
-        if values and value - values[-1] < options.tolerance * abs(values[-1]):
-            stopped = "rose by less than the tolerance" if value >= values[-1] else "fell; the best round is kept"
-            values.append(value)
-            break
         values.append(value)
         if progress is not None:
             progress(i, value)
+        rise = value - values[-2] if i > 0 else np.inf
+        if rise < 0:
+            stopped = "fell; the best round is kept"
+            break
+        if rise < options.tolerance * abs(value):
+            stopped = "rose by less than the tolerance"
+            break
         slds = maximise(slds, ys, posteriors, shape, prior, w)
     return Fit(best, tuple(values), stopped)
 
 
 def maximise(
-    slds: SLDS, ys: Sequence[Array], posteriors: Sequence[Posterior], shape: Form, prior: Prior, weights: Array
+    slds: SLDS,
+    ys: Sequence[Array],
+    posteriors: Sequence[Posterior],
+    shape: Form,
+    prior: Prior,
+    weights: Array,
 ) -> SLDS:
-    """The M-step: the parameters that maximise the expected log joint plus the log prior (C is fixed)."""
+    """The M-step: the parameters that maximise the expected log joint plus the log prior (C is fixed).
+
+    A state that the posteriors never enter keeps what it had where the priors leave it nothing.
+    """
     V, n = _step_statistics(posteriors, weights, len(slds.names))
-    A, b, Q = solve(V, n, shape, prior.ridge)
+    entered = n + prior.ridge.count > 0
+    A, b, Q = slds.A.copy(), slds.b.copy(), slds.Q.copy()
+    A[entered], b[entered], Q[entered] = solve(V[entered], n[entered], shape, prior.ridge)
     mean0, cov0 = _start(posteriors, weights, prior)
     counts = sum(w * p.pair.sum(0) for w, p in zip(weights, posteriors, strict=True))
     counts = counts + prior.alpha + prior.sticky * np.eye(slds.K)
     first = sum(w * p.prob[0] for w, p in zip(weights, posteriors, strict=True)) + prior.alpha
-    # A state never visited keeps what it had where the priors leave it nothing.
-    empty = (n + prior.ridge.count) <= 0
-    unborn = first + prior.start_count <= 0
+    unborn = first + prior.start_count <= 1e-9
     return replace(
         slds,
-        A=np.where(empty[:, None, None], slds.A, A),
-        b=np.where(empty[:, None], slds.b, b),
-        Q=np.where(empty[:, None, None], slds.Q, Q),
+        A=A,
+        b=b,
+        Q=Q,
         Pi=_rows(counts, slds.Pi),
         pi0=_rows(first[None], slds.pi0[None])[0],
         mean0=np.where(unborn[:, None], slds.mean0, mean0),
@@ -180,14 +192,18 @@ def data_prior(ys: Sequence[Array], shape: Form, options: Options) -> Prior:
     y = np.concatenate(ys)
     spread = y.var(axis=0)
     change = np.concatenate([np.diff(y, n=shape.order, axis=0) for y in ys]).var(axis=0)
-    size = np.append((y**2).mean(axis=0) @ np.abs(shape.regard[:, :d]).T, 1.0)
-    size[:-1] = np.where(size[:-1] > 0, size[:-1], spread.mean())
+    speed = np.concatenate([np.diff(y, axis=0) for y in ys])
+    x = y if shape.order == 1 else np.concatenate([np.hstack([y[1:], y[:-1]]) for y in ys])
+    size = np.append(((x @ shape.regard.T) ** 2).mean(axis=0), 1.0)
+    size = np.where(size > 0, size, 1.0)
     strength = options.prior * 1e-3 * size * len(y) / (4.0 * options.states)
+    # A travelling freedom starts near its first place, however far it goes.
+    places = np.where(shape.carry.any(axis=1), np.minimum(spread, (speed**2).mean(axis=0)), spread)
     return Prior(
         ridge=Ridge(strength, options.prior * 0.1 * change + 1e-12 * spread, options.prior * (d + 2.0)),
         R=options.prior * 0.03 * np.minimum(spread, change),
         R_count=options.prior * (d + 11.0),
-        start=options.prior * 0.1 * np.tile(np.minimum(spread, 1.0), shape.order),
+        start=options.prior * 0.1 * np.tile(places, shape.order),
         start_count=options.prior * (N + 2.0),
         alpha=0.1 * options.prior,
         sticky=options.stickiness * options.prior,
@@ -196,7 +212,7 @@ def data_prior(ys: Sequence[Array], shape: Form, options: Options) -> Prior:
 
 def log_prior(slds: SLDS, shape: Form, prior: Prior) -> float:
     """The log prior density up to a constant: what the M-step adds to the expected log joint."""
-    d, N = shape.carry.shape
+    d = len(shape.carry)
     total = 0.0
     if prior.ridge.count > 0:
         for A, b, Q in zip(slds.A, slds.b, slds.Q, strict=True):
@@ -246,9 +262,11 @@ def _start(posteriors: Sequence[Posterior], weights: Array, prior: Prior) -> tup
         outer = first.mean[..., :, None] * first.mean[..., None, :]
         square += prob[:, None, None] * (first.cov + outer)
     # A state that no sequence starts in takes the mean of those that do, at the prior's covariance.
-    mean = np.where(n[:, None] > 1e-9, total / np.maximum(n, 1e-9)[:, None], total.sum(0) / max(n.sum(), 1e-9))
+    born = n > 1e-9
+    own, common = total / np.maximum(n, 1e-9)[:, None], total.sum(0) / max(n.sum(), 1e-9)
+    mean = np.where(born[:, None], own, common)
     scatter = square - n[:, None, None] * mean[:, :, None] * mean[:, None, :]
-    scatter = np.where(n[:, None, None] > 1e-9, scatter, 0.0)
+    scatter = np.where(born[:, None, None], scatter, 0.0)
     count = np.maximum(n + prior.start_count, 1e-9)
     return mean, symmetric(scatter + np.diag(prior.start)) / count[:, None, None]
 
@@ -301,7 +319,8 @@ def _first_model(
         labels=(label,) * K,
         fps=fps,
     )
-    blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + 1e-9 * np.eye(N))) for p in posteriors]
+    blur = 1e-9 * np.eye(N)
+    blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + blur)) for p in posteriors]
     return replace(maximise(slds, ys, blurred, shape, prior, weights), R=R)
 
 

@@ -1,6 +1,7 @@
 """Gaussians with any leading axes: density, collapse of a mixture."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,9 +29,9 @@ class Gaussian:
     mean: Array
     cov: Array
 
-    def __getitem__(self, index: object) -> "Gaussian":
+    def __getitem__(self, index: Any) -> "Gaussian":
         """The Gaussians at an index of the leading axes."""
-        return Gaussian(self.mean[index], self.cov[index])  # type: ignore[index]
+        return Gaussian(self.mean[index], self.cov[index])
 
 
 def symmetric(cov: Array) -> Array:
@@ -39,7 +40,7 @@ def symmetric(cov: Array) -> Array:
     return half
 
 
-def transpose(matrix: Array) -> Array:
+def transpose(matrix: NDArray[Any]) -> Array:
     """(..., M, N) to (..., N, M)."""
     return np.swapaxes(matrix, -1, -2)
 

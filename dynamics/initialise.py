@@ -3,16 +3,18 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.cluster.vq import kmeans2
 
 from dynamics.gaussian import Array, Gaussian
 from dynamics.posterior import Posterior
 from dynamics.regression import Form
 
-VELOCITY_WEIGHT = 3.0  # a frame's change is about a third of a pose's spread in gait
-
 
 def kmeans(ys: Sequence[Array], K: int, shape: Form, rng: np.random.Generator) -> list[Posterior]:
     """Posteriors that take every frame as measured exactly and its k-means cluster as its switching state.
+
+    Every pose and every velocity counts alike, whatever its units: each is divided by its spread.
 
     Args:
         ys: sequences (T, M) without gaps.
@@ -28,21 +30,19 @@ def kmeans(ys: Sequence[Array], K: int, shape: Form, rng: np.random.Generator) -
 def _features(y: Array, shape: Form) -> Array:
     change = np.gradient(y, axis=0) if len(y) > 1 else np.zeros_like(y)
     places = shape.carry.any(axis=1)
-    return np.hstack([y[:, ~places], VELOCITY_WEIGHT * change])
+    return np.hstack([y[:, ~places], change])
 
 
-def _cluster(features: Array, K: int, rng: np.random.Generator) -> Array:
-    from scipy.cluster.vq import kmeans2
-
+def _cluster(features: Array, K: int, rng: np.random.Generator) -> NDArray[np.intp]:
     if K == 1:
-        return np.zeros(len(features), dtype=np.int32)
+        return np.zeros(len(features), dtype=np.intp)
     spread = features.std(axis=0)
     scaled = features / np.where(spread > 0, spread, 1.0)
     _, labels = kmeans2(scaled, K, minit="++", seed=rng)
-    return labels
+    return labels.astype(np.intp)
 
 
-def _certain(y: Array, s: Array, K: int, order: int) -> Posterior:
+def _certain(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
     before = np.vstack([2.0 * y[:1] - y[1:2] if len(y) > 1 else y[:1], y[:-1]])
     mean = y if order == 1 else np.hstack([y, before])
     T, N = mean.shape

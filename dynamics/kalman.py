@@ -77,10 +77,10 @@ def update_information(prior: Gaussian, C: Array, information: Array, vector: Ar
     """
     strength, axes = np.linalg.eigh(symmetric(information))
     told = strength > 1e-12 * max(float(strength[-1]), 1e-300)
-    factor = axes[:, told] * np.sqrt(strength[told])
-    y = (axes[:, told].T @ vector) / np.sqrt(strength[told])
     if not told.any():
         return prior
+    factor = axes[:, told] * np.sqrt(strength[told])
+    y = (axes[:, told].T @ vector) / np.sqrt(strength[told])
     return update(prior, y, factor.T @ C, np.eye(len(y)))[0]
 
 

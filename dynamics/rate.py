@@ -1,7 +1,7 @@
 """The same motion at another frame rate.
 
-Every state's own Gaussian over [q_t, q_{t-1}] (mean0, cov0 as `em.anywhere` leaves them) and its dynamics give the
-joint Gaussian of a run of frames. Poses at the new rate are cubic interpolations of those frames, so
+Every state's own Gaussian over [q_t, q_{t-1}] (mean0, cov0 as `em.anywhere` leaves them) and its dynamics
+give the joint Gaussian of a run of frames. Poses at the new rate are cubic interpolations of those frames, so
 their joint moments follow in closed form, and the M-step's own regression turns these into A, b and Q. There
 is no matrix logarithm, which gait dynamics (with real negative eigenvalues) often have not got.
 """
@@ -27,36 +27,52 @@ def at_rate(slds: SLDS, fps: float) -> SLDS:
     """
     step = slds.fps / fps
     if not 0.25 <= step <= 4.0:
-        raise ValueError(f"cannot convert {slds.fps:g} to {fps:g} frames a second; learn again at the wanted rate")
+        raise ValueError(f"cannot go from {slds.fps:g} to {fps:g} frames a second; learn again at that rate")
     if abs(step - 1.0) < 1e-3:
         return replace(slds, fps=fps)
+    times = [1.0 + lag * step for lag in range(slds.order, -1, -1)]
+    run = int(np.ceil(slds.order * step)) + 4
+    return replace(_regressed(slds, times, run), Pi=_dwell(slds.Pi, step), fps=fps)
+
+
+def backwards(slds: SLDS) -> SLDS:
+    """The same motion with time running the other way, for frames before the marked one."""
+    times = [1.0 + lag for lag in range(slds.order + 1)]
+    stationary = _stationary(slds.Pi)
+    Pi = (stationary[:, None] * slds.Pi).T / np.maximum(stationary @ slds.Pi, 1e-300)[:, None]
+    return replace(_regressed(slds, times, slds.order + 4), Pi=Pi / Pi.sum(1, keepdims=True))
+
+
+def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
+    """Dynamics from the poses at given times of a run of frames, the newest first."""
     d = len(slds.names)
     shape = form(slds.names, slds.travelling, slds.order)
-    run = int(np.ceil(2.0 * step)) + 4
-    weights = np.stack([_cubic(1.0 + lag * step, run) for lag in (2, 1, 0)[: slds.order + 1]])
+    pick = np.kron(np.stack([_cubic(time, run) for time in times]), np.eye(d))
+    relative = _from_here(slds)
     V, mean0, cov0 = [], [], []
     for k in range(slds.K):
         mean, cov = _run_moments(slds, k, run)
-        pick = np.kron(weights, np.eye(d))
         mean, cov = pick @ mean, symmetric(pick @ cov @ pick.T)
         v = np.append(mean, 1.0)
         moment = np.outer(v, v)
         moment[:-1, :-1] += cov
         V.append(moment)
-        relative = _from_here(slds)
-        mean0.append(relative @ mean[: slds.order * d])
-        cov0.append(symmetric(relative @ cov[: slds.order * d, : slds.order * d] @ relative.T))
+        here = slice(0, slds.order * d)
+        mean0.append(relative @ mean[here])
+        cov0.append(symmetric(relative @ cov[here, here] @ relative.T))
     A, b, Q = solve(np.stack(V), np.ones(slds.K), shape, maximum_likelihood(shape))
+    floor = np.diag(np.full(slds.order * d, 1e-6))
     return replace(
-        slds,
-        A=A,
-        b=b,
-        Q=_floored(Q, slds.Q, d),
-        mean0=np.stack(mean0),
-        cov0=np.stack(cov0) + np.diag(np.full(slds.order * d, 1e-6)),
-        Pi=_dwell(slds.Pi, step),
-        fps=fps,
+        slds, A=A, b=b, Q=_floored(Q, slds.Q, d), mean0=np.stack(mean0), cov0=np.stack(cov0) + floor
     )
+
+
+def _stationary(Pi: Array) -> Array:
+    """(K,) the share of time spent in each state: the left eigenvector of Pi to eigenvalue 1."""
+    K = len(Pi)
+    system = np.vstack([Pi.T - np.eye(K), np.ones(K)])
+    share: Array = np.linalg.lstsq(system, np.append(np.zeros(K), 1.0), rcond=None)[0]
+    return np.maximum(share, 1e-12)
 
 
 def _run_moments(slds: SLDS, k: int, run: int) -> tuple[Array, Array]:
@@ -104,7 +120,7 @@ def _from_here(slds: SLDS) -> Array:
 
 
 def _floored(Q: Array, old: Array, d: int) -> Array:
-    """Interpolated frames are smoother than filmed ones: no variance falls below a hundredth of the old one."""
+    """Interpolated frames are smoother than filmed ones: a hundredth of the old variance is added."""
     out = Q.copy()
     least = 1e-2 * np.diagonal(old[:, :d, :d], axis1=1, axis2=2)
     out[:, np.arange(d), np.arange(d)] += least
@@ -112,7 +128,7 @@ def _floored(Q: Array, old: Array, d: int) -> Array:
 
 
 def _dwell(Pi: Array, step: float) -> Array:
-    """Transition probabilities over `step` old frames, each state's mean stay kept in seconds."""
+    """Transition probabilities over `step` old frames; the chance of staying for a time is kept."""
     if len(Pi) == 1:
         return Pi
     stay = np.clip(np.diag(Pi), 1e-9, 1.0 - 1e-12)

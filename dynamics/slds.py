@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, frozen
 
@@ -58,7 +59,12 @@ class SLDS:
         for name, rows in (("pi0", self.pi0[None]), ("Pi", self.Pi)):
             for i, row in enumerate(rows):
                 if (row < 0).any() or abs(row.sum() - 1.0) > 1e-6:
-                    raise ValueError(f"{name} rows must be probabilities that sum to 1; row {i} sums to {row.sum():.6f}")
+                    total = row.sum()
+                    raise ValueError(
+                        f"{name} rows must be probabilities that sum to 1; row {i} sums to {total:.6f}"
+                    )
+        if not self.fps > 0:
+            raise ValueError(f"fps must be positive; got {self.fps}")
 
     @property
     def K(self) -> int:  # noqa: N802
@@ -68,7 +74,7 @@ class SLDS:
     @property
     def order(self) -> int:
         """1 if the state is the pose, 2 if it is the pose and the one before."""
-        return self.A.shape[-1] // len(self.names)
+        return int(self.A.shape[-1]) // len(self.names)
 
     @property
     def log_Pi(self) -> Array:  # noqa: N802
@@ -87,7 +93,7 @@ class SLDS:
         """The first frame's belief, one Gaussian a switching state."""
         return Gaussian(self.mean0, self.cov0)
 
-    def sample(self, T: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    def sample(self, T: int, rng: np.random.Generator) -> tuple[NDArray[np.intp], Array, Array]:
         """Draw switching states (T,), states (T, N) and measurements (T, M)."""
         N = self.A.shape[-1]
         s, x = np.empty(T, dtype=np.intp), np.empty((T, N))
@@ -118,8 +124,8 @@ class SLDS:
             big[:, :N, :N], big[:, N:, N:] = small, np.diag(drift)
         C = np.zeros((len(self.C) + n, N + n))
         C[: len(self.C), :N], C[len(self.C) :, N:] = self.C, np.eye(n)
-        R = np.zeros((len(C), len(C)))
-        R[: len(self.C), : len(self.C)], R[len(self.C) :, len(self.C) :] = self.R, np.eye(n) * self.R.diagonal().min()
+        R = np.diag(np.full(len(C), self.R.diagonal().min()))
+        R[: len(self.C), : len(self.C)] = self.R
         pad = np.zeros((K, n))
         return replace(
             self,
@@ -179,6 +185,10 @@ def combine(models: Sequence[SLDS], crossing: float = 1e-3) -> SLDS:
             raise ValueError("models to combine must share freedoms, order and frame rate; learn them alike")
     if len(models) == 1:
         return first
+
+    def joined(name: str) -> Array:
+        return np.concatenate([getattr(model, name) for model in models])
+
     K = sum(model.K for model in models)
     Pi, at = np.zeros((K, K)), 0
     for model in models:
@@ -188,9 +198,13 @@ def combine(models: Sequence[SLDS], crossing: float = 1e-3) -> SLDS:
         at += model.K
     return replace(
         first,
+        pi0=joined("pi0") / len(models),
         Pi=Pi,
+        A=joined("A"),
+        b=joined("b"),
+        Q=joined("Q"),
         R=np.mean([model.R for model in models], axis=0),
-        pi0=np.concatenate([model.pi0 for model in models]) / len(models),
+        mean0=joined("mean0"),
+        cov0=joined("cov0"),
         labels=tuple(label for model in models for label in model.labels),
-        **{name: np.concatenate([getattr(m, name) for m in models]) for name in ("A", "b", "Q", "mean0", "cov0")},
     )

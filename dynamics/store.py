@@ -59,17 +59,23 @@ def load(path: str | Path) -> SLDS:
     return _read(source, str(path))
 
 
-def shipped() -> tuple[str, ...]:
-    """Names of the models that ship."""
-    folder = resources.files("dynamics") / "models"
-    return tuple(sorted(entry.name.removesuffix(".npz") for entry in folder.iterdir() if entry.name.endswith(".npz")))
+def shipped() -> dict[str, tuple[float, ...]]:
+    """The models that ship and the frame rates each was learned at; their files are named NAME@FPS.npz."""
+    rates: dict[str, list[float]] = {}
+    for entry in (resources.files("dynamics") / "models").iterdir():
+        if entry.name.endswith(".npz"):
+            name, _, fps = entry.name.removesuffix(".npz").rpartition("@")
+            rates.setdefault(name, []).append(float(fps))
+    return {name: tuple(sorted(found)) for name, found in sorted(rates.items())}
 
 
-def load_shipped(name: str) -> SLDS:
-    """A model that ships, by name; ModelError if there is none of that name."""
-    if name not in shipped():
-        raise ModelError(f"no model {name!r} ships; there are {', '.join(shipped())}, or give a file that ends in .npz")
-    return _read(resources.files("dynamics") / "models" / f"{name}.npz", name)
+def load_shipped(name: str, fps: float) -> SLDS:
+    """The shipped model of this name learned nearest to a frame rate; ModelError if there is none."""
+    rates = shipped()
+    if name not in rates:
+        raise ModelError(f"no model {name!r} ships; there are {', '.join(rates)}, or give a file that ends in .npz")
+    nearest = min(rates[name], key=lambda rate: abs(np.log(rate / fps)))
+    return _read(resources.files("dynamics") / "models" / f"{name}@{nearest:g}.npz", name)
 
 
 def _read(source: Path | Traversable, name: str) -> SLDS:

@@ -26,7 +26,7 @@ def viterbi(slds: SLDS, y: Array) -> Posterior:
 
 
 def viterbi_all(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
-    """The best path through each of several sequences, lengths T may differ; T >= 1, NaN where not measured."""
+    """The best path through each of several sequences; their lengths T >= 1 may differ, NaN: not measured."""
     order = np.argsort([len(y) for y in ys], kind="stable")
     posteriors: dict[int, Posterior] = {}
     for first in range(0, len(ys), BATCH):

@@ -76,16 +76,28 @@ class Figure:
     leg: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        seen: set[str] = set()
-        for link in self.links:
-            if link.name in seen:
+        if not self.links:
+            raise ValueError(f"figure {self.name!r} has no links; give it one at least")
+        names, joints = [link.name for link in self.links], list(self.joints)
+        for i, link in enumerate(self.links):
+            if link.name in names[:i]:
                 raise ValueError(f"link {link.name!r} is listed twice; give each its own name")
-            if link.parent is not None and link.parent not in seen:
-                raise ValueError(f"link {link.name!r} comes before its parent {link.parent!r}; list parents first")
-            seen.add(link.name)
+            if link.joint in joints[: i + 1]:
+                raise ValueError(f"link {link.name!r}: another link or the base has the joint {link.joint!r}")
+            if link.parent is not None and link.parent not in names[:i]:
+                fault = "comes before its parent" if link.parent in names else "hangs on an unlisted link,"
+                raise ValueError(f"link {link.name!r} {fault} {link.parent!r}; list parents first")
             _check_link(link)
         if len(set(self.freedoms)) != len(self.freedoms):
-            raise ValueError(f"two freedoms of figure {self.name!r} share a name; got {', '.join(self.freedoms)}")
+            raise ValueError(
+                f"two freedoms of figure {self.name!r} share a name; got {', '.join(self.freedoms)}"
+            )
+        for part in self.leg:
+            if not any(name.startswith(part) for name in names):
+                raise ValueError(
+                    f"leg of figure {self.name!r} names {part!r}, but no link begins so; "
+                    f"the links are {', '.join(names)}"
+                )
 
     @cached_property
     def freedoms(self) -> tuple[str, ...]:
@@ -132,12 +144,19 @@ class Figure:
     def index(self, freedom: str) -> int:
         """Position of a freedom in `q`; ValueError if the figure has none of that name."""
         if freedom not in self.freedoms:
-            raise ValueError(f"figure {self.name!r} has no freedom {freedom!r}; it has {', '.join(self.freedoms)}")
+            raise ValueError(
+                f"figure {self.name!r} has no freedom {freedom!r}; it has {', '.join(self.freedoms)}"
+            )
         return self.freedoms.index(freedom)
 
     def link_of(self, joint: str) -> int:
-        """Position of the link whose tip is this keypoint."""
-        return self.joints.index(joint) - 1
+        """Position of the link whose tip is this keypoint; ValueError if there is none."""
+        tips = self.joints[1:]
+        if joint not in tips:
+            raise ValueError(
+                f"no link of figure {self.name!r} ends at {joint!r}; they end at {', '.join(tips)}"
+            )
+        return tips.index(joint)
 
     def is_leg(self, link: Link) -> bool:
         """Whether the link is part of a leg."""
@@ -153,69 +172,103 @@ def load_figure(source: str | Path = "walker") -> Figure:
     """A figure that ships, by name, or one from a TOML file.
 
     Raises:
-        ValueError: no such figure, not TOML, an unknown or missing key, or a tree that does not hang together.
+        ValueError: no such figure, not TOML, a key that is unknown, missing or of the wrong kind, or a tree
+            that does not hang together.
     """
     path = Path(source)
     shipped = resources.files("kinematics") / "figures" / f"{source}.toml"
     if path.suffix == ".toml":
         if not path.is_file():
             raise ValueError(f"no figure file {path}; give a TOML file that exists")
-        text = path.read_text(encoding="utf-8")
+        content = path.read_bytes()
     elif shipped.is_file():
-        text = shipped.read_text(encoding="utf-8")
+        content = shipped.read_bytes()
     else:
         raise ValueError(f"no figure {str(source)!r} ships; give the path of a TOML file")
     try:
-        return figure_from(tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, ValueError) as error:
+        return figure_from(tomllib.loads(content.decode("utf-8")))
+    except ValueError as error:
         raise ValueError(f"figure {source}: {error}") from error
 
 
 def figure_from(table: Mapping[str, Any]) -> Figure:
-    """A figure from a parsed TOML table; angles there are degrees. ValueError on unknown or missing keys."""
-    _only(table, {"name", "base", "leg", "links"}, "the figure")
-    try:
-        return Figure(
-            name=table["name"],
-            base=table["base"],
-            links=tuple(_link_from(entry) for entry in table["links"]),
-            leg=tuple(table.get("leg", ())),
-        )
-    except KeyError as error:
-        raise ValueError(f"the key {error} is missing") from error
+    """A figure from a parsed TOML table; angles there are degrees.
+
+    Raises:
+        ValueError: a key is unknown, missing or of the wrong kind, or the tree does not hang together.
+    """
+    where = "the figure"
+    _check_keys(table, where, {"name": str, "base": str, "links": list}, {"leg": list})
+    for part in table.get("leg", ()):
+        _check_kind("each part of leg", part, str, where)
+    for entry in table["links"]:
+        _check_kind("each of links", entry, dict, where)
+    links = tuple(_link_from(entry) for entry in table["links"])
+    return Figure(table["name"], table["base"], links, tuple(table.get("leg", ())))
+
+
+_NEEDED = {"name": str, "joint": str, "length": float, "width": float}
+_OPTIONAL = {"parent": str, "freedom": str, "at": float, "rest": float, "taper": float}
+_OPTIONAL |= {"sense": int, "layer": int, "breathes": bool, "limits": list}
+_KINDS = {str: "text", float: "a number", int: "a whole number", bool: "true or false"}
+_KINDS |= {list: "a list", dict: "a table"}
 
 
 def _link_from(entry: Mapping[str, Any]) -> Link:
-    name = entry.get("name", "?")
-    _only(entry, set(Link.__dataclass_fields__), f"link {name!r}")
-    low, high = entry.get("limits", (-180.0, 180.0))
+    where = f"link {entry.get('name', '?')!r}"
+    _check_keys(entry, where, _NEEDED, _OPTIONAL)
+    limits = entry.get("limits", [-180.0, 180.0])
+    if len(limits) != 2:
+        raise ValueError(f"{where}: limits must be two angles; got {limits}")
+    for limit in limits:
+        _check_kind("each of limits", limit, float, where)
     return Link(
         name=entry["name"],
         joint=entry["joint"],
         parent=entry.get("parent"),
         at=float(entry.get("at", 1.0)),
         rest=float(np.radians(entry.get("rest", 0.0))),
-        sense=int(entry.get("sense", 1)),
+        sense=entry.get("sense", 1),
         freedom=entry.get("freedom"),
-        limits=(float(np.radians(low)), float(np.radians(high))),
+        limits=(float(np.radians(limits[0])), float(np.radians(limits[1]))),
         length=float(entry["length"]),
-        breathes=bool(entry.get("breathes", True)),
+        breathes=entry.get("breathes", True),
         width=float(entry["width"]),
         taper=float(entry.get("taper", 1.0)),
-        layer=int(entry.get("layer", 0)),
+        layer=entry.get("layer", 0),
     )
 
 
-def _only(table: Mapping[str, Any], known: set[str], where: str) -> None:
-    unknown = sorted(set(table) - known)
-    if unknown:
-        raise ValueError(f"{where} has the unknown key {unknown[0]!r}; known are {', '.join(sorted(known))}")
+def _check_keys(
+    table: Mapping[str, Any], where: str, needed: Mapping[str, type], optional: Mapping[str, type]
+) -> None:
+    known = {**needed, **optional}
+    for key, value in table.items():
+        if key not in known:
+            raise ValueError(f"{where} has the unknown key {key!r}; known are {', '.join(known)}")
+        _check_kind(key, value, known[key], where)
+    for key in needed:
+        if key not in table:
+            raise ValueError(f"{where} lacks the key {key!r}; add it")
+
+
+def _check_kind(key: str, value: object, kind: type, where: str) -> None:
+    # In TOML 1 is a whole number and true is not 1.
+    fits = type(value) in ((float, int) if kind is float else (kind,))
+    if not fits:
+        raise ValueError(f"{where}: {key} must be {_KINDS[kind]}; got {value!r}")
 
 
 def _check_link(link: Link) -> None:
+    where = f"link {link.name!r}"
     if link.sense not in (-1, 1):
-        raise ValueError(f"link {link.name!r}: sense must be 1 or -1; got {link.sense}")
-    if min(link.length, link.width, link.taper) <= 0:
-        raise ValueError(f"link {link.name!r}: length, width and taper must be positive")
-    if link.limits[0] >= link.limits[1]:
-        raise ValueError(f"link {link.name!r}: limits must rise; got {np.degrees(link.limits).round(1).tolist()}")
+        raise ValueError(f"{where}: sense must be 1 or -1; got {link.sense}")
+    sizes = (link.length, link.width, link.taper)
+    if not all(0.0 < size < np.inf for size in sizes):
+        raise ValueError(f"{where}: length, width and taper must be positive; got {sizes}")
+    if not 0.0 <= link.at <= 1.0:
+        raise ValueError(f"{where}: at must be a share of the parent's length, 0 to 1; got {link.at}")
+    if not np.isfinite(link.rest):
+        raise ValueError(f"{where}: rest must be an angle; got {link.rest}")
+    if not -np.inf < link.limits[0] < link.limits[1] < np.inf:
+        raise ValueError(f"{where}: limits must rise; got {np.degrees(link.limits).round(1).tolist()}")

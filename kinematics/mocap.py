@@ -1,30 +1,26 @@
-"""Motion capture as pose rows: the trials table, the sagittal plane, another frame rate.
+"""Motion capture as pose rows: the trials table, straight segments, another frame rate.
 
 A pose row is POSE_COLUMNS: the hip centre in leg lengths, x forward and y over the floor, then angles in
-radians. Forward is the way the figure faces, so who walks backwards has a falling root_x. With v seen in the
-plane spanned by forward f and up u, a segment leans by atan2(v.f, v.u) from the vertical and swings by
-atan2(v.f, -v.u) from hanging; a knee's flexion is the thigh's swing less the shank's. Up is the floor's
-normal: where a capture's floor rises along the way its axes are askew, not the laboratory.
+radians, as `sagittal.project` sees them.
 """
 
 import csv
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.asfamc import read_amc
-from kinematics.bvh import Capture, MotionError, read_bvh
-
-Array = NDArray[np.float64]
+from kinematics.bvh import Array, MotionError, read_bvh
+from kinematics.sagittal import Body, find_body, project
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
 SHORTEST = 8  # frames; less holds no motion to learn from
+FROZEN = 3  # frames; as many copies of one pose are a fault of the capture, not a pause
 
 _MIRRORED = [0, 1, 2, 3, 6, 7, 4, 5]
 _TABLE_COLUMNS = ("file", "subject", "trial", "activity", "fps", "segments", "tags", "licence")
-_UP = np.array([0.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -70,58 +66,6 @@ class Sequence:
         object.__setattr__(self, "y", y)
 
 
-@dataclass(frozen=True)
-class Body:
-    """The joints that the figure has, in space.
-
-    right, left : (T, 4, 3) hip, knee, ankle and ball of the foot
-    neck, head  : (T, 3) base of the neck, top of the head
-    """
-
-    right: Array
-    left: Array
-    neck: Array
-    head: Array
-
-    @property
-    def leg_length(self) -> float:
-        """Thigh and shank, the mean of both sides, in the capture's unit."""
-        bones = np.linalg.norm(np.diff(np.stack([self.right, self.left])[:, :, :3], axis=2), axis=-1)
-        return float(np.median(bones.sum(axis=-1), axis=1).mean())
-
-    def between(self, first: int, end: int) -> "Body":
-        """Frames first .. end - 1."""
-        part = slice(first, end)
-        return Body(self.right[part], self.left[part], self.neck[part], self.head[part])
-
-
-@dataclass(frozen=True)
-class _Dialect:
-    """What a family of files calls the figure's joints; several names for the neck mean their mean."""
-
-    leg: str
-    sides: tuple[str, str]
-    neck: tuple[str, ...]
-    head: str
-
-    @property
-    def legs(self) -> list[list[str]]:
-        return [self.leg.replace("*", side).split() for side in self.sides]
-
-    @property
-    def names(self) -> set[str]:
-        right, left = self.legs
-        return {*right, *left, *self.neck, self.head}
-
-
-_DIALECTS = (
-    _Dialect("*UpLeg *Leg *Foot *ToeBase", ("Right", "Left"), ("Neck",), "Head_end"),
-    _Dialect("UpperLeg_* LowerLeg_* Foot_* Toes_*", ("R", "L"), ("Neck",), "Head"),
-    _Dialect("*UpLeg *Leg *Foot *Toes", ("Right", "Left"), ("LeftArm", "RightArm"), "HEad_end"),
-    _Dialect("*hipjoint *femur *tibia *foot", ("r", "l"), ("thorax",), "head"),
-)
-
-
 def read_trials(path: str | Path) -> list[Trial]:
     """Read a table of trials; a file's path in it is relative to the table.
 
@@ -143,7 +87,8 @@ def read_trials(path: str | Path) -> list[Trial]:
 def sequences(trial: Trial, fps: float) -> list[Sequence]:
     """The poses of a trial, one sequence for each straight segment of at least SHORTEST frames.
 
-    Frames outside the segments, a T-pose among them, are dropped.
+    Frames outside the segments, a T-pose among them, are dropped. So are FROZEN or more copies of one pose
+    in a row: no body stands as still, and the motion is not continuous across them, so the segment is split.
 
     Args:
         trial: a row of the table.
@@ -161,11 +106,12 @@ def sequences(trial: Trial, fps: float) -> list[Sequence]:
     for first, end in trial.segments:
         if end > T:
             raise MotionError(f"{trial.path} has {T} frames, its segment is {first}-{end}; correct the table")
-        if len(_times(end - first, trial.fps, fps)) < SHORTEST:
-            continue
-        y = resample(project(body.between(first, end), curve="curve" in trial.tags), trial.fps, fps)
-        name = f"{trial.subject}_{trial.trial}:{first}-{end}"
-        found.append(Sequence(y, trial.subject, trial.activity, trial.licence, name))
+        for start, stop in _moving(body, first, end):
+            if len(_times(stop - start, trial.fps, fps)) < SHORTEST:
+                continue
+            y = resample(project(body.between(start, stop), curve="curve" in trial.tags), trial.fps, fps)
+            name = f"{trial.subject}_{trial.trial}:{start}-{stop}"
+            found.append(Sequence(y, trial.subject, trial.activity, trial.licence, name))
     return found
 
 
@@ -181,51 +127,6 @@ def read_body(trial: Trial) -> Body:
         return find_body(capture)
     except MotionError as error:
         raise MotionError(f"{trial.path}: {error}") from error
-
-
-def find_body(capture: Capture) -> Body:
-    """The figure's joints among a capture's; MotionError when its names are of no known dialect."""
-    dialect = min(_DIALECTS, key=lambda dialect: len(dialect.names - set(capture.names)))
-    missing = sorted(dialect.names - set(capture.names))
-    if missing:
-        raise MotionError(
-            f"no joint is called {', '.join(missing)} among {', '.join(capture.names)}; "
-            "rename the joints as the CMU, Bandai-Namco or SNU files do"
-        )
-    neck = np.mean([capture.at(name) for name in dialect.neck], axis=0)
-    right, left = (np.stack([capture.at(name) for name in leg], axis=1) for leg in dialect.legs)
-    return Body(right, left, neck, capture.at(dialect.head))
-
-
-def project(body: Body, *, curve: bool = False) -> Array:
-    """See a body from its right side, in the plane of its travel.
-
-    Args:
-        body: one straight segment, T frames.
-        curve: the way bends, so each frame is seen across the way the hips face in it.
-
-    Returns:
-        (T, 8) pose rows, POSE_COLUMNS; root_x starts at 0, near is the right side. The floor is the line,
-        tilted along the way, on which the balls of the feet stand.
-    """
-    hips = (body.right[:, 0] + body.left[:, 0]) / 2.0
-    level = _facing(body) if curve else _heading(hips, body)
-    slope, ground = _floor(body, hips, level, tilted=not curve)
-    forward, up = _unit(level + slope * _UP), _unit(_UP - slope * level)
-
-    def lean(v: Array) -> Array:
-        return np.asarray(np.arctan2(_dot(v, forward), _dot(v, up)))
-
-    steps = _dot(np.diff(hips, axis=0), (forward[1:] + forward[:-1]) / 2.0)
-    root = np.stack([np.concatenate([[0.0], np.cumsum(steps)]), _dot(hips - ground, up)]) / body.leg_length
-    torso = lean(body.neck - hips)
-    neck = _wrap(lean(body.head - body.neck) - torso)
-    leg_angles = []
-    for leg in (body.right, body.left):
-        # What leans back from knee to hip swings forward from hip to knee.
-        thigh, shank = -lean(leg[:, 0] - leg[:, 1]), -lean(leg[:, 1] - leg[:, 2])
-        leg_angles += [thigh, _wrap(thigh - shank)]
-    return np.stack([*root, torso, neck, *leg_angles], axis=1)
 
 
 def mirror(y: Array) -> Array:
@@ -290,6 +191,21 @@ def _read_trial(path: Path, line: int, row: dict[str, str | None]) -> Trial:
     )
 
 
+def _moving(body: Body, first: int, end: int) -> list[tuple[int, int]]:
+    """Frames (start, stop) of a segment between its frozen runs."""
+    part = body.between(first, end)
+    places = np.concatenate([part.right, part.left, part.neck[:, None], part.head[:, None]], axis=1)
+    steps = np.abs(np.diff(places, axis=0)).max(axis=(1, 2))
+    # Equal channels may be placed apart by rounding; a body that pauses still sways by a thousandth.
+    changes = np.flatnonzero(steps > 1e-9 * body.leg_length) + 1
+    cuts = [first]
+    for start, stop in pairwise([0, *changes.tolist(), end - first]):
+        if stop - start >= FROZEN:
+            cuts += [first + start, first + stop]
+    cuts.append(end)
+    return [(start, stop) for start, stop in zip(cuts[::2], cuts[1::2], strict=True) if start < stop]
+
+
 def _times(T: int, fps_from: float, fps_to: float) -> Array:
     """Times of the new frames that lie within T old ones, in old frames."""
     if not (0 < fps_from < np.inf and 0 < fps_to < np.inf):
@@ -297,54 +213,3 @@ def _times(T: int, fps_from: float, fps_to: float) -> Array:
     # Rounding must not lose the last frame when it falls on one of the new times.
     count = int((T - 1) * fps_to / fps_from + 1e-9) + 1
     return np.asarray(np.arange(count) * (fps_from / fps_to))
-
-
-def _dot(v: Array, w: Array) -> Array:
-    return np.asarray((v * w).sum(axis=-1))
-
-
-def _unit(v: Array) -> Array:
-    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
-
-
-def _wrap(angle: Array) -> Array:
-    return np.asarray((angle + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-def _facing(body: Body) -> Array:
-    """Where the hips face, (T, 3), level and of length 1."""
-    return _unit(np.cross(body.left[:, 0] - body.right[:, 0], _UP))
-
-
-def _heading(hips: Array, body: Body) -> Array:
-    """The line of travel, (T, 3), pointing where the body faces on the whole."""
-    facing = _facing(body).mean(axis=0)
-    travel = (hips[-1] - hips[0]) * (1.0 - _UP)
-    # Who stays on the spot has no line of travel.
-    if np.linalg.norm(travel) < 0.5 * body.leg_length:
-        return np.broadcast_to(_unit(facing), hips.shape)
-    return np.broadcast_to(_unit(travel * np.copysign(1.0, travel @ facing)), hips.shape)
-
-
-def _floor(body: Body, hips: Array, forward: Array, *, tilted: bool) -> tuple[float, Array]:
-    """Rise of the floor along the way, and its point (3,) under the hips of the first frame.
-
-    A ball of the foot stands where it moves at less than a tenth of the speed it has in swing. What then lies
-    above the line drawn, a foot already lifting or a frozen frame, is left out of the next one.
-    """
-    balls = np.stack([body.right[:, 3], body.left[:, 3]], axis=1)
-    speed = np.linalg.norm(np.gradient(balls, axis=0), axis=-1)
-    stands = speed <= 0.1 * np.quantile(speed, 0.95)
-    if not stands.any():
-        return 0.0, np.array([hips[0, 0], balls[..., 1].min(), hips[0, 2]])
-    place = _dot(balls - hips[0], forward[:, None])[stands]
-    height = balls[..., 1][stands]
-    slope, base = 0.0, float(np.median(height))
-    for _ in range(3):
-        low = height <= base + slope * place + 0.03 * body.leg_length
-        # Steps on one spot say nothing of the tilt.
-        if tilted and np.ptp(place[low]) > body.leg_length:
-            slope, base = (float(c) for c in np.polyfit(place[low], height[low], 1))
-        else:
-            slope, base = 0.0, float(height[low].mean())
-    return slope, np.array([hips[0, 0], base, hips[0, 2]])

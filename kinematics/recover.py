@@ -15,6 +15,8 @@ from kinematics.spm import View
 
 Marks = Mapping[str, tuple[float, float]]
 
+STRAIGHT = 0.02  # share of the leg by which a knee of a straight one may seem bent: marks repeat no better
+
 
 class PoseError(ValueError):
     """The marked joints do not make a pose."""
@@ -39,21 +41,26 @@ class Start:
 def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     """Figure, view and pose from the joints of one frame.
 
-    Left and right twins (names that differ in near/far only) get the mean of the lengths seen; a link whose tip
-    is not marked takes its twin's length, and where neither is marked the rest proportions.
+    Left and right twins (names that differ in near/far only) get the mean of the lengths seen; a link whose
+    tip is not marked takes its twin's length, and where neither is marked the rest proportions.
 
     Args:
-        marks: pixel of each marked joint; tips of the outermost links may be missing.
+        marks: pixel of each marked joint. The last joint of a leg may be missing, feet and arms altogether;
+            a joint without a finite position counts as missing.
         facing: +1 right, -1 left.
 
     Raises:
-        PoseError: a joint that other joints hang on is missing, or two joints fall together.
+        PoseError: a joint that the figure cannot do without is missing, or two joints fall together.
+        ValueError: the figure does not say which links make a leg.
     """
-    _check_complete(figure, marks)
-    pixels = {name: np.asarray(point, dtype=float) for name, point in marks.items()}
+    if not figure.leg:
+        raise ValueError(f"figure {figure.name!r} has no leg to measure in; list its links under leg")
+    pixels = _positions(marks)
+    _check_complete(figure, marks, pixels)
     lengths = _link_lengths(figure, pixels)
     leg = _leg_length(figure, lengths)
-    view = View(origin=(float(pixels[figure.base][0]), float(pixels[figure.base][1])), unit=leg, facing=facing)
+    x, y = pixels[figure.base].tolist()
+    view = View(origin=(x, y), unit=leg, facing=facing)
     fitted = figure.with_lengths([length / leg for length in lengths])
     q, known = recover(fitted, {name: view.to_body(point) for name, point in pixels.items()})
     return Start(fitted, view, q, known)
@@ -63,7 +70,8 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
     """The pose whose links point the way the joints lie.
 
     Args:
-        points: (2,) body coordinates of each known joint; a link without its tip rests at its parent's angle.
+        points: (2,) body coordinates of each known joint, the base among them. A link whose tip or whose
+            start is not known takes the angle nearest zero that its limits allow.
 
     Returns:
         q (D,) with scale and stretches zero, and (D,) whether each freedom was seen (else assumed).
@@ -72,66 +80,97 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
     q[:2] = points[figure.base]
     angle = np.zeros(len(figure.links))
     for i, (link, parent) in enumerate(zip(figure.links, figure.parents, strict=True)):
-        before = angle[parent] if parent >= 0 else 0.0
-        angle[i] = before + link.rest
+        angle[i] = link.rest + (angle[parent] if parent >= 0 else 0.0)
         if link.freedom is None:
             continue
         column = figure.index(link.freedom)
-        if link.joint in points:
-            along = points[link.joint] - _start_point(figure, i, points)
-            turn = np.arctan2(along[1], along[0]) - before - link.rest
-            turn = (turn + np.pi) % (2.0 * np.pi) - np.pi
+        along = _along(figure, i, points)
+        known[column] = along is not None
+        if along is None:
+            q[column] = np.clip(0.0, *link.limits)
         else:
-            turn, known[column] = 0.0, False
-        q[column] = link.sense * turn
-        angle[i] += turn
+            # Of the turns that differ by whole circles, the one nearest to the middle of the limits.
+            middle = 0.5 * (link.limits[0] + link.limits[1])
+            turn = link.sense * (np.arctan2(along[1], along[0]) - angle[i])
+            q[column] = middle + (turn - middle + np.pi) % (2.0 * np.pi) - np.pi
+        angle[i] += link.sense * q[column]
     return q, known
 
 
 def facing_of(marks: Marks, later: Marks | None = None) -> int:
     """Which way the figure faces: +1 right, -1 left.
 
-    From the feet where toes are marked, else from knees that bend forwards, else from the way the hip goes.
+    From the feet where toes are marked, else from knees that bend forwards, else from the way the hip goes,
+    else from a bend too slight to be sure of. Right where nothing tells.
     """
-    votes = 0.0
-    for side in ("near", "far"):
-        if f"{side}_toe" in marks and f"{side}_ankle" in marks:
-            votes += np.sign(marks[f"{side}_toe"][0] - marks[f"{side}_ankle"][0])
-    if votes == 0.0:
-        for side in ("near", "far"):
-            if f"{side}_ankle" in marks and f"{side}_knee" in marks:
-                hip, knee, ankle = (np.asarray(marks[k]) for k in ("hip", f"{side}_knee", f"{side}_ankle"))
-                share = np.clip((knee - hip)[1] / max((ankle - hip)[1], 1e-9), 0.0, 1.0)
-                votes += (knee - hip)[0] - share * (ankle - hip)[0]
-    if votes == 0.0 and later is not None and "hip" in later:
-        votes = later["hip"][0] - marks["hip"][0]
-    return -1 if votes < 0 else 1
+    seen = _positions(marks)
+    sides = ("near", "far")
+    feet = [(f"{side}_ankle", f"{side}_toe") for side in sides]
+    toes = sum(np.sign(seen[toe][0] - seen[ankle][0]) for ankle, toe in feet if {ankle, toe} <= seen.keys())
+    legs = [("hip", f"{side}_knee", f"{side}_ankle") for side in sides]
+    bend = sum(_knee_ahead(*(seen[joint] for joint in leg)) for leg in legs if seen.keys() >= set(leg))
+    travel = 0.0
+    if later is not None:
+        after = _positions(later)
+        travel = after["hip"][0] - seen["hip"][0] if "hip" in seen and "hip" in after else 0.0
+    for vote in (toes, bend if abs(bend) > STRAIGHT else 0.0, travel, bend):
+        if vote != 0.0:
+            return 1 if vote > 0 else -1
+    return 1
 
 
-def _check_complete(figure: Figure, marks: Marks) -> None:
-    parents = {link.parent for link in figure.links}
-    needed = [figure.base] + [k.joint for k in figure.links if k.name in parents or not figure.is_leg(k)]
+def _positions(marks: Marks) -> dict[str, Array]:
+    """The marks that have a position."""
+    points = {name: np.asarray(point, dtype=np.float64) for name, point in marks.items()}
+    return {name: point for name, point in points.items() if np.isfinite(point).all()}
+
+
+def _knee_ahead(hip: Array, knee: Array, ankle: Array) -> float:
+    """How far right of the line from hip to ankle the knee lies, as a share of that line's length."""
+    leg, thigh = ankle - hip, knee - hip
+    share = np.clip(thigh[1] / max(leg[1], 1e-9), 0.0, 1.0)
+    return float((thigh[0] - share * leg[0]) / max(np.hypot(*leg), 1e-9))
+
+
+def _check_complete(figure: Figure, marks: Marks, pixels: Mapping[str, Array]) -> None:
+    """What has no twin must be marked, and of a leg all but its last link."""
+    inner = {link.parent for link in figure.links if figure.is_leg(link)}
+    needed = [figure.base]
+    needed += [link.joint for link in figure.links if _twin_name(link) == link.name or link.name in inner]
     for name in needed:
         if name not in marks:
             raise PoseError(f"the start pose lacks {name}; mark {', '.join(needed)} at least")
-        if not np.isfinite(marks[name]).all():
+        if name not in pixels:
             raise PoseError(f"the start pose has no position for {name}; mark it again")
 
 
-def _start_point(figure: Figure, i: int, points: Mapping[str, Array]) -> Array:
-    parent = figure.parents[i]
+def _start_point(figure: Figure, i: int, points: Mapping[str, Array]) -> Array | None:
+    """Where link i starts, if that is known."""
+    parent, at = figure.parents[i], figure.links[i].at
     if parent < 0:
         return points[figure.base]
-    tip, at = points[figure.links[parent].joint], figure.links[i].at
-    return tip if at == 1.0 else at * tip + (1.0 - at) * _start_point(figure, parent, points)
+    tip = points.get(figure.links[parent].joint)
+    if at == 1.0:
+        return tip
+    start = _start_point(figure, parent, points)
+    if at == 0.0:
+        return start
+    return None if tip is None or start is None else at * tip + (1.0 - at) * start
+
+
+def _along(figure: Figure, i: int, points: Mapping[str, Array]) -> Array | None:
+    """From the start of link i to its tip, if both are known."""
+    start, tip = _start_point(figure, i, points), points.get(figure.links[i].joint)
+    return None if start is None or tip is None else tip - start
 
 
 def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
-    """(L,) pixels: the mean over twins of what was seen, else the rest length at the scale of what was seen."""
+    """(L,) pixels: the mean over twins of what was seen, else the rest length at the scale of the others."""
     seen: dict[str, list[float]] = {}
     for i, link in enumerate(figure.links):
-        if link.joint in pixels:
-            length = float(np.linalg.norm(pixels[link.joint] - _start_point(figure, i, pixels)))
+        along = _along(figure, i, pixels)
+        if along is not None:
+            length = float(np.linalg.norm(along))
             if length < 1.0:
                 raise PoseError(f"{link.joint} lies on the joint before it; mark the two apart")
             seen.setdefault(_twin_name(link), []).append(length)
@@ -142,8 +181,8 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
 
 
 def _leg_length(figure: Figure, lengths: list[float]) -> float:
-    legs = {_twin_name(k): length for k, length in zip(figure.links, lengths, strict=True) if figure.is_leg(k)}
-    return sum(legs.values())
+    parts = zip(figure.links, lengths, strict=True)
+    return sum({_twin_name(link): length for link, length in parts if figure.is_leg(link)}.values())
 
 
 def _twin_name(link: Link) -> str:

@@ -28,6 +28,12 @@ class View:
     unit: float
     facing: int
 
+    def __post_init__(self) -> None:
+        if self.facing not in (-1, 1):
+            raise ValueError(f"facing must be 1 (right) or -1 (left); got {self.facing}")
+        if not 0.0 < self.unit < np.inf:
+            raise ValueError(f"a leg length must be above 0 pixels; got {self.unit}")
+
     @property
     def axes(self) -> Array:
         """(2,) pixels per leg length along body x and y."""
@@ -39,7 +45,7 @@ class View:
 
     def to_body(self, pixels: Array) -> Array:
         """(..., 2) pixels to body coordinates."""
-        return (pixels - np.asarray(self.origin)) / self.axes
+        return np.asarray((pixels - np.asarray(self.origin)) / self.axes)
 
 
 @dataclass(frozen=True)
@@ -140,7 +146,9 @@ def joint_jacobian(figure: Figure, q: Array) -> Array:
     return np.concatenate([base, tips])
 
 
-def covering(figure: Figure, bones: Skeleton, points: Array, link: Index, margin: float = 0.0) -> NDArray[np.bool_]:
+def covering(
+    figure: Figure, bones: Skeleton, points: Array, link: Index, margin: float = 0.0
+) -> NDArray[np.bool_]:
     """(P,): whether a link nearer to the camera lies over each point.
 
     Args:

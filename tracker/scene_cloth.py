@@ -4,6 +4,7 @@ Textures are (256, 256, 3) and hold 1 where the cloth has its plain colour; u ru
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import cv2
@@ -13,12 +14,13 @@ from numpy.typing import NDArray
 from tracker.scene_gait import Array
 
 Image = NDArray[np.float32]
+Window = tuple[slice, slice]
 
 SKIN = ((226, 186, 158), (204, 158, 128), (158, 116, 90), (112, 80, 62))
 HAIR = ((38, 30, 26), (78, 54, 36), (120, 88, 54), (96, 92, 90))
 TROUSERS = ((62, 74, 104), (128, 112, 88), (86, 88, 94), (88, 92, 70), (96, 76, 62))
 SHIRTS = ((176, 62, 48), (206, 158, 64), (58, 128, 132), (204, 196, 178), (122, 78, 132), (84, 122, 74))
-SHOES = ((52, 46, 44), (150, 146, 140), (118, 72, 46))
+SHOES = ((52, 46, 44), (92, 44, 42), (118, 72, 46))
 
 
 @dataclass(frozen=True)
@@ -60,10 +62,86 @@ class Wardrobe:
             denim=_weave(rng),
             pattern=_pattern(rng),
             folds=value_noise(rng, (256, 256), (8, 24, 64)),
-            hair_end=float(rng.choice([0.17, 0.2, 0.3])),
+            hair_end=float(rng.choice([0.19, 0.21, 0.3])),
             long_sleeves=bool(rng.uniform() < 0.5),
             light=light / np.linalg.norm(light),
         )
+
+
+@dataclass(frozen=True)
+class Tube:
+    """The pixels around a path of joints.
+
+    window : of the picture; all arrays are (h, w) over it
+    signed : pixels outside the outline, negative within
+    u, v   : pixels along the path; across it, -1 back to +1 front
+    front  : (h, w, 2) unit vector to the front, x right and y down
+    reach  : half width here, pixels
+    """
+
+    window: Window
+    signed: Array
+    u: Array
+    v: Array
+    front: Array
+    reach: Array
+
+
+def window_around(points: Array, margin: float, shape: tuple[int, int]) -> tuple[Window, Array]:
+    """The part of a picture of some (H, W) shape around points, and its pixels' (h, w, 2) places."""
+    low = np.floor(points.min(axis=0) - margin).astype(int)
+    high = np.ceil(points.max(axis=0) + margin).astype(int) + 1
+    x0, y0 = np.maximum(low, 0)
+    x1, y1 = np.maximum(np.minimum(high, shape[::-1]), (x0, y0))
+    at = np.stack(np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)), axis=-1).astype(np.float64)
+    return (slice(y0, y1), slice(x0, x1)), at
+
+
+def tube_around(
+    path: list[Array],
+    outline: tuple[tuple[float, float, float], ...],
+    leg_px: float,
+    shape: tuple[int, int],
+    *,
+    spare: float = 0.0,
+) -> Tube:
+    """The pixels around one link, or around two that meet in a smooth bend.
+
+    Args:
+        path: joints from the body outwards, pixels.
+        outline: places along the path and reaches to front and back, legs.
+        leg_px: pixels a leg.
+        shape: height and width of the picture.
+        spare: how far the tube goes on before its round end, legs; for those cut off at a hem.
+    """
+    stations, fronts, backs = np.array(outline).T * leg_px
+    window, at = window_around(np.stack(path), 0.2 * leg_px, shape)
+    links = []
+    walked = 0.0
+    for i, (start, end) in enumerate(pairwise(path)):
+        length = float(np.linalg.norm(end - start))
+        along_axis = (end - start) / length
+        front = np.array([along_axis[1], -along_axis[0]])
+        along, across = (at - start) @ along_axis, (at - start) @ front
+        low = -np.inf if i == 0 else 0.0
+        high = np.inf if i == len(path) - 2 else length
+        clipped = np.clip(along, low, high)
+        u = walked + clipped
+        reach = np.where(across > 0.0, np.interp(u, stations, fronts), np.interp(u, stations, backs))
+        past = along - np.clip(along, 0.0, length + (spare * leg_px if i == len(path) - 2 else 0.0))
+        links.append((np.hypot(past, across) - reach, u, across / reach, front, reach))
+        walked += length
+    signed, u, v, front, reach = links[0]
+    fronts_here = np.broadcast_to(front, at.shape)
+    if len(links) == 2:
+        signed2, u2, v2, front2, reach2 = links[1]
+        weight = 1.0 / (1.0 + np.exp(np.clip((signed2 - signed) / 1.5, -30.0, 30.0)))
+        round_off = 0.04 * leg_px
+        gap = np.maximum(round_off - np.abs(signed - signed2), 0.0) / round_off
+        signed = np.minimum(signed, signed2) - 0.25 * round_off * gap**2
+        u, v, reach = (a + weight * (b - a) for a, b in ((u, u2), (v, v2), (reach, reach2)))
+        fronts_here = front + weight[..., None] * (front2 - front)
+    return Tube(window, signed, u, np.clip(v, -1.0, 1.0), fronts_here, reach)
 
 
 def value_noise(rng: np.random.Generator, shape: tuple[int, int], scales: tuple[float, ...]) -> Image:
@@ -94,7 +172,7 @@ def _weave(rng: np.random.Generator) -> Image:
     """Trouser cloth: threads, wear, one seam. u runs along a row."""
     grain = value_noise(rng, (256, 256), (1.6, 3.0))
     wear = value_noise(rng, (256, 256), (20.0, 50.0))
-    cloth = 1.0 + 0.1 * grain + 0.13 * wear
+    cloth = 1.0 + 0.1 * grain + 0.1 * wear
     cloth[126:129] *= 0.8
     cloth[131:132] *= 1.15
     return np.repeat(cloth[..., None], 3, axis=2)

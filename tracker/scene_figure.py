@@ -7,16 +7,13 @@ with the stride, and the trunk turns under the shirt. All pictures face right.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import cv2
 import numpy as np
 
-from tracker.scene_cloth import Image, Wardrobe, capsule, look_up
+from tracker.scene_cloth import Image, Tube, Wardrobe, Window, capsule, look_up, tube_around, window_around
 from tracker.scene_gait import Array, Build
-
-Window = tuple[slice, slice]
 
 # Outlines in legs: place along the part, reach to the front, reach to the back.
 LEG = (
@@ -74,25 +71,6 @@ class Part:
     alpha: Image
 
 
-@dataclass(frozen=True)
-class Tube:
-    """The pixels around a path of joints.
-
-    window : of the picture; all arrays are (h, w) over it
-    signed : pixels outside the outline, negative within
-    u, v   : pixels along the path; across it, -1 back to +1 front
-    front  : (h, w, 2) unit vector to the front, x right and y down
-    reach  : half width here, pixels
-    """
-
-    window: Window
-    signed: Array
-    u: Array
-    v: Array
-    front: Array
-    reach: Array
-
-
 class Painter:
     """Paints one walker, moment after moment, at leg_px pixels a leg."""
 
@@ -121,7 +99,7 @@ class Painter:
         hip, knee, ankle = joints["hip"], joints[f"{side}_knee"], joints[f"{side}_ankle"]
         px = self.leg_px
         bend = _turn(hip, knee, ankle)
-        tube = self._tube([hip, knee, ankle], LEG, 0.1)
+        tube = tube_around([hip, knee, ankle], LEG, px, self.shape, spare=0.1)
         from_knee = (tube.u - self.build.thigh * px) / (0.16 * px)
         near_knee = np.exp(-0.5 * from_knee**2)
         # A bent knee draws the cloth tight over its front and gathers it behind.
@@ -131,7 +109,7 @@ class Painter:
         gathers = bend * near_knee * np.clip(0.35 - tube.v, 0.0, 1.0) * np.sin(u / (0.028 * px) + 2.0 * v)
         at_groin = np.exp(-0.5 * ((tube.u - 0.08 * px) / (0.1 * px)) ** 2)
         shade = 1.0 + 0.16 * gathers + 0.1 * at_groin * np.sin(u / (0.03 * px) - 3.0 * v + 2.0 * sway)
-        shade *= 1.0 + 0.24 * self._fold(u + 0.1 * px * bend, v + 0.4 * bend + sway * 0.2)
+        shade *= 1.0 + 0.18 * self._fold(u + 0.1 * px * bend, v + 0.4 * bend + sway * 0.2)
         shade *= self._lambert(tube)
         hem = 1.0 - 0.25 * (np.abs(tube.u - 0.97 * px) < 0.008 * px)
         signed = np.maximum(tube.signed, tube.u - px * (1.0 + 0.02 * tube.v))
@@ -144,7 +122,7 @@ class Painter:
         turn = np.arctan2(*(toe - ankle)[::-1]) - np.arctan2(*rest[::-1])
         forward = np.array([np.cos(turn), np.sin(turn)])
         down = np.array([-forward[1], forward[0]])
-        window, at = self._window(ankle[None], 0.34)
+        window, at = window_around(ankle[None], 0.34 * px, self.shape)
         f, d = ((at - ankle) @ forward) / px, ((at - ankle) @ down) / px
         upper = capsule(f, d, (-0.02, 0.0), (0.01, 0.04), 0.058, 0.06)
         sole = capsule(f, d, (-build.heel + 0.04, 0.042), (build.toe - 0.035, 0.052), 0.046, 0.032)
@@ -160,7 +138,7 @@ class Painter:
     def _trunk(self, joints: dict[str, Array], sway: float) -> Part:
         px = self.leg_px
         neck, hip = joints["neck"], joints["hip"]
-        tube = self._tube([neck, hip], TRUNK, 0.1)
+        tube = tube_around([neck, hip], TRUNK, px, self.shape, spare=0.1)
         v = tube.v + 0.16 * sway
         cloth = self._cloth(tube, self.wear.pattern, tube.u, v)
         shade = self._lambert(tube) * (1.0 + 0.22 * self._fold(tube.u, v + 0.3 * sway))
@@ -174,10 +152,11 @@ class Painter:
         px, wear = self.leg_px, self.wear
         top, neck = joints["head_top"], joints["neck"]
         down = (neck - top) / np.linalg.norm(neck - top)
-        window, at = self._window(np.stack([top, neck]), 0.18)
+        window, at = window_around(np.stack([top, neck]), 0.18 * px, self.shape)
         u = ((at - top) @ down) / px
         v = ((at - top) @ np.array([down[1], -down[0]])) / px
         skull = 0.125 * (np.hypot((u - 0.13) / 0.13, (v + 0.005) / 0.122) - 1.0)
+        skull = np.maximum(skull, u - wear.hair_end - 1.2 * (v + 0.06))  # no bare bulge below the hair
         jaw = capsule(u, v, (0.16, 0.03), (0.235, 0.066), 0.08, 0.034)
         nose = capsule(u, v, (0.125, 0.112), (0.16, 0.13), 0.012, 0.015)
         throat = capsule(u, v, (0.18, -0.02), (0.35, -0.01), 0.056, 0.062)
@@ -203,7 +182,7 @@ class Painter:
         px, build = self.leg_px, self.build
         shoulder, elbow, wrist = joints["shoulder"], joints[f"{side}_elbow"], joints[f"{side}_wrist"]
         tips = wrist + 0.13 * px * (wrist - elbow) / np.linalg.norm(wrist - elbow)
-        tube = self._tube([shoulder, elbow, tips], ARM, 0.0)
+        tube = tube_around([shoulder, elbow, tips], ARM, px, self.shape)
         bend = _turn(tips, elbow, shoulder)
         at_elbow = np.exp(-0.5 * ((tube.u - build.upper_arm * px) / (0.1 * px)) ** 2)
         u = tube.u + 0.04 * px * bend * tube.v * at_elbow
@@ -215,52 +194,6 @@ class Painter:
         shirt *= np.where(np.abs(tube.u - sleeve + 0.012 * px) < 0.012 * px, 0.8, 1.0)[..., None]
         colour = np.where((tube.u < sleeve)[..., None], shirt, self.wear.skin * np.float32(0.92))
         return self._part(rank, tube.window, WHITE, colour * self._lambert(tube)[..., None], tube.signed)
-
-    def _window(self, points: Array, margin: float) -> tuple[Window, Array]:
-        """The part of the picture around some points, margin in legs, and its pixels' (h, w, 2) places."""
-        low = np.floor(points.min(axis=0) - margin * self.leg_px).astype(int)
-        high = np.ceil(points.max(axis=0) + margin * self.leg_px).astype(int) + 1
-        x0, y0 = np.maximum(low, 0)
-        x1, y1 = np.maximum(np.minimum(high, self.shape[::-1]), (x0, y0))
-        at = np.stack(np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)), axis=-1).astype(np.float64)
-        return (slice(y0, y1), slice(x0, x1)), at
-
-    def _tube(self, path: list[Array], outline: tuple[tuple[float, float, float], ...], spare: float) -> Tube:
-        """The pixels around one link, or around two that meet in a smooth bend.
-
-        Args:
-            path: joints from the body outwards, pixels.
-            outline: places along the path and reaches to front and back, legs.
-            spare: how far the tube goes on before its round end, legs; for those cut off at a hem.
-        """
-        stations, fronts, backs = np.array(outline).T * self.leg_px
-        window, at = self._window(np.stack(path), 0.2)
-        links = []
-        walked = 0.0
-        for i, (start, end) in enumerate(pairwise(path)):
-            length = float(np.linalg.norm(end - start))
-            along_axis = (end - start) / length
-            front = np.array([along_axis[1], -along_axis[0]])
-            along, across = (at - start) @ along_axis, (at - start) @ front
-            low = -np.inf if i == 0 else 0.0
-            high = np.inf if i == len(path) - 2 else length
-            clipped = np.clip(along, low, high)
-            u = walked + clipped
-            reach = np.where(across > 0.0, np.interp(u, stations, fronts), np.interp(u, stations, backs))
-            past = along - np.clip(along, 0.0, length + (spare * self.leg_px if i == len(path) - 2 else 0.0))
-            links.append((np.hypot(past, across) - reach, u, across / reach, front, reach))
-            walked += length
-        signed, u, v, front, reach = links[0]
-        fronts_here = np.broadcast_to(front, at.shape)
-        if len(links) == 2:
-            signed2, u2, v2, front2, reach2 = links[1]
-            weight = 1.0 / (1.0 + np.exp(np.clip((signed2 - signed) / 1.5, -30.0, 30.0)))
-            round_off = 0.04 * self.leg_px
-            gap = np.maximum(round_off - np.abs(signed - signed2), 0.0) / round_off
-            signed = np.minimum(signed, signed2) - 0.25 * round_off * gap**2
-            u, v, reach = (a + weight * (b - a) for a, b in ((u, u2), (v, v2), (reach, reach2)))
-            fronts_here = front + weight[..., None] * (front2 - front)
-        return Tube(window, signed, u, np.clip(v, -1.0, 1.0), fronts_here, reach)
 
     def _cloth(self, tube: Tube, texture: Image, u: Array, v: Array) -> Image:
         """Look a texture up, twice as fine as the picture, wrapped around the limb."""
@@ -315,7 +248,7 @@ def _covers(part: Part, place: Array) -> bool:
 
 
 def _turn(a: Array, b: Array, c: Array) -> float:
-    """The angle by which a path turns at b, radians, a bent knee's or elbow's sign positive."""
+    """By how much a path turns at b, radians, whichever way."""
     before, after = b - a, c - b
     cross = before[0] * after[1] - before[1] * after[0]
     return float(abs(np.arctan2(cross, before @ after)))

@@ -46,7 +46,7 @@ NECK: Series = (9.0, ((0.0, 0.0), (-0.9, -0.6)))
 ARM: Series = (-6.0, ((-19.0, 3.0), (1.0, 0.5)))
 ELBOW: Series = (24.0, ((-9.0, 2.0), (1.0, 0.0)))
 
-WEIGHT_SHARPNESS = 45.0  # k of the equation above, per leg length
+WEIGHT_SHARPNESS = 80.0  # k of the equation above, per leg length
 
 
 @dataclass(frozen=True)

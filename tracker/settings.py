@@ -1,8 +1,14 @@
 """Every tracker setting, its unit, range and default."""
 
+import tomllib
+from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+
+class SettingsError(ValueError):
+    """A settings file that cannot be used."""
 
 
 class Settings(BaseModel):
@@ -35,3 +41,20 @@ class Settings(BaseModel):
     start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")
     cv_angle: float = Field(2.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees")
     cv_place: float = Field(0.01, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths")
+
+
+def read_settings(path: Path) -> Settings:
+    """Settings from a TOML file; what it does not name keeps its default.
+
+    Raises:
+        SettingsError: no such file, not TOML, unknown keys or values out of range, all named at once.
+    """
+    try:
+        return Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError as error:
+        raise SettingsError(f"no settings file {path}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"{path} is no TOML file: {error}") from error
+    except ValidationError as error:
+        faults = "; ".join(f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}, got {e['input']!r}" for e in error.errors())
+        raise SettingsError(f"{path}: {faults}") from error

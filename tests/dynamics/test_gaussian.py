@@ -1,0 +1,84 @@
+"""Densities, collapse, and the checks of what travels."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import multivariate_normal
+
+from dynamics.gaussian import Gaussian, apply, collapse, frozen, log_density
+from tests.oracles import random_covariance
+
+
+def mixture(H, N, rng, leading=()):
+    weights = rng.dirichlet(np.ones(H), size=leading)
+    mean = rng.normal(size=(*leading, H, N))
+    cov = np.array([random_covariance(N, rng) for _ in range(int(np.prod(leading, dtype=int)) * H)])
+    return weights, Gaussian(mean, cov.reshape(*leading, H, N, N))
+
+
+def test_log_density_is_scipys_over_leading_axes(rng):
+    _, gaussians = mixture(3, 4, rng, leading=(2,))
+    x = rng.normal(size=4)
+    want = [
+        [multivariate_normal(gaussians.mean[i, h], gaussians.cov[i, h]).logpdf(x) for h in range(3)]
+        for i in range(2)
+    ]
+    # Two factorisations of matrices with condition numbers below 1e3.
+    assert_allclose(log_density(gaussians, x), want, rtol=1e-11)
+
+
+def test_collapse_keeps_mean_and_second_moment_of_the_mixture(rng):
+    weights, gaussians = mixture(5, 3, rng)
+    first = sum(w * m for w, m in zip(weights, gaussians.mean, strict=True))
+    second = sum(
+        w * (P + np.outer(m, m)) for w, m, P in zip(weights, gaussians.mean, gaussians.cov, strict=True)
+    )
+    one = collapse(weights, gaussians)
+    # Sums of a few numbers near 1.
+    assert_allclose(one.mean, first, atol=1e-13)
+    assert_allclose(one.cov + np.outer(one.mean, one.mean), second, atol=1e-13)
+
+
+def test_collapse_of_many_mixtures_is_that_of_each(rng):
+    weights, gaussians = mixture(4, 3, rng, leading=(2, 3))
+    many = collapse(weights, gaussians)
+    for i in np.ndindex(2, 3):
+        one = collapse(weights[i], gaussians[i])
+        assert_allclose(many.mean[i], one.mean, atol=1e-14)  # the same sums, perhaps in another order
+        assert_allclose(many.cov[i], one.cov, atol=1e-14)
+
+
+def test_collapse_of_one_gaussian_is_itself(rng):
+    _, gaussians = mixture(1, 3, rng)
+    one = collapse(np.ones(1), gaussians)
+    assert_array_equal(one.mean, gaussians.mean[0])
+    assert_allclose(one.cov, gaussians.cov[0], rtol=1e-15)
+
+
+def test_apply_is_the_product_with_each_vector(rng):
+    matrix, vector = rng.normal(size=(2, 1, 3, 4)), rng.normal(size=(5, 4))
+    # Products of four numbers near 1.
+    assert_allclose(apply(matrix, vector), np.einsum("aij,bj->abi", matrix[:, 0], vector), atol=1e-13)
+
+
+def test_indexing_takes_mean_and_covariance_together(rng):
+    _, gaussians = mixture(4, 3, rng)
+    some = gaussians[np.array([2, 0])]
+    assert_array_equal(some.mean, gaussians.mean[[2, 0]])
+    assert_array_equal(some.cov, gaussians.cov[[2, 0]])
+
+
+def test_frozen_arrays_are_read_only_copies():
+    source = np.zeros(3)
+    array = frozen("q", source, (3,))
+    source[0] = 1.0
+    assert array[0] == pytest.approx(0.0)
+    with pytest.raises(ValueError, match="read-only"):
+        array[0] = 1.0
+
+
+def test_frozen_names_what_is_wrong():
+    with pytest.raises(ValueError, match=r"mean0 must have shape \(3,\); got \(2,\)"):
+        frozen("mean0", np.zeros(2), (3,))
+    with pytest.raises(ValueError, match="R must be finite; 2 entries are not"):
+        frozen("R", [np.nan, 0.0, np.inf], (3,))

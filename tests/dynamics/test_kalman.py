@@ -1,0 +1,190 @@
+"""The Kalman equations against conditioning of the joint Gaussian."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.gaussian import Gaussian
+from dynamics.kalman import predict, smooth, update, update_information
+from tests.oracles import condition, given_path, random_covariance, random_slds
+
+N, M = 4, 3
+
+
+def problem(rng):
+    prior = Gaussian(rng.normal(size=N), random_covariance(N, rng))
+    return prior, rng.normal(size=M), rng.normal(size=(M, N)), random_covariance(M, rng)
+
+
+def filter_and_smooth(slds, y):
+    """One switching state; means, covariances and lag covariances given all frames, and log p(y)."""
+    A, b, Q = slds.A[0], slds.b[0], slds.Q[0]
+    beliefs, total = [], 0.0
+    for t in range(len(y)):
+        prior = slds.start[0] if t == 0 else predict(beliefs[-1], A, b, Q)
+        belief, log_lik = update(prior, y[t], slds.C, slds.R)
+        beliefs.append(belief)
+        total += float(log_lik)
+    smoothed, lags = [beliefs[-1]], []
+    for belief in reversed(beliefs[:-1]):
+        one, lag = smooth(belief, smoothed[0], A, b, Q)
+        smoothed.insert(0, one)
+        lags.insert(0, lag)
+    return np.stack([s.mean for s in smoothed]), np.stack([s.cov for s in smoothed]), np.array(lags), total
+
+
+def test_predict_has_the_moments_of_the_next_state(rng):
+    prior = Gaussian(rng.normal(size=N), random_covariance(N, rng))
+    A, b, Q = rng.normal(size=(N, N)), rng.normal(size=N), random_covariance(N, rng)
+    later = predict(prior, A, b, Q)
+    # The moments of the linear map [A I] of the independent [x; v].
+    both = np.block([[prior.cov, np.zeros((N, N))], [np.zeros((N, N)), Q]])
+    step = np.hstack([A, np.eye(N)])
+    assert_allclose(later.mean, A @ prior.mean + b, atol=1e-14)
+    assert_allclose(later.cov, step @ both @ step.T, atol=1e-13)  # sums of N products of numbers near 1
+
+
+def test_update_is_conditioning_the_joint_gaussian(rng):
+    prior, y, C, R = problem(rng)
+    mean, cov, log_p = condition(prior.mean, prior.cov, C, R, y)
+    posterior, log_lik = update(prior, y, C, R)
+    # S has a condition number below 1e3: rounding 2e-16 * 1e3, and some room.
+    assert_allclose(posterior.mean, mean, atol=1e-11)
+    assert_allclose(posterior.cov, cov, atol=1e-11)
+    assert float(log_lik) == pytest.approx(log_p, rel=1e-11)
+
+
+@pytest.mark.parametrize("missing", [[0], [1], [0, 2], [0, 1, 2]])
+def test_missing_entries_condition_on_the_seen_ones_only(missing, rng):
+    prior, y, C, R = problem(rng)
+    y[missing] = np.nan
+    seen = ~np.isnan(y)
+    mean, cov, log_p = condition(prior.mean, prior.cov, C[seen], R[np.ix_(seen, seen)], y[seen])
+    posterior, log_lik = update(prior, y, C, R)
+    assert_allclose(posterior.mean, mean, atol=1e-11)  # as above
+    assert_allclose(posterior.cov, cov, atol=1e-11)
+    assert float(log_lik) == pytest.approx(log_p, rel=1e-11, abs=1e-12)
+
+
+def test_information_updates_like_its_inverse_covariance(rng):
+    prior, y, C, R = problem(rng)
+    information = np.linalg.inv(R)
+    want, _ = update(prior, y, C, R)
+    got = update_information(prior, C, information, information @ y)
+    assert_allclose(got.mean, want.mean, atol=1e-11)  # condition numbers below 1e3
+    assert_allclose(got.cov, want.cov, atol=1e-11)
+
+
+def test_directions_without_information_keep_their_prior(rng):
+    prior = Gaussian(rng.normal(size=M), 2.0 * np.eye(M))  # seen and unseen are independent before
+    seen = np.array([0.6, 0.8, 0.0])
+    unseen = np.array([[0.8, -0.6, 0.0], [0.0, 0.0, 1.0]])
+    got = update_information(prior, np.eye(M), 50.0 * np.outer(seen, seen), 50.0 * 0.3 * seen)
+    # Exact but for the rounding of an orthogonal basis.
+    assert_allclose(unseen @ got.mean, unseen @ prior.mean, atol=1e-14)
+    assert_allclose(unseen @ got.cov @ unseen.T, 2.0 * np.eye(2), atol=1e-14)
+    # Precisions add: 1/2 + 50.
+    assert seen @ got.cov @ seen == pytest.approx(1.0 / 50.5, rel=1e-12)
+    assert seen @ got.mean == pytest.approx((50.0 * 0.3 + 0.5 * seen @ prior.mean) / 50.5, rel=1e-12)
+
+
+def test_singular_information_is_the_limit_of_ever_vaguer_measurements(rng):
+    prior, _, C, _ = problem(rng)
+    axes = np.linalg.qr(rng.normal(size=(M, M)))[0]
+    strength, y = np.array([40.0, 3.0, 0.0]), rng.normal(size=M)
+    information = axes @ np.diag(strength) @ axes.T
+    got = update_information(prior, C, information, information @ y)
+    vague = axes @ np.diag([1.0 / 40.0, 1.0 / 3.0, 1e8]) @ axes.T
+    mean, cov, _ = condition(prior.mean, prior.cov, C, vague, y)
+    # The vague direction still tells 1e-8 of the prior's precision.
+    assert_allclose(got.mean, mean, atol=1e-6)
+    assert_allclose(got.cov, cov, atol=1e-6)
+
+
+def test_no_information_leaves_the_prior_as_it_is(rng):
+    prior, _, C, _ = problem(rng)
+    got = update_information(prior, C, np.zeros((M, M)), np.zeros(M))
+    assert_array_equal(got.mean, prior.mean)
+    assert_array_equal(got.cov, prior.cov)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("gaps", [False, True])
+def test_filter_and_smoother_are_conditioning_the_joint_gaussian(order, gaps, rng):
+    slds = random_slds(1, order=order, rng=rng)
+    y = slds.sample(7, rng)[2]
+    if gaps:
+        y[0], y[3:5], y[6, 1] = np.nan, np.nan, np.nan
+    mean, cov, log_p = given_path(slds, y, [0] * 7)
+    got_mean, got_cov, got_lag, got_log_p = filter_and_smooth(slds, y)
+    # The smoother raises the predicted covariance by 1e-12 of its size; its inverse may be 1e3 larger.
+    assert_allclose(got_mean, mean, atol=1e-9)
+    assert_allclose(got_cov, [cov[t, :, t] for t in range(7)], atol=1e-9)
+    assert_allclose(got_lag, [cov[t + 1, :, t] for t in range(6)], atol=1e-9)
+    assert got_log_p == pytest.approx(log_p, rel=1e-11)
+
+
+def test_many_beliefs_at_once_are_each_on_its_own(rng):
+    B, K = 3, 2
+    mean, cov = rng.normal(size=(B, K, N)), np.stack([[random_covariance(N, rng)] * K for _ in range(B)])
+    A, b = rng.normal(size=(K, N, N)), rng.normal(size=(K, N))
+    Q = np.stack([random_covariance(N, rng) for _ in range(K)])
+    y, C, R = rng.normal(size=(B, 1, M)), rng.normal(size=(M, N)), random_covariance(M, rng)
+    y[1, 0, 2] = np.nan
+    y[2] = np.nan
+    filtered = Gaussian(mean, cov)
+    ahead = predict(filtered, A, b, Q)
+    updated, log_lik = update(ahead, y, C, R)
+    smoothed, lag = smooth(filtered, updated, A, b, Q)
+    for n, k in np.ndindex(B, K):
+        one = predict(filtered[n, k], A[k], b[k], Q[k])
+        one_updated, one_log_lik = update(one, y[n, 0], C, R)
+        one_smoothed, one_lag = smooth(filtered[n, k], one_updated, A[k], b[k], Q[k])
+        # The same operations; the linear algebra library may sum in another order.
+        for got, want in ((ahead, one), (updated, one_updated), (smoothed, one_smoothed)):
+            assert_allclose(got.mean[n, k], want.mean, atol=1e-12)
+            assert_allclose(got.cov[n, k], want.cov, atol=1e-12)
+        assert float(log_lik[n, k]) == pytest.approx(float(one_log_lik), rel=1e-12, abs=1e-12)
+        assert_allclose(lag[n, k], one_lag, atol=1e-12)
+
+
+def test_covariances_stay_symmetric_positive_definite_over_100000_frames():
+    # Two at once: the everyday one, and a diffuse start with all but exact measurements.
+    spread, r = np.array([1.0, 1e6]), np.array([1e-2, 1e-6])
+    A, Q, b = np.array([[2.0, -1.0], [1.0, 0.0]]), np.diag([1e-6, 0.0]), np.zeros(2)
+    C, R = np.array([[1.0, 0.0]]), r[:, None, None]
+    belief = Gaussian(np.zeros((2, 2)), spread[:, None, None] * np.eye(2))
+    seen, hidden = np.zeros((2, 1)), np.full((2, 1), np.nan)
+    for t in range(100_000):
+        # Hidden for 30 frames in every 100, as behind another figure.
+        belief, _ = update(predict(belief, A, b, Q), hidden if t % 100 < 30 else seen, C, R)
+        if t < 200 or t % 100 in (29, 30, 99):
+            P = belief.cov
+            assert_array_equal(P[:, 0, 1], P[:, 1, 0])
+            assert (P[:, 0, 0] > 0).all()
+            assert (P[:, 0, 0] * P[:, 1, 1] > P[:, 0, 1] ** 2).all()
+
+
+@pytest.mark.parametrize("r", [1e-2, 1e-7, 1e-12])
+def test_second_order_smoothing_does_not_fail_when_poses_are_almost_exact(r, rng):
+    slds = random_slds(1, order=2, rng=rng)
+    slds = replace(slds, R=r * np.eye(2))
+    y = slds.sample(40, rng)[2]
+    y[15:25] = np.nan
+    mean, cov, _, _ = filter_and_smooth(slds, y)
+    assert np.linalg.eigvalsh(cov).min() > -1e-12  # states of size 1: rounding only
+    seen = ~np.isnan(y)
+    # A frame that was measured with deviation sqrt(r) is known within a few of those.
+    assert np.abs(mean[:, :2] - y)[seen].max() < 6.0 * np.sqrt(r)
+    want, P, _ = given_path(slds, y, [0] * 40)
+    # The twin inverts a matrix with condition number 1 / r; ours gives way by 1e-12 of the diagonal.
+    assert_allclose(mean[15:25], want[15:25], atol=1e-6 if r >= 1e-7 else 1e-3)
+    assert_allclose(cov[20], P[20, :, 20], atol=1e-6 if r >= 1e-7 else 1e-3)
+
+
+def test_update_refuses_a_measurement_that_cannot_be(rng):
+    prior = Gaussian(np.zeros(2), np.zeros((2, 2)))
+    with pytest.raises(np.linalg.LinAlgError):
+        update(prior, np.zeros(2), np.eye(2), np.zeros((2, 2)))

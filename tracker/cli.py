@@ -1,0 +1,260 @@
+"""The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tracker import __version__
+
+if TYPE_CHECKING:
+    from tracker.clip import Job
+    from tracker.progress import Progress
+    from tracker.settings import Settings
+
+app = typer.Typer(
+    help="Follow a walking or running figure through side-view video with a learned model of its motion.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class Facing(str, Enum):
+    """Which way the figure faces."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+class Style(str, Enum):
+    """How progress is shown."""
+
+    AUTO = "auto"
+    PLAIN = "plain"
+    JSON = "json"
+
+
+Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
+Keypoints = Annotated[Path, typer.Option("--keypoints", help="Table of marked joints: frame,keypoint,x,y,visible.")]
+Start = Annotated[int | None, typer.Option(min=0, help="The marked frame to start from [default: the first marked].")]
+Stop = Annotated[int | None, typer.Option(min=0, help="The last frame to follow [default: the clip's last].")]
+FacingOption = Annotated[Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")]
+Rate = Annotated[
+    float, typer.Option(min=0.25, max=4.0, help="Playback speed: 1 as filmed, 0.5 for slow motion at half speed.")
+]
+SettingsFile = Annotated[Path | None, typer.Option("--settings", help="TOML file of tracker settings.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a complete run once the new one is complete.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Show no progress.")]
+ProgressStyle = Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")]
+
+
+@app.callback(invoke_without_command=True)
+def figtrack(version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False) -> None:
+    """Follow a walking or running figure through side-view video with a learned model of its motion."""
+    if version:
+        print(f"figtrack {__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("figtrack-demo"),
+    seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 0,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite/--keep", help="Replace the results of an earlier demo.")
+    ] = True,
+    quiet: Quiet = False,
+    progress: ProgressStyle = Style.AUTO,
+) -> None:
+    """Render a walk whose joints are known, follow it with constant velocity and with the learned model.
+
+    Example: figtrack demo --out my-demo
+    """
+    with _plain_errors():
+        from tracker.demo import run_demo
+
+        page, table = run_demo(out, seed, overwrite=overwrite, progress=_progress(quiet, progress))
+        print(table)
+        print(f"\nopen {page}")
+
+
+@app.command()
+def track(
+    video: Video,
+    keypoints: Keypoints,
+    start: Start = None,
+    stop: Stop = None,
+    model: Annotated[str, typer.Option(help="cv, a shipped model, or a file from 'figtrack learn'.")] = "walk-run",
+    facing: FacingOption = None,
+    rate: Rate = 1.0,
+    settings: SettingsFile = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-track].")] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    progress: ProgressStyle = Style.AUTO,
+) -> None:
+    """Follow the figure marked in one frame through the whole clip.
+
+    Example: figtrack track walk.mp4 --keypoints walk.keypoints.csv
+    """
+    with _plain_errors():
+        from tracker.clip import follow, write_run
+        from tracker.folder import fresh_folder
+
+        shown = _progress(quiet, progress)
+        job = _job(video, keypoints, start, stop, facing, rate, settings, model)
+        folder = out or Path(f"{video.stem}-track")
+        with fresh_folder(folder, overwrite=overwrite) as aside:
+            finished = follow(job, shown)
+            write_run(finished, aside, shown)
+        for warning in finished.warnings:
+            print(f"warning: {warning}", file=sys.stderr)
+        outcomes = ", ".join(
+            f"{finished.track.outcome.count(name)} {name}" for name in dict.fromkeys(finished.track.outcome)
+        )
+        print(f"{finished.frames} frames of {video.name} with {model}: {outcomes}")
+        print(f"see {folder / 'overlay.mp4'}, {folder / 'keypoints.csv'}, {folder / 'pose.csv'}")
+
+
+@app.command()
+def compare(
+    video: Video,
+    keypoints: Keypoints,
+    truth: Annotated[Path | None, typer.Option(help="Marks to compare with [default: --keypoints].")] = None,
+    model: Annotated[list[str] | None, typer.Option(help="Models to compare [default: walk-run walk-run-1 cv].")] = None,
+    start: Start = None,
+    stop: Stop = None,
+    facing: FacingOption = None,
+    rate: Rate = 1.0,
+    settings: SettingsFile = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-compare].")] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    progress: ProgressStyle = Style.AUTO,
+) -> None:
+    """Follow a clip with several models and compare them with marked joints.
+
+    Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
+    """
+    with _plain_errors():
+        from tracker.comparison import compare_models
+        from tracker.folder import fresh_folder
+        from tracker.keypoints import read_keypoints
+
+        job = _job(video, keypoints, start, stop, facing, rate, settings, "")
+        marks = job.marks if truth is None else read_keypoints(truth)
+        folder = out or Path(f"{video.stem}-compare")
+        names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
+        with fresh_folder(folder, overwrite=overwrite) as aside:
+            table = compare_models(job, marks, names, aside, _progress(quiet, progress))
+        print(table)
+        print(f"\nopen {folder / 'report.html'}")
+
+
+@app.command()
+def learn(
+    trials: Annotated[Path, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")],
+    label: Annotated[list[str] | None, typer.Option(help="Activities to learn [default: walk run].")] = None,
+    exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = "",
+    licence: Annotated[
+        list[str] | None, typer.Option(help="Learn only from rows whose licence contains one of these [default: all].")
+    ] = None,
+    states: Annotated[int, typer.Option(min=1, max=32, help="Switching states of each activity.")] = 4,
+    pooled: Annotated[bool, typer.Option("--pooled", help="Learn all activities as one.")] = False,
+    order: Annotated[int, typer.Option(min=1, max=2, help="Order of the dynamics.")] = 2,
+    fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames a second to learn at.")] = 30.0,
+    noise: Annotated[float, typer.Option(min=0.0, max=45.0, help="Noise added to the angles, degrees.")] = 0.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
+    rounds: Annotated[int, typer.Option(min=1, max=1000, help="Rounds of EM at most.")] = 10,
+    out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    progress: ProgressStyle = Style.AUTO,
+) -> None:
+    """Learn a motion model from motion capture.
+
+    Example: figtrack learn --trials trials.csv --label walk --label run --states 4 --out gait.npz
+    """
+    with _plain_errors():
+        from tracker.learning import Request, learn_model
+
+        request = Request(
+            trials=trials,
+            labels=tuple(label or ("walk", "run")),
+            excluded=tuple(name.strip() for name in exclude_subjects.split(",") if name.strip()),
+            licences=tuple(licence or ()),
+            states=states,
+            pooled=pooled,
+            order=order,
+            fps=fps,
+            noise=noise,
+            seed=seed,
+            rounds=rounds,
+        )
+        print(learn_model(request, out, overwrite=overwrite, progress=_progress(quiet, progress)))
+
+
+def main() -> None:
+    """Entry point of the command line."""
+    app()
+
+
+def _job(
+    video: Path,
+    keypoints: Path,
+    start: int | None,
+    stop: int | None,
+    facing: Facing | None,
+    rate: float,
+    settings: Path | None,
+    model: str,
+) -> "Job":
+    from tracker.clip import Job
+    from tracker.keypoints import read_keypoints
+    from tracker.settings import Settings, read_settings
+
+    return Job(
+        video=video,
+        marks=read_keypoints(keypoints),
+        model=model,
+        settings=Settings() if settings is None else read_settings(settings),
+        start=start,
+        stop=stop,
+        facing=None if facing is None else (1 if facing is Facing.RIGHT else -1),
+        rate=rate,
+    )
+
+
+def _progress(quiet: bool, style: Style) -> "Progress":
+    from tracker.progress import Progress
+
+    return Progress("quiet" if quiet else style.value)
+
+
+@contextmanager
+def _plain_errors() -> Iterator[None]:
+    """One line on stderr and exit status 1 for whatever keeps the work from being done."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        _fail("stopped by Ctrl-C; nothing was written")
+    except OSError as error:
+        _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
+    except Exception as error:
+        from dynamics.store import ModelError
+        from tracker.folder import FolderError
+        from videos.frames import VideoError
+
+        if not isinstance(error, ModelError | FolderError | VideoError | ValueError):
+            raise
+        _fail(str(error))
+
+
+def _fail(text: str) -> None:
+    print(f"error: {text}", file=sys.stderr)
+    raise typer.Exit(1)

@@ -1,0 +1,104 @@
+"""The keypoints table: marked joints in, tracked joints out. Pixels, (0, 0) the centre of the top-left one."""
+
+import csv
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+KEYPOINTS = (
+    "head_top",
+    "neck",
+    "hip",
+    "near_knee",
+    "near_ankle",
+    "near_toe",
+    "far_knee",
+    "far_ankle",
+    "far_toe",
+)
+COLUMNS = ("frame", "keypoint", "x", "y")
+
+
+class KeypointsError(ValueError):
+    """A keypoints table that cannot be used."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """One marked joint: pixel, and whether it was seen or estimated."""
+
+    x: float
+    y: float
+    visible: bool = True
+
+
+Marks = dict[int, dict[str, Mark]]
+
+
+def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
+    """Marks of every frame in a table `frame,keypoint,x,y[,visible]`; rows without a position are left out.
+
+    Raises:
+        KeypointsError: no such file, not such a table, an unknown joint, or a cell that is no finite number.
+    """
+    known = tuple(names)
+    marks: Marks = {}
+    try:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file)
+            missing = [column for column in COLUMNS if column not in (reader.fieldnames or ())]
+            if missing:
+                raise KeypointsError(
+                    f"{path} is no keypoints table: column {missing[0]!r} is missing; the header is frame,keypoint,x,y,visible"
+                )
+            for row in reader:
+                _read_row(marks, row, known, f"{path} line {reader.line_num}")
+    except FileNotFoundError as error:
+        raise KeypointsError(f"no keypoints file {path}; mark the joints and give the table's name") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise KeypointsError(f"cannot read {path} as a UTF-8 CSV table: {error}") from error
+    if not marks:
+        raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
+    return marks
+
+
+def write_keypoints(path: Path, rows: Iterable[Mapping[str, object]], columns: Iterable[str]) -> None:
+    """Write a table with these columns."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, fieldnames=list(columns))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def points(marks: Mapping[str, Mark]) -> dict[str, tuple[float, float]]:
+    """Positions alone."""
+    return {name: (mark.x, mark.y) for name, mark in marks.items()}
+
+
+def _read_row(marks: Marks, row: Mapping[str, str | None], known: tuple[str, ...], where: str) -> None:
+    name = (row["keypoint"] or "").strip()
+    if name not in known:
+        raise KeypointsError(f"{where}: unknown joint {name!r}; known are {', '.join(known)}")
+    cells = {column: (row.get(column) or "").strip() for column in ("frame", "x", "y", "visible")}
+    if cells["x"] == "" and cells["y"] == "":
+        return
+    values = {column: _number(text or "1", column, where) for column, text in cells.items()}
+    frame = int(values["frame"])
+    if frame != values["frame"] or frame < 0 or cells["frame"] == "":
+        raise KeypointsError(f"{where}: frame must be a whole number from 0; got {cells['frame']!r}")
+    of_frame = marks.setdefault(frame, {})
+    if name in of_frame:
+        raise KeypointsError(f"{where}: {name} of frame {frame} is marked twice; keep one of the two")
+    of_frame[name] = Mark(values["x"], values["y"], values["visible"] != 0)
+
+
+def _number(text: str, column: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise KeypointsError(f"{where}: {column} must be a finite number; got {text!r}")
+    return value
