@@ -17,6 +17,8 @@ from dynamics.regression import Form, Ridge, form, maximum_likelihood, solve
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
 
+STILL = 1e-10  # variance that even a freedom which never moves is taken to have: 1e-5 leg lengths or radians
+
 Infer = Callable[[SLDS, Sequence[Array]], list[Posterior]]
 
 
@@ -190,17 +192,17 @@ def data_prior(ys: Sequence[Array], shape: Form, options: Options) -> Prior:
     if options.prior == 0.0:
         return Prior(maximum_likelihood(shape), np.zeros(d), 0.0, np.zeros(N), 0.0, 0.0, 0.0)
     y = np.concatenate(ys)
-    spread = y.var(axis=0)
-    change = np.concatenate([np.diff(y, n=shape.order, axis=0) for y in ys]).var(axis=0)
+    spread = y.var(axis=0) + STILL
+    change = _change(ys, shape)
     speed = np.concatenate([np.diff(y, axis=0) for y in ys])
     x = y if shape.order == 1 else np.concatenate([np.hstack([y[1:], y[:-1]]) for y in ys])
     size = np.append(((x @ shape.regard.T) ** 2).mean(axis=0), 1.0)
     size = np.where(size > 0, size, 1.0)
     strength = options.prior * 1e-3 * size * len(y) / (4.0 * options.states)
     # A travelling freedom starts near its first place, however far it goes.
-    places = np.where(shape.carry.any(axis=1), np.minimum(spread, (speed**2).mean(axis=0)), spread)
+    places = np.where(shape.carry.any(axis=1), np.minimum(spread, (speed**2).mean(axis=0) + STILL), spread)
     return Prior(
-        ridge=Ridge(strength, options.prior * 0.1 * change + 1e-12 * spread, options.prior * (d + 2.0)),
+        ridge=Ridge(strength, options.prior * 0.1 * change, options.prior * (d + 2.0)),
         R=options.prior * 0.03 * np.minimum(spread, change),
         R_count=options.prior * (d + 11.0),
         start=options.prior * 0.1 * np.tile(places, shape.order),
@@ -302,8 +304,7 @@ def _first_model(
     """The model that the starting labels give; R starts at a tenth of the frame-to-frame change."""
     d, N = shape.carry.shape
     K = posteriors[0].prob.shape[1]
-    change = np.concatenate([np.diff(y, n=shape.order, axis=0) for y in ys]).var(axis=0)
-    R = np.diag(0.1 * change + 1e-9)
+    R = np.diag(0.1 * _change(ys, shape))
     slds = SLDS(
         pi0=np.full(K, 1.0 / K),
         Pi=np.full((K, K), 1.0 / K),
@@ -322,6 +323,12 @@ def _first_model(
     blur = 1e-9 * np.eye(N)
     blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + blur)) for p in posteriors]
     return replace(maximise(slds, ys, blurred, shape, prior, weights), R=R)
+
+
+def _change(ys: Sequence[Array], shape: Form) -> Array:
+    """(d,) variance of the change that the dynamics must explain: of velocity, or at first order of place."""
+    differences = np.concatenate([np.diff(y, n=shape.order, axis=0) for y in ys])
+    return np.asarray(differences.var(axis=0) + STILL)
 
 
 def _from_origin(y: Array, names: Sequence[str], travelling: Sequence[str]) -> Array:

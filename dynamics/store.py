@@ -1,12 +1,11 @@
 """An SLDS to and from one file.
 
-The file is a numpy .npz archive without pickled objects: `header`, a JSON text with `format` ("figtrack-slds"),
-`version` (1), names, travelling, labels, fps and `origin` (what it was learned from, in words); and the float64 arrays
-pi0, Pi, A, b, Q, C, R, mean0, cov0 with the shapes that `slds.SLDS` documents.
+The file is a numpy .npz archive without pickled objects: `header`, a JSON text with `format`
+("figtrack-slds"), `version` (1), names, travelling, labels, fps and `origin` (what it was learned from, in
+words); and the float64 arrays pi0, Pi, A, b, Q, C, R, mean0, cov0 with the shapes that `slds.SLDS` documents.
 """
 
 import json
-import zipfile
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -73,7 +72,8 @@ def load_shipped(name: str, fps: float) -> SLDS:
     """The shipped model of this name learned nearest to a frame rate; ModelError if there is none."""
     rates = shipped()
     if name not in rates:
-        raise ModelError(f"no model {name!r} ships; there are {', '.join(rates)}, or give a file that ends in .npz")
+        known = ", ".join(rates)
+        raise ModelError(f"no model {name!r} ships; there are {known}, or give a file that ends in .npz")
     nearest = min(rates[name], key=lambda rate: abs(np.log(rate / fps)))
     return _read(resources.files("dynamics") / "models" / f"{name}@{nearest:g}.npz", name)
 
@@ -83,7 +83,7 @@ def _read(source: Path | Traversable, name: str) -> SLDS:
         with source.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             header = json.loads(str(archive["header"]))
             arrays = {key: archive[key] for key in ARRAYS if key in archive}
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, json.JSONDecodeError) as error:
+    except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
         raise ModelError(f"{name} is no model file or is damaged; copy or learn it again") from error
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise ModelError(f"{name} is no model file; learn one with 'figtrack learn'")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tracker.scene_cloth import Image, Wardrobe
 from tracker.scene_figure import MARK_RANKS, Painter, compose, seen
 from tracker.scene_gait import STEPS, Array, Gait, joint_places, random_build, walk
-from tracker.scene_street import FLOOR, light_fields, street
+from tracker.scene_street import FLOOR, foreground, light_fields, street
 
 Picture = NDArray[np.uint8]
 
@@ -27,6 +27,7 @@ KEYPOINTS = tuple(MARK_RANKS)
 SHUTTER = (-2, 0, 2)  # moments averaged into one frame, of STEPS: open for about half of it
 MARGIN = 0.55  # of a leg, kept free beside the hip at both ends: half a step, and the arms
 STRIDES = (31.0, 37.0)  # frames at 30 a second
+SHRUBS = ((0.25, 0.35), (0.6, 0.75))  # where they hide the legs, as shares of the way
 NOISE = 3.2  # of the sensor, grey levels
 QUALITY = 60  # JPEG
 
@@ -105,6 +106,8 @@ def render(
     wardrobe = Wardrobe.choose(rng)
     background = street(size, wardrobe.trousers, rng)
     light = light_fields(size, frames, rng)
+    path = start[0] + leg_px * (gait.pose[moments, 0] - gait.pose[moments[0], 0])
+    shrubs = foreground(size, [np.quantile(path, rng.uniform(*place)) for place in SHRUBS], rng)
     shadow = np.array([rng.uniform(-0.55, 0.55), rng.uniform(0.16, 0.24)])
     painter = Painter(build, wardrobe, leg_px, (height, width))
 
@@ -114,11 +117,13 @@ def render(
         layer, visible_now = _expose(painter, window, start)
         ground = background * _shadow(layer[..., 3], start[1], shadow)[..., None]
         picture = ground * (1.0 - layer[..., 3:]) + layer[..., :3]
+        picture = picture * (1.0 - shrubs[..., 3:]) + shrubs[..., :3]
         picture *= cv2.resize(light[t], size, interpolation=cv2.INTER_LINEAR)[..., None]
         images.append(_develop(picture[:, ::facing], rng))
         visible.append(visible_now)
 
     places = _pixels(joint_places(build, gait.at(moments)), leg_px, start)
+    covered = {name: _under(shrubs[..., 3], at) for name, at in places.items()}
     if facing < 0:
         places = {
             name: np.array([width - 1, 0.0]) + np.array([-1.0, 1.0]) * at for name, at in places.items()
@@ -128,7 +133,7 @@ def render(
     return Scene(
         images=compress(images, quality),
         joints={name: places[name] for name in KEYPOINTS},
-        visible={name: np.array([now[name] for now in visible]) for name in KEYPOINTS},
+        visible={name: np.array([now[name] for now in visible]) & ~covered[name] for name in KEYPOINTS},
         pose=pose,
         leg_px=float(leg_px),
         facing=facing,
@@ -168,6 +173,13 @@ def truth_table(scene: Scene) -> list[tuple[int, str, float, float, int]]:
 def _pixels(places: dict[str, Array], leg_px: float, start: Array) -> dict[str, Array]:
     """Body units, y up from the floor, to pixels of a picture in which the walker faces right."""
     return {name: start + leg_px * np.array([1.0, -1.0]) * at for name, at in places.items()}
+
+
+def _under(cover: Image, places: Array) -> NDArray[np.bool_]:
+    """(T,) whether something in front covers each place (T, 2)."""
+    rows = np.clip(np.round(places[:, 1]).astype(int), 0, cover.shape[0] - 1)
+    columns = np.clip(np.round(places[:, 0]).astype(int), 0, cover.shape[1] - 1)
+    return np.asarray(cover[rows, columns] > 0.5)
 
 
 def _expose(painter: Painter, gait: Gait, start: Array) -> tuple[Image, dict[str, bool]]:

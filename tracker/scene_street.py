@@ -4,6 +4,8 @@ House fronts, hedges and a pavement in rough perspective, drawn once per scene a
 clutter at leg height has the trousers' own colour, so that an outline alone does not find a leg.
 """
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,9 @@ from tracker.scene_cloth import Image, value_noise
 WALL_FOOT = 0.69  # where the houses stand on the pavement, of the picture's height
 FLOOR = 0.865  # where the walker's soles are
 FINE = 2  # the street is drawn this many times larger, then averaged down
+
+SHRUB_WIDTH = (0.24, 0.30)  # of the picture's height; the walker's leg is about 0.26
+SHRUB_HEIGHT = (0.34, 0.40)
 
 WALLS = ((168, 104, 84), (190, 178, 156), (150, 150, 148), (206, 190, 150), (122, 96, 84), (168, 182, 184))
 DOORS = ((64, 92, 78), (110, 44, 40), (46, 58, 84), (92, 72, 52))
@@ -44,6 +49,23 @@ def street(size: tuple[int, int], echo: Image, rng: np.random.Generator) -> Imag
     small = cv2.resize(canvas, size, interpolation=cv2.INTER_AREA)
     grain = value_noise(rng, size[::-1], (1.5, 4.0, 12.0))
     return np.asarray(np.clip(small * (1.0 + 0.035 * grain[..., None]), 0.0, 255.0), np.float32)
+
+
+def foreground(size: tuple[int, int], centres: Sequence[float], rng: np.random.Generator) -> Image:
+    """What stands between the walker and the camera: a shrub in a planter at each of the given places.
+
+    Args:
+        size: width and height, pixels.
+        centres: x of each shrub's middle, pixels.
+
+    Returns:
+        (H, W, 4): colour 0..255 times cover, and cover 0..1.
+    """
+    width, height = size[0] * FINE, size[1] * FINE
+    layer = np.zeros((height, width, 4), np.float32)
+    for centre in centres:
+        _shrub(layer, FINE * centre, rng)
+    return np.asarray(cv2.resize(layer, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
 def light_fields(size: tuple[int, int], frames: int, rng: np.random.Generator) -> NDArray[np.float32]:
@@ -201,6 +223,27 @@ def _lamp_post(canvas: Image, foot: int, rng: np.random.Generator) -> None:
     for i in range(-half, half + 1):
         _box(canvas, x + i, 0, x + i + 1, base, np.array([58.0, 66.0, 62.0]) * (1.15 - 0.3 * (i / half) ** 2))
     _box(canvas, x - 2 * half, base - 6 * half, x + 2 * half + 1, base, np.array([50.0, 56.0, 54.0]))
+
+
+def _shrub(layer: Image, centre: float, rng: np.random.Generator) -> None:
+    height = len(layer)
+    wide = int(rng.uniform(*SHRUB_WIDTH) * height)
+    high, ground = int(rng.uniform(*SHRUB_HEIGHT) * height), int(rng.uniform(0.93, 0.96) * height)
+    x0 = int(centre - wide / 2)
+    leaves = value_noise(rng, (high, wide), (3.0, 6.0, 25.0))
+    rows, columns = np.indices((high, wide))
+    across = np.abs(columns - wide / 2) / (wide / 2)
+    outline = (1.0 - rows / high) < np.sqrt(np.maximum(1.0 - across**2, 0.0)) + 0.05 * leaves
+    green = np.array([70.0, 92.0, 58.0]) * rng.uniform(0.7, 1.2) + rng.normal(0.0, 8.0, 3)
+    tone = (1.0 - 0.4 * rows / high)[..., None] + 0.3 * leaves[..., None]
+    left, right = max(x0, 0), min(x0 + wide, layer.shape[1])
+    part = layer[ground - high : ground, left:right]
+    shown = outline[:, left - x0 : right - x0]
+    part[shown, :3] = np.clip(green * np.maximum(tone, 0.2), 0.0, 255.0)[:, left - x0 : right - x0][shown]
+    part[shown, 3] = 1.0
+    box = layer[ground - high // 4 : ground, max(x0 + wide // 8, 0) : max(x0 + wide - wide // 8, 0)]
+    box[..., :3] = np.array([120.0, 86.0, 66.0]) * rng.uniform(0.7, 1.1)
+    box[..., 3] = 1.0
 
 
 def _box(canvas: Image, x0: int, y0: int, x1: int, y1: int, colour: NDArray[np.float64]) -> None:

@@ -1,4 +1,4 @@
-"""Captures as pose rows: known poses, the rates, the table, and the figures of real gait."""
+"""Captures as pose rows: the table, the segments, the rates, and the figures of real gait."""
 
 import csv
 from dataclasses import astuple, dataclass, fields, replace
@@ -7,47 +7,26 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from kinematics.bvh import Capture, MotionError
+from kinematics.bvh import MotionError
 from kinematics.mocap import (
+    FROZEN,
     POSE_COLUMNS,
     SHORTEST,
-    Body,
     Sequence,
     Trial,
-    find_body,
     mirror,
-    project,
     read_body,
     read_trials,
     resample,
     sequences,
 )
+from kinematics.sagittal import Body
+from tests.kinematics.bodies import walker
 
 FPS = 30.0
 TABLE = "file,subject,trial,activity,fps,segments,tags,licence\n"
 NAMES = ("Hips", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase", "LeftUpLeg", "LeftLeg", "LeftFoot")
 NAMES += ("LeftToeBase", "Neck", "Head_end")
-
-
-def walker(T, *, facing=0.0, step=0.1, torso=0.0, neck=0.0, right=(0.0, 0.0), left=(0.0, 0.0)):
-    """A body of leg length 2 in one pose, gliding `step` a frame the way it faces, `facing` from +z to +x."""
-    forward = np.array([np.sin(facing), 0.0, np.cos(facing)])
-    across = np.array([np.cos(facing), 0.0, -np.sin(facing)])
-    up = np.array([0.0, 1.0, 0.0])
-
-    def hang(angle):
-        return np.sin(angle) * forward - np.cos(angle) * up
-
-    hips = 2.0 * up + np.arange(T)[:, None] * step * forward
-    legs = []
-    for side, (hip, knee) in ((-0.2, right), (0.2, left)):
-        joints = [hips + side * across]
-        joints.append(joints[-1] + hang(hip))
-        joints.append(joints[-1] + hang(hip - knee))
-        joints.append(joints[-1] + 0.3 * forward)
-        legs.append(np.stack(joints, axis=1))
-    base = hips + hang(np.pi - torso)
-    return Body(legs[0], legs[1], base, base + 0.5 * hang(np.pi - torso - neck))
 
 
 def write_bvh(path, positions, fps=FPS):
@@ -68,72 +47,6 @@ def write_walker(path, body, fps=FPS):
 
 def a_trial(path, *, segments=((0, 20),), fps=FPS, tags=()):
     return Trial(path, "s1", "t1", "walk", fps, segments, tags, "free")
-
-
-@pytest.mark.parametrize("facing", [0.0, 0.7, 3.0, -2.0])
-def test_a_known_pose_is_read_back_from_whatever_side_it_walks(facing):
-    y = project(walker(10, facing=facing, torso=0.2, neck=-0.3, right=(0.4, 0.1), left=(-0.5, 0.9)))
-    assert POSE_COLUMNS[2:] == ("torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
-    assert_allclose(y[:, 2:], [[0.2, -0.3, 0.4, 0.1, -0.5, 0.9]] * 10, atol=1e-12)
-    assert_allclose(y[:, 0], np.arange(10) * 0.1 / 2.0, atol=1e-12)
-
-
-def test_who_walks_backwards_has_a_falling_root_and_the_same_angles():
-    pose = {"torso": 0.2, "right": (0.4, 0.1), "left": (-0.5, 0.9)}
-    there, back = project(walker(20, **pose)), project(walker(20, step=-0.1, **pose))
-    assert_allclose(back[:, 0], -there[:, 0], atol=1e-12)
-    assert_allclose(back[:, 2:], there[:, 2:], atol=1e-12)
-
-
-def test_a_body_that_stays_is_seen_from_its_right_side():
-    y = project(walker(10, facing=1.0, step=0.0, right=(0.4, 0.1)))
-    assert_allclose(y[:, 4:6], [[0.4, 0.1]] * 10, atol=1e-12)
-    assert_allclose(y[:, 0], 0.0, atol=1e-12)
-
-
-def test_on_a_curve_each_frame_is_seen_the_way_it_faces():
-    angles = np.linspace(0.0, 1.5, 40)
-    parts = [walker(1, facing=angle, right=(0.4, 0.1), left=(-0.5, 0.9)) for angle in angles]
-    way = np.cumsum([[np.sin(angle), 0.0, np.cos(angle)] for angle in angles], axis=0) * 0.1
-    right = np.concatenate([part.right for part in parts]) + way[:, None]
-    left = np.concatenate([part.left for part in parts]) + way[:, None]
-    neck, head = (np.concatenate([getattr(part, key) for part in parts]) + way for key in ("neck", "head"))
-    y = project(Body(right, left, neck, head), curve=True)
-    assert_allclose(y[:, 4:], [[0.4, 0.1, -0.5, 0.9]] * 40, atol=1e-12)
-    # Chords of a turn of 0.04 rad a frame are shorter than its arc by 0.04^2 / 8.
-    assert_allclose(y[:, 0], np.arange(40) * 0.05, rtol=5e-4)
-
-
-def test_a_walk_up_a_tilted_floor_keeps_its_height():
-    body = stepping_body(tilt=0.02)
-    assert_allclose(project(body)[:, 1], project(stepping_body(tilt=0.0))[:, 1], atol=1e-3)
-    hips_rise = 0.02 * (body.right[-1, 0, 2] - body.right[0, 0, 2]) / body.leg_length
-    assert hips_rise > 0.05
-
-
-def test_a_capture_that_freezes_in_mid_step_keeps_its_floor():
-    body, held = stepping_body(tilt=0.0), np.r_[:150, np.full(12, 150)]
-    frozen = Body(*(joints[held] for joints in (body.right, body.left, body.neck, body.head)))
-    assert_allclose(project(frozen)[:, 1], project(body)[held, 1], atol=1e-3)
-
-
-def stepping_body(tilt):
-    """Feet that stand half a stride and swing the other half, on a floor that rises by `tilt`."""
-    t = np.arange(160)
-    hips_z = 0.05 * t
-    legs = []
-    for side, phase in ((-0.2, 0), (0.2, 20)):
-        cycle, part = np.divmod(t + phase, 40)
-        swing = np.clip(part - 20, 0, 20) / 20.0
-        z = 2.0 * (cycle + swing) - 0.05 * phase
-        lift = 0.3 * np.sin(np.pi * swing)
-        ball = np.stack([np.full(160, side), lift + tilt * z, z], axis=1)
-        hip = np.stack([np.full(160, side), 2.0 + tilt * hips_z, hips_z], axis=1)
-        knee, ankle = hip - [0.0, 1.0, 0.0], hip - [0.0, 2.0, 0.0]
-        legs.append(np.stack([hip, knee, ankle, ball], axis=1))
-    middle = (legs[0][:, 0] + legs[1][:, 0]) / 2.0
-    up = np.array([0.0, 1.0, 0.0])
-    return Body(legs[0], legs[1], middle + up, middle + 1.5 * up)
 
 
 def test_mirroring_twice_is_the_identity_and_once_exchanges_the_legs(rng):
@@ -213,6 +126,46 @@ def test_a_segment_is_skipped_exactly_when_shorter_than_eight_frames_at_the_new_
         assert [len(sequence.y) for sequence in sequences(trial, 30.0)] == [SHORTEST] * count
 
 
+def freezing_walker(path, T, held):
+    """A gliding body whose frames in `held`, (first, last + 1), all show the first of them."""
+    frames = np.arange(T)
+    for first, end in held:
+        frames[first:end] = first
+    body = walker(T)
+    write_walker(path, Body(*(part[frames] for part in (body.right, body.left, body.neck, body.head))))
+
+
+@pytest.mark.parametrize(
+    ("held", "spans"),
+    [
+        ([(20, 20 + FROZEN)], ["0-20", "23-60"]),
+        ([(20, 20 + FROZEN - 1)], ["0-60"]),
+        ([(0, 6)], ["6-60"]),
+        ([(48, 60)], ["0-48"]),
+        ([(20, 24), (24, 30)], ["0-20", "30-60"]),
+        ([(20, 25), (30, 35)], ["0-20", "35-60"]),
+        ([(0, 60)], []),
+    ],
+    ids=["inside", "two", "at the start", "at the end", "side by side", "too short between", "throughout"],
+)
+def test_a_segment_is_split_at_frozen_frames_and_these_are_dropped(tmp_path, held, spans):
+    freezing_walker(tmp_path / "a.bvh", 60, held)
+    found = sequences(a_trial(tmp_path / "a.bvh", segments=((0, 60),)), FPS)
+    assert [sequence.name for sequence in found] == [f"s1_t1:{span}" for span in spans]
+    for sequence in found:
+        first, end = frames_of(sequence)
+        assert len(sequence.y) == end - first
+
+
+def test_no_sequence_stands_still_or_leaps_where_a_capture_froze(tmp_path):
+    freezing_walker(tmp_path / "a.bvh", 60, [(5, 20), (40, 44)])
+    found = sequences(a_trial(tmp_path / "a.bvh", segments=((2, 60),)), FPS)
+    assert [sequence.name for sequence in found] == ["s1_t1:20-40", "s1_t1:44-60"]
+    for sequence in found:
+        # Of 0.1 a frame with legs of 2.
+        assert_allclose(np.diff(sequence.y[:, 0]), 0.05, atol=1e-12)
+
+
 def test_a_trial_without_segments_gives_no_sequences():
     assert sequences(a_trial("absent.bvh", segments=()), FPS) == []
 
@@ -227,9 +180,7 @@ def test_a_capture_that_does_not_fit_its_row_is_refused(tmp_path):
         sequences(a_trial(tmp_path / "b.bvh"), FPS)
 
 
-def test_joints_of_no_known_dialect_are_named(tmp_path):
-    with pytest.raises(MotionError, match=r"no joint is called LeftFoot among Hips, .*rename the joints"):
-        find_body(Capture(("Hips", *NAMES[1:7], *NAMES[8:]), np.zeros((4, 10, 3)), FPS))
+def test_a_capture_of_no_known_dialect_is_named(tmp_path):
     write_walker(tmp_path / "a.bvh", walker(20))
     text = (tmp_path / "a.bvh").read_text()
     (tmp_path / "a.bvh").write_text(text.replace("LeftFoot", "LeftPaw"))
@@ -325,6 +276,10 @@ def feet_down(body, fps):
     return (np.linalg.norm(np.gradient(feet, axis=0), axis=-1) * fps < 1.0).any(axis=-1)
 
 
+def frames_of(sequence):
+    return (int(frame) for frame in sequence.name.split(":")[1].split("-"))
+
+
 @pytest.fixture(scope="module")
 def trials(data_dir):
     return read_trials(data_dir / "mocap" / "trials.csv")
@@ -338,8 +293,8 @@ def gaits(trials):
         if trial.activity == "other" or "curve" in trial.tags:
             continue
         body, every = read_body(trial), max(round(trial.fps / FPS), 1)
-        for sequence, (first, end) in zip(sequences(trial, FPS), trial.segments, strict=True):
-            part = body.between(first, end)
+        for sequence in sequences(trial, FPS):
+            part = body.between(*frames_of(sequence))
             part = Body(*(joints[::every] for joints in (part.right, part.left, part.neck, part.head)))
             found.append((trial.activity, trial.subject, measure(sequence.y, part, trial.fps / every)))
     return found
@@ -409,6 +364,14 @@ def test_every_straight_segment_becomes_finite_poses_in_a_bodys_range(trials):
             assert np.sign(y[-1, 0]) == (-1 if "backwards" in trial.tags else 1), sequence.name
             count += 1
     assert count == sum(len(trial.segments) for trial in trials)
+
+
+def test_the_frozen_frames_of_real_captures_are_dropped(trials):
+    names = {sequence.name for trial in trials for sequence in sequences(trial, 120.0)}
+    assert {"35_22:1-156", "08_07:7-303", "49_04:0-244"} <= names
+    # All else is as the table says.
+    stated = {f"{t.subject}_{t.trial}:{first}-{end}" for t in trials for first, end in t.segments}
+    assert len(names - stated) == 3
 
 
 def test_leg_lengths_and_frames_are_those_of_the_table(data_dir, trials):

@@ -1,0 +1,114 @@
+"""The tracker's belief: what it proposes, what it drops, what it amounts to."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.belief import Belief, first_belief, propose
+from dynamics.gaussian import Gaussian
+from dynamics.kalman import update
+from dynamics.viterbi import viterbi
+from tests.oracles import enumerated, random_covariance, random_slds
+
+
+def some_belief(slds, s, rng):
+    N = slds.A.shape[-1]
+    states = Gaussian(rng.normal(size=(len(s), N)), np.stack([random_covariance(N, rng) for _ in s]))
+    return Belief(states, rng.uniform(0.0, 5.0, size=len(s)), np.array(s))
+
+
+def test_the_first_belief_is_the_exact_posterior_of_one_frame(rng):
+    slds, R = random_slds(3, order=2, rng=rng), random_covariance(2, rng)
+    y = slds.sample(1, rng)[2]
+    exact = enumerated(replace(slds, R=R), y)
+    belief = first_belief(slds, y[0], R)
+    # Condition numbers below 1e3.
+    assert_allclose(belief.weights, exact.prob[0], atol=1e-11)
+    assert_allclose(belief.states.mean, exact.starts.mean, atol=1e-11)
+    assert_allclose(belief.states.cov, exact.starts.cov, atol=1e-11)
+    assert belief.best == exact.path[0]
+    assert_allclose(belief.merged().mean, exact.states.mean[0], atol=1e-11)
+    assert_allclose(belief.merged().cov, exact.states.cov[0], atol=1e-11)
+
+
+def test_a_first_pose_that_is_unknown_leaves_the_prior(rng):
+    slds = random_slds(3, rng=rng)
+    belief = first_belief(slds, np.full(2, np.nan), np.eye(2))
+    assert_array_equal(belief.states.mean, slds.mean0)
+    assert_allclose(belief.states.cov, slds.cov0, rtol=1e-15)  # made symmetric again
+    assert_allclose(belief.weights, slds.pi0, rtol=1e-12)  # through logarithms and back
+
+
+@pytest.mark.parametrize("s", [(0, 1, 2), (2, 0), (1,), (0, 0, 2, 1, 2)])
+def test_every_state_is_proposed_from_its_best_predecessor(s, rng):
+    slds = random_slds(3, order=2, rng=rng)
+    belief = some_belief(slds, s, rng)
+    got = propose(slds, belief, prune=np.inf)
+    assert_array_equal(got.s, [0, 1, 2])
+    for j in range(3):
+        costs = [belief.cost[h] - np.log(slds.Pi[i, j]) for h, i in enumerate(s)]
+        h = int(np.argmin(costs))
+        assert got.cost[j] == pytest.approx(costs[h], rel=1e-14)
+        # A product of matrices with entries near 1.
+        assert_allclose(got.states.mean[j], slds.A[j] @ belief.states.mean[h] + slds.b[j], atol=1e-12)
+        want = slds.A[j] @ belief.states.cov[h] @ slds.A[j].T + slds.Q[j]
+        assert_allclose(got.states.cov[j], want, atol=1e-12)
+
+
+def test_proposals_much_dearer_than_the_best_are_dropped(rng):
+    slds = random_slds(4, rng=rng)
+    belief = some_belief(slds, (0, 1, 2, 3), rng)
+    everything = propose(slds, belief, prune=np.inf)
+    sorted_costs = np.sort(everything.cost)
+    for keep in (1, 2, 3):
+        prune = 0.5 * (sorted_costs[keep - 1] + sorted_costs[keep]) - sorted_costs[0]
+        got = propose(slds, belief, prune=prune)
+        want = np.sort(np.argsort(everything.cost)[:keep])
+        assert_array_equal(got.s, want)
+        assert_array_equal(got.cost, everything.cost[want])
+        assert_array_equal(got.states.mean, everything.states.mean[want])
+    assert len(propose(slds, belief, prune=0.0).s) == 1
+
+
+def test_a_state_that_cannot_be_reached_is_not_proposed(rng):
+    slds = replace(random_slds(3, rng=rng), Pi=[[0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 1.0]])
+    got = propose(slds, some_belief(slds, (0, 1), rng), prune=1e9)
+    assert_array_equal(got.s, [0, 1])
+
+
+def test_merged_has_the_moments_of_the_mixture(rng):
+    belief = some_belief(random_slds(3, rng=rng), (0, 1, 2, 2), rng)
+    w = np.exp(-belief.cost) / np.exp(-belief.cost).sum()
+    first = sum(p * m for p, m in zip(w, belief.states.mean, strict=True))
+    second = sum(
+        p * (P + np.outer(m, m)) for p, m, P in zip(w, belief.states.mean, belief.states.cov, strict=True)
+    )
+    merged = belief.merged()
+    # Sums of a few numbers near 1.
+    assert_allclose(merged.mean, first, atol=1e-13)
+    assert_allclose(merged.cov, second - np.outer(first, first), atol=1e-13)
+
+
+def test_only_differences_of_cost_matter(rng):
+    belief = some_belief(random_slds(3, rng=rng), (0, 1, 2), rng)
+    dear = replace(belief, cost=belief.cost + 1e5)
+    assert_allclose(dear.weights, belief.weights, atol=1e-10)  # 1e5 keeps eleven digits behind the point
+    assert dear.best == belief.best == int(np.argmax(belief.weights))
+    far = replace(belief, cost=np.array([0.0, 1e5, np.inf]))
+    assert_array_equal(far.weights, [1.0, 0.0, 0.0])
+
+
+def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
+    slds = random_slds(1, order=2, rng=rng)
+    y = slds.sample(8, rng)[2]
+    belief = first_belief(slds, y[0], slds.R)
+    for t in range(1, 8):
+        prior = propose(slds, belief, prune=0.0)
+        states, log_lik = update(prior.states, y[t], slds.C, slds.R)
+        belief = Belief(states, prior.cost - log_lik, prior.s)
+    want = viterbi(slds, y)
+    assert -belief.cost[0] == pytest.approx(want.log_evidence, rel=1e-12)  # the same sums
+    assert_allclose(belief.states.mean[0], want.states.mean[-1], atol=1e-12)
+    assert_allclose(belief.states.cov[0], want.states.cov[-1], atol=1e-12)

@@ -1,0 +1,234 @@
+"""The system's checks, its samples, the one-state rival, and systems made of others."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.gaussian import Gaussian
+from dynamics.kalman import predict
+from dynamics.slds import combine, constant_velocity
+from dynamics.viterbi import viterbi
+from tests.oracles import random_slds
+
+NAMES = ("x", "hip")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"A": np.zeros((2, 3, 3))}, r"A must have shape \(2, 2, 2\); got \(2, 3, 3\)"),
+        ({"R": np.full((2, 2), np.nan)}, "R must be finite; 4 entries are not"),
+        ({"Pi": [[0.5, 0.5], [0.5, 0.6]]}, "Pi rows must be probabilities.*row 1 sums to 1.100000"),
+        ({"Pi": [[1.5, -0.5], [0.5, 0.5]]}, "Pi rows must be probabilities.*row 0"),
+        ({"pi0": [0.5, 0.4]}, "pi0 rows must be probabilities.*row 0 sums to 0.900000"),
+        ({"labels": ("walk",)}, "every switching state needs a label; got 1 for 2 states"),
+        ({"travelling": ("z",)}, r"travelling freedoms must be among \('a', 'b'\); got \('z',\)"),
+        ({"fps": 0.0}, "fps must be positive; got 0.0"),
+        ({"fps": float("nan")}, "fps must be positive; got nan"),
+    ],
+)
+def test_what_does_not_fit_is_named(change, words, rng):
+    slds = random_slds(2, rng=rng)
+    with pytest.raises(ValueError, match=words):
+        replace(slds, **change)
+
+
+def test_arrays_are_read_only(rng):
+    slds = random_slds(2, rng=rng)
+    with pytest.raises(ValueError, match="read-only"):
+        slds.A[0, 0, 0] = 1.0
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_order_and_number_of_states_follow_from_the_arrays(order, rng):
+    slds = random_slds(3, d=2, order=order, rng=rng)
+    assert slds.order == order
+    assert slds.K == 3
+
+
+def test_logs_of_zero_probabilities_are_minus_infinity(rng):
+    slds = replace(random_slds(2, rng=rng), Pi=[[1.0, 0.0], [0.5, 0.5]], pi0=[0.0, 1.0])
+    assert_array_equal(slds.log_pi0, [-np.inf, 0.0])
+    assert slds.log_Pi[0, 1] == -np.inf
+
+
+# Samples
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_samples_of_one_state_have_the_moments_of_the_recursion(order, rng):
+    slds = random_slds(1, order=order, rng=rng)
+    n = 4000
+    x, y = (np.stack(draws) for draws in zip(*(slds.sample(4, rng)[1:] for _ in range(n)), strict=True))
+    belief = slds.start[0]
+    for t in range(4):
+        if t > 0:
+            belief = predict(belief, slds.A[0], slds.b[0], slds.Q[0])
+        # Five standard errors: of a mean sd / sqrt(n), of a covariance sqrt(P_ii P_jj + P_ij^2) / sqrt(n).
+        sd = np.sqrt(np.diag(belief.cov))
+        assert (np.abs(x[:, t].mean(0) - belief.mean) < 5.0 * sd / np.sqrt(n)).all()
+        error = np.abs(np.cov(x[:, t].T) - belief.cov)
+        assert (error < 5.0 * np.sqrt(np.outer(sd, sd) ** 2 + belief.cov**2) / np.sqrt(n)).all()
+    noise = (y - x @ slds.C.T).reshape(-1, 2)
+    sd = np.sqrt(np.diag(slds.R))
+    error = np.abs(np.cov(noise.T) - slds.R)
+    assert (error < 5.0 * np.sqrt(np.outer(sd, sd) ** 2 + slds.R**2) / np.sqrt(len(noise))).all()
+
+
+def test_samples_switch_as_often_as_they_should(rng):
+    slds = random_slds(3, d=1, rng=rng)
+    s = np.concatenate([slds.sample(100, rng)[0] for _ in range(60)]).reshape(60, 100)
+    for i in range(3):
+        following = s[:, 1:][s[:, :-1] == i]
+        share = np.bincount(following, minlength=3) / len(following)
+        # Five standard errors of a share.
+        error = 5.0 * np.sqrt(slds.Pi[i] * (1.0 - slds.Pi[i]) / len(following))
+        assert (np.abs(share - slds.Pi[i]) < error).all()
+    share = np.bincount(s[:, 0], minlength=3) / 60
+    assert (np.abs(share - slds.pi0) < 5.0 * np.sqrt(slds.pi0 * (1.0 - slds.pi0) / 60)).all()
+
+
+def test_a_seed_gives_the_same_sample_again(rng):
+    slds = random_slds(2, rng=rng)
+    one, other = (slds.sample(20, np.random.default_rng(7)) for _ in range(2))
+    for a, b in zip(one, other, strict=True):
+        assert_array_equal(a, b)
+
+
+# Constant velocity
+
+
+def test_constant_velocity_carries_on_exactly():
+    slds = constant_velocity(NAMES, noise=[0.1, 0.2], spread=[1.0, 2.0], fps=30.0)
+    belief = Gaussian(np.array([3.0, 0.5, 2.0, 0.6]), np.zeros((4, 4)))
+    for t in range(1, 20):
+        belief = predict(belief, slds.A[0], slds.b[0], slds.Q[0])
+        # A few roundings a step of numbers up to 22.
+        assert_allclose(belief.mean[:2], [3.0 + t, 0.5 - 0.1 * t], atol=1e-12)
+
+
+def test_constant_velocity_follows_a_straight_line_it_measures(rng):
+    slds = constant_velocity(NAMES, noise=[1e-3, 1e-3], spread=[1.0, 1.0], fps=30.0)
+    y = np.array([0.2, 1.0]) + np.arange(40.0)[:, None] * [0.05, -0.02]
+    y[20:30] = np.nan
+    want = np.array([0.2, 1.0]) + np.arange(40.0)[:, None] * [0.05, -0.02]
+    # The prior pulls poses of 1 to its mean by R over its variance, 1e-4, at the first frame.
+    assert_allclose(viterbi(slds, y).states.mean[:, :2], want, atol=1e-3)
+
+
+def test_constant_velocitys_spread_is_that_of_the_first_velocity():
+    slds = constant_velocity(NAMES, noise=[0.1, 0.2], spread=[0.5, 2.0], fps=30.0)
+    velocity = np.hstack([np.eye(2), -np.eye(2)])
+    assert_allclose(velocity @ slds.cov0[0] @ velocity.T, np.diag([0.25, 4.0]), atol=1e-15)  # one rounding
+    assert_allclose(velocity @ slds.Q[0] @ velocity.T, np.diag([0.01, 0.04]), atol=1e-15)
+
+
+# Models of several motions
+
+
+def motions(rng):
+    names = ("walk", "jog", "jump")
+    return [
+        replace(random_slds(K, order=2, rng=rng), labels=(label,) * K)
+        for K, label in zip((2, 3, 1), names, strict=True)
+    ]
+
+
+def test_combined_rows_sum_to_one_and_leave_their_motion_at_the_given_rate(rng):
+    models = motions(rng)
+    both = combine(models, crossing=0.05)
+    assert both.K == 6
+    assert both.labels == ("walk",) * 2 + ("jog",) * 3 + ("jump",)
+    # Sums of six probabilities.
+    assert_allclose(both.Pi.sum(1), 1.0, atol=1e-14)
+    assert both.pi0.sum() == pytest.approx(1.0, rel=1e-14)
+    for i, j in np.ndindex(6, 6):
+        if both.labels[i] != both.labels[j]:
+            assert both.Pi[i, j] == pytest.approx(0.05 / (6 - both.labels.count(both.labels[i])))
+    assert_allclose(both.Pi[2:5, 2:5], 0.95 * models[1].Pi, atol=1e-15)
+
+
+def test_combined_states_keep_their_own_dynamics(rng):
+    models = motions(rng)
+    both = combine(models)
+    for name in ("A", "b", "Q", "mean0", "cov0"):
+        assert_array_equal(getattr(both, name)[2:5], getattr(models[1], name))
+        assert_array_equal(getattr(both, name)[5:], getattr(models[2], name))
+    # R is a mean of three.
+    assert_allclose(3.0 * both.R, sum(model.R for model in models), rtol=1e-14)
+
+
+def test_without_crossing_motions_never_mix(rng):
+    models = motions(rng)
+    both = combine(models, crossing=0.0)
+    got = viterbi(both, models[0].sample(30, rng)[2])
+    assert len({both.labels[s] for s in got.path}) == 1
+
+
+def test_one_model_combines_to_itself(rng):
+    slds = random_slds(2, rng=rng)
+    assert combine([slds]) is slds
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"order": 1},
+        {"d": 3},
+        {"travelling": ("a",)},
+    ],
+)
+def test_models_of_other_freedoms_are_not_combined(other, rng):
+    one = random_slds(2, order=2, rng=rng)
+    with pytest.raises(ValueError, match="must share freedoms, order and frame rate"):
+        combine([one, random_slds(2, rng=rng, **({"order": 2} | other))])
+
+
+def test_models_of_other_rates_are_not_combined(rng):
+    one = random_slds(2, rng=rng)
+    with pytest.raises(ValueError, match="must share freedoms, order and frame rate"):
+        combine([one, replace(one, fps=25.0)])
+
+
+# Drifts
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_drifting_freedoms_do_not_touch_the_others(order, rng):
+    slds = random_slds(2, order=order, rng=rng)
+    wide = slds.with_drifts(
+        ("scale", "light"), np.array([1.0, 0.9]), np.array([0.01, 0.1]), np.array([1.0, 2.0])
+    )
+    assert wide.names == ("a", "b", "scale", "light")
+    y = slds.sample(12, rng)[2]
+    narrow = viterbi(slds, y)
+    got = viterbi(wide, np.hstack([y, rng.normal(size=(12, 2))]))
+    N = order * 2
+    assert_array_equal(got.path, narrow.path)
+    # The same numbers in larger systems of equations.
+    assert_allclose(got.states.mean[:, :N], narrow.states.mean, atol=1e-10)
+    assert_allclose(got.states.cov[:, :N, :N], narrow.states.cov, atol=1e-10)
+    assert_allclose(got.states.cov[:, :N, N:], 0.0, atol=1e-10)
+
+
+def test_drifting_freedoms_follow_their_own_recursion(rng):
+    persistence, noise, spread = np.array([0.9]), np.array([0.1]), np.array([2.0])
+    wide = random_slds(2, order=2, rng=rng).with_drifts(("scale",), persistence, noise, spread)
+    belief = wide.start
+    assert_array_equal(belief.cov[:, 4, 4], 4.0)
+    variance = 4.0
+    for _ in range(5):
+        belief = predict(belief, wide.A, wide.b, wide.Q)
+        variance = 0.81 * variance + 0.01
+        assert_allclose(belief.cov[:, 4, 4], variance, rtol=1e-12)  # a few roundings
+        assert_array_equal(belief.mean[:, 4], 0.0)
+    assert_array_equal(wide.C[2], [0.0, 0.0, 0.0, 0.0, 1.0])
+
+
+def test_no_drifts_change_nothing(rng):
+    slds = random_slds(2, rng=rng)
+    same = slds.with_drifts((), np.zeros(0), np.zeros(0), np.zeros(0))
+    for name in ("A", "b", "Q", "C", "R", "mean0", "cov0"):
+        assert_array_equal(getattr(same, name), getattr(slds, name))

@@ -1,0 +1,289 @@
+"""Figures: the layout of a pose, the tree, and every mistake in a TOML as one clear error."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from kinematics.figure import Figure, figure_from, load_figure
+from kinematics.mocap import POSE_COLUMNS
+from tests.kinematics.figures import FIGURES, HORSE, HORSE_FILE, WALKER
+
+every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
+
+ARM = """
+name = "arm"
+base = "shoulder"
+
+[[links]]
+name = "upper"
+joint = "elbow"
+freedom = "raise"
+length = 0.5
+width = 0.2
+limits = [-90, 90]
+
+[[links]]
+name = "fore"
+parent = "upper"
+joint = "wrist"
+freedom = "bend"
+length = 0.4
+width = 0.1
+"""
+
+
+def test_the_walkers_pose_is_root_and_angles_of_a_pose_row_then_scale_and_stretches():
+    assert WALKER.pose_freedoms == POSE_COLUMNS
+    stretches = tuple(f"stretch_{link.name}" for link in WALKER.links)
+    assert WALKER.freedoms == (*POSE_COLUMNS, "scale", *stretches)
+    assert [WALKER.index(name) for name in WALKER.freedoms] == list(range(15))
+    assert WALKER.joints == (
+        "hip",
+        "neck",
+        "head_top",
+        "near_knee",
+        "near_ankle",
+        "far_knee",
+        "far_ankle",
+    )
+    assert sum(link.length for link in WALKER.links if link.name in ("thigh_near", "shank_near")) == 1.0
+
+
+def test_a_link_that_does_not_turn_or_breathe_has_no_entry_in_the_pose():
+    assert HORSE.link_of("near_hoof") == 6
+    assert not any("hoof" in name for name in HORSE.freedoms)
+    assert "stretch_tail" not in HORSE.freedoms
+    assert len(HORSE.freedoms) == 2 + 12 + 1 + 11
+
+
+@every_figure
+def test_chain_and_reach_are_those_of_a_walk_up_the_tree(figure):
+    names = [link.name for link in figure.links]
+    for i, link in enumerate(figure.links):
+        chain, reach = np.zeros(len(names), dtype=bool), np.zeros(len(names))
+        chain[i], way = True, link
+        while way.parent is not None:
+            j = names.index(way.parent)
+            chain[j], reach[j] = True, way.at
+            way = figure.links[j]
+        assert_array_equal(figure.chain[i], chain)
+        assert_array_equal(figure.reach[i], reach)
+
+
+def test_every_joint_but_the_base_is_the_tip_of_one_link():
+    for i, link in enumerate(WALKER.links):
+        assert WALKER.link_of(link.joint) == i
+    for joint in ("hip", "nose"):
+        with pytest.raises(
+            ValueError, match=f"no link of figure 'walker' ends at '{joint}'; they end at neck,"
+        ):
+            WALKER.link_of(joint)
+
+
+def test_an_unknown_freedom_is_named_with_those_there_are():
+    with pytest.raises(ValueError, match="'walker' has no freedom 'elbow'; it has root_x, root_y, torso"):
+        WALKER.index("elbow")
+
+
+def test_thighs_and_shanks_make_the_walkers_leg():
+    of_leg = [link.name for link in WALKER.links if WALKER.is_leg(link)]
+    assert of_leg == ["thigh_near", "shank_near", "thigh_far", "shank_far"]
+
+
+def test_other_lengths_change_nothing_else():
+    lengths = np.linspace(0.3, 0.8, 6)
+    other = WALKER.with_lengths(lengths.tolist())
+    assert [link.length for link in other.links] == lengths.tolist()
+    assert other.with_lengths([link.length for link in WALKER.links]) == WALKER
+    with pytest.raises(ValueError, match="shorter"):
+        WALKER.with_lengths([0.5] * 5)
+    with pytest.raises(ValueError, match="link 'head': length, width and taper must be positive"):
+        WALKER.with_lengths([0.5, 0.0, 0.5, 0.5, 0.5, 0.5])
+
+
+def test_a_figure_loads_by_name_and_by_path(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM)
+    arm = load_figure(path)
+    assert arm == load_figure(str(path)) == figure_from(tomllib.loads(ARM))
+    assert (arm.name, arm.joints, arm.leg) == ("arm", ("shoulder", "elbow", "wrist"), ())
+    assert load_figure() == load_figure("walker") == WALKER
+    assert load_figure(HORSE_FILE) == HORSE
+
+
+def test_degrees_become_radians_and_what_is_left_out_its_default():
+    upper, fore = figure_from(tomllib.loads(ARM)).links
+    assert_allclose(upper.limits, [-np.pi / 2.0, np.pi / 2.0])
+    assert_allclose(fore.limits, [-np.pi, np.pi])
+    assert (fore.parent, fore.at, fore.rest, fore.sense, fore.taper, fore.layer) == (
+        "upper",
+        1.0,
+        0.0,
+        1,
+        1.0,
+        0,
+    )
+    assert fore.breathes
+    assert WALKER.links[0].rest == pytest.approx(np.pi / 2.0)
+
+
+def swapped(text, old, new):
+    assert text.count(old) == 1
+    return text.replace(old, new)
+
+
+MISTAKES = {
+    "unknown key": (
+        'base = "shoulder"',
+        'base = "shoulder"\nlegs = []',
+        "the figure has the unknown key 'legs'",
+    ),
+    "unknown key of a link": (
+        "length = 0.4",
+        "length = 0.4\nlenght = 1",
+        "link 'fore' has the unknown key 'len",
+    ),
+    "no name": ('name = "arm"', "", "the figure lacks the key 'name'"),
+    "no base": ('base = "shoulder"', "", "the figure lacks the key 'base'"),
+    "no length": ("length = 0.4", "", "link 'fore' lacks the key 'length'; add it"),
+    "no joint": ('joint = "wrist"', "", "link 'fore' lacks the key 'joint'"),
+    "a nameless link": ('name = "fore"', "", r"link '\?' lacks the key 'name'"),
+    "no such parent": (
+        'parent = "upper"',
+        'parent = "uper"',
+        "link 'fore' hangs on an unlisted link, 'uper'",
+    ),
+    "its own parent": ('parent = "upper"', 'parent = "fore"', "link 'fore' comes before its parent 'fore'"),
+    "parent last": (
+        'joint = "elbow"',
+        'joint = "elbow"\nparent = "fore"',
+        "'upper' comes before its parent 'fore'",
+    ),
+    "one name twice": (
+        'name = "fore"',
+        'name = "upper"',
+        "link 'upper' is listed twice; give each its own name",
+    ),
+    "one joint twice": (
+        'joint = "wrist"',
+        'joint = "elbow"',
+        "link 'fore': another link or the base has the joint",
+    ),
+    "base as joint": (
+        'joint = "wrist"',
+        'joint = "shoulder"',
+        "link 'fore': another link or the base has the joi",
+    ),
+    "one freedom twice": (
+        '"bend"',
+        '"raise"',
+        "two freedoms of figure 'arm' share a name; got root_x, root_y, raise",
+    ),
+    "a freedom that is": ('"bend"', '"scale"', "two freedoms of figure 'arm' share a name"),
+    "zero length": (
+        "length = 0.4",
+        "length = 0",
+        "link 'fore': length, width and taper must be positive; got",
+    ),
+    "negative width": (
+        "width = 0.1",
+        "width = -0.1",
+        "link 'fore': length, width and taper must be positive",
+    ),
+    "nan length": ("length = 0.4", "length = nan", "link 'fore': length, width and taper must be positive"),
+    "infinite length": (
+        "length = 0.4",
+        "length = inf",
+        "link 'fore': length, width and taper must be positive",
+    ),
+    "zero taper": (
+        "width = 0.1",
+        "width = 0.1\ntaper = 0",
+        "link 'fore': length, width and taper must be positive",
+    ),
+    "beyond its parent": (
+        "width = 0.1",
+        "width = 0.1\nat = 1.5",
+        "link 'fore': at must be a share .* 0 to 1; got",
+    ),
+    "nan rest": ("width = 0.1", "width = 0.1\nrest = nan", "link 'fore': rest must be an angle; got nan"),
+    "falling limits": ("[-90, 90]", "[90, -90]", r"link 'upper': limits must rise; got \[90.0, -90.0\]"),
+    "nan limits": ("[-90, 90]", "[nan, 90]", "link 'upper': limits must rise"),
+    "one limit": ("[-90, 90]", "[90]", r"link 'upper': limits must be two angles; got \[90\]"),
+    "limits as text": ("[-90, 90]", '["a", "b"]', "link 'upper': each of limits must be a number; got 'a'"),
+    "sense zero": ("width = 0.1", "width = 0.1\nsense = 0", "link 'fore': sense must be 1 or -1; got 0"),
+    "half a sense": (
+        "width = 0.1",
+        "width = 0.1\nsense = 1.5",
+        "link 'fore': sense must be a whole number; got 1.5",
+    ),
+    "length as text": ("length = 0.4", 'length = "long"', "link 'fore': length must be a number; got 'long'"),
+    "length as truth": ("length = 0.4", "length = true", "link 'fore': length must be a number; got True"),
+    "breathes as text": (
+        "width = 0.1",
+        'width = 0.1\nbreathes = "no"',
+        "'fore': breathes must be true or false",
+    ),
+    "leg as text": (
+        'base = "shoulder"',
+        'base = "shoulder"\nleg = "fore"',
+        "the figure: leg must be a list; got",
+    ),
+    "leg of numbers": (
+        'base = "shoulder"',
+        'base = "shoulder"\nleg = [3]',
+        "each part of leg must be text; got 3",
+    ),
+    "leg of no link": (
+        'base = "shoulder"',
+        'base = "shoulder"\nleg = ["upper", "shank"]',
+        "leg of figure 'arm' names 'shank', but no link begins so; the links are upper, fore",
+    ),
+    "not TOML": ("length = 0.4", "length =", "Invalid value"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "message"), MISTAKES.values(), ids=MISTAKES.keys())
+def test_a_mistake_in_a_figure_is_one_clear_error_that_names_the_file(tmp_path, old, new, message):
+    path = tmp_path / "arm.toml"
+    path.write_text(swapped(ARM, old, new))
+    with pytest.raises(ValueError, match=message) as caught:
+        load_figure(path)
+    assert str(caught.value).startswith(f"figure {path}: ")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("links", "message"),
+    [
+        ("", "lacks the key 'links'"),
+        ("links = 3", "links must be a list"),
+        ("links = [3]", "must be a table; got 3"),
+    ],
+)
+def test_links_that_are_none_or_no_tables_are_refused(links, message):
+    with pytest.raises(ValueError, match=message):
+        figure_from(tomllib.loads(f'name = "arm"\nbase = "shoulder"\n{links}'))
+
+
+def test_a_figure_without_links_is_refused():
+    with pytest.raises(ValueError, match="figure 'nothing' has no links; give it one at least"):
+        Figure("nothing", "hip", (), ())
+
+
+def test_a_link_built_in_code_is_checked_as_one_from_a_file():
+    with pytest.raises(ValueError, match="sense must be 1 or -1; got 2"):
+        replace(WALKER, links=(replace(WALKER.links[0], sense=2), *WALKER.links[1:]))
+
+
+def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"no figure file .*horse\.toml; give a TOML file that exists"):
+        load_figure(tmp_path / "horse.toml")
+    with pytest.raises(ValueError, match="no figure 'horse' ships; give the path of a TOML file"):
+        load_figure("horse")
+    (tmp_path / "arm.toml").write_bytes(b'name = "\xff"')
+    with pytest.raises(ValueError, match=r"figure .*arm\.toml: .*utf-8"):
+        load_figure(tmp_path / "arm.toml")

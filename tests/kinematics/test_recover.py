@@ -1,0 +1,286 @@
+"""Poses from marked joints: there and back, what is missing, which way the figure faces, what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from kinematics.figure import ROOT
+from kinematics.recover import PoseError, facing_of, recover, start_pose
+from kinematics.spm import joints
+from tests.kinematics.figures import FIGURES, HORSE, WALKER, Puppet, random_pose, upright
+
+every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
+either_way = pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
+
+# Joints near 1 leg length, links of 0.2 and more: angles to 10 * 2e-16 / 0.2.
+ROUNDING = {"rtol": 0.0, "atol": 1e-12}
+
+
+def marks_of(figure, q, *, facing=1, unit=100.0, origin=(320.0, 200.0), without=()):
+    """Pixels of the joints, as one would click them."""
+    body = Puppet(figure, q).joints()
+    return {
+        name: (origin[0] + facing * unit * x, origin[1] - unit * y)
+        for name, (x, y) in body.items()
+        if name not in without
+    }
+
+
+def person(figure, rng):
+    """The figure with other lengths, the same on both sides, and one leg length to a leg."""
+    lengths = {link.name.split("_")[0]: link.length * rng.uniform(0.7, 1.3) for link in figure.links}
+    leg = sum(lengths[part] for part in figure.leg)
+    return figure.with_lengths([lengths[link.name.split("_")[0]] / leg for link in figure.links])
+
+
+def angles(figure):
+    """Columns of the angles."""
+    return slice(len(ROOT), len(figure.pose_freedoms))
+
+
+@every_figure
+def test_recover_is_the_inverse_of_joints(figure, rng):
+    for _ in range(30):
+        q = random_pose(figure, rng, size=0.0)
+        q[:2] = rng.normal(size=2)
+        back, known = recover(figure, dict(zip(figure.joints, joints(figure, q), strict=True)))
+        assert_allclose(back, q, **ROUNDING)
+        assert known.all()
+
+
+@every_figure
+def test_recover_reads_the_angles_whatever_the_lengths(figure, rng):
+    for _ in range(10):
+        q = random_pose(figure, rng)
+        back, _ = recover(figure, Puppet(figure, q).joints())
+        D = len(figure.pose_freedoms)
+        assert_allclose(back[:D], q[:D], **ROUNDING)
+        assert_array_equal(back[D:], 0.0)
+
+
+@every_figure
+@either_way
+def test_a_marked_frame_gives_back_pose_lengths_and_view(figure, facing, rng):
+    for _ in range(5):
+        someone, q = person(figure, rng), random_pose(figure, rng, size=0.0)
+        start = start_pose(figure, marks_of(someone, q, facing=facing, unit=83.0), facing)
+        assert_allclose(start.q, q, **ROUNDING)
+        assert start.known.all()
+        assert start.view.origin == (320.0, 200.0)
+        assert start.view.unit == pytest.approx(83.0, rel=1e-12)
+        assert start.view.facing == facing
+        lengths = [[link.length for link in which.links] for which in (start.figure, someone)]
+        assert_allclose(*lengths, rtol=1e-12)
+        want = list(marks_of(someone, q, facing=facing, unit=83.0).values())
+        assert_allclose(start.view.to_pixels(joints(start.figure, start.q)), want, atol=1e-10)
+
+
+def test_lengths_are_the_means_of_the_twins_and_the_unit_their_sum():
+    sizes = {"torso": 60.0, "head": 30.0, "thigh_near": 52.0, "shank_near": 50.0}
+    sizes |= {"thigh_far": 48.0, "shank_far": 42.0}
+    uneven = WALKER.with_lengths([sizes[link.name] for link in WALKER.links])
+    start = start_pose(WALKER, marks_of(uneven, upright(WALKER, hip_near=0.3), unit=1.0), 1)
+    assert start.view.unit == pytest.approx(50.0 + 46.0)
+    assert_allclose([link.length * 96.0 for link in start.figure.links], [60.0, 30.0, 50.0, 46.0, 50.0, 46.0])
+
+
+@pytest.mark.parametrize("without", [("far_ankle",), ("near_ankle",)])
+def test_a_missing_ankle_takes_its_twins_shank_and_a_straight_knee(without, rng):
+    someone, q = person(WALKER, rng), random_pose(WALKER, rng, size=0.0)
+    start = start_pose(WALKER, marks_of(someone, q, without=without), 1)
+    side = without[0].removesuffix("_ankle")
+    knee = WALKER.index(f"knee_{side}")
+    assert_array_equal(np.flatnonzero(~start.known), [knee])
+    assert start.q[knee] == 0.0
+    assert_allclose(np.delete(start.q, knee), np.delete(q, knee), **ROUNDING)
+    lengths = [[link.length for link in which.links] for which in (start.figure, someone)]
+    assert_allclose(*lengths, rtol=1e-12)
+
+
+def test_without_both_ankles_the_shank_is_the_proportion_of_what_was_seen():
+    ankles = ("near_ankle", "far_ankle")
+    # Nine tenths of the walker's own size in everything seen.
+    start = start_pose(WALKER, marks_of(WALKER, upright(WALKER, torso=0.2), unit=90.0, without=ankles), 1)
+    assert start.view.unit == pytest.approx(90.0)
+    assert_allclose([a.length for a in start.figure.links], [b.length for b in WALKER.links], rtol=1e-12)
+    assert [WALKER.freedoms[i] for i in np.flatnonzero(~start.known)] == ["knee_near", "knee_far"]
+    # A long torso and head alone lengthen shanks by their share: 57 + 34 + 51 = 142 pixels, now 200.
+    tall = WALKER.with_lengths([1.0, 0.49, 0.51, 0.49, 0.51, 0.49])
+    start = start_pose(WALKER, marks_of(tall, upright(WALKER), without=ankles), 1)
+    assert start.view.unit == pytest.approx(51.0 + 49.0 * 200.0 / 142.0)
+
+
+def test_toes_may_be_marked_or_not_where_the_figure_has_none(rng):
+    q = random_pose(WALKER, rng, size=0.0)
+    marks = marks_of(WALKER, q)
+    toes = {"near_toe": (1.0, 2.0), "far_toe": (float("nan"), 3.0)}
+    with_toes, without = start_pose(WALKER, {**marks, **toes}, 1), start_pose(WALKER, marks, 1)
+    assert with_toes.figure == without.figure
+    assert_array_equal(with_toes.q, without.q)
+
+
+def test_an_ankle_without_a_position_counts_as_missing(rng):
+    q = random_pose(WALKER, rng, size=0.0)
+    marks = marks_of(WALKER, q)
+    missing = start_pose(WALKER, marks_of(WALKER, q, without=["far_ankle"]), 1)
+    start = start_pose(WALKER, {**marks, "far_ankle": (float("nan"), float("nan"))}, 1)
+    assert_array_equal(start.q, missing.q)
+    assert_array_equal(start.known, missing.known)
+    assert start.figure == missing.figure
+    assert start.view == missing.view
+
+
+def test_a_horses_hidden_forelegs_are_taken_from_the_other_side_or_from_proportions(rng):
+    someone, q = person(HORSE, rng), random_pose(HORSE, rng, size=0.0)
+    one = start_pose(
+        HORSE, marks_of(someone, q, without=["far_knee", "far_fetlock", "far_hock", "far_hoof"]), 1
+    )
+    unseen = [HORSE.freedoms[i] for i in np.flatnonzero(~one.known)]
+    assert unseen == ["hock_far", "elbow_far", "knee_far"]
+    assert_allclose([a.length for a in one.figure.links], [b.length for b in someone.links], rtol=1e-12)
+    # A hock cannot be straight: its limits begin at 5 degrees.
+    assert one.q[HORSE.index("hock_far")] == pytest.approx(np.radians(5.0))
+    assert one.q[HORSE.index("elbow_far")] == 0.0
+    seen = np.flatnonzero(one.known)
+    assert_allclose(one.q[seen], q[seen], **ROUNDING)
+
+    forelegs = [f"{side}_{joint}" for side in ("near", "far") for joint in ("knee", "fetlock")]
+    both = start_pose(HORSE, marks_of(HORSE, q, without=forelegs), 1)
+    assert_allclose([a.length for a in both.figure.links], [b.length for b in HORSE.links], rtol=1e-12)
+
+
+def test_a_joint_beyond_a_missing_one_is_not_used(rng):
+    q = random_pose(HORSE, rng, size=0.0)
+    hidden, lone = ["far_knee", "far_fetlock"], ["far_knee"]
+    without = start_pose(HORSE, marks_of(HORSE, q, without=hidden), 1)
+    start = start_pose(HORSE, marks_of(HORSE, q, without=lone), 1)
+    assert_array_equal(start.known, without.known)
+    assert_array_equal(start.q, without.q)
+    assert start.figure == without.figure
+
+
+def test_recover_rests_what_it_cannot_see_and_still_reads_what_hangs_at_its_start(rng):
+    q = random_pose(HORSE, rng, size=0.0)
+    points = Puppet(HORSE, q).joints()
+    del points["withers"]
+    back, known = recover(HORSE, points)
+    unseen = {HORSE.freedoms[i] for i in np.flatnonzero(~known)}
+    assert unseen == {"trunk", "neck", "head", "elbow_near", "elbow_far"}
+    # The tail starts where the trunk does. Its angle is relative to a trunk taken to lie level.
+    assert known[HORSE.index("tail")]
+    tail, trunk = (HORSE.index(name) for name in ("tail", "trunk"))
+    assert back[tail] == pytest.approx(q[tail] + q[trunk], abs=1e-12)
+
+
+@either_way
+@pytest.mark.parametrize("evidence", ["toes", "knees", "motion", "a slight bend"])
+def test_facing_is_read_from_toes_knees_or_motion_and_turns_with_the_picture(evidence, facing):
+    bend = {"knees": 0.5, "a slight bend": 0.03}.get(evidence, 0.0)
+    q = upright(WALKER, torso=0.2, hip_near=0.3, knee_near=bend, hip_far=-0.4, knee_far=bend)
+    marks = marks_of(WALKER, q, facing=facing)
+    later = None
+    if evidence == "toes":
+        for side in ("near", "far"):
+            x, y = marks[f"{side}_ankle"]
+            marks[f"{side}_toe"] = (x + facing * 12.0, y + 5.0)
+    if evidence == "motion":
+        later = {name: (x + facing * 9.0, y) for name, (x, y) in marks.items()}
+    assert facing_of(marks, later) == facing
+
+
+@either_way
+def test_all_evidence_agrees_on_a_pose_and_its_mirror_image(facing, rng):
+    for _ in range(20):
+        # Of a walk: knees bent by 0.3 and more.
+        q = upright(WALKER, torso=0.1, hip_near=rng.uniform(-0.4, 0.6), hip_far=rng.uniform(-0.4, 0.6))
+        for knee in ("knee_near", "knee_far"):
+            q[WALKER.index(knee)] = rng.uniform(0.3, 1.0)
+        marks = marks_of(WALKER, q, facing=facing)
+        later = {name: (x + facing * 5.0, y) for name, (x, y) in marks.items()}
+        toes = {f"{s}_toe": (marks[f"{s}_ankle"][0] + facing * 10.0, 400.0) for s in ("near", "far")}
+        votes = [facing_of({**marks, **toes}), facing_of(marks), facing_of(marks, later)]
+        straight = marks_of(WALKER, upright(WALKER), facing=facing)
+        votes.append(facing_of(straight, {"hip": later["hip"]}))
+        assert votes == [facing] * 4
+
+
+def test_who_walks_backwards_faces_as_toes_and_knees_say():
+    marks = marks_of(WALKER, upright(WALKER, hip_near=0.4, knee_near=0.6, knee_far=0.3))
+    back = {"hip": (marks["hip"][0] - 9.0, marks["hip"][1])}
+    assert facing_of(marks, back) == 1
+    straight = marks_of(WALKER, upright(WALKER, hip_near=0.2))
+    toe = {"near_toe": (straight["near_ankle"][0] + 10.0, 300.0)}
+    assert facing_of({**straight, **toe}, back) == 1
+    assert facing_of(straight, back) == -1
+
+
+def test_straight_legs_marked_a_pixel_off_leave_facing_to_motion():
+    marks = marks_of(WALKER, upright(WALKER, hip_near=0.2, hip_far=-0.2))
+    x, y = marks["near_knee"]
+    later = {"hip": (marks["hip"][0] + 9.0, marks["hip"][1])}
+    # Marks repeat to 1.5 pixels.
+    assert facing_of({**marks, "near_knee": (x - 1.5, y)}, later) == 1
+    assert facing_of({**marks, "near_knee": (x - 1.5, y)}) == -1
+    assert facing_of({**marks, "near_knee": (x - 4.0, y)}, later) == -1
+
+
+def test_facing_is_right_where_nothing_tells_and_marks_without_a_position_say_nothing():
+    nowhere = (float("nan"), float("nan"))
+    assert facing_of({}) == 1
+    assert facing_of({"near_knee": (1.0, 2.0), "near_ankle": (0.0, 3.0)}, {"hip": (9.0, 9.0)}) == 1
+    left = marks_of(WALKER, upright(WALKER, knee_near=0.6, knee_far=0.6), facing=-1)
+    assert facing_of({**left, "near_toe": nowhere, "far_toe": nowhere}) == -1
+    assert facing_of({**left, "near_knee": nowhere}) == -1
+    assert facing_of(left, {"hip": nowhere}) == -1
+
+
+@pytest.mark.parametrize("joint", ["hip", "neck", "head_top", "near_knee", "far_knee"])
+def test_a_joint_the_pose_cannot_do_without_is_named(joint):
+    marks = marks_of(WALKER, upright(WALKER, hip_near=0.3, knee_near=0.2))
+    needed = "mark hip, neck, head_top, near_knee, far_knee at least"
+    with pytest.raises(PoseError, match=f"the start pose lacks {joint}; {needed}"):
+        start_pose(WALKER, {name: point for name, point in marks.items() if name != joint}, 1)
+    for point in ((float("nan"), 3.0), (3.0, float("inf"))):
+        with pytest.raises(PoseError, match=f"the start pose has no position for {joint}; mark it again"):
+            start_pose(WALKER, {**marks, joint: point}, 1)
+
+
+@pytest.mark.parametrize(
+    ("joint", "onto"),
+    [("neck", "hip"), ("head_top", "neck"), ("near_knee", "hip"), ("far_ankle", "far_knee")],
+)
+def test_joints_on_one_spot_are_refused(joint, onto):
+    marks = marks_of(WALKER, upright(WALKER, hip_near=0.3))
+    x, y = marks[onto]
+    with pytest.raises(PoseError, match=f"{joint} lies on the joint before it; mark the two apart"):
+        start_pose(WALKER, {**marks, joint: (x + 0.5, y - 0.5)}, 1)
+
+
+def test_the_near_knee_may_lie_on_the_far_one():
+    q = upright(WALKER, hip_near=0.3, hip_far=0.3, knee_far=0.7)
+    assert_allclose(start_pose(WALKER, marks_of(WALKER, q), 1).q, q, **ROUNDING)
+
+
+def test_a_figure_without_a_leg_recovers_poses_but_has_no_unit_to_start_in(rng):
+    legless = replace(WALKER, leg=())
+    q = random_pose(WALKER, rng, size=0.0)
+    assert_allclose(recover(legless, Puppet(WALKER, q).joints())[0], q, **ROUNDING)
+    with pytest.raises(
+        ValueError, match="figure 'walker' has no leg to measure in; list its links under leg"
+    ):
+        start_pose(legless, marks_of(WALKER, q), 1)
+
+
+def test_a_facing_that_is_no_side_is_refused():
+    with pytest.raises(ValueError, match="facing must be 1"):
+        start_pose(WALKER, marks_of(WALKER, upright(WALKER)), 0)
+
+
+def test_poses_of_both_facings_are_one_pose(rng):
+    q = random_pose(WALKER, rng, size=0.0)
+    right, left = (start_pose(WALKER, marks_of(WALKER, q, facing=side), side) for side in (1, -1))
+    assert_allclose(right.q, left.q, **ROUNDING)
+    assert right.figure == left.figure
+    assert (right.view.facing, left.view.facing) == (1, -1)
