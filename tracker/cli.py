@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +14,6 @@ from tracker import __version__
 if TYPE_CHECKING:
     from tracker.clip import Job
     from tracker.progress import Progress
-    from tracker.settings import Settings
 
 app = typer.Typer(
     help="Follow a walking or running figure through side-view video with a learned model of its motion.",
@@ -24,14 +23,14 @@ app = typer.Typer(
 )
 
 
-class Facing(str, Enum):
+class Facing(StrEnum):
     """Which way the figure faces."""
 
     LEFT = "left"
     RIGHT = "right"
 
 
-class Style(str, Enum):
+class Style(StrEnum):
     """How progress is shown."""
 
     AUTO = "auto"
@@ -40,21 +39,32 @@ class Style(str, Enum):
 
 
 Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
-Keypoints = Annotated[Path, typer.Option("--keypoints", help="Table of marked joints: frame,keypoint,x,y,visible.")]
-Start = Annotated[int | None, typer.Option(min=0, help="The marked frame to start from [default: the first marked].")]
+Keypoints = Annotated[
+    Path, typer.Option("--keypoints", help="Table of marked joints: frame,keypoint,x,y,visible.")
+]
+Start = Annotated[
+    int | None, typer.Option(min=0, help="The marked frame to start from [default: the first marked].")
+]
 Stop = Annotated[int | None, typer.Option(min=0, help="The last frame to follow [default: the clip's last].")]
-FacingOption = Annotated[Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")]
+FacingOption = Annotated[
+    Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
+]
 Rate = Annotated[
-    float, typer.Option(min=0.25, max=4.0, help="Playback speed: 1 as filmed, 0.5 for slow motion at half speed.")
+    float,
+    typer.Option(min=0.25, max=4.0, help="Playback speed: 1 as filmed, 0.5 for slow motion at half speed."),
 ]
 SettingsFile = Annotated[Path | None, typer.Option("--settings", help="TOML file of tracker settings.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a complete run once the new one is complete.")]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace a complete run once the new one is complete.")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Show no progress.")]
 ProgressStyle = Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")]
 
 
 @app.callback(invoke_without_command=True)
-def figtrack(version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False) -> None:
+def figtrack(
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
+) -> None:
     """Follow a walking or running figure through side-view video with a learned model of its motion."""
     if version:
         print(f"figtrack {__version__}")
@@ -89,7 +99,9 @@ def track(
     keypoints: Keypoints,
     start: Start = None,
     stop: Stop = None,
-    model: Annotated[str, typer.Option(help="cv, a shipped model, or a file from 'figtrack learn'.")] = "walk-run",
+    model: Annotated[
+        str, typer.Option(help="cv, a shipped model, or a file from 'figtrack learn'.")
+    ] = "walk-run",
     facing: FacingOption = None,
     rate: Rate = 1.0,
     settings: SettingsFile = None,
@@ -126,7 +138,9 @@ def compare(
     video: Video,
     keypoints: Keypoints,
     truth: Annotated[Path | None, typer.Option(help="Marks to compare with [default: --keypoints].")] = None,
-    model: Annotated[list[str] | None, typer.Option(help="Models to compare [default: walk-run walk-run-1 cv].")] = None,
+    model: Annotated[
+        list[str] | None, typer.Option(help="Models to compare [default: walk-run walk-run-1 cv].")
+    ] = None,
     start: Start = None,
     stop: Stop = None,
     facing: FacingOption = None,
@@ -158,17 +172,22 @@ def compare(
 
 @app.command()
 def learn(
-    trials: Annotated[Path, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")],
+    trials: Annotated[
+        Path, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")
+    ],
     label: Annotated[list[str] | None, typer.Option(help="Activities to learn [default: walk run].")] = None,
     exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = "",
     licence: Annotated[
-        list[str] | None, typer.Option(help="Learn only from rows whose licence contains one of these [default: all].")
+        list[str] | None,
+        typer.Option(help="Learn only from rows whose licence contains one of these [default: all]."),
     ] = None,
     states: Annotated[int, typer.Option(min=1, max=32, help="Switching states of each activity.")] = 4,
     pooled: Annotated[bool, typer.Option("--pooled", help="Learn all activities as one.")] = False,
     order: Annotated[int, typer.Option(min=1, max=2, help="Order of the dynamics.")] = 2,
     fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames a second to learn at.")] = 30.0,
-    noise: Annotated[float, typer.Option(min=0.0, max=45.0, help="Noise added to the angles, degrees.")] = 0.0,
+    noise: Annotated[
+        float, typer.Option(min=0.0, max=45.0, help="Noise added to the angles, degrees.")
+    ] = 0.0,
     seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
     rounds: Annotated[int, typer.Option(min=1, max=1000, help="Rounds of EM at most.")] = 10,
     out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),

@@ -91,7 +91,9 @@ def follow(job: Job, progress: Progress) -> Run:
                 break
             before.append(shown.image)
         else:
-            raise StartError(f"frame {frame} is not in {job.video.name}, which has {len(before)}; mark another frame")
+            raise StartError(
+                f"frame {frame} is not in {job.video.name}, which has {len(before)}; mark another frame"
+            )
         first_image = shown.image
         rest = _images(ahead, times, job.stop)
         forward = _estimates(start, slds, job, _chain(first_image, rest), advance, clock)
@@ -141,7 +143,9 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
         for frame in video:
             if frame.index >= finished.frames:
                 break
-            writer.write(paint(frame.image, finished.track, frame.index, f"{finished.job.model}  "), frame.time)
+            writer.write(
+                paint(frame.image, finished.track, frame.index, f"{finished.job.model}  "), frame.time
+            )
             advance()
 
 
@@ -167,7 +171,9 @@ def _start(job: Job, frame: int, size: tuple[int, int]) -> Start:
 def _check_in_frame(figure: Figure, marks: dict[str, Mark], frame: int, size: tuple[int, int]) -> None:
     width, height = size
     outside = [
-        name for name, mark in marks.items() if not (-0.5 <= mark.x <= width - 0.5 and -0.5 <= mark.y <= height - 0.5)
+        name
+        for name, mark in marks.items()
+        if not (-0.5 <= mark.x <= width - 0.5 and -0.5 <= mark.y <= height - 0.5)
     ]
     if figure.base in outside or 2 * len(outside) > len(marks):
         raise StartError(

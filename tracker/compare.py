@@ -16,7 +16,11 @@ from tracker.store import Track
 
 SCORED = ("head_top", "neck", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
 LEGS = ("near_knee", "near_ankle", "far_knee", "far_ankle")
-LINKS = tuple((start, end) for side in ("near", "far") for start, end in (("hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")))
+LINKS = tuple(
+    (start, end)
+    for side in ("near", "far")
+    for start, end in (("hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle"))
+)
 LOST_ERROR = 0.25  # leg lengths, mean over a frame
 SWAP_GAIN = 0.1  # leg lengths: by how much exchanged legs must fit better
 
@@ -58,7 +62,9 @@ def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
     """Tracked joints by frame."""
     rows = track.joints()
     return {
-        track.first + t: {name: (float(x), float(y)) for name, (x, y) in zip(track.figure.joints, row, strict=True)}
+        track.first + t: {
+            name: (float(x), float(y)) for name, (x, y) in zip(track.figure.joints, row, strict=True)
+        }
         for t, row in enumerate(rows)
     }
 
@@ -96,7 +102,8 @@ def leg_length(truth: Marks, frames: list[int]) -> float:
     for frame in frames:
         marks = truth[frame]
         legs = [
-            _apart(marks["hip"], marks[f"{side}_knee"]) + _apart(marks[f"{side}_knee"], marks[f"{side}_ankle"])
+            _apart(marks["hip"], marks[f"{side}_knee"])
+            + _apart(marks[f"{side}_knee"], marks[f"{side}_ankle"])
             for side in ("near", "far")
             if {"hip", f"{side}_knee", f"{side}_ankle"} <= set(marks)
         ]

@@ -1,4 +1,4 @@
-"""The whole story on a walk that ships: rendered, encoded, followed with constant velocity and the learned model."""
+"""The whole story on a rendered walk: encoded, followed with constant velocity and the learned model."""
 
 import csv
 import json
@@ -18,8 +18,8 @@ from videos.writer import Writer
 MODELS = ("walk-run", "cv")
 CRF = 26  # h264 quality: visible blocks
 NOTE = (
-    "A rendered clip: it shows that all parts work and where the two models part, not how well real footage is "
-    "followed. Only frame 0 of the marks is used for tracking; the rest is the truth that errors are taken against."
+    "A rendered clip: it shows that all parts work and where the two models part, not how well real "
+    "footage is followed. Only the marks of frame 0 are used for tracking; the others are the truth."
 )
 
 

@@ -1,6 +1,5 @@
 """A tracked figure as segments and ellipses on a frame."""
 
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +35,8 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     order = sorted(range(len(track.figure.links)), key=lambda i: track.figure.links[i].layer)
     shades = colours(track)
     segments = [
-        Segment(places[_base_of(track, i)], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5)) for i in order
+        Segment(places[_base_of(track, i)], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5))
+        for i in order
     ]
     ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in order]
     label = track.labels[track.s[t]]
@@ -55,5 +55,3 @@ def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.fl
 def _base_of(track: Track, i: int) -> int:
     """Position among the joints of the joint that link i starts at."""
     return track.figure.parents[i] + 1
-
-

@@ -15,7 +15,7 @@ class FolderError(Exception):
 
 @contextmanager
 def fresh_folder(path: Path, *, overwrite: bool) -> Iterator[Path]:
-    """A new folder to write into, which becomes `path` when the block ends well and vanishes when it does not.
+    """A new folder to write into, which becomes `path` when the block ends well or vanishes if it does not.
 
     Raises:
         FolderError: a file in its place, a folder that cannot be written, a complete run without `overwrite`,
@@ -26,7 +26,9 @@ def fresh_folder(path: Path, *, overwrite: bool) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent))
     except OSError as error:
-        raise FolderError(f"cannot write into {path.parent}: {error.strerror}; choose another --out") from error
+        raise FolderError(
+            f"cannot write into {path.parent}: {error.strerror}; choose another --out"
+        ) from error
     try:
         aside.chmod(0o755)
         yield aside
@@ -44,7 +46,9 @@ def _check(path: Path, overwrite: bool) -> None:
     if not any((path / marker).is_file() for marker in MARKERS):
         raise FolderError(f"{path} holds files that are no run of figtrack; choose another --out")
     if not overwrite:
-        raise FolderError(f"{path} holds a complete run; choose another --out, or replace it with --overwrite")
+        raise FolderError(
+            f"{path} holds a complete run; choose another --out, or replace it with --overwrite"
+        )
 
 
 def _exchange(new: Path, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The keypoints table: marked joints in, tracked joints out. Pixels, (0, 0) the centre of the top-left one."""
+"""The keypoints table of marked joints. Pixels, (0, 0) the centre of the top-left one."""
 
 import csv
 from collections.abc import Iterable, Mapping
@@ -51,12 +51,15 @@ def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
             missing = [column for column in COLUMNS if column not in (reader.fieldnames or ())]
             if missing:
                 raise KeypointsError(
-                    f"{path} is no keypoints table: column {missing[0]!r} is missing; the header is frame,keypoint,x,y,visible"
+                    f"{path} is no keypoints table: column {missing[0]!r} is missing; "
+                    "the header is frame,keypoint,x,y,visible"
                 )
             for row in reader:
                 _read_row(marks, row, known, f"{path} line {reader.line_num}")
     except FileNotFoundError as error:
-        raise KeypointsError(f"no keypoints file {path}; mark the joints and give the table's name") from error
+        raise KeypointsError(
+            f"no keypoints file {path}; mark the joints and give the table's name"
+        ) from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise KeypointsError(f"cannot read {path} as a UTF-8 CSV table: {error}") from error
     if not marks:

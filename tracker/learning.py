@@ -16,7 +16,7 @@ from tracker.sampling import Array
 
 @dataclass(frozen=True)
 class Request:
-    """What to learn; see the options of `figtrack learn`. `noise` is in degrees, `states` are per activity."""
+    """What to learn, as `figtrack learn` asks; `noise` is in degrees, `states` are per activity."""
 
     trials: Path
     labels: tuple[str, ...]
@@ -49,13 +49,18 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
             advance()
     for label in request.labels:
         if label not in {found for _, found, _ in data}:
-            raise ValueError(f"{request.trials} leaves no sequences of {label!r}; check --label, --licence, --exclude-subjects")
+            raise ValueError(
+                f"{request.trials} leaves no sequences of {label!r}; "
+                "check --label, --licence and --exclude-subjects"
+            )
     groups = 1 if request.pooled else len(request.labels)
     with progress.task("learning", groups * request.rounds) as advance:
         slds = learn_motions(
             data,
             fps=request.fps,
-            options=Options(states=request.states, order=request.order, rounds=request.rounds, seed=request.seed),
+            options=Options(
+                states=request.states, order=request.order, rounds=request.rounds, seed=request.seed
+            ),
             pooled=request.pooled,
             noise=float(np.radians(request.noise)),
             progress=lambda *_: advance(),

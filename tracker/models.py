@@ -85,7 +85,9 @@ def learn_motions(
     return combine(models)
 
 
-def _reporter(progress: Callable[[str, int, int], None], name: str, rounds: int) -> Callable[[int, float], None]:
+def _reporter(
+    progress: Callable[[str, int, int], None], name: str, rounds: int
+) -> Callable[[int, float], None]:
     return lambda done, _: progress(name, done + 1, rounds)
 
 
@@ -112,7 +114,7 @@ def _prepared(
 
 
 def _constant_velocity(fps: float, settings: Settings) -> SLDS:
-    """Noise is a change of speed a frame; a frame of another length changes it in proportion to its square."""
+    """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
     step = 30.0 / fps
     angles = len(POSE_COLUMNS) - len(TRAVELLING)
     noise = np.r_[[settings.cv_place] * len(TRAVELLING), [np.radians(settings.cv_angle)] * angles]

@@ -51,7 +51,11 @@ class _Lines:
     def write(self) -> None:
         self.written = time.monotonic()
         seconds = self.written - self.began
-        left = None if self.total is None or not self.done else seconds / self.done * max(self.total - self.done, 0)
+        left = (
+            None
+            if self.total is None or not self.done
+            else seconds / self.done * max(self.total - self.done, 0)
+        )
         if self.as_json:
             news = {"task": self.name, "done": self.done, "total": self.total, "seconds": round(seconds, 2)}
             print(json.dumps(news | {"seconds_left": left and round(left, 1)}), file=sys.stderr, flush=True)

@@ -1,8 +1,8 @@
 """Local template registration: hill-climb a pose until the templates match the frame.
 
 Pavlović et al. (1999), section 4.2: from each predicted pose the search climbs to a mode of the likelihood
-that the templates define. In the full mode each link and channel has its own brightness offset o, every point a
-robust (Cauchy) weight, nearer links hide farther ones, and the climb leans on the prediction: damped
+that the templates define. In the full mode each link and channel has its own brightness offset o, every point
+a robust (Cauchy) weight, nearer links hide farther ones, and the climb leans on the prediction: damped
 Gauss-Newton steps, on coarse and then on fine blurs, on
 
     n mean_p rho(|I(p(q)) - T_p - o|^2 / sigma^2) / 2  +  (q - m)' P^-1 (q - m) / 2
@@ -116,7 +116,9 @@ class _Fit:
 class _Search:
     """One climb's fixed data: templates, figure, view, prior, settings."""
 
-    def __init__(self, templates: Templates, figure: Figure, view: View, prior: Gaussian, settings: Settings) -> None:
+    def __init__(
+        self, templates: Templates, figure: Figure, view: View, prior: Gaussian, settings: Settings
+    ) -> None:
         self.templates, self.figure, self.view, self.settings = templates, figure, view, settings
         self.full = settings.mode == "full"
         self.mean = prior.mean
@@ -131,7 +133,7 @@ class _Search:
             information, gradient = self.normal_equations(fit)
             H = information + self.precision
             slope = gradient + self.precision @ (fit.q - self.mean)
-            # A link seen end-on or hidden leaves its freedoms without information, hence damping by the diagonal.
+            # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
             step = -np.linalg.solve(H + np.diag(damping * np.diag(H) + 1e-9), slope)
             trial = self.compare(number, level, fit.q + step)
             gain = cost - self.objective(trial)
@@ -167,11 +169,20 @@ class _Search:
             scale = settings.robust**2
             size = (residual**2).sum(-1) / size_of_noise
             match, rho = visible / (1.0 + size / scale), scale * np.log1p(size / scale)
+            match = match * self.sight(match, visible)[t.link]
         else:
             match, rho = visible.astype(float), (residual**2).sum(-1) / size_of_noise
         weight = t.weight * visible
         mean = 0.5 * float((weight * rho).sum() / max(weight.sum(), 1e-9))
         return _Fit(residual, offset, match, mean, inside, gradient, q)
+
+    def sight(self, match: Array, visible: NDArray[np.bool_]) -> Array:
+        """(L,) how much of each link is in sight: 0 where what is seen does not match, as behind a bush."""
+        t, (low, high) = self.templates, self.settings.sight
+        weight = t.weight * visible
+        seen = np.bincount(t.link, weight, len(self.figure.links))
+        matched = np.bincount(t.link, weight * match, len(self.figure.links)) / np.maximum(seen, 1e-9)
+        return np.clip((matched - low) / (high - low), 0.0, 1.0)
 
     def normal_equations(self, fit: _Fit) -> tuple[Array, Array]:
         """Tempered J'WJ / sigma^2 and J'Wr / sigma^2."""

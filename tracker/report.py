@@ -16,13 +16,22 @@ from videos.sheet import sheet
 
 Image = NDArray[np.uint8]
 
-COLUMNS = ("model", "lost at frame", "followed", "mean error", "median error", "within 0.2 leg", "swaps", "leg angles")
+COLUMNS = (
+    "model",
+    "lost at frame",
+    "followed",
+    "mean error",
+    "median error",
+    "within 0.2 leg",
+    "swaps",
+    "leg angles",
+)
 CROP = 1.1  # leg lengths of picture kept around the marked figure's hip, to either side
 
 
 def table_rows(scores: Mapping[str, Score]) -> list[tuple[str, ...]]:
     """One row a model, in words; errors in leg lengths."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, result in scores.items():
         lost = "never" if result.first_failure_frame is None else str(result.first_failure_frame)
         angle = "" if result.angle_median_deg is None else f"{result.angle_median_deg:.1f} deg"
@@ -45,7 +54,9 @@ def text_table(scores: Mapping[str, Score]) -> str:
     """The table as lines of text."""
     rows = [COLUMNS, *table_rows(scores)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]
     return "\n".join(lines)
 
 
@@ -64,7 +75,9 @@ def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
             at = result.first_failure_frame
             axes.plot(at, result.frame_errors[at], marker="x", markersize=11, mew=2.5, color=line.get_color())
     axes.axhline(LOST_ERROR, color="0.6", linestyle="--", linewidth=1)
-    axes.annotate("lost above this", (0.0, LOST_ERROR), (3, 3), textcoords="offset points", color="0.4", fontsize=8)
+    axes.annotate(
+        "lost above this", (0.0, LOST_ERROR), (3, 3), textcoords="offset points", color="0.4", fontsize=8
+    )
     axes.set(xlabel="frame", ylabel="mean error, leg lengths", ylim=(0.0, None), xlim=(0.0, None))
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False)
@@ -106,7 +119,8 @@ def write_page(
     """report.html: one self-contained page with the overlays, the sheet, the plot and the table."""
     head = "".join(f"<th>{html.escape(column)}</th>" for column in COLUMNS)
     body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in table_rows(scores)
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
+        for row in table_rows(scores)
     )
     clips = "".join(
         f"<figure><video controls loop muted playsinline src='{_embedded(folder / name / 'overlay.mp4', 'video/mp4')}'>"

@@ -25,7 +25,9 @@ class Level:
     sigma: float
 
 
-def pyramid(image: NDArray[np.uint8], box: tuple[int, int, int, int], sigmas: Sequence[float], colour: bool) -> list[Level]:
+def pyramid(
+    image: NDArray[np.uint8], box: tuple[int, int, int, int], sigmas: Sequence[float], colour: bool
+) -> list[Level]:
     """Levels of the part of an RGB frame within `box` (x0, y0, x1, y1), in the order of `sigmas`.
 
     Channels are CIE Lab, or three times the lightness where colour is off.
@@ -67,4 +69,4 @@ def _planes(lab: Planes, sigma: float) -> Planes:
     dx = cv2.Scharr(soft, cv2.CV_32F, 1, 0, scale=1 / 32)
     dy = cv2.Scharr(soft, cv2.CV_32F, 0, 1, scale=1 / 32)
     h, w = lab.shape[:2]
-    return np.stack([soft, dx, dy], axis=-1).reshape(h, w, 9)
+    return np.stack([soft, dx, dy], axis=-1).reshape(h, w, 9).astype(np.float32, copy=False)

@@ -24,14 +24,23 @@ class Settings(BaseModel):
     iterations: int = Field(6, ge=1, le=100, description="steps at each blur at most")
     noise: float = Field(8.0, gt=0, description="of a pixel's match, grey levels")
     robust: float = Field(2.0, gt=0, description="Cauchy scale, multiples of the noise")
+    sight: tuple[float, float] = Field(
+        (0.2, 0.45), description="mean match below which a link is out of sight, in full sight"
+    )
     tempering: float = Field(0.05, gt=0, le=1, description="independent share of template points")
     image_weight: float = Field(1.0, ge=0, description="of the image in weighing hypotheses")
     blend: float = Field(0.05, ge=0, le=1, description="of what is seen into the template, a frame")
     prune: float = Field(15.0, gt=0, description="priors dearer than the best by this are not tried, nats")
-    margin: float = Field(0.3, ge=0, description="of the picture kept around the predicted joints, leg lengths")
-    least_inside: float = Field(0.3, ge=0, le=1, description="share of the figure in the frame, or it is outside")
+    margin: float = Field(
+        0.3, ge=0, description="of the picture kept around the predicted joints, leg lengths"
+    )
+    least_inside: float = Field(
+        0.3, ge=0, le=1, description="share of the figure in the frame, or it is outside"
+    )
     least_visible: float = Field(0.3, ge=0, le=1, description="share of every link in sight, or it is hidden")
-    least_match: float = Field(0.25, ge=0, le=1, description="mean robust weight of what is in sight, or it is lost")
+    least_match: float = Field(
+        0.25, ge=0, le=1, description="mean robust weight of what is in sight, or it is lost"
+    )
     inflation: float = Field(8.0, gt=0, description="of the learned Q, for people it has not seen")
     scale_drift: float = Field(0.003, ge=0, description="of the common log scale, a frame")
     breathing: float = Field(0.03, ge=0, description="spread of a link's log length")
@@ -39,8 +48,12 @@ class Settings(BaseModel):
     start_length: float = Field(0.01, gt=0, description="error of the marked log lengths")
     start_angle: float = Field(4.0, gt=0, description="error of the marked angles, degrees")
     start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")
-    cv_angle: float = Field(2.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees")
-    cv_place: float = Field(0.01, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths")
+    cv_angle: float = Field(
+        2.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees"
+    )
+    cv_place: float = Field(
+        0.01, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths"
+    )
 
 
 def read_settings(path: Path) -> Settings:
@@ -56,5 +69,7 @@ def read_settings(path: Path) -> Settings:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SettingsError(f"{path} is no TOML file: {error}") from error
     except ValidationError as error:
-        faults = "; ".join(f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}, got {e['input']!r}" for e in error.errors())
+        faults = "; ".join(
+            f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}, got {e['input']!r}" for e in error.errors()
+        )
         raise SettingsError(f"{path}: {faults}") from error

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Figure
-from kinematics.spm import Index, Skeleton, View, covering, skeleton, surface
+from kinematics.spm import Index, View, covering, skeleton, surface
 from tracker.sampling import Array, Level, sample
 from tracker.settings import Settings
 
@@ -67,6 +67,13 @@ def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Arra
         edge = 0.5 * part.width * (1.0 + (part.taper - 1.0) * np.clip(u / part.length, 0.0, 1.0))
         keep = np.abs(v) <= edge + rim
         inner = (np.abs(v) <= edge) & (u <= part.length)
-        parts.append((np.full(keep.sum(), i), u[keep] / part.length, v[keep], np.where(inner, 1.0, settings.rim_weight)[keep]))
+        parts.append(
+            (
+                np.full(keep.sum(), i),
+                u[keep] / part.length,
+                v[keep],
+                np.where(inner, 1.0, settings.rim_weight)[keep],
+            )
+        )
     link, along, across, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return link.astype(np.intp), along, across, weight

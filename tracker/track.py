@@ -1,7 +1,7 @@
 """The loop: propose, align, fuse; one frame at a time.
 
-Pavlović et al. (1999), section 4.2. Each frame every switching state proposes the prior of its best predecessor;
-local registration climbs from each to a measurement; the Kalman filter fuses the two, with that frame's own
+Pavlović et al. (1999), section 4.2. Each frame every switching state proposes the prior of its best
+predecessor; local registration climbs from each to a measurement; the Kalman filter fuses the two, with that frame's own
 information. A hypothesis costs what its predecessor cost, the switch, and minus the log evidence of its
 measurement: with the likelihood linearised at the mode q* (Laplace),
 
@@ -93,7 +93,9 @@ class Tracker:
         ]
         belief = self._fused(proposed, priors, found)
         best = found[belief.best]
-        estimate = Estimate(self._pose(belief.merged()), int(belief.s[belief.best]), self._outcome(state, best))
+        estimate = Estimate(
+            self._pose(belief.merged()), int(belief.s[belief.best]), self._outcome(state, best)
+        )
         templates = state.templates
         if self.settings.mode == "full" and estimate.outcome not in (LOST, OUTSIDE):
             templates = templates.refreshed(best.seen, best.match, self.settings.blend)

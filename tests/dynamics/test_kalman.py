@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict, smooth, update, update_information
+from dynamics.slds import constant_velocity
 from tests.oracles import condition, given_path, random_covariance, random_slds
 
 N, M = 4, 3
@@ -44,6 +45,7 @@ def test_predict_has_the_moments_of_the_next_state(rng):
     step = np.hstack([A, np.eye(N)])
     assert_allclose(later.mean, A @ prior.mean + b, atol=1e-14)
     assert_allclose(later.cov, step @ both @ step.T, atol=1e-13)  # sums of N products of numbers near 1
+    assert_array_equal(later.cov, later.cov.T)
 
 
 def test_update_is_conditioning_the_joint_gaussian(rng):
@@ -182,6 +184,21 @@ def test_second_order_smoothing_does_not_fail_when_poses_are_almost_exact(r, rng
     # The twin inverts a matrix with condition number 1 / r; ours gives way by 1e-12 of the diagonal.
     assert_allclose(mean[15:25], want[15:25], atol=1e-6 if r >= 1e-7 else 1e-3)
     assert_allclose(cov[20], P[20, :, 20], atol=1e-6 if r >= 1e-7 else 1e-3)
+
+
+def test_a_measurement_far_more_exact_than_the_prior_leaves_its_own_covariance():
+    prior = Gaussian(np.zeros(2), np.diag([1e10, 1e12]))
+    posterior, _ = update(prior, np.ones(2), np.eye(2), np.diag([1e-8, 1e-6]))
+    # R over P is below rounding: I - gain C is 0, and the short form of the covariance with it.
+    assert_allclose(posterior.cov, np.diag([1e-8, 1e-6]), rtol=1e-6, atol=1e-20)
+
+
+def test_smoothing_does_not_fail_when_the_velocity_is_known_exactly():
+    slds = constant_velocity(("x", "hip"), noise=[1e-10, 0.0], spread=[0.0, 0.0], fps=30.0)
+    mean, cov, _, _ = filter_and_smooth(slds, np.tile([0.5, 0.2], (30, 1)))
+    # A pose that stands still, seen 30 times with variance 1e-4 and once by the prior with variance 1.
+    assert_allclose(mean, np.tile([0.5, 0.2], (30, 2)) * 30.0 / 30.0001, atol=1e-6)
+    assert_allclose(cov[:, 0, 0], 1e-4 / 30.0001, rtol=1e-3)
 
 
 def test_update_refuses_a_measurement_that_cannot_be(rng):

@@ -105,8 +105,9 @@ def test_identical_switching_states_give_the_one_state_answer(rng):
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_sequences_of_unequal_lengths_are_each_on_its_own(order, rng):
-    slds = random_slds(3, order=order, rng=rng)
+@pytest.mark.parametrize("stay", [0.0, 0.7])
+def test_sequences_of_unequal_lengths_are_each_on_its_own(order, stay, rng):
+    slds = random_slds(3, order=order, stay=stay, rng=rng)
     ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in (5, 1, 17, 2, 17, 9, 1)]
     for got, y in zip(viterbi_all(slds, ys), ys, strict=True):
         assert got.states.mean.shape == (len(y), 2 * order)
