@@ -1,6 +1,8 @@
 """The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
 
+import signal
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -75,9 +77,7 @@ def figtrack(
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("figtrack-demo"),
     seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 0,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite/--keep", help="Replace the results of an earlier demo.")
-    ] = True,
+    overwrite: Overwrite = False,
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
@@ -120,15 +120,15 @@ def track(
 
         shown = _progress(quiet, progress)
         job = _job(video, keypoints, start, stop, facing, rate, settings, model)
-        folder = out or Path(f"{video.stem}-track")
-        with fresh_folder(folder, overwrite=overwrite) as aside:
+        folder = out or _beside(video, "track")
+        inputs = _inputs(video, keypoints, settings, model)
+        with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
             finished = follow(job, shown)
             write_run(finished, aside, shown)
         for warning in finished.warnings:
-            print(f"warning: {warning}", file=sys.stderr)
-        outcomes = ", ".join(
-            f"{finished.track.outcome.count(name)} {name}" for name in dict.fromkeys(finished.track.outcome)
-        )
+            shown.warn(warning)
+        counts = Counter(finished.track.outcome)
+        outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
         print(f"{finished.frames} frames of {video.name} with {model}: {outcomes}")
         print(f"see {folder / 'overlay.mp4'}, {folder / 'keypoints.csv'}, {folder / 'pose.csv'}")
 
@@ -162,9 +162,10 @@ def compare(
 
         job = _job(video, keypoints, start, stop, facing, rate, settings, "")
         marks = job.marks if truth is None else read_keypoints(truth)
-        folder = out or Path(f"{video.stem}-compare")
+        folder = out or _beside(video, "compare")
         names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
-        with fresh_folder(folder, overwrite=overwrite) as aside:
+        inputs = _inputs(video, keypoints, truth, settings, *names)
+        with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
             table = compare_models(job, marks, names, aside, _progress(quiet, progress))
         print(table)
         print(f"\nopen {folder / 'report.html'}")
@@ -204,7 +205,7 @@ def learn(
 
         request = Request(
             trials=trials,
-            labels=tuple(label or ("walk", "run")),
+            labels=tuple(dict.fromkeys(label or ("walk", "run"))),
             excluded=tuple(name.strip() for name in exclude_subjects.split(",") if name.strip()),
             licences=tuple(licence or ()),
             states=states,
@@ -220,7 +221,9 @@ def learn(
 
 def main() -> None:
     """Entry point of the command line."""
-    app()
+    # What a scheduler stops cleans up behind it as after Ctrl-C.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    app(prog_name="figtrack")
 
 
 def _job(
@@ -249,6 +252,16 @@ def _job(
     )
 
 
+def _beside(video: Path, what: str) -> Path:
+    """Where results go unless told, in the folder one is in."""
+    return Path(f"{video.absolute().stem}-{what}")
+
+
+def _inputs(video: Path, *others: Path | str | None) -> list[Path]:
+    """The files that a command reads; a model may also be a mere name."""
+    return [video, *(Path(other) for other in others if other is not None and Path(other).is_file())]
+
+
 def _progress(quiet: bool, style: Style) -> "Progress":
     from tracker.progress import Progress
 
@@ -261,7 +274,7 @@ def _plain_errors() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        _fail("stopped by Ctrl-C; nothing was written")
+        _fail("interrupted; nothing was written")
     except OSError as error:
         _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
     except Exception as error:

@@ -3,8 +3,9 @@
 import json
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import chain, islice
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,17 +14,17 @@ from numpy.typing import NDArray
 
 from dynamics.rate import backwards
 from dynamics.slds import SLDS
-from kinematics.figure import Figure, load_figure
+from kinematics.figure import load_figure
 from kinematics.recover import Start, facing_of, start_pose
 from tracker import __version__
 from tracker.drawing import enlargement, paint
 from tracker.keypoints import Mark, Marks, points
 from tracker.models import CONSTANT_VELOCITY, find_model
-from tracker.progress import Advance, Progress
+from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.store import Track, write_tables
-from tracker.track import Estimate, make_tracker, run
-from videos.frames import Frame, Video
+from tracker.track import LOST, Estimate, Tracker, make_tracker, run
+from videos.frames import Video
 from videos.writer import Writer
 
 Image = NDArray[np.uint8]
@@ -38,11 +39,14 @@ class StartError(ValueError):
 class Job:
     """What to follow, and how.
 
+    video  : a file, or a folder of numbered images
     marks  : marked joints by frame
+    model  : "cv", a shipped model's name or a model file
     start  : the marked frame to start from, None for the first there is
     stop   : the last frame to follow, None for the clip's end
     facing : +1 right, -1 left, None to see it from the start pose
     rate   : playback speed: 1 as filmed, 0.5 half speed
+    called : what the results call the video, None for its path
     """
 
     video: Path
@@ -53,6 +57,18 @@ class Job:
     stop: int | None = None
     facing: int | None = None
     rate: float = 1.0
+    called: str | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A job that can be done: all that it names was read and fits together."""
+
+    job: Job
+    video: Video
+    start: Start
+    slds: SLDS
+    tracker: Tracker
 
 
 @dataclass(frozen=True)
@@ -71,43 +87,50 @@ class Run:
     warnings: list[str]
 
 
-def follow(job: Job, progress: Progress) -> Run:
-    """Track the clip.
+def prepare(job: Job) -> Plan:
+    """Read what the job names and check that it fits together, before any work.
 
     Raises:
-        VideoError, StartError, KeypointsError, PoseError, ModelError: whatever cannot be used, in one line.
+        VideoError, ModelError: a file that cannot be used.
+        StartError, PoseError: no pose to start from.
+        ValueError: a model for another figure or frame rate.
     """
     frame = start_frame(job)
+    if job.stop is not None and job.stop < frame:
+        raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
     video = Video(job.video)
-    start = _start(job, frame, (video.width, video.height))
+    start = _start(job.marks, frame, job.facing, (video.width, video.height))
     slds = find_model(job.model, video.fps / job.rate, job.settings)
-    clock = _Clock()
-    with progress.task(f"{job.video.name} with {job.model}", _total(video, job)) as advance:
-        before, ahead = [], clock.timed("read", iter(video))
-        times: list[float] = []
-        for shown in ahead:
-            times.append(shown.time)
-            if shown.index == frame:
-                break
-            before.append(shown.image)
-        else:
+    return Plan(job, video, start, slds, make_tracker(start, slds, job.settings))
+
+
+def follow(job: Job, progress: Progress) -> Run:
+    """Track the clip: ahead from the start frame, and backwards from it to frame 0.
+
+    Raises:
+        VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
+    """
+    plan, frame, clock = prepare(job), start_frame(job), _Clock()
+    times: list[float] = []
+    images = clock.timed("read", _images(plan.video, job.stop, times))
+    with progress.task(f"{job.video.name} with {job.model}", _total(plan)) as advance:
+        before = list(islice(images, frame))
+        marked = next(images, None)
+        if marked is None:
             raise StartError(
                 f"frame {frame} is not in {job.video.name}, which has {len(before)}; mark another frame"
             )
-        first_image = shown.image
-        rest = _images(ahead, times, job.stop)
-        forward = _estimates(start, slds, job, _chain(first_image, rest), advance, clock)
-        reverse: list[Estimate] = []
-        if before:
-            mirrored = slds if job.model == CONSTANT_VELOCITY else backwards(slds)
-            back = _chain(first_image, iter(before[::-1]))
-            reverse = _estimates(start, mirrored, job, back, advance, clock)[1:]
-    track = _track(job, start, slds, times, reverse[::-1] + forward)
-    warnings = [video.cut_short] if video.cut_short else []
-    lost = [i for i, outcome in enumerate(track.outcome) if outcome == "lost"]
-    if lost:
-        warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")
-    return Run(job, track, video.fps, len(times), clock.per_frame(len(times)), warnings)
+        ahead, behind = [], []
+        for estimate in clock.timed("track", run(plan.tracker, plan.start, chain([marked], images))):
+            ahead.append(estimate)
+            advance()
+        for estimate in clock.timed("track", _reversed(plan, [marked, *before[::-1]])):
+            behind.append(estimate)
+            advance()
+    track = _track(plan, times, behind[::-1] + ahead)
+    return Run(
+        job, track, plan.video.fps, len(times), clock.per_frame(len(times)), _warnings(plan.video, track)
+    )
 
 
 def write_run(finished: Run, folder: Path, progress: Progress) -> None:
@@ -119,7 +142,7 @@ def write_run(finished: Run, folder: Path, progress: Progress) -> None:
     job = finished.job
     news = {
         "figtrack": __version__,
-        "video": str(job.video),
+        "video": job.called or str(job.video),
         "model": job.model,
         "settings": job.settings.model_dump(mode="json"),
         "fps": finished.fps,
@@ -135,17 +158,14 @@ def write_run(finished: Run, folder: Path, progress: Progress) -> None:
 
 def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
     """The clip with the figure drawn on every frame."""
-    video = Video(finished.job.video)
+    job = finished.job
+    video = Video(job.video)
     scale = enlargement(video.height)
     size = (video.width * scale, video.height * scale)
-    drawing = progress.task(f"{finished.job.video.name} overlay", finished.frames)
+    drawing = progress.task(f"{job.video.name} overlay", finished.frames)
     with drawing as advance, Writer(path, finished.fps, size) as writer:
-        for frame in video:
-            if frame.index >= finished.frames:
-                break
-            writer.write(
-                paint(frame.image, finished.track, frame.index, f"{finished.job.model}  "), frame.time
-            )
+        for frame in islice(video, finished.frames):
+            writer.write(paint(frame.image, finished.track, frame.index, f"{job.model}  "), frame.time)
             advance()
 
 
@@ -159,61 +179,51 @@ def start_frame(job: Job) -> int:
     return job.start
 
 
-def _start(job: Job, frame: int, size: tuple[int, int]) -> Start:
+def _start(marks: Marks, frame: int, facing: int | None, size: tuple[int, int]) -> Start:
     figure = load_figure()
-    marks = job.marks[frame]
-    _check_in_frame(figure, marks, frame, size)
-    later = next((job.marks[f] for f in sorted(job.marks) if f > frame), None)
-    facing = job.facing or facing_of(points(marks), None if later is None else points(later))
-    return start_pose(figure, points(marks), facing)
+    marked = marks[frame]
+    _check_in_picture(marked, figure.base, frame, size)
+    later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
+    return start_pose(figure, points(marked), facing or facing_of(points(marked), later))
 
 
-def _check_in_frame(figure: Figure, marks: dict[str, Mark], frame: int, size: tuple[int, int]) -> None:
+def _check_in_picture(marked: dict[str, Mark], base: str, frame: int, size: tuple[int, int]) -> None:
     width, height = size
     outside = [
         name
-        for name, mark in marks.items()
+        for name, mark in marked.items()
         if not (-0.5 <= mark.x <= width - 0.5 and -0.5 <= mark.y <= height - 0.5)
     ]
-    if figure.base in outside or 2 * len(outside) > len(marks):
+    if base in outside or 2 * len(outside) > len(marked):
         raise StartError(
             f"the start pose of frame {frame} lies outside the picture of {width} x {height} px "
             f"({', '.join(outside)}); mark it on the very video that is tracked"
         )
 
 
-def _estimates(
-    start: Start, slds: SLDS, job: Job, images: Iterator[Image], advance: Advance, clock: "_Clock"
-) -> list[Estimate]:
-    tracker = make_tracker(start, slds, job.settings)
-    found = []
-    for estimate in clock.timed("track", run(tracker, start, images)):
-        found.append(estimate)
-        advance()
-    return found
-
-
-def _images(frames: Iterator[Frame], times: list[float], stop: int | None) -> Iterator[Image]:
-    if stop is not None and len(times) > stop:
-        return
-    for frame in frames:
+def _images(video: Video, stop: int | None, times: list[float]) -> Iterator[Image]:
+    """Pictures up to frame `stop`; notes the time of each."""
+    for frame in video if stop is None else islice(video, stop + 1):
         times.append(frame.time)
         yield frame.image
-        if frame.index == stop:
-            return
 
 
-def _chain(first: Image, rest: Iterable[Image]) -> Iterator[Image]:
-    yield first
-    yield from rest
+def _reversed(plan: Plan, images: Sequence[Image]) -> Iterator[Estimate]:
+    """Backwards in time through images, the first of which is the marked one; estimates of the others."""
+    if len(images) < 2:
+        return
+    # A constant velocity is one in either direction; conversion would only change its noise.
+    slds = plan.slds if plan.job.model == CONSTANT_VELOCITY else backwards(plan.slds)
+    tracker = make_tracker(plan.start, slds, plan.job.settings)
+    yield from islice(run(tracker, plan.start, images), 1, None)
 
 
-def _track(job: Job, start: Start, slds: SLDS, times: list[float], estimates: list[Estimate]) -> Track:
+def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
     return Track(
-        figure=start.figure,
-        view=start.view,
-        model=job.model,
-        labels=slds.labels,
+        figure=plan.start.figure,
+        view=plan.start.view,
+        model=plan.job.model,
+        labels=plan.slds.labels,
         first=0,
         times=np.array(times) - times[0],
         q=np.stack([estimate.pose.mean for estimate in estimates]),
@@ -223,28 +233,38 @@ def _track(job: Job, start: Start, slds: SLDS, times: list[float], estimates: li
     )
 
 
-def _total(video: Video, job: Job) -> int | None:
-    if video.count_hint is None:
-        return None
-    return video.count_hint if job.stop is None else min(video.count_hint, job.stop + 1)
+def _warnings(video: Video, track: Track) -> list[str]:
+    warnings = [video.cut_short] if video.cut_short else []
+    lost = [t for t, outcome in enumerate(track.outcome) if outcome == LOST]
+    if lost:
+        warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")
+    return warnings
+
+
+def _total(plan: Plan) -> int | None:
+    """About how many frames there are to track."""
+    counts = [plan.video.count_hint, None if plan.job.stop is None else plan.job.stop + 1]
+    return min((count for count in counts if count is not None), default=None)
 
 
 class _Clock:
-    """Seconds spent in iterators, nested ones taken off the outer."""
+    """Seconds spent inside iterators, by stage; what one iterator takes from another counts once."""
 
     def __init__(self) -> None:
         self.spent: dict[str, float] = defaultdict(float)
 
-    def timed(self, stage: str, items: Iterator[T]) -> Iterator[T]:
+    def timed(self, stage: str, items: Iterable[T]) -> Iterator[T]:
+        iterator = iter(items)
         while True:
-            began, inner = time.perf_counter(), sum(self.spent.values())
+            began, before = time.perf_counter(), sum(self.spent.values())
             try:
-                item = next(items)
+                item = next(iterator)
             except StopIteration:
                 return
             finally:
-                self.spent[stage] += time.perf_counter() - began - (sum(self.spent.values()) - inner)
+                nested = sum(self.spent.values()) - before
+                self.spent[stage] += time.perf_counter() - began - nested
             yield item
 
     def per_frame(self, frames: int) -> dict[str, float]:
-        return {stage: round(seconds / max(frames, 1), 5) for stage, seconds in self.spent.items()}
+        return {stage: round(seconds / frames, 5) for stage, seconds in self.spent.items()}

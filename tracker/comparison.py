@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tracker.clip import Job, Run, follow, start_frame, write_run
-from tracker.compare import Score, places, score
+from tracker.clip import Job, Run, follow, prepare, start_frame, write_run
+from tracker.compare import SCORED, Score, places, score
 from tracker.keypoints import Marks
 from tracker.progress import Progress
 from tracker.report import text_table, write_error_plot, write_page, write_sheet
@@ -17,21 +17,48 @@ def compare_models(
 ) -> str:
     """Follow the clip with every model, write all into `folder`, and give the table as text.
 
+    Only frames of the clip, up to `job.stop`, are scored.
+
     Raises:
-        ValueError: a truth without marked frames after the start; and whatever `clip.follow` raises.
+        ValueError: a truth without marked frames after the start, or two models of one name; and whatever
+            `clip.follow` raises.
     """
+    jobs = {_name(model): replace(job, model=model) for model in models}
+    if len(jobs) < len(models):
+        raise ValueError(f"two of the models {', '.join(models)} have one name; rename a file")
+    # What is wrong with the last model or the truth is said before the work, not after it.
+    for each in jobs.values():
+        prepare(each)
+    start = start_frame(job)
+    score(_within(truth, job.stop), {}, start)
+
     runs: dict[str, Run] = {}
     scores: dict[str, Score] = {}
-    for model in models:
-        finished = follow(replace(job, model=model), progress)
-        name = Path(model).stem
+    for name, each in jobs.items():
+        finished = follow(each, progress)
         (folder / name).mkdir()
         write_run(finished, folder / name, progress)
+        for warning in finished.warnings:
+            progress.warn(f"{name}: {warning}")
         runs[name] = finished
-        scores[name] = score(truth, places(finished.track), start_frame(job))
+        scores[name] = score(_within(truth, finished.frames - 1), places(finished.track), start)
     write_error_plot(scores, folder / "errors.png")
     write_sheet(runs, scores, folder / "failure.png")
     write_page(job.video.name, runs, scores, folder, notes)
     summary = {"models": {name: result.summary() for name, result in scores.items()}}
     (folder / "compare.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return text_table(scores)
+
+
+def _name(model: str) -> str:
+    """What a model's folder is called: its name, or its file's."""
+    return Path(model).name.removesuffix(".npz")
+
+
+def _within(truth: Marks, last: int | None) -> Marks:
+    """Frames up to `last` with a joint that is scored."""
+    return {
+        frame: marks
+        for frame, marks in truth.items()
+        if (last is None or frame <= last) and not marks.keys().isdisjoint(SCORED)
+    }

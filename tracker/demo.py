@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from tracker.scene import Scene, render, truth_table
 from videos.writer import Writer
 
 MODELS = ("walk-run", "cv")
+FRAMES = 90
 CRF = 26  # h264 quality: visible blocks
 NOTE = (
     "A rendered clip: it shows that all parts work and where the two models part, not how well real "
@@ -23,15 +25,23 @@ NOTE = (
 )
 
 
-def run_demo(out: Path, seed: int, *, overwrite: bool, progress: Progress) -> tuple[Path, str]:
+def run_demo(
+    out: Path,
+    seed: int,
+    *,
+    overwrite: bool,
+    progress: Progress,
+    models: Sequence[str] = MODELS,
+    frames: int = FRAMES,
+) -> tuple[Path, str]:
     """Render, track, compare; gives the page to open and the table."""
     with fresh_folder(out, overwrite=overwrite) as aside:
         with progress.task("rendering a walk", None) as advance:
-            scene = render(seed)
+            scene = render(seed, frames=frames)
             advance()
         video, marks = write_scene(scene, aside)
-        job = Job(video=video, marks=read_keypoints(marks), model=MODELS[0])
-        table = compare_models(job, job.marks, MODELS, aside, progress, [NOTE])
+        job = Job(video, read_keypoints(marks), models[0], called=str(out / video.name))
+        table = compare_models(job, job.marks, models, aside, progress, [NOTE])
         news = {"figtrack": __version__, "seed": seed}
         (aside / "demo.json").write_text(json.dumps(news) + "\n", encoding="utf-8")
     return out / "report.html", table

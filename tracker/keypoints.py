@@ -1,11 +1,10 @@
 """The keypoints table of marked joints. Pixels, (0, 0) the centre of the top-left one."""
 
 import csv
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 KEYPOINTS = (
     "head_top",
@@ -67,14 +66,6 @@ def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
     return marks
 
 
-def write_keypoints(path: Path, rows: Iterable[Mapping[str, object]], columns: Iterable[str]) -> None:
-    """Write a table with these columns."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(columns))
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def points(marks: Mapping[str, Mark]) -> dict[str, tuple[float, float]]:
     """Positions alone."""
     return {name: (mark.x, mark.y) for name, mark in marks.items()}
@@ -85,23 +76,26 @@ def _read_row(marks: Marks, row: Mapping[str, str | None], known: tuple[str, ...
     if name not in known:
         raise KeypointsError(f"{where}: unknown joint {name!r}; known are {', '.join(known)}")
     cells = {column: (row.get(column) or "").strip() for column in ("frame", "x", "y", "visible")}
-    if cells["x"] == "" and cells["y"] == "":
+    if cells["x"] == cells["y"] == "":
         return
-    values = {column: _number(text or "1", column, where) for column, text in cells.items()}
-    frame = int(values["frame"])
-    if frame != values["frame"] or frame < 0 or cells["frame"] == "":
+    cells["visible"] = cells["visible"] or "1"
+    numbers = {column: _number(text, column, where) for column, text in cells.items()}
+    frame = int(numbers["frame"])
+    if frame != numbers["frame"] or frame < 0:
         raise KeypointsError(f"{where}: frame must be a whole number from 0; got {cells['frame']!r}")
+    if numbers["visible"] not in (0.0, 1.0):
+        raise KeypointsError(f"{where}: visible must be 1, 0 or empty; got {cells['visible']!r}")
     of_frame = marks.setdefault(frame, {})
     if name in of_frame:
         raise KeypointsError(f"{where}: {name} of frame {frame} is marked twice; keep one of the two")
-    of_frame[name] = Mark(values["x"], values["y"], values["visible"] != 0)
+    of_frame[name] = Mark(numbers["x"], numbers["y"], numbers["visible"] == 1.0)
 
 
 def _number(text: str, column: str, where: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
+        value = math.nan
+    if not math.isfinite(value):
         raise KeypointsError(f"{where}: {column} must be a finite number; got {text!r}")
     return value

@@ -3,11 +3,11 @@
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 Advance = Callable[[], None]
-PLAIN_EVERY = 5.0  # seconds between plain or JSON lines
+EVERY = 5.0  # seconds between plain or JSON lines
 
 
 class Progress:
@@ -25,44 +25,49 @@ class Progress:
         elif self.style == "quiet":
             yield lambda: None
         else:
-            lines = _Lines(name, total, self.style == "json")
+            lines = _Lines(name, total, self)
             yield lines.advance
             lines.write()
 
-    def say(self, text: str) -> None:
-        """One line of news."""
-        if self.style == "json":
-            print(json.dumps({"message": text}), file=sys.stderr, flush=True)
-        elif self.style != "quiet":
-            print(text, file=sys.stderr, flush=True)
+    def warn(self, text: str) -> None:
+        """One line that even a quiet run prints."""
+        self.line({"warning": text}, f"warning: {text}")
+
+    def line(self, news: Mapping[str, object], text: str) -> None:
+        """One line: `news` for programs, `text` for people."""
+        print(json.dumps(news) if self.style == "json" else text, file=sys.stderr, flush=True)
 
 
 class _Lines:
-    def __init__(self, name: str, total: int | None, as_json: bool) -> None:
-        self.name, self.total, self.as_json = name, total, as_json
+    """Counts steps; writes a line now and then, and for programs one at the start."""
+
+    def __init__(self, name: str, total: int | None, progress: Progress) -> None:
+        self.name, self.total, self.progress = name, total, progress
         self.done, self.began = 0, time.monotonic()
         self.written = self.began
+        if progress.style == "json":
+            self.write()
 
     def advance(self) -> None:
         self.done += 1
-        if time.monotonic() - self.written > PLAIN_EVERY:
+        if time.monotonic() - self.written > EVERY:
             self.write()
 
     def write(self) -> None:
         self.written = time.monotonic()
-        seconds = self.written - self.began
-        left = (
-            None
-            if self.total is None or not self.done
-            else seconds / self.done * max(self.total - self.done, 0)
-        )
-        if self.as_json:
-            news = {"task": self.name, "done": self.done, "total": self.total, "seconds": round(seconds, 2)}
-            print(json.dumps(news | {"seconds_left": left and round(left, 1)}), file=sys.stderr, flush=True)
-        else:
-            of = "" if self.total is None else f" of {self.total}"
-            more = f", {left:.0f} s left" if left and left > 1.0 else ""
-            print(f"{self.name}: {self.done}{of} in {seconds:.0f} s{more}", file=sys.stderr, flush=True)
+        seconds, left = self.written - self.began, None
+        if self.total is not None and self.done:
+            left = seconds / self.done * max(self.total - self.done, 0)
+        news = {
+            "task": self.name,
+            "done": self.done,
+            "total": self.total,
+            "seconds": round(seconds, 2),
+            "seconds_left": None if left is None else round(left, 1),
+        }
+        of = "" if self.total is None else f" of {self.total}"
+        more = f", {left:.0f} s left" if left and left > 1.0 else ""
+        self.progress.line(news, f"{self.name}: {self.done}{of} in {seconds:.0f} s{more}")
 
 
 @contextmanager

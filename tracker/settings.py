@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 
 class SettingsError(ValueError):
@@ -65,11 +66,15 @@ def read_settings(path: Path) -> Settings:
     try:
         return Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError as error:
-        raise SettingsError(f"no settings file {path}") from error
+        raise SettingsError(f"no settings file {path}; check its name") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SettingsError(f"{path} is no TOML file: {error}") from error
     except ValidationError as error:
-        faults = "; ".join(
-            f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}, got {e['input']!r}" for e in error.errors()
-        )
-        raise SettingsError(f"{path}: {faults}") from error
+        raise SettingsError(f"{path}: {'; '.join(map(_fault, error.errors()))}") from error
+
+
+def _fault(details: ErrorDetails) -> str:
+    name = ".".join(map(str, details["loc"]))
+    if details["type"] == "extra_forbidden":
+        return f"{name}: no such setting"
+    return f"{name}: {details['msg'].lower()}, got {details['input']!r}"

@@ -198,10 +198,16 @@ def test_eighteen_sequences_of_fifty_frames_stay_finite_and_positive_definite(st
         assert np.linalg.eigvalsh(p.states.cov).min() > -1e-12
 
 
-def test_switches_of_two_very_different_motions_are_found(rng):
-    slds = random_slds(2, order=2, noise=0.02, stay=0.95, rng=rng)
+def test_switches_between_two_very_different_poses_are_found(rng):
+    slds = random_slds(2, noise=0.1, stay=0.95, rng=rng)
+    slds = replace(
+        slds,
+        A=np.stack([0.5 * np.eye(2)] * 2),
+        b=[[1.0, 1.0], [-1.0, -1.0]],
+        mean0=[[2.0, 2.0], [-2.0, -2.0]],
+    )
     draws = [slds.sample(60, rng) for _ in range(8)]
-    options = Options(states=2, rounds=20)
+    options = Options(states=2, order=1, rounds=20)
     fit = learn([y for _, _, y in draws], names=slds.names, travelling=(), options=options, **LEARNT)
     posteriors = viterbi_all(fit.slds, [y for _, _, y in draws])
     right = np.mean([np.mean(p.path == s) for p, (s, _, _) in zip(posteriors, draws, strict=True)])

@@ -1,0 +1,45 @@
+# Everything a fresh machine needs besides Python 3.11 (or newer) and make is installed into .venv.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
+RATES := 24 25 30 50 60
+
+.PHONY: demo test models evaluate clean
+
+demo: $(VENV)/installed
+	$(BIN)/figtrack demo
+
+test: $(VENV)/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/pytest
+
+# The models that ship: only captures whose terms allow it (CMU, Seoul National University).
+models: $(VENV)/installed
+	for fps in $(RATES); do \
+	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 \
+	    --fps $$fps --overwrite --out dynamics/models/walk-run@$$fps.npz && \
+	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 --pooled \
+	    --fps $$fps --overwrite --out dynamics/models/walk-run-1@$$fps.npz || exit 1; \
+	done
+
+# The table of docs/results.md, from the clips in $FIGTRACK_DATA/video.
+evaluate: $(VENV)/installed-dev
+	$(BIN)/python -m tests.evaluate $(FIGTRACK_DATA)/video docs/results.md
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
+	touch $@
+
+$(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
+	touch $@
+
+clean:
+	rm -rf $(VENV) dist figtrack-demo

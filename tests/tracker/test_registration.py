@@ -1,0 +1,382 @@
+"""Registration: planted motions are found, hidden links measure nothing, the information is the residuals' own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.gaussian import Gaussian
+from kinematics.spm import View, joints
+from tests.kinematics.figures import WALKER, upright
+from tests.oracles import central_difference
+from tests.tracker.painted import (
+    BARE,
+    CLASSIC,
+    FULL,
+    SIZE,
+    STRIDE,
+    VIEW,
+    Painted,
+    covered,
+    freedoms,
+    placed,
+)
+from tracker.registration import Outcome, align
+from tracker.sampling import Level, pyramid, sample
+from tracker.settings import Settings
+from tracker.template import Templates, cut
+
+D = len(WALKER.freedoms)
+NOISE = 2.0  # of the pictures, grey levels
+
+# A prior so weak that it leans on nothing the picture tells: 0.2 legs, 17 degrees, 5 % of length.
+WEAK = np.diag(np.r_[0.2, 0.2, np.full(6, 0.3), np.full(D - 8, 0.05)] ** 2)
+SURE = FULL.model_copy(update={"tempering": 1.0})  # every pixel counts whole: the prior weighs next to nothing
+LENGTHS = slice(WALKER.freedoms.index("scale"), None)
+
+# Near leg so broad, and far leg so close behind it, that no point of the far leg shows.
+BROAD = replace(
+    WALKER,
+    links=tuple(
+        replace(link, width=0.7, taper=1.0) if link.name.endswith("_near") else link for link in WALKER.links
+    ),
+)
+BEHIND = upright(BROAD, hip_near=0.1, hip_far=0.2, knee_far=0.25)
+FAR_FREEDOMS = ("hip_far", "knee_far", "thigh_far", "shank_far")
+
+
+def levels_of(image, settings, view=VIEW):
+    height, width = image.shape[:2]
+    blurs = [blur * view.unit for blur in settings.blurs]
+    return pyramid(image, (0, 0, width, height), blurs, settings.mode == "full")
+
+
+def registered(before, after, q, prior, settings, *, figure=WALKER, view=VIEW):
+    """Templates cut from one picture in pose q, laid on another from a prior."""
+    templates = cut(figure, view, q, levels_of(before, settings, view), settings)
+    return templates, align(templates, levels_of(after, settings, view), figure, view, prior, settings)
+
+
+def pixel_errors(q, want, view=VIEW):
+    return np.linalg.norm(view.unit * (joints(WALKER, q) - joints(WALKER, want)), axis=1)
+
+
+def moved(**by):
+    q = STRIDE.copy()
+    for name, value in by.items():
+        q[WALKER.freedoms.index(name)] += value
+    return q
+
+
+MOTIONS = {
+    "3 px aside, 2 px up": moved(root_x=3 / 80, root_y=2 / 80),
+    "near leg 4 degrees ahead": moved(hip_near=0.07, knee_near=-0.05),
+    "far leg 4 degrees back": moved(hip_far=-0.07, knee_far=0.04),
+    "trunk and head": moved(torso=0.06, neck=-0.07),
+    "3 percent nearer": moved(scale=0.03),
+    "longer shanks": moved(stretch_shank_near=0.05, stretch_shank_far=0.04),
+    "everything": moved(root_x=0.03, torso=0.03, neck=0.04, hip_near=0.05, knee_near=-0.06, hip_far=-0.06),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("settings", [SURE, CLASSIC], ids=["full", "classic"])
+def test_a_planted_motion_is_found_from_where_the_figure_was(settings, name, rng):
+    painted, want = Painted(rng, plain=True), MOTIONS[name]
+    before, after = (painted.picture(q, noise=NOISE, rng=rng) for q in (STRIDE, want))
+    prior = Gaussian(STRIDE, WEAK)
+    if settings.mode == "classic":
+        prior = Gaussian(np.r_[STRIDE[: LENGTHS.start], want[LENGTHS]], WEAK)
+    _, found = registered(before, after, STRIDE, prior, settings)
+    assert found.outcome is Outcome.CONVERGED
+    # Some 150 independent pixels a link, each placing it to noise over slope = 2 / 10 px across, would tell
+    # a joint to 0.03 px; pixels averaged over steep edges and read bilinearly are worth some tenths.
+    assert pixel_errors(found.q, want).max() < 0.5
+    # Half a pixel at the end of a link of 27 px (the head) or 40 px (thigh, shank, torso).
+    angles = [WALKER.freedoms.index(link.freedom) for link in WALKER.links]
+    assert_allclose(found.q[angles], want[angles], atol=0.5 / 27)
+    assert_allclose(found.q[:2], want[:2], atol=0.5 / 80)
+    # Scale and stretch share a length: half a pixel of 27 and more.
+    assert_allclose(found.q[LENGTHS], want[LENGTHS], atol=2 * 0.5 / 27)
+
+
+def test_each_link_may_change_its_brightness(rng):
+    painted, want = Painted(rng, plain=True), MOTIONS["everything"]
+    before = painted.picture(STRIDE, noise=NOISE, rng=rng)
+    light = np.array([28.0, -25.0, 30.0, -30.0, 25.0, -28.0])
+    lit = painted.picture(want, light=light, noise=NOISE, rng=rng)
+    _, found = registered(before, lit, STRIDE, Gaussian(STRIDE, WEAK), SURE)
+    assert pixel_errors(found.q, want).max() < 0.5  # as without
+    _, blind = registered(before, lit, STRIDE, Gaussian(STRIDE, WEAK), CLASSIC)
+    assert pixel_errors(blind.q, want).mean() > 2.0 * pixel_errors(found.q, want).mean()
+
+
+def test_a_picture_that_did_not_change_leaves_the_pose_where_it_was(rng):
+    picture = Painted(rng).picture(STRIDE)
+    templates, found = registered(picture, picture, STRIDE, Gaussian(STRIDE, WEAK), FULL)
+    assert_array_equal(found.q, STRIDE)
+    assert found.residual < 1e-3
+    assert found.cost < 1e-6
+    assert_allclose(found.seen, templates.colours, atol=1e-3)
+    assert_array_equal(found.match > 0, templates.known)
+
+
+def test_a_tight_prior_holds_the_pose_against_the_picture_and_a_weak_one_lets_it_go(rng):
+    painted, want = Painted(rng), MOTIONS["3 px aside, 2 px up"]
+    before, after = painted.picture(STRIDE), painted.picture(want)
+    errors = [
+        pixel_errors(registered(before, after, STRIDE, Gaussian(STRIDE, size * WEAK), FULL)[1].q, want).mean()
+        for size in (1e-10, 1.0)
+    ]
+    assert errors[0] == pytest.approx(np.hypot(3, 2), abs=0.05)
+    assert errors[1] < 0.5
+
+
+def test_the_classic_climb_does_not_lean_on_the_prior(rng):
+    painted, want = Painted(rng), MOTIONS["3 px aside, 2 px up"]
+    before, after = painted.picture(STRIDE), painted.picture(want)
+    tight, weak = (
+        registered(before, after, STRIDE, Gaussian(STRIDE, size * WEAK), CLASSIC)[1] for size in (1e-10, 1.0)
+    )
+    assert_array_equal(tight.q, weak.q)
+    assert_array_equal(tight.information, weak.information)
+
+
+def hidden_far_leg(rng):
+    """A far leg seen once in the open, then wholly behind the near one."""
+    painted = Painted(rng, BROAD)
+    apart = upright(BROAD, hip_near=-0.6, hip_far=0.7, knee_far=0.2)
+    before, after = painted.picture(apart), painted.picture(BEHIND)
+    return registered(before, after, apart, Gaussian(BEHIND, 1e-6 * WEAK), BARE, figure=BROAD)
+
+
+def test_a_leg_wholly_behind_the_other_measures_exactly_nothing(rng):
+    templates, found = hidden_far_leg(rng)
+    far = np.isin(templates.link, [4, 5])
+    assert templates.known[far].sum() > 50
+    columns = freedoms(BROAD, *FAR_FREEDOMS)
+    # The middle of the thigh's first row is the hip itself: whatever shows there, no freedom of the leg moves it.
+    shown = far & (found.match > 0)
+    assert (np.abs(templates.across[shown]) + templates.along[shown] < 1e-9).all()
+    assert not found.information[columns].any()
+    assert not found.information[:, columns].any()
+    assert not found.vector[columns].any()
+    near = freedoms(BROAD, "hip_near", "knee_near", "thigh_near", "shank_near")
+    assert (np.diag(found.information)[near] > 1.0).all()
+
+
+def test_what_is_said_of_a_hidden_leg_is_the_prior_s(rng):
+    _, found = hidden_far_leg(rng)
+    columns = freedoms(BROAD, *FAR_FREEDOMS)
+    assert_array_equal(found.q[columns], BEHIND[columns])
+
+
+def test_a_link_out_of_the_frame_measures_exactly_nothing(rng):
+    view = replace(VIEW, origin=(90.0, 155.0))  # the knees stand 5 px below the picture's lower edge
+    q = upright(WALKER, hip_near=0.1, hip_far=-0.1, knee_near=0.1)
+    high = Painted(rng).picture(q)
+    low = Painted(rng, view=view).picture(q)
+    templates = cut(WALKER, VIEW, q, levels_of(high, BARE), BARE)
+    found = align(templates, levels_of(low, BARE), WALKER, view, Gaussian(q, 1e-8 * WEAK), BARE)
+    below = freedoms(WALKER, "knee_near", "shank_near", "knee_far", "shank_far")
+    assert not found.information[below].any()
+    assert not found.information[:, below].any()
+    above = freedoms(WALKER, "root_x", "root_y", "torso", "neck", "hip_near", "thigh_near")
+    assert (np.diag(found.information)[above] > 0.1).all()
+    inside = view.to_pixels(placed(WALKER, found.q, templates))[:, 1] <= SIZE[1] - 1
+    assert found.inside == pytest.approx(inside.mean(), abs=1e-12)
+    assert_array_equal(found.match[~inside], 0.0)
+
+
+def test_a_figure_out_of_the_frame_is_outside_and_measures_nothing(rng):
+    picture = Painted(rng).picture(STRIDE)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(picture, FULL), FULL)
+    gone = Gaussian(moved(root_x=4.0), WEAK)
+    found = align(templates, levels_of(picture, FULL), WALKER, VIEW, gone, FULL)
+    assert found.outcome is Outcome.OUTSIDE
+    assert found.inside == 0.0
+    assert not found.information.any()
+    assert not found.vector.any()
+    assert_array_equal(found.q, gone.mean)
+
+
+def test_half_a_figure_in_the_frame_is_not_outside(rng):
+    view = replace(VIEW, origin=(90.0, 165.0))
+    picture = Painted(rng, view=view).picture(STRIDE)
+    _, found = registered(picture, picture, STRIDE, Gaussian(STRIDE, WEAK), FULL, view=view)
+    assert FULL.least_inside < found.inside < 0.7
+    assert found.outcome is not Outcome.OUTSIDE
+
+
+def test_running_out_of_steps_is_said_and_is_not_convergence(rng):
+    painted = Painted(rng)
+    before, after = painted.picture(STRIDE), painted.picture(MOTIONS["everything"])
+    hasty = FULL.model_copy(update={"iterations": 1})
+    _, found = registered(before, after, STRIDE, Gaussian(STRIDE, WEAK), hasty)
+    assert found.outcome is Outcome.ITERATION_LIMIT
+
+
+@pytest.mark.parametrize("settings", [FULL, BARE, CLASSIC], ids=["full", "bare", "classic"])
+def test_information_is_symmetric_and_positive_semidefinite(settings, rng):
+    painted = Painted(rng)
+    before, after = painted.picture(STRIDE), painted.picture(MOTIONS["everything"], noise=NOISE, rng=rng)
+    _, found = registered(before, after, STRIDE, Gaussian(STRIDE, WEAK), settings)
+    L = found.information
+    size = np.linalg.eigvalsh(L)
+    # Rounding of sums over 2000 points: a few hundred times 2e-16 of the largest.
+    assert_allclose(L, L.T, atol=1e-12 * size[-1])
+    assert size[0] > -1e-12 * size[-1]
+    assert size[-1] > 1e3
+
+
+def test_at_the_mode_the_gradient_handed_on_balances_the_prior(rng):
+    # Everything in the open and no rim, so that all points count alike.
+    painted, q = Painted(rng), upright(WALKER, hip_near=0.9, hip_far=-0.9, knee_far=0.3)
+    want = q + np.r_[0.02, -0.01, 0.03, 0.02, -0.04, 0.05, 0.03, -0.02, np.zeros(D - 8)]
+    before, after = painted.picture(q), painted.picture(want, noise=NOISE, rng=rng)
+    cov = np.diag(np.r_[0.02, 0.02, np.full(6, 0.03), np.full(D - 8, 0.01)] ** 2)
+    _, found = registered(before, after, q, Gaussian(q, cov), BARE)
+    precision = np.linalg.inv(cov)
+    slope = found.information @ found.q - found.vector + precision @ (found.q - q)
+    left = np.linalg.solve(found.information + precision, slope)
+    # The climb stops at gains below 0.01 nats; a Newton step from there gains slope' H^-1 slope / 2.
+    assert 0.5 * slope @ left < 0.05
+    assert 0.5 * (found.q - q) @ precision @ (found.q - q) > 1.0  # where the prior does pull
+
+
+def bilinear_level(rng, sigma=1.0):
+    """A level whose values are a + b x + c y + d x y in every channel: read without any error between pixels."""
+    width, height = SIZE
+    x, y = np.meshgrid(np.arange(width) / 100.0, np.arange(height) / 100.0)
+    a, b, c, d = rng.normal(scale=60.0, size=(4, 3))
+    xs, ys = x[..., None], y[..., None]
+    values = 128.0 + a + b * xs + c * ys + d * xs * ys
+    planes = np.stack([values, (b + d * ys + 0 * xs) / 100.0, (c + d * xs + 0 * ys) / 100.0], axis=-1)
+    return Level(planes.reshape(height, width, 9).astype(np.float32), (0, 0), sigma)
+
+
+@pytest.mark.parametrize("settings", [FULL, CLASSIC], ids=["full", "classic"])
+@pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
+def test_information_is_the_gauss_newton_matrix_of_the_differenced_residuals(facing, settings, rng):
+    view = replace(VIEW, facing=facing)
+    level = bilinear_level(rng)
+    settings = settings.model_copy(update={"iterations": 2})
+    templates = cut(WALKER, view, STRIDE, [level], settings)
+    spoiled = templates.colours + rng.normal(scale=6.0, size=templates.colours.shape)
+    templates = replace(templates, colours=spoiled)
+    found = align(templates, [level], WALKER, view, Gaussian(MOTIONS["everything"], 1e-4 * WEAK), settings)
+
+    def values(q):
+        return sample(level, view.to_pixels(placed(WALKER, q, templates)))[0].ravel()
+
+    J = central_difference(values, found.q, step=1e-4)
+    weight = templates.weight * found.match * settings.tempering / (3.0 * settings.noise**2)
+    W = np.repeat(weight, 3)
+    # float32 keeps values of 300 to 1e-5: over a step of 2e-4 of 80 px, 1e-5 / 2e-4 = 0.05 of slopes of 50.
+    assert_allclose(found.information, (J.T * W) @ J, atol=1e-3 * found.information.max())
+    residual = (found.seen[0] - templates.colours[0]).ravel()
+    gradient = found.information @ found.q - found.vector
+    terms = np.abs(J).T @ (W * np.abs(residual))  # at the mode they cancel
+    assert_allclose(gradient, J.T @ (W * residual), atol=1e-3 * terms.max())
+
+
+def noisy_level(rng, sigma=1.0):
+    """A level of one colour."""
+    width, height = SIZE
+    planes = np.zeros((height, width, 3, 3), np.float32)
+    planes[..., 0] = 128.0
+    return Level(planes.reshape(height, width, 9), (0, 0), sigma)
+
+
+def spoiled_templates(level, q, rng, settings, scale=7.0):
+    templates = cut(WALKER, VIEW, q, [level], settings)
+    noise = rng.normal(scale=scale, size=templates.colours.shape)
+    return replace(templates, colours=templates.colours + noise, known=np.ones(len(noise[0]), bool))
+
+
+def test_match_is_the_cauchy_weight_of_what_is_left_of_the_residual(rng):
+    level = noisy_level(rng)
+    settings = FULL.model_copy(update={"sight": (0.0, 1e-6)})  # every link in full sight
+    templates = spoiled_templates(level, STRIDE, rng, settings)
+    found = align(templates, [level], WALKER, VIEW, Gaussian(STRIDE, WEAK), settings)
+    hidden = covered(WALKER, STRIDE, placed(WALKER, STRIDE, templates), templates.link)
+    for i in range(len(WALKER.links)):
+        own = (templates.link == i) & ~hidden
+        residual = 128.0 - templates.colours[0, own]
+        residual = residual - np.median(residual, axis=0)
+        assert_allclose(found.seen[0, own] - templates.colours[0, own], residual, atol=1e-9)
+        size = (residual**2).sum(axis=1) / (3.0 * settings.noise**2)
+        assert_allclose(found.match[own], 1.0 / (1.0 + size / settings.robust**2), rtol=1e-9)
+    assert not found.match[hidden].any()
+
+
+def test_cost_is_the_tempered_cauchy_loss_of_the_visible_points_for_as_many_as_there_are(rng):
+    level = noisy_level(rng)
+    settings = FULL.model_copy(update={"image_weight": 0.4})
+    templates = spoiled_templates(level, STRIDE, rng, settings)
+    found = align(templates, [level], WALKER, VIEW, Gaussian(STRIDE, WEAK), settings)
+    shown = found.match > 0
+    residual = (found.seen[0] - templates.colours[0])[shown]
+    scale = settings.robust**2
+    loss = 0.5 * scale * np.log1p((residual**2).sum(axis=1) / (3.0 * settings.noise**2) / scale)
+    mean = np.average(loss, weights=templates.weight[shown])
+    assert found.cost == pytest.approx(0.4 * settings.tempering * len(shown) * mean, rel=1e-9)
+    size = np.sqrt(np.average((residual**2).mean(axis=1), weights=(templates.weight * found.match)[shown]))
+    assert found.residual == pytest.approx(size, rel=1e-9)
+
+
+def test_hiding_points_does_not_make_a_pose_cheaper(rng):
+    level = noisy_level(rng)
+    templates = spoiled_templates(level, STRIDE, rng, FULL)
+    crossed = upright(WALKER, hip_near=0.1, hip_far=0.1)
+    open_pose, hiding = (
+        align(templates, [level], WALKER, VIEW, Gaussian(q, 1e-12 * WEAK), FULL) for q in (STRIDE, crossed)
+    )
+    assert (hiding.match > 0).sum() < 0.9 * (open_pose.match > 0).sum()
+    # A mean over some 1000 points each, the loss of each spread about as wide as its mean.
+    assert hiding.cost == pytest.approx(open_pose.cost, rel=4.0 / np.sqrt(1000))
+    fewer = replace(templates, known=rng.random(len(templates.link)) < 0.5)
+    unseen = align(fewer, [level], WALKER, VIEW, Gaussian(STRIDE, 1e-12 * WEAK), FULL)
+    assert unseen.cost == pytest.approx(open_pose.cost, rel=4.0 / np.sqrt(500))
+    assert unseen.information.shape == (D, D)
+
+
+def test_points_not_seen_yet_measure_nothing(rng):
+    painted = Painted(rng)
+    before, after = painted.picture(STRIDE), painted.picture(MOTIONS["everything"])
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(before, FULL), FULL)
+    shank = templates.link == WALKER.link_of("near_ankle")
+    unknown = replace(templates, known=templates.known & ~shank)
+    found = align(unknown, levels_of(after, FULL), WALKER, VIEW, Gaussian(STRIDE, WEAK), FULL)
+    columns = freedoms(WALKER, "knee_near", "shank_near")
+    assert not found.information[columns].any()
+    assert_array_equal(found.match[shank], 0.0)
+
+
+def test_a_link_that_does_not_match_what_covers_it_measures_less(rng):
+    painted = Painted(rng)
+    picture = painted.picture(STRIDE)
+    shrub = picture.copy()
+    rows = slice(VIEW.to_pixels(joints(WALKER, STRIDE))[3:, 1].min().astype(int), None)
+    leaves = np.kron(rng.integers(0, 2, (32, 30, 3)), np.ones((6, 6, 1)))[: len(shrub)]
+    shrub[rows] = 255 * leaves[rows]
+    prior = Gaussian(STRIDE, 1e-4 * WEAK)
+    _, clear = registered(picture, picture, STRIDE, prior, FULL)
+    _, behind = registered(picture, shrub, STRIDE, prior, FULL)
+    knees = freedoms(WALKER, "knee_near", "knee_far")
+    # Leaves are steeper than cloth, and yet what they tell is counted for a tenth at most.
+    assert (np.diag(behind.information)[knees] < 0.1 * np.diag(clear.information)[knees]).all()
+    torso = freedoms(WALKER, "torso")
+    assert (np.diag(behind.information)[torso] > 0.5 * np.diag(clear.information)[torso]).all()
+
+
+def test_information_grows_as_the_noise_shrinks_and_with_the_independent_share(rng):
+    picture = Painted(rng).picture(STRIDE)
+
+    def information(**changed):
+        settings = FULL.model_copy(update=changed)
+        return registered(picture, picture, STRIDE, Gaussian(STRIDE, WEAK), settings)[1].information
+
+    assert_allclose(information(noise=4.0), 4.0 * information(noise=8.0), rtol=1e-3)
+    assert_allclose(information(tempering=0.1), 2.0 * information(tempering=0.05), rtol=1e-9)

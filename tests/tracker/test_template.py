@@ -1,0 +1,136 @@
+"""Templates: which points a link has, what they are worth, what is cut for them, and how they keep up."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.ndimage import map_coordinates
+
+from kinematics.spm import View
+from tests.kinematics.figures import HORSE, WALKER, random_pose, upright
+from tests.tracker.painted import BARE, CLASSIC, FULL, STRIDE, VIEW, Painted, covered, outline, placed
+from tracker.sampling import pyramid
+from tracker.template import Templates, cut
+
+CROSSING = upright(WALKER, hip_near=0.1, knee_near=0.2, hip_far=-0.1, knee_far=0.1)
+
+
+def levels_of(image, unit=VIEW.unit, settings=FULL):
+    height, width = image.shape[:2]
+    return pyramid(image, (0, 0, width, height), [blur * unit for blur in settings.blurs], colour=True)
+
+
+@pytest.fixture
+def levels(rng):
+    return levels_of(Painted(rng).picture(CROSSING))
+
+
+def names(figure, templates):
+    return [figure.links[i].name for i in templates.link]
+
+
+@pytest.mark.parametrize("settings", [FULL, BARE], ids=["rim", "bare"])
+def test_points_lie_within_the_outline_at_full_weight_and_on_the_rim_at_less(levels, settings):
+    templates = cut(WALKER, VIEW, CROSSING, levels, settings)
+    for i, link in enumerate(WALKER.links):
+        own = templates.link == i
+        along, across = templates.along[own] * link.length, templates.across[own]
+        edge = 0.5 * link.width * (1.0 + (link.taper - 1.0) * np.clip(templates.along[own], 0.0, 1.0))
+        inner = (np.abs(across) <= edge) & (along <= link.length)
+        assert_array_equal(templates.weight[own], np.where(inner, 1.0, settings.rim_weight))
+        assert along.min() == 0.0
+        assert (np.abs(across) <= edge + settings.rim + 1e-12).all()
+        # A grid of this spacing leaves at most one step free at each end.
+        leaf = i not in WALKER.parents
+        end = link.length + (settings.rim if leaf else 0.0)
+        assert end - settings.spacing < along.max() <= end + 1e-9
+
+
+def test_the_classic_mode_has_no_rim(levels):
+    templates = cut(WALKER, VIEW, CROSSING, levels, CLASSIC)
+    assert (templates.weight == 1.0).all()
+
+
+def test_points_are_spread_evenly_over_every_link(levels):
+    templates = cut(WALKER, VIEW, CROSSING, levels, BARE)
+    for i, link in enumerate(WALKER.links):
+        area = link.length * link.width * 0.5 * (1.0 + link.taper)
+        # Rows and columns at both ends of the grid stand for half a cell each: a spacing more all round.
+        most = (link.length + BARE.spacing) * (link.width * max(1.0, link.taper) + BARE.spacing)
+        count = (templates.link == i).sum() * BARE.spacing**2
+        assert 0.8 * area < count < 1.001 * most
+
+
+@pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
+@pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
+def test_cut_takes_the_picture_s_colours_where_the_points_lie(figure, facing, rng):
+    view = View((90.3, 92.7), 60.0, facing)
+    levels = levels_of(rng.integers(0, 256, (190, 180, 3)).astype(np.uint8), view.unit)
+    q = random_pose(figure, rng, size=0.1)
+    templates = cut(figure, view, q, levels, FULL)
+    body = placed(figure, q, templates)
+    pixels = np.array(view.origin) + view.unit * body * (facing, -1.0)
+    inside = ((pixels >= 0) & (pixels <= (179, 189))).all(axis=1)
+    for number, level in enumerate(levels):
+        for channel in range(3):
+            want = map_coordinates(level.planes[..., 3 * channel], pixels[inside, ::-1].T, order=1)
+            # Neighbours differ by up to 100 grey levels; float32 planes and rounding of places leave 1e-4.
+            assert_allclose(templates.colours[number, inside, channel], want, atol=1e-3)
+
+
+def test_points_behind_a_nearer_link_or_out_of_the_frame_are_unknown(rng):
+    view = replace(VIEW, origin=(90.0, 130.0))  # the feet stand below the picture
+    levels = levels_of(Painted(rng, view=view).picture(CROSSING))
+    templates = cut(WALKER, view, CROSSING, levels, FULL)
+    body = placed(WALKER, CROSSING, templates)
+    pixels = view.to_pixels(body)
+    inside = ((pixels >= 0) & (pixels <= (179, 189))).all(axis=1)
+    hidden = covered(WALKER, CROSSING, body, templates.link)
+    assert_array_equal(templates.known, inside & ~hidden)
+    assert 20 < (inside & hidden).sum()
+    assert 20 < (~inside).sum()
+    near = [name.endswith("near") for name in names(WALKER, templates)]
+    assert_array_equal(templates.known[near], inside[near])
+
+
+def small(known):
+    P = len(known)
+    zero = np.zeros(P)
+    return Templates(np.zeros(P, np.intp), zero, zero, np.ones(P), np.zeros((2, P, 3)), np.array(known))
+
+
+def test_refreshed_moves_by_the_stated_share_where_the_point_is_trusted():
+    seen = np.full((2, 3, 3), 100.0)
+    new = small([True] * 3).refreshed(seen, np.array([1.0, 0.5, 0.0]), blend=0.2)
+    assert_allclose(new.colours, np.broadcast_to([[20.0], [10.0], [0.0]], (2, 3, 3)), atol=1e-12)
+    assert new.known.all()
+
+
+def test_refreshed_takes_what_comes_into_view_whole_and_leaves_what_stays_hidden():
+    seen = np.full((2, 3, 3), 100.0)
+    new = small([False, False, True]).refreshed(seen, np.array([0.3, 0.0, 0.0]), blend=0.2)
+    assert_array_equal(new.colours[:, :, 0], [[100.0, 0.0, 0.0]] * 2)
+    assert_array_equal(new.known, [True, False, True])
+
+
+def test_refreshed_leaves_the_old_templates_as_they_were():
+    old = small([True, False])
+    old.refreshed(np.ones((2, 2, 3)), np.ones(2), blend=0.5)
+    assert not old.colours.any()
+    assert_array_equal(old.known, [True, False])
+
+
+def test_a_template_cut_from_a_painted_link_is_its_cloth(rng):
+    painted = Painted(rng)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(painted.picture(STRIDE)), BARE)
+    body = placed(WALKER, STRIDE, templates)
+    i = WALKER.link_of("near_knee")
+    own = templates.link == i
+    place, within = outline(WALKER, STRIDE, i, body[own])
+    cloth = painted.cloths[i](place)
+    deep = within & (np.abs(place[:, 1]) < 0.06) & (place[:, 0] > 0.06) & (place[:, 0] < 0.44)
+    # Lightness in Lab rises with the grey level; the finest blur is a pixel.
+    got = templates.colours[-1, own, 0][deep]
+    assert deep.sum() > 30
+    assert np.corrcoef(got, cloth[deep].mean(axis=1))[0, 1] > 0.95

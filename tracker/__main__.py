@@ -1,0 +1,5 @@
+"""`python -m tracker` is `figtrack`."""
+
+from tracker.cli import main
+
+main()
