@@ -112,6 +112,14 @@ class Figure:
         return self.freedoms[: self.freedoms.index(SCALE)]
 
     @cached_property
+    def limits(self) -> tuple[Array, Array]:
+        """(D,) least and (D,) greatest value of every freedom; infinite where it has no limit."""
+        limited = {link.freedom: link.limits for link in self.links}
+        free = (-np.inf, np.inf)
+        low, high = np.array([limited.get(name, free) for name in self.freedoms]).T
+        return low, high
+
+    @cached_property
     def joints(self) -> tuple[str, ...]:
         """Keypoints the figure has: its base, then each link's tip."""
         return (self.base, *(link.joint for link in self.links))

@@ -76,9 +76,9 @@ def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
         ValueError: no marked frame after the start, or no leg marked whole.
     """
     frames = [frame for frame in sorted(truth) if frame >= start]
-    leg = leg_length(truth, frames)
     if len(frames) < 2:
         raise ValueError(f"the truth marks no frame after frame {start}; mark some or give another --truth")
+    leg = leg_length(truth, frames)
     errors = {frame: _errors(truth[frame], found.get(frame, {}), leg) for frame in frames[1:]}
     means = {frame: float(np.mean(list(error.values()))) for frame, error in errors.items() if error}
     everything = np.concatenate([list(error.values()) for error in errors.values()])
@@ -113,7 +113,7 @@ def leg_length(truth: Marks, frames: list[int]) -> float:
 
 
 def parting(errors: list[Mapping[int, float]]) -> int | None:
-    """The marked frame by which two tracks have parted most for good: the last worst gap between them."""
+    """The first marked frame in which two tracks' errors differ most; None where they share no frame."""
     first, second = errors
     common = sorted(set(first) & set(second))
     if not common:

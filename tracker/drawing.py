@@ -1,5 +1,6 @@
 """A tracked figure as segments and ellipses on a frame."""
 
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +47,6 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
 
 
 def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    from dataclasses import replace
-
     one = replace(track, q=track.q[t : t + 1], cov=track.cov[t : t + 1])
     return one.joints()[0], one.joint_covs()[0]
 

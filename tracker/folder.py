@@ -63,7 +63,7 @@ def _check_folder(path: Path, overwrite: bool) -> None:
         return
     if not path.is_dir():
         raise FolderError(f"{path} is a file; --out wants a folder, choose another name")
-    if path.is_mount():
+    if os.path.ismount(path):  # Path.is_mount takes every "." for one
         raise FolderError(
             f"{path} is where a disk is mounted and cannot be renamed; choose a folder inside it"
         )

@@ -1,6 +1,7 @@
 """Which motion model a name means, and how it is learned from captures."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
 
 
 def find_model(name: str, fps: float, settings: Settings) -> SLDS:
-    """The model a user names, at this frame rate.
+    """The model a user names, at this frame rate; a learned one once for each playback speed that is tried.
 
     Args:
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
@@ -34,8 +35,18 @@ def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(fps, settings)
     if name.endswith(".npz") or Path(name).is_file():
-        return at_rate(load(name), fps)
-    return at_rate(load_shipped(name, fps), fps)
+        learned = load(name)
+    else:
+        learned = load_shipped(name, fps)
+    speeds = [replace(at_rate(learned, fps / rate), fps=fps) for rate in settings.rates]
+    return combine(speeds, settings.rate_change)
+
+
+def state_rates(slds: SLDS, settings: Settings) -> Array:
+    """(K,) the playback speed that each switching state of `find_model` stands for."""
+    if slds.labels == (CONSTANT_VELOCITY,):
+        return np.ones(1)
+    return np.repeat(settings.rates, slds.K // len(settings.rates))
 
 
 def learn_motions(
@@ -63,6 +74,8 @@ def learn_motions(
     Raises:
         ValueError: no sequences, or unusable ones.
     """
+    if not sequences:
+        raise ValueError("learning needs at least one sequence; got none")
     rng = np.random.default_rng(options.seed)
     labels = sorted({label for _, label, _ in sequences}, reverse=True)
     groups = [labels] if pooled else [[label] for label in labels]

@@ -124,6 +124,7 @@ class _Search:
         self.mean = prior.mean
         self.precision = np.linalg.inv(prior.cov) if self.full else np.zeros_like(prior.cov)
         self.count = settings.tempering * len(templates.link)
+        self.low, self.high = figure.limits
 
     def climb(self, number: int, level: Level, q: Array) -> tuple[Array, Outcome]:
         """Levenberg-Marquardt at one blur."""
@@ -149,8 +150,15 @@ class _Search:
 
     def objective(self, fit: _Fit) -> float:
         """What the climb lowers, nats."""
-        away = fit.q - self.mean
-        return float(self.count * fit.mean + 0.5 * away @ self.precision @ away)
+        away, (excess, stiffness) = fit.q - self.mean, self.beyond(fit.q)
+        leaning = 0.5 * away @ self.precision @ away + 0.5 * stiffness @ excess**2
+        return float(self.count * fit.mean + leaning)
+
+    def beyond(self, q: Array) -> tuple[Array, Array]:
+        """How far each freedom is beyond its limits, and the stiffness (D,) that pulls it back, 0 within."""
+        excess = q - np.clip(q, self.low, self.high)
+        stiffness = np.where(excess != 0.0, 1.0 / np.radians(self.settings.limit_give) ** 2, 0.0)
+        return excess, stiffness * self.full
 
     def compare(self, number: int, level: Level, q: Array) -> _Fit:
         """The templates laid on one level at a pose."""
@@ -185,14 +193,16 @@ class _Search:
         return np.clip((matched - low) / (high - low), 0.0, 1.0)
 
     def normal_equations(self, fit: _Fit) -> tuple[Array, Array]:
-        """Tempered J'WJ / sigma^2 and J'Wr / sigma^2."""
+        """Tempered J'WJ / sigma^2 and J'Wr / sigma^2, and those of the limits of the joints."""
         t = self.templates
         bones = skeleton(self.figure, fit.q)
         moved = jacobian(self.figure, bones, t.link, t.along, t.across) * self.view.axes[:, None]
         slope = fit.gradient @ moved
         scale = self.settings.tempering / (3.0 * self.settings.noise**2)
         weighted = ((scale * t.weight * fit.match)[:, None, None] * slope).reshape(-1, slope.shape[-1]).T
-        return weighted @ slope.reshape(-1, slope.shape[-1]), weighted @ fit.residual.ravel()
+        excess, stiffness = self.beyond(fit.q)
+        information = weighted @ slope.reshape(-1, slope.shape[-1]) + np.diag(stiffness)
+        return information, weighted @ fit.residual.ravel() + stiffness * excess
 
     def colours(self, levels: list[Level], q: Array, fit: _Fit) -> Array:
         """(levels, P, 3) what the frame shows at the points, the offsets of light taken off."""

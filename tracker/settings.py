@@ -26,11 +26,11 @@ class Settings(BaseModel):
     noise: float = Field(8.0, gt=0, description="of a pixel's match, grey levels")
     robust: float = Field(2.0, gt=0, description="Cauchy scale, multiples of the noise")
     sight: tuple[float, float] = Field(
-        (0.2, 0.45), description="mean match below which a link is out of sight, in full sight"
+        (0.3, 0.6), description="mean match below which a link is out of sight, in full sight"
     )
     tempering: float = Field(0.05, gt=0, le=1, description="independent share of template points")
     image_weight: float = Field(1.0, ge=0, description="of the image in weighing hypotheses")
-    blend: float = Field(0.05, ge=0, le=1, description="of what is seen into the template, a frame")
+    blend: float = Field(0.1, ge=0, le=1, description="of what is seen into the template, a frame")
     prune: float = Field(15.0, gt=0, description="priors dearer than the best by this are not tried, nats")
     margin: float = Field(
         0.3, ge=0, description="of the picture kept around the predicted joints, leg lengths"
@@ -42,18 +42,23 @@ class Settings(BaseModel):
     least_match: float = Field(
         0.25, ge=0, le=1, description="mean robust weight of what is in sight, or it is lost"
     )
-    inflation: float = Field(8.0, gt=0, description="of the learned Q, for people it has not seen")
+    limit_give: float = Field(3.0, gt=0, description="how sharply a joint stops at its limit, degrees")
+    rates: tuple[float, ...] = Field(
+        (1.0, 0.5), min_length=1, description="playback speeds that are tried side by side, 1 as filmed"
+    )
+    rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
+    inflation: float = Field(3.0, gt=0, description="of the learned Q, for people it has not seen")
     scale_drift: float = Field(0.003, ge=0, description="of the common log scale, a frame")
-    breathing: float = Field(0.03, ge=0, description="spread of a link's log length")
+    breathing: float = Field(0.06, ge=0, description="spread of a link's log length")
     breath: float = Field(0.9, ge=0, lt=1, description="of a link's stretch that is left a frame later")
     start_length: float = Field(0.01, gt=0, description="error of the marked log lengths")
     start_angle: float = Field(4.0, gt=0, description="error of the marked angles, degrees")
     start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")
     cv_angle: float = Field(
-        2.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees"
+        6.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees"
     )
     cv_place: float = Field(
-        0.01, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths"
+        0.03, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths"
     )
 
 

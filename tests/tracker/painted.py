@@ -10,7 +10,7 @@ from kinematics.spm import View
 from tests.kinematics.figures import WALKER, Puppet, upright
 from tracker.settings import Settings
 
-# Every setting that registration depends on, so that tuning the defaults does not move the tests.
+# Every setting, so that tuning the defaults does not move the tests.
 FULL = Settings(
     mode="full",
     spacing=0.03,
@@ -20,6 +20,7 @@ FULL = Settings(
     iterations=20,
     noise=8.0,
     robust=2.0,
+    sight=(0.2, 0.45),
     tempering=0.05,
     image_weight=1.0,
     blend=0.05,
@@ -28,7 +29,16 @@ FULL = Settings(
     least_inside=0.3,
     least_visible=0.3,
     least_match=0.25,
-    inflation=1.0,
+    rates=(1.0,),
+    inflation=8.0,
+    scale_drift=0.003,
+    breathing=0.03,
+    breath=0.9,
+    start_length=0.01,
+    start_angle=4.0,
+    start_place=0.02,
+    cv_angle=2.0,
+    cv_place=0.01,
 )
 CLASSIC = FULL.model_copy(update={"mode": "classic"})
 BARE = FULL.model_copy(update={"rim": 0.0})  # templates end at the outline
@@ -54,7 +64,7 @@ class Cloth:
 
 
 class Painted:
-    """Pictures of a figure before a still background, `plain` or not; drawn `fine` times finer, then averaged."""
+    """Pictures of a figure before a still background, drawn `fine` times finer and then averaged."""
 
     def __init__(self, rng, figure=WALKER, *, view=VIEW, size=SIZE, fine=3, plain=False):
         self.figure, self.view, self.size, self.fine = figure, view, size, fine

@@ -88,8 +88,8 @@ def test_points_behind_a_nearer_link_or_out_of_the_frame_are_unknown(rng):
     inside = ((pixels >= 0) & (pixels <= (179, 189))).all(axis=1)
     hidden = covered(WALKER, CROSSING, body, templates.link)
     assert_array_equal(templates.known, inside & ~hidden)
-    assert 20 < (inside & hidden).sum()
-    assert 20 < (~inside).sum()
+    assert (inside & hidden).sum() > 20
+    assert (~inside).sum() > 20
     near = [name.endswith("near") for name in names(WALKER, templates)]
     assert_array_equal(templates.known[near], inside[near])
 

@@ -1,0 +1,111 @@
+"""Tiny rendered clips with known joints, and the commands run on them."""
+
+import csv
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from typer.testing import CliRunner
+
+from tracker.cli import app
+from tracker.scene import render, truth_table
+from videos.writer import Writer
+
+HEADER = ("frame", "keypoint", "x", "y", "visible")
+FPS = 30.0
+CLEAR = slice(60, 70)  # of the 72 frames of seed 2, in which no shrub hides the legs
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A video, its keypoints file, and what is known of it.
+
+    joints : (T, 2) pixels for each keypoint
+    leg_px : thigh + shank, pixels
+    """
+
+    video: Path
+    keypoints: Path
+    images: list
+    joints: dict
+    leg_px: float
+
+    def __len__(self):
+        return len(self.images)
+
+    def rows(self, frames=None):
+        """Rows of the keypoints table, of all frames or these."""
+        return [
+            (t, name, *places[t], 1)
+            for t in (range(len(self)) if frames is None else frames)
+            for name, places in self.joints.items()
+        ]
+
+    def errors(self, path):
+        """(T,) mean distance of a keypoints.csv from the truth, leg lengths; toes do not count."""
+        found = {
+            (int(r["frame"]), r["keypoint"]): (float(r["x"]), float(r["y"])) for r in read_csv(path) if r["x"]
+        }
+        names = [name for name in self.joints if "toe" not in name]
+        away = [[np.hypot(*(self.joints[n][t] - found[t, n])) for n in names] for t in range(len(self))]
+        return np.mean(away, axis=1) / self.leg_px
+
+
+def make_clip(folder):
+    """Ten frames of a walker whom nothing hides, walking to the right."""
+    scene = render(2, frames=72, size=(480, 270))
+    images = scene.images[CLEAR]
+    joints = {name: places[CLEAR] for name, places in scene.joints.items()}
+    clip = Clip(folder / "walk.mp4", folder / "walk.keypoints.csv", images, joints, scene.leg_px)
+    write_video(clip.video, images)
+    # Hidden joints are marked 0 in the file, as by hand.
+    seen = {(t, name): flag for t, name, _, _, flag in truth_table(scene)}
+    write_table(clip.keypoints, [(*row[:4], seen[CLEAR.start + row[0], row[1]]) for row in clip.rows()])
+    return clip
+
+
+def write_video(path, images, times=None):
+    height, width = images[0].shape[:2]
+    with Writer(path, FPS, (width, height), crf=16) as writer:
+        for image, time in zip(images, times or [None] * len(images), strict=True):
+            writer.write(image, time)
+
+
+def write_table(path, rows, header=HEADER):
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(rows)
+
+
+def read_csv(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def read_json(path):
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def figtrack(*words):
+    """The command's result: exit_code, stdout, stderr."""
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def refused(*words):
+    """The one line on stderr of a command that could not be done."""
+    result = figtrack(*words, "--quiet")
+    assert result.exit_code == 1, result.output
+    lines = result.stderr.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("error: ")
+    return lines[0]
+
+
+def everything(folder):
+    """The bytes of every file below a folder."""
+    return {p.relative_to(folder): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}

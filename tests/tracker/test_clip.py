@@ -1,0 +1,225 @@
+"""A clip followed: every frame once, both ways from the start frame, with its own times."""
+
+from dataclasses import replace
+from itertools import islice
+
+import cv2
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.store import ModelError
+from kinematics.recover import PoseError
+from tests.tracker.clips import FPS, read_csv, read_json, write_video
+from tracker import clip as clip_module
+from tracker.clip import Job, StartError, follow, prepare, write_run
+from tracker.keypoints import read_keypoints
+from tracker.progress import Progress
+from videos.frames import Video, VideoError
+
+QUIET = Progress("quiet")
+
+
+@pytest.fixture(scope="module")
+def job(clip):
+    return Job(clip.video, read_keypoints(clip.keypoints), "cv")
+
+
+@pytest.fixture(scope="module")
+def ahead(job):
+    return follow(job, QUIET)
+
+
+@pytest.fixture
+def frames_read(monkeypatch):
+    """Index of every frame decoded from now on."""
+    read = []
+
+    class Watched(Video):
+        def __iter__(self):
+            for frame in super().__iter__():
+                read.append(frame.index)
+                yield frame
+
+    monkeypatch.setattr(clip_module, "Video", Watched)
+    return read
+
+
+def write_images(folder, images):
+    folder.mkdir()
+    for t, image in enumerate(images):
+        cv2.imwrite(str(folder / f"{t}.png"), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    return folder
+
+
+def test_every_frame_is_followed_from_the_start_frame_on(clip, ahead):
+    assert ahead.frames == len(ahead.track) == len(clip)
+    assert ahead.track.first == 0
+    assert ahead.warnings == []
+    hips = ahead.track.joints()[:, ahead.track.figure.joints.index("hip")]
+    # Cloth hides the joints themselves; a tenth of the leg is less than a thigh's half width.
+    assert np.hypot(*(hips - clip.joints["hip"]).T).max() < 0.1 * clip.leg_px
+
+
+def test_frames_are_read_once_and_in_order(clip, job, frames_read):
+    follow(replace(job, start=4), QUIET)
+    # Opening a video decodes its first frame to learn the size.
+    assert frames_read == [0, *range(len(clip))]
+
+
+def test_frames_before_the_start_are_followed_as_a_clip_that_runs_backwards(clip, job, tmp_path):
+    middle, T = 4, len(clip)
+    forth = replace(job, video=write_images(tmp_path / "forth", clip.images), start=middle, facing=1)
+    mirrored = {T - 1 - t: marks for t, marks in job.marks.items()}
+    back = replace(
+        forth, video=write_images(tmp_path / "back", clip.images[::-1]), marks=mirrored, start=T - 1 - middle
+    )
+    one, other = follow(forth, QUIET).track, follow(back, QUIET).track
+    # Constant velocity knows no direction of time, so both see the same pictures in the same order.
+    assert_allclose(one.q, other.q[::-1], atol=1e-12)
+    assert one.outcome == other.outcome[::-1]
+
+
+def test_what_is_tracked_after_the_start_does_not_depend_on_what_was_before(clip, job, tmp_path):
+    start = 3
+    whole = write_images(tmp_path / "whole", clip.images)
+    late = write_images(tmp_path / "late", clip.images[start:])
+    one = follow(replace(job, video=whole, start=start), QUIET).track
+    marks = {t - start: marks for t, marks in job.marks.items() if t >= start}
+    other = follow(replace(job, video=late, marks=marks, start=0), QUIET).track
+    assert_array_equal(one.q[start:], other.q)
+
+
+@pytest.mark.parametrize("model", ["cv", "walk-run"])
+def test_a_start_in_the_middle_reaches_frame_zero(clip, job, model):
+    track = follow(replace(job, model=model, start=6), QUIET).track
+    hips = track.joints()[:, track.figure.joints.index("hip")]
+    assert len(track) == len(clip)
+    assert np.hypot(*(hips - clip.joints["hip"]).T).max() < 0.1 * clip.leg_px
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0, 5), (3, 5), (5, 5), (0, 0), (2, 999)])
+def test_the_stop_frame_is_the_last_one_followed(clip, job, start, stop):
+    finished = follow(replace(job, start=start, stop=stop), QUIET)
+    assert finished.frames == len(finished.track) == min(stop + 1, len(clip))
+
+
+def test_nothing_past_the_stop_frame_is_read(job, frames_read):
+    follow(replace(job, stop=3), QUIET)
+    assert max(frames_read) == 3
+
+
+def test_a_stop_before_the_start_is_refused(job):
+    with pytest.raises(StartError, match="--stop 2 comes before the start frame 4"):
+        prepare(replace(job, start=4, stop=2))
+
+
+def test_frames_keep_their_own_times(clip, job, tmp_path):
+    # Multiples of 1/90 s and of 1/90000 s, so that the file's clock holds them exactly.
+    times = [2.0 + t / 30.0 + (t % 3) / 90.0 for t in range(len(clip))]
+    write_video(tmp_path / "uneven.mp4", clip.images, times)
+    finished = follow(replace(job, video=tmp_path / "uneven.mp4"), QUIET)
+    assert_allclose(finished.track.times, np.array(times) - times[0], atol=2e-5)
+    write_run(finished, tmp_path, QUIET)
+    assert [float(row["time_s"]) for row in read_csv(tmp_path / "pose.csv")] == pytest.approx(
+        finished.track.times, abs=1e-6
+    )
+    drawn = [frame.time for frame in Video(tmp_path / "overlay.mp4")]
+    assert np.diff(drawn) == pytest.approx(np.diff(times), abs=2e-5)
+
+
+def test_of_a_video_cut_short_what_was_read_is_followed_and_it_is_said(clip, job, tmp_path):
+    write_video(tmp_path / "long.mp4", clip.images * 4)
+    data = (tmp_path / "long.mp4").read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(data[: len(data) // 2])
+    finished = follow(replace(job, video=tmp_path / "cut.mp4"), QUIET)
+    (warning,) = [text for text in finished.warnings if "cut.mp4" in text]
+    assert f"ends after {finished.frames} of about 40 frames" in warning or "cannot be decoded" in warning
+    assert 3 < finished.frames == len(finished.track) < 38
+
+
+def test_a_start_past_the_end_says_how_long_the_video_is(clip, job):
+    marks = {50: job.marks[0]}
+    with pytest.raises(StartError, match=f"frame 50 is not in walk.mp4, which has {len(clip)}"):
+        follow(replace(job, marks=marks), QUIET)
+
+
+def test_a_start_that_is_not_marked_says_which_are(job):
+    with pytest.raises(StartError, match=r"frame 50 is not marked .* marked are 0, 1, 2"):
+        prepare(replace(job, start=50))
+
+
+def test_the_first_marked_frame_is_the_start_unless_told(job):
+    marks = {t: marked for t, marked in job.marks.items() if t in (2, 7)}
+    assert prepare(replace(job, marks=marks)).start.view == prepare(replace(job, start=2)).start.view
+
+
+@pytest.mark.parametrize("shift", [(-1000, 0), (0, 1000), (250, 0)])
+def test_a_start_pose_outside_the_picture_is_refused(job, shift):
+    dx, dy = shift
+    away = {name: replace(mark, x=mark.x + dx, y=mark.y + dy) for name, mark in job.marks[0].items()}
+    with pytest.raises(StartError, match="start pose of frame 0 lies outside the picture of 480 x 270 px"):
+        prepare(replace(job, marks={0: away}))
+
+
+def test_a_start_pose_may_leave_the_picture_but_not_with_its_hip(job):
+    def moved(name):
+        return job.marks[0] | {name: replace(job.marks[0][name], x=-20.0)}
+
+    assert prepare(replace(job, marks={0: moved("far_ankle")})).start.known.all()
+    with pytest.raises(StartError, match=r"lies outside the picture .* \(hip\)"):
+        prepare(replace(job, marks={0: moved("hip")}))
+
+
+def test_a_start_pose_without_a_joint_that_it_needs_is_refused(job):
+    marked = {name: mark for name, mark in job.marks[0].items() if name != "neck"}
+    with pytest.raises(PoseError, match="lacks neck"):
+        prepare(replace(job, marks={0: marked}))
+
+
+def test_what_cannot_be_opened_is_said_before_the_work(job, tmp_path):
+    with pytest.raises(VideoError, match="no video at"):
+        prepare(replace(job, video=tmp_path / "absent.mp4"))
+    with pytest.raises(ModelError, match=r"no model 'swim' ships; there are .*walk-run"):
+        prepare(replace(job, model="swim"))
+
+
+@pytest.mark.parametrize("facing", [1, -1, None])
+def test_facing_is_seen_from_the_marks_unless_told(job, facing):
+    assert prepare(replace(job, facing=facing)).start.view.facing == (facing or 1)
+
+
+def test_half_speed_doubles_the_frame_rate_of_the_motion(job):
+    plan = prepare(replace(job, model="walk-run-1", rate=0.5))
+    assert plan.slds.fps == pytest.approx(2.0 * FPS)
+
+
+def test_time_spent_is_told_by_stage_and_nested_time_counts_once(monkeypatch):
+    now = [0.0]
+
+    def spend(seconds, items):
+        for item in items:
+            now[0] += seconds
+            yield item
+
+    monkeypatch.setattr(clip_module.time, "perf_counter", lambda: now[0])
+    clock = clip_module._Clock()
+    inner = clock.timed("read", spend(1.0, range(4)))
+    assert list(islice(inner, 1)) == [0]
+    assert list(clock.timed("track", spend(10.0, inner))) == [1, 2, 3]
+    assert clock.per_frame(4) == {"read": 1.0, "track": 7.5}
+
+
+def test_the_overlay_shows_what_was_followed(clip, ahead, tmp_path):
+    write_run(ahead, tmp_path, QUIET)
+    drawn = list(Video(tmp_path / "overlay.mp4"))
+    assert len(drawn) == len(clip)
+    # A low picture is drawn twice as large.
+    assert drawn[0].image.shape == (540, 960, 3)
+    plain = np.repeat(np.repeat(clip.images[0], 2, axis=0), 2, axis=1)
+    assert np.abs(drawn[0].image.astype(int) - plain).max() > 100
+
+
+def test_the_results_may_call_the_video_by_another_name(ahead, tmp_path):
+    write_run(replace(ahead, job=replace(ahead.job, called="there/walk.mp4")), tmp_path, QUIET)
+    assert read_json(tmp_path / "run.json")["video"] == "there/walk.mp4"

@@ -1,0 +1,75 @@
+"""Progress goes to stderr, one line at a time."""
+
+import json
+
+import pytest
+
+from tracker import progress
+from tracker.progress import Progress
+
+
+def work(shown, steps=3, total=3):
+    with shown.task("walk", total) as advance:
+        for _ in range(steps):
+            advance()
+
+
+def test_plain_progress_ends_in_one_line(capsys):
+    work(Progress("plain"))
+    assert capsys.readouterr() == ("", "walk: 3 of 3 in 0 s\n")
+
+
+def test_a_number_of_steps_that_is_not_known_is_left_out(capsys):
+    work(Progress("plain"), total=None)
+    assert capsys.readouterr().err == "walk: 3 in 0 s\n"
+
+
+def test_a_quiet_run_shows_no_progress_but_its_warnings(capsys):
+    shown = Progress("quiet")
+    work(shown)
+    assert capsys.readouterr() == ("", "")
+    shown.warn("cut short")
+    assert capsys.readouterr() == ("", "warning: cut short\n")
+
+
+def test_json_progress_is_one_object_a_line_from_the_start(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "EVERY", -1.0)
+    shown = Progress("json")
+    work(shown, steps=2, total=4)
+    shown.warn("cut short")
+    out, err = capsys.readouterr()
+    *lines, last = [json.loads(line) for line in err.splitlines()]
+    assert out == ""
+    assert [line["done"] for line in lines] == [0, 1, 2, 2]
+    assert all(line.keys() == {"task", "done", "total", "seconds", "seconds_left"} for line in lines)
+    assert lines[0]["seconds_left"] is None
+    assert last == {"warning": "cut short"}
+
+
+def test_lines_come_no_oftener_than_they_can_be_read(capsys):
+    work(Progress("plain"), steps=1000, total=1000)
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_the_time_left_is_told_in_proportion(capsys, monkeypatch):
+    now = iter([0.0, 6.0, 6.0, 7.0])  # begun; the step is over, it is written; the end is written
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(now))
+    work(Progress("plain"), steps=1, total=4)
+    first, last = capsys.readouterr().err.splitlines()
+    assert first == "walk: 1 of 4 in 6 s, 18 s left"
+    assert last == "walk: 1 of 4 in 7 s, 21 s left"
+
+
+def test_a_task_that_fails_does_not_say_that_it_is_done(capsys):
+    with pytest.raises(ValueError, match="no"), Progress("plain").task("walk", 3):
+        raise ValueError("no")
+    assert capsys.readouterr().err == ""
+
+
+def test_automatic_is_plain_where_stderr_is_no_terminal():
+    assert Progress("auto").style == "plain"
+
+
+def test_the_bar_counts_to_the_end(capsys):
+    work(Progress("bar"))
+    assert "3/3" in capsys.readouterr().err

@@ -1,0 +1,390 @@
+"""The loop: a rendered walk is followed, one hypothesis is a Kalman filter, what hides grows uncertain."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.belief import Belief
+from dynamics.gaussian import Gaussian
+from dynamics.kalman import predict
+from dynamics.slds import SLDS
+from kinematics.figure import SCALE
+from kinematics.recover import Start, start_pose
+from kinematics.spm import joint_jacobian, joints
+from tests.kinematics.figures import WALKER, upright
+from tests.oracles import condition
+from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted
+from tracker.models import find_model
+from tracker.registration import Registration, align
+from tracker.sampling import pyramid
+from tracker.scene import render
+from tracker.settings import Settings
+from tracker.template import Templates
+from tracker.track import Estimate, Tracker, make_tracker, run
+
+FRAMES = 20
+# A part of the frame that is always the whole frame: what lies outside is then the frame's own edge.
+WHOLE = FULL.model_copy(update={"margin": 50.0})
+
+
+@dataclass(frozen=True)
+class Walk:
+    """The first frames of a rendered walk, before any shrub is near."""
+
+    images: list
+    joints: dict
+    start: Start
+    leg_px: float
+
+
+def start_of(places, facing, without=()):
+    return start_pose(
+        WALKER, {name: tuple(at[0]) for name, at in places.items() if name not in without}, facing
+    )
+
+
+@pytest.fixture(scope="module")
+def walk():
+    scene = render(5, frames=90)  # a long walk, or else the shrubs stand at its very start
+    places = {name: at[:FRAMES] for name, at in scene.joints.items()}
+    return Walk(scene.images[:FRAMES], places, start_of(places, scene.facing), scene.leg_px)
+
+
+@pytest.fixture(scope="module")
+def models():
+    return {name: find_model(name, 30.0, FULL) for name in ("walk-run", "walk-run-1", "cv")}
+
+
+def pixels(start, estimates):
+    """(T, J, 2)"""
+    return np.stack([start.view.to_pixels(joints(start.figure, e.pose.mean)) for e in estimates])
+
+
+@pytest.mark.parametrize("name", ["walk-run", "walk-run-1", "cv"])
+def test_a_rendered_walk_is_followed(name, walk, models):
+    tracker = make_tracker(walk.start, models[name], Settings())
+    estimates = list(run(tracker, walk.start, walk.images))
+    assert len(estimates) == FRAMES
+    truth = np.stack([walk.joints[joint] for joint in walk.start.figure.joints], axis=1)
+    away = np.linalg.norm(pixels(walk.start, estimates) - truth, axis=-1) / walk.leg_px
+    # Hands mark joints to 0.02 leg; the cloth slides over the bones of this walker by about as much again.
+    assert away.mean() < 0.05
+    assert away.mean(axis=1).max() < 0.12
+    # Standing still where it was marked would be off by more than half a leg at the end.
+    assert np.linalg.norm(truth[-1] - truth[0], axis=-1).mean() / walk.leg_px > 0.5
+    assert {e.outcome for e in estimates} <= {"ok", "hidden"}
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One switching state's belief over x, and what it cost."""
+
+    mean: np.ndarray
+    cov: np.ndarray
+    cost: float
+
+
+def began(tracker: Tracker, start: Start) -> list[Hypothesis]:
+    """The marked pose as a measurement of each state's first belief, by conditioning the joint Gaussian."""
+    slds, settings = tracker.slds, tracker.settings
+    first_length = start.figure.freedoms.index(SCALE)
+    deviation = [
+        settings.start_place
+        if i < 2
+        else np.radians(settings.start_angle)
+        if i < first_length
+        else settings.start_length
+        for i in range(len(start.q))
+    ]
+    y = np.where(start.known, start.q - tracker.offset, np.nan)
+    found = []
+    for k in range(slds.K):
+        mean, cov, log_p = condition(slds.mean0[k], slds.cov0[k], slds.C, np.diag(deviation) ** 2, y)
+        found.append(Hypothesis(mean, cov, -np.log(slds.pi0[k]) - log_p))
+    return found
+
+
+def stepped(
+    tracker: Tracker, templates: Templates, before: list[Hypothesis], image
+) -> tuple[list[Hypothesis], list[Registration]]:
+    """One frame on by dense algebra, no hypothesis pruned."""
+    slds, settings, offset = tracker.slds, tracker.settings, tracker.offset
+    height, width = image.shape[:2]
+    blurs = [blur * tracker.view.unit for blur in settings.blurs]
+    levels = pyramid(image, (0, 0, width, height), blurs, colour=True)
+    after, registrations = [], []
+    for k in range(slds.K):
+        price = [h.cost - np.log(slds.Pi[j, k]) for j, h in enumerate(before)]
+        parent = before[int(np.argmin(price))]
+        m = slds.A[k] @ parent.mean + slds.b[k]
+        P = slds.A[k] @ parent.cov @ slds.A[k].T + slds.Q[k]
+        pose, spread = slds.C @ m + offset, slds.C @ P @ slds.C.T
+        prior = Gaussian(pose, 0.5 * (spread + spread.T))
+        r = align(templates, levels, tracker.figure, tracker.view, prior, settings)
+        L = slds.C.T @ r.information @ slds.C
+        h = slds.C.T @ (r.vector - r.information @ offset)
+        # (P^-1 + L)^-1 (P^-1 m + h) without the inverse of P.
+        cov = np.linalg.inv(np.eye(len(P)) + P @ L) @ P
+        mean = m + cov @ (h - L @ m)
+        away = r.q - pose
+        evidence = r.cost + 0.5 * away @ np.linalg.inv(spread) @ away
+        evidence += 0.5 * np.log(np.linalg.det(np.eye(len(spread)) + spread @ r.information))
+        after.append(Hypothesis(mean, cov, min(price) + evidence))
+        registrations.append(r)
+    return after, registrations
+
+
+def mixture(tracker: Tracker, hypotheses: list[Hypothesis]) -> tuple[np.ndarray, Gaussian]:
+    """Weights, and the moments of the pose over all hypotheses."""
+    cost = np.array([h.cost for h in hypotheses])
+    weights = np.exp(cost.min() - cost) / np.exp(cost.min() - cost).sum()
+    C = tracker.slds.C
+    mean = sum(w * (C @ h.mean) for w, h in zip(weights, hypotheses, strict=True))
+    cov = np.zeros((len(C), len(C)))
+    for w, h in zip(weights, hypotheses, strict=True):
+        apart = C @ h.mean - mean
+        cov += w * (C @ h.cov @ C.T + np.outer(apart, apart))
+    return weights, Gaussian(mean + tracker.offset, cov)
+
+
+def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
+    settings = WHOLE.model_copy(update={"prune": 1e9})
+    tracker = make_tracker(walk.start, slds, settings)
+    state, estimate = tracker.begin(walk.start, walk.images[0])
+    hypotheses = began(tracker, walk.start)
+    _, pose = mixture(tracker, hypotheses)
+    # Both invert covariances whose axes differ by up to 1e6 in size: 1e6 * 2e-16 a step, a search between.
+    assert_allclose(estimate.pose.mean, pose.mean, atol=1e-8)
+    for image in walk.images[1:frames]:
+        hypotheses, found = stepped(tracker, state.templates, hypotheses, image)
+        weights, pose = mixture(tracker, hypotheses)
+        old = state.templates
+        state, estimate = tracker.step(state, image)
+        assert_allclose(state.belief.weights, weights, atol=1e-6)
+        assert_allclose(estimate.pose.mean, pose.mean, atol=1e-7)
+        assert_allclose(estimate.pose.cov, pose.cov, atol=1e-6 * pose.cov.max())
+        assert estimate.s == state.belief.s[weights.argmax()]
+        best = found[int(weights.argmax())]
+        refreshed = old.refreshed(best.seen, best.match, settings.blend)
+        assert_allclose(state.templates.colours, refreshed.colours, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["cv", "walk-run-1"])
+def test_one_hypothesis_is_the_extended_kalman_filter(name, walk, models):
+    assert models[name].K == 1
+    check_against_twin(walk, models[name], frames=5)
+
+
+def test_hypotheses_cost_their_past_the_switch_and_the_evidence_of_their_picture(walk, models):
+    assert models["walk-run"].K > 1
+    check_against_twin(walk, models["walk-run"], frames=4)
+
+
+def test_a_switch_that_cannot_be_is_never_made(walk, models):
+    slds = models["walk-run"]
+    stuck = replace(slds, Pi=np.eye(slds.K), pi0=np.eye(slds.K)[1])
+    tracker = make_tracker(walk.start, stuck, FULL)
+    assert {estimate.s for estimate in run(tracker, walk.start, walk.images[:3])} == {1}
+
+
+def still(figure, q):
+    """A start whose every freedom was marked."""
+    return Start(figure, VIEW, q, np.ones(len(q), dtype=bool))
+
+
+@pytest.fixture(scope="module")
+def passing():
+    """A near leg that swings past a far one at rest, broad enough to hide it for four frames."""
+    links = [
+        replace(link, width=0.34, taper=1.0) if link.name.endswith("_near") else link for link in WALKER.links
+    ]
+    figure = replace(WALKER, links=tuple(links))
+    swing = [0.8, 0.72, 0.64, 0.5, 0.3, 0.08, 0.0, 0.0, 0.0, -0.08, -0.3, -0.5, -0.64, -0.72, -0.8]
+    poses = [upright(figure, hip_near=angle, torso=0.05) for angle in swing]
+    painted, noise = Painted(np.random.default_rng(3), figure), np.random.default_rng(4)
+    images = [painted.picture(q, noise=2.0, rng=noise) for q in poses]
+    start = still(figure, poses[0])
+    settings = BARE.model_copy(update={"cv_angle": 2.0, "cv_place": 0.01})
+    tracker = make_tracker(start, find_model("cv", 30.0, settings), settings)
+    return figure, poses, list(run(tracker, start, images))
+
+
+HIDDEN = slice(5, 10)  # frames in which the near thigh is within 0.1 rad of the far one
+
+
+def ankle_variance(figure, estimate: Estimate, joint: str) -> float:
+    """px^2, both axes."""
+    J = VIEW.unit * joint_jacobian(figure, estimate.pose.mean)[figure.joints.index(joint)]
+    return float(np.trace(J @ estimate.pose.cov @ J.T))
+
+
+def test_a_leg_grows_uncertain_while_it_is_hidden_and_sure_again_after(passing):
+    figure, _, estimates = passing
+    far = np.array([ankle_variance(figure, e, "far_ankle") for e in estimates])
+    near = np.array([ankle_variance(figure, e, "near_ankle") for e in estimates])
+    assert (np.diff(far[5:9]) > 0).all()
+    assert far[HIDDEN].max() > 5.0 * far[2]
+    assert far[-1] < 0.3 * far[HIDDEN].max()
+    assert near[HIDDEN].max() < 2.0 * near[2]
+
+
+def test_a_covered_leg_is_named_hidden_and_one_in_the_open_ok(passing):
+    _, _, estimates = passing
+    outcomes = [e.outcome for e in estimates]
+    assert set(outcomes[HIDDEN]) == {"hidden"}
+    assert set(outcomes[:3]) == {"ok"}
+    assert set(outcomes[-3:]) == {"ok"}
+
+
+def test_the_leg_that_was_hidden_is_found_again(passing):
+    figure, poses, estimates = passing
+    away = VIEW.unit * np.linalg.norm(
+        joints(figure, estimates[-1].pose.mean) - joints(figure, poses[-1]), axis=-1
+    )
+    assert away.max() < 2.0  # pixels; half a pixel where registration is weak and a prior stronger
+
+
+@pytest.mark.parametrize("name", ["cv", "walk-run"])
+def test_a_picture_that_tells_nothing_leaves_the_prediction(name, walk, models):
+    tracker = make_tracker(walk.start, models[name], FULL)
+    state, _ = tracker.begin(walk.start, walk.images[0])
+    blank = np.full_like(walk.images[0], 90)
+    after, _ = tracker.step(state, blank)
+    slds = tracker.slds
+    for h, s in enumerate(after.belief.s):
+        price = state.belief.cost - slds.log_Pi[state.belief.s, s]
+        ahead = predict(state.belief.states[int(price.argmin())], slds.A[s], slds.b[s], slds.Q[s])
+        # Of one grey level, blurring leaves 1e-5 of slope; squared it is no information.
+        assert_allclose(after.belief.states[h].mean, ahead.mean, atol=1e-7)
+        assert_allclose(after.belief.states[h].cov, ahead.cov, atol=1e-7 * ahead.cov.max())
+
+
+def begun(rng, settings=FULL, name="cv"):
+    painted, start = Painted(rng), still(WALKER, STRIDE)
+    tracker = make_tracker(start, find_model(name, 30.0, settings), settings)
+    state, estimate = tracker.begin(start, painted.picture(STRIDE))
+    return painted, tracker, state, estimate
+
+
+def test_where_nothing_matches_the_figure_is_lost_and_templates_are_kept(rng):
+    _, tracker, state, _ = begun(rng)
+    height, width = 190, 180
+    blocks = rng.integers(0, 2, (height // 5, width // 5, 3)) * 255
+    after, estimate = tracker.step(state, np.kron(blocks, np.ones((5, 5, 1))).astype(np.uint8))
+    assert estimate.outcome == "lost"
+    assert after.templates is state.templates
+
+
+def test_a_figure_that_left_the_frame_is_outside_and_templates_are_kept(rng):
+    painted, tracker, state, _ = begun(rng)
+    mean = state.belief.states.mean.copy()
+    mean[:, tracker.slds.names.index("root_x")] += 4.0
+    gone = replace(state, belief=replace(state.belief, states=Gaussian(mean, 1e-6 * state.belief.states.cov)))
+    after, estimate = tracker.step(gone, painted.picture(STRIDE))
+    assert estimate.outcome == "outside"
+    assert after.templates is state.templates
+
+
+def test_a_figure_that_stands_still_is_ok_and_its_templates_take_their_share(rng):
+    painted, tracker, state, first = begun(rng)
+    after, estimate = tracker.step(state, painted.picture(STRIDE, light=np.full(6, 8.0)))
+    assert (first.outcome, estimate.outcome) == ("ok", "ok")
+    assert after.templates is not state.templates
+    assert (after.templates.known | ~state.templates.known).all()
+
+
+def test_facing_left_is_the_mirror_image_of_facing_right(walk, models):
+    width = walk.images[0].shape[1]
+    flipped = {name: np.array([width - 1, 0]) + at * [-1, 1] for name, at in walk.joints.items()}
+    other = start_of(flipped, -walk.start.view.facing)
+    tracks = [
+        pixels(start, run(make_tracker(start, models["walk-run"], FULL), start, images))
+        for start, images in (
+            (walk.start, walk.images[:8]),
+            (other, [np.ascontiguousarray(image[:, ::-1]) for image in walk.images[:8]]),
+        )
+    ]
+    # The parts that are blurred end at other pixels, which moves values by some hundredths of a grey level.
+    assert_allclose(tracks[1], np.array([width - 1, 0]) + tracks[0] * [-1, 1], atol=0.1)
+    assert np.abs(tracks[0][-1] - tracks[0][0]).max() > 10.0
+
+
+def test_where_the_figure_stands_in_the_picture_does_not_matter(walk, models):
+    by = np.array([37, 21])
+    shifted = {name: at + by for name, at in walk.joints.items()}
+    other = start_of(shifted, walk.start.view.facing)
+    wide = [np.pad(image, ((21, 0), (37, 0), (0, 0)), mode="edge") for image in walk.images[:6]]
+    near, far = (
+        pixels(start, run(make_tracker(start, models["walk-run"], FULL), start, images))
+        for start, images in ((walk.start, walk.images[:6]), (other, wide))
+    )
+    # Places some hundred pixels off are rounded at 1e-13; the search stops where it may.
+    assert_allclose(far, near + by, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["cv", "walk-run"])
+def test_an_ankle_that_was_not_marked_is_uncertain_at_first(name, walk, models):
+    start = start_of(walk.joints, walk.start.view.facing, without=("far_ankle", "far_toe"))
+    tracker = make_tracker(start, models[name], FULL)
+    _, estimate = tracker.begin(start, walk.images[0])
+    J = joint_jacobian(start.figure, estimate.pose.mean)
+    spread = np.sqrt(np.einsum("jad,de,jae->j", J, estimate.pose.cov, J))
+    at = dict(zip(start.figure.joints, spread, strict=True))
+    assert at["far_ankle"] > 2.0 * at["near_ankle"]
+    assert at["far_ankle"] > 0.1  # leg lengths: a knee swings a shank of 0.5 through a radian
+    # Marks are off by 4 degrees of at most a leg, and by the hip's own 0.02.
+    assert at["far_knee"] < 0.1
+    assert at["near_ankle"] < 0.15
+
+
+def test_the_first_estimate_is_the_marked_pose_where_the_model_does_not_object(walk, models):
+    tracker = make_tracker(walk.start, models["cv"], FULL)
+    estimate = next(iter(run(tracker, walk.start, walk.images)))
+    # The model's first belief is 1 leg or radian wide, the marks 0.07: 0.5 % of the way to zero.
+    assert_allclose(estimate.pose.mean, walk.start.q, atol=0.005)
+    assert estimate.outcome == "ok"
+
+
+def test_a_hypothesis_far_dearer_than_the_best_is_not_tried(walk, models):
+    slds = models["walk-run"]
+    rare = np.full((slds.K, slds.K), np.exp(-20.0))
+    np.fill_diagonal(rare, 1.0 - rare[0, 1:].sum())
+    settings = FULL.model_copy(update={"prune": 15.0})
+    tracker = make_tracker(walk.start, replace(slds, Pi=rare), settings)
+    state, _ = tracker.begin(walk.start, walk.images[0])
+    for ahead, tried in ((1e5, [1]), (0.0, list(range(slds.K)))):
+        cost = np.full(slds.K, ahead)
+        cost[1] = 0.0
+        belief = Belief(state.belief.states, cost, state.belief.s)
+        after, _ = tracker.step(replace(state, belief=belief), walk.images[1])
+        assert after.belief.s.tolist() == tried
+
+
+def test_a_learned_model_knows_the_neck_by_its_deviation_from_the_marked_one(models):
+    start = still(WALKER, upright(WALKER, neck=0.5))
+    neck = WALKER.index("neck")
+    learned = make_tracker(start, models["walk-run-1"], FULL)
+    assert_array_equal(np.flatnonzero(learned.offset), [neck])
+    assert learned.offset[neck] == 0.5
+    assert not make_tracker(start, models["cv"], FULL).offset.any()
+
+
+def test_inflation_widens_what_was_learned_and_not_constant_velocity(models):
+    start = still(WALKER, STRIDE)
+    for name, factor in (("walk-run", 3.0), ("cv", 1.0)):
+        slds = models[name]
+        N, d = slds.A.shape[-1], len(slds.names)
+        settings = FULL.model_copy(update={"inflation": 3.0})
+        full = make_tracker(start, slds, settings).slds
+        assert_allclose(full.Q[:, :N, :N], factor * slds.Q, rtol=1e-12)
+        assert full.names == WALKER.freedoms
+        assert_allclose(full.C[:d, :N], slds.C)
+
+
+def test_a_model_of_other_freedoms_is_refused_with_what_to_do(models):
+    slds = models["cv"]
+    renamed = replace(slds, names=("elbow", *slds.names[1:]))
+    with pytest.raises(ValueError, match=r"elbow.*learn a model for this figure"):
+        make_tracker(still(WALKER, STRIDE), renamed, FULL)
