@@ -9,7 +9,7 @@ RATES := 24 25 30 50 60
 .PHONY: demo test models evaluate clean
 
 demo: $(VENV)/installed
-	$(BIN)/figtrack demo
+	$(BIN)/figtrack demo --overwrite
 
 test: $(VENV)/installed-dev
 	$(BIN)/ruff check .

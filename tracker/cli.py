@@ -52,8 +52,12 @@ FacingOption = Annotated[
     Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
 ]
 Rate = Annotated[
-    float,
-    typer.Option(min=0.25, max=4.0, help="Playback speed: 1 as filmed, 0.5 for slow motion at half speed."),
+    float | None,
+    typer.Option(
+        min=0.25,
+        max=4.0,
+        help="Playback speed: 0.5 for slow motion at half speed [default: found while tracking].",
+    ),
 ]
 SettingsFile = Annotated[Path | None, typer.Option("--settings", help="TOML file of tracker settings.")]
 Overwrite = Annotated[
@@ -103,7 +107,7 @@ def track(
         str, typer.Option(help="cv, a shipped model, or a file from 'figtrack learn'.")
     ] = "walk-run",
     facing: FacingOption = None,
-    rate: Rate = 1.0,
+    rate: Rate = None,
     settings: SettingsFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-track].")] = None,
     overwrite: Overwrite = False,
@@ -144,7 +148,7 @@ def compare(
     start: Start = None,
     stop: Stop = None,
     facing: FacingOption = None,
-    rate: Rate = 1.0,
+    rate: Rate = None,
     settings: SettingsFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-compare].")] = None,
     overwrite: Overwrite = False,
@@ -232,7 +236,7 @@ def _job(
     start: int | None,
     stop: int | None,
     facing: Facing | None,
-    rate: float,
+    rate: float | None,
     settings: Path | None,
     model: str,
 ) -> "Job":

@@ -19,7 +19,7 @@ from kinematics.recover import Start, facing_of, start_pose
 from tracker import __version__
 from tracker.drawing import enlargement, paint
 from tracker.keypoints import Mark, Marks, points
-from tracker.models import CONSTANT_VELOCITY, find_model
+from tracker.models import CONSTANT_VELOCITY, find_model, state_rates
 from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.store import Track, write_tables
@@ -45,7 +45,7 @@ class Job:
     start  : the marked frame to start from, None for the first there is
     stop   : the last frame to follow, None for the clip's end
     facing : +1 right, -1 left, None to see it from the start pose
-    rate   : playback speed: 1 as filmed, 0.5 half speed
+    rate   : playback speed: 1 as filmed, 0.5 half speed; None to find it among `settings.rates`
     called : what the results call the video, None for its path
     """
 
@@ -56,7 +56,7 @@ class Job:
     start: int | None = None
     stop: int | None = None
     facing: int | None = None
-    rate: float = 1.0
+    rate: float | None = None
     called: str | None = None
 
 
@@ -76,6 +76,7 @@ class Run:
     """A finished run: the track and what is to be said of it.
 
     frames  : how many frames were read
+    rate    : playback speed, as given or as the median frame's switching state has it
     seconds : spent a frame, by stage
     """
 
@@ -83,6 +84,7 @@ class Run:
     track: Track
     fps: float
     frames: int
+    rate: float
     seconds: dict[str, float]
     warnings: list[str]
 
@@ -100,8 +102,10 @@ def prepare(job: Job) -> Plan:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
     video = Video(job.video)
     start = _start(job.marks, frame, job.facing, (video.width, video.height))
-    slds = find_model(job.model, video.fps / job.rate, job.settings)
-    return Plan(job, video, start, slds, make_tracker(start, slds, job.settings))
+    rates = job.settings.rates if job.rate is None else (job.rate,)
+    settings = job.settings.model_copy(update={"rates": rates})
+    slds = find_model(job.model, video.fps, settings)
+    return Plan(job, video, start, slds, make_tracker(start, slds, settings))
 
 
 def follow(job: Job, progress: Progress) -> Run:
@@ -129,7 +133,13 @@ def follow(job: Job, progress: Progress) -> Run:
             advance()
     track = _track(plan, times, behind[::-1] + ahead)
     return Run(
-        job, track, plan.video.fps, len(times), clock.per_frame(len(times)), _warnings(plan.video, track)
+        job=job,
+        track=track,
+        fps=plan.video.fps,
+        frames=len(times),
+        rate=_rate(plan, track),
+        seconds=clock.per_frame(len(times)),
+        warnings=_warnings(plan.video, track),
     )
 
 
@@ -148,7 +158,7 @@ def write_run(finished: Run, folder: Path, progress: Progress) -> None:
         "fps": finished.fps,
         "frames": finished.frames,
         "start": start_frame(job),
-        "rate": job.rate,
+        "rate": finished.rate,
         "facing": "right" if finished.track.view.facing > 0 else "left",
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
         "warnings": finished.warnings,
@@ -214,7 +224,7 @@ def _reversed(plan: Plan, images: Sequence[Image]) -> Iterator[Estimate]:
         return
     # A constant velocity is one in either direction; conversion would only change its noise.
     slds = plan.slds if plan.job.model == CONSTANT_VELOCITY else backwards(plan.slds)
-    tracker = make_tracker(plan.start, slds, plan.job.settings)
+    tracker = make_tracker(plan.start, slds, plan.tracker.settings)
     yield from islice(run(tracker, plan.start, images), 1, None)
 
 
@@ -231,6 +241,12 @@ def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) ->
         s=np.array([estimate.s for estimate in estimates]),
         outcome=tuple(estimate.outcome for estimate in estimates),
     )
+
+
+def _rate(plan: Plan, track: Track) -> float:
+    if plan.job.rate is not None:
+        return plan.job.rate
+    return float(np.median(state_rates(plan.slds, plan.tracker.settings)[track.s]))
 
 
 def _warnings(video: Video, track: Track) -> list[str]:

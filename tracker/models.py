@@ -34,11 +34,11 @@ def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     """
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(fps, settings)
-    if name.endswith(".npz") or Path(name).is_file():
-        learned = load(name)
-    else:
-        learned = load_shipped(name, fps)
-    speeds = [replace(at_rate(learned, fps / rate), fps=fps) for rate in settings.rates]
+    is_file = name.endswith(".npz") or Path(name).is_file()
+    speeds = []
+    for rate in settings.rates:
+        learned = load(name) if is_file else load_shipped(name, fps / rate)
+        speeds.append(replace(at_rate(learned, fps / rate), fps=fps))
     return combine(speeds, settings.rate_change)
 
 

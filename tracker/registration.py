@@ -186,7 +186,7 @@ class _Search:
 
     def sight(self, match: Array, visible: NDArray[np.bool_]) -> Array:
         """(L,) how much of each link is in sight: 0 where what is seen does not match, as behind a bush."""
-        t, (low, high) = self.templates, self.settings.sight
+        t, low, high = self.templates, self.settings.out_of_sight, self.settings.in_sight
         weight = t.weight * visible
         seen = np.bincount(t.link, weight, len(self.figure.links))
         matched = np.bincount(t.link, weight * match, len(self.figure.links)) / np.maximum(seen, 1e-9)

@@ -123,8 +123,9 @@ def write_page(
         for row in table_rows(scores)
     )
     clips = "".join(
-        f"<figure><video controls loop muted playsinline src='{_embedded(folder / name / 'overlay.mp4', 'video/mp4')}'>"
-        f"</video><figcaption>{html.escape(name)}</figcaption></figure>"
+        "<figure><video controls loop muted playsinline "
+        f"src='{_embedded(folder / name / 'overlay.mp4', 'video/mp4')}'></video>"
+        f"<figcaption>{html.escape(name)}</figcaption></figure>"
         for name in runs
     )
     warnings = [f"{name}: {text}" for name, finished in runs.items() for text in finished.warnings]
@@ -160,7 +161,8 @@ def _embedded(path: Path, kind: str) -> str:
 
 
 _PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<html lang="en"><head><meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title}</title>
 <style>
 :root {{ color-scheme: light dark; }}

@@ -16,8 +16,8 @@ WALL_FOOT = 0.69  # where the houses stand on the pavement, of the picture's hei
 FLOOR = 0.865  # where the walker's soles are
 FINE = 2  # the street is drawn this many times larger, then averaged down
 
-SHRUB_WIDTH = (0.24, 0.30)  # of the picture's height; the walker's leg is about 0.26
-SHRUB_HEIGHT = (0.34, 0.40)
+SHRUB_WIDTH = (0.12, 0.16)  # of the picture's height; the walker's leg is about 0.26
+SHRUB_HEIGHT = (0.28, 0.34)
 
 WALLS = ((168, 104, 84), (190, 178, 156), (150, 150, 148), (206, 190, 150), (122, 96, 84), (168, 182, 184))
 DOORS = ((64, 92, 78), (110, 44, 40), (46, 58, 84), (92, 72, 52))

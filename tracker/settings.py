@@ -2,9 +2,9 @@
 
 import tomllib
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 
@@ -15,20 +15,21 @@ class SettingsError(ValueError):
 class Settings(BaseModel):
     """How the tracker registers, filters and weighs; the same for every clip."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     mode: Literal["full", "classic"] = Field("full", description="classic: the papers' registration")
     spacing: float = Field(0.022, gt=0, le=0.2, description="between template points, leg lengths")
     rim: float = Field(0.05, ge=0, le=0.5, description="of template beyond a link's outline, leg lengths")
     rim_weight: float = Field(0.3, ge=0, le=1, description="of the rim's pixels against the link's own")
-    blurs: tuple[float, ...] = Field((0.05, 0.025, 0.012), description="coarse to fine, leg lengths")
+    blurs: tuple[PositiveFloat, ...] = Field(
+        (0.05, 0.025, 0.012), min_length=1, description="coarse to fine, leg lengths"
+    )
     iterations: int = Field(6, ge=1, le=100, description="steps at each blur at most")
     noise: float = Field(8.0, gt=0, description="of a pixel's match, grey levels")
-    robust: float = Field(2.0, gt=0, description="Cauchy scale, multiples of the noise")
-    sight: tuple[float, float] = Field(
-        (0.3, 0.6), description="mean match below which a link is out of sight, in full sight"
-    )
-    tempering: float = Field(0.05, gt=0, le=1, description="independent share of template points")
+    robust: float = Field(2.5, gt=0, description="Cauchy scale, multiples of the noise")
+    out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match at which a link is out of sight")
+    in_sight: float = Field(0.6, gt=0, le=1, description="mean match from which a link is in full sight")
+    tempering: float = Field(0.04, gt=0, le=1, description="independent share of template points")
     image_weight: float = Field(1.0, ge=0, description="of the image in weighing hypotheses")
     blend: float = Field(0.1, ge=0, le=1, description="of what is seen into the template, a frame")
     prune: float = Field(15.0, gt=0, description="priors dearer than the best by this are not tried, nats")
@@ -43,7 +44,7 @@ class Settings(BaseModel):
         0.25, ge=0, le=1, description="mean robust weight of what is in sight, or it is lost"
     )
     limit_give: float = Field(3.0, gt=0, description="how sharply a joint stops at its limit, degrees")
-    rates: tuple[float, ...] = Field(
+    rates: tuple[Annotated[float, Field(ge=0.25, le=4)], ...] = Field(
         (1.0, 0.5), min_length=1, description="playback speeds that are tried side by side, 1 as filmed"
     )
     rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
@@ -60,6 +61,14 @@ class Settings(BaseModel):
     cv_place: float = Field(
         0.03, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths"
     )
+
+    @model_validator(mode="after")
+    def _check_sight(self) -> Self:
+        if self.out_of_sight >= self.in_sight:
+            raise ValueError(
+                f"out_of_sight must be below in_sight; got {self.out_of_sight} and {self.in_sight}"
+            )
+        return self
 
 
 def read_settings(path: Path) -> Settings:

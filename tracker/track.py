@@ -1,9 +1,9 @@
 """The loop: propose, align, fuse; one frame at a time.
 
 Pavlović et al. (1999), section 4.2. Each frame every switching state proposes the prior of its best
-predecessor; local registration climbs from each to a measurement; the Kalman filter fuses the two, with that frame's own
-information. A hypothesis costs what its predecessor cost, the switch, and minus the log evidence of its
-measurement: with the likelihood linearised at the mode q* (Laplace),
+predecessor; local registration climbs from each to a measurement; the Kalman filter fuses the two, with that
+frame's own information. A hypothesis costs what its predecessor cost, the switch, and minus the log evidence
+of its measurement: with the likelihood linearised at the mode q* (Laplace),
 
     image(q*) + (q* - m)' P^-1 (q* - m) / 2 + log |I + P L| / 2
 
