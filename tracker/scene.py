@@ -68,6 +68,7 @@ def render(
     size: tuple[int, int] = (640, 360),
     fps: float = 30.0,
     quality: int = QUALITY,
+    shrubs: bool = True,
 ) -> Scene:
     """Render one person's walk along a street; the same seed gives the same pictures.
 
@@ -78,6 +79,7 @@ def render(
         frames: T.
         size: width and height of the pictures, pixels. The walker is about half as tall as the picture.
         fps: frames per second, which sets how far the walk gets in a frame.
+        shrubs: whether the walker passes behind some.
         quality: of the JPEG compression, 1 to 100.
 
     Raises:
@@ -107,7 +109,8 @@ def render(
     background = street(size, wardrobe.trousers, rng)
     light = light_fields(size, frames, rng)
     path = start[0] + leg_px * (gait.pose[moments, 0] - gait.pose[moments[0], 0])
-    shrubs = foreground(size, [np.quantile(path, rng.uniform(*place)) for place in SHRUBS], rng)
+    places_on_path = [float(np.quantile(path, rng.uniform(*place))) for place in SHRUBS]
+    front = foreground(size, places_on_path if shrubs else [], rng)
     shadow = np.array([rng.uniform(-0.55, 0.55), rng.uniform(0.16, 0.24)])
     painter = Painter(build, wardrobe, leg_px, (height, width))
 
@@ -117,13 +120,13 @@ def render(
         layer, visible_now = _expose(painter, window, start)
         ground = background * _shadow(layer[..., 3], start[1], shadow)[..., None]
         picture = ground * (1.0 - layer[..., 3:]) + layer[..., :3]
-        picture = picture * (1.0 - shrubs[..., 3:]) + shrubs[..., :3]
+        picture = picture * (1.0 - front[..., 3:]) + front[..., :3]
         picture *= cv2.resize(light[t], size, interpolation=cv2.INTER_LINEAR)[..., None]
         images.append(_develop(picture[:, ::facing], rng))
         visible.append(visible_now)
 
     places = _pixels(joint_places(build, gait.at(moments)), leg_px, start)
-    covered = {name: _under(shrubs[..., 3], at) for name, at in places.items()}
+    covered = {name: _under(front[..., 3], at) for name, at in places.items()}
     if facing < 0:
         places = {
             name: np.array([width - 1, 0.0]) + np.array([-1.0, 1.0]) * at for name, at in places.items()

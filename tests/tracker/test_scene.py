@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @pytest.fixture(scope="module", params=[1, 2], ids=["seed 1", "seed 2"])
 def scene(request: pytest.FixtureRequest) -> Scene:
-    return render(request.param)
+    return render(request.param, shrubs=False)
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +143,14 @@ def test_a_far_joint_behind_the_near_leg_is_flagged_hidden_and_one_in_the_open_v
     assert crossings >= 5
     for name in ("head_top", "near_knee", "near_ankle", "near_toe"):
         assert scene.visible[name].mean() > 0.9
+
+
+def test_shrubs_hide_both_legs_for_a_while_and_leave_the_head_free():
+    behind = render(1)
+    for name in ("near_ankle", "far_ankle", "near_knee"):
+        assert 4 <= (~behind.visible[name]).sum() <= len(behind.images) // 2
+    assert behind.visible["head_top"].all()
+    assert behind.visible["near_ankle"][0]
 
 
 def test_a_swinging_arm_hides_the_hip_now_and_then(scene):
