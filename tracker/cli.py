@@ -80,7 +80,7 @@ def figtrack(
 @app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("figtrack-demo"),
-    seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 9,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,

@@ -6,27 +6,35 @@ from tempfile import TemporaryDirectory
 
 from tracker.clip import Job, follow
 from tracker.compare import places, score
-from tracker.demo import MODELS, write_scene
+from tracker.demo import write_scene
 from tracker.keypoints import read_keypoints
 from tracker.progress import Progress
 from tracker.scene import render
+from tracker.settings import Settings
 
 SEEDS = range(10)
+CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (6.0, 0.03), (8.0, 0.04))  # degrees, leg lengths a frame
 
 
-def lost_frames(seed: int) -> dict[str, int | None]:
-    """Where each of the demo's models is lost on the very clip that the demo makes."""
+def followed(seed: int) -> tuple[bool, list[bool]]:
+    """Whether the learned model, and constant velocity at each noise, follow the demo's clip to its end."""
     with TemporaryDirectory() as folder:
         video, marks = write_scene(render(seed), Path(folder))
         truth = read_keypoints(marks)
-        runs = {model: follow(Job(video, truth, model), Progress("quiet")) for model in MODELS}
-        return {m: score(truth, places(run.track), 0).first_failure_frame for m, run in runs.items()}
+
+        def never_lost(model: str, settings: Settings) -> bool:
+            run = follow(Job(video, truth, model, settings), Progress("quiet"))
+            return score(truth, places(run.track), 0).first_failure_frame is None
+
+        rivals = [never_lost("cv", Settings(cv_angle=a, cv_place=p)) for a, p in CV_NOISES]
+        return never_lost("walk-run", Settings()), rivals
 
 
-def test_constant_velocity_loses_the_demo_walk_and_the_learned_model_does_not_for_eight_of_ten_seeds() -> (
-    None
-):
+def test_the_learned_model_follows_the_demo_walk_where_constant_velocity_at_its_best_noise_does_not() -> None:
     with ProcessPoolExecutor(2) as pool:
-        lost = dict(zip(SEEDS, pool.map(lost_frames, SEEDS), strict=True))
-    parted = [seed for seed, at in lost.items() if at["cv"] is not None and at["walk-run"] is None]
-    assert len(parted) >= 8, lost
+        results = list(pool.map(followed, SEEDS))
+    best = max(range(len(CV_NOISES)), key=lambda i: sum(rivals[i] for _, rivals in results))
+    parted = [
+        seed for seed, (learned, rivals) in zip(SEEDS, results, strict=True) if learned and not rivals[best]
+    ]
+    assert len(parted) >= 8, (CV_NOISES[best], results)
