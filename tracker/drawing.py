@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.spm import skeleton
 from tracker.store import Track
 from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw
 
@@ -33,15 +34,12 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     if not 0 <= t < len(track):
         return draw(image, caption=f"{title}frame {frame}: not tracked", scale=scale)
     places, covs = _joints_at(track, t)
+    starts = track.view.to_pixels(skeleton(track.figure, track.q[t]).start)
     order = sorted(range(len(track.figure.links)), key=lambda i: track.figure.links[i].layer)
     shades = colours(track)
-    segments = [
-        Segment(places[_base_of(track, i)], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5))
-        for i in order
-    ]
+    segments = [Segment(starts[i], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5)) for i in order]
     ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in order]
-    label = track.labels[track.s[t]]
-    state = f"  {label} state {track.s[t]}" if len(track.labels) > 1 else f"  {label}"
+    state = f"  {track.labels[track.s[t]]} state {track.s[t]}" if len(track.labels) > 1 else ""
     outcome = "" if track.outcome[t] == "ok" else f"  {track.outcome[t]}"
     return draw(image, segments, ellipses, f"{title}frame {frame}{state}{outcome}", scale=scale)
 
@@ -49,8 +47,3 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
 def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     one = replace(track, q=track.q[t : t + 1], cov=track.cov[t : t + 1])
     return one.joints()[0], one.joint_covs()[0]
-
-
-def _base_of(track: Track, i: int) -> int:
-    """Position among the joints of the joint that link i starts at."""
-    return track.figure.parents[i] + 1
