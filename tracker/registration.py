@@ -7,7 +7,8 @@ Gauss-Newton steps, on coarse and then on fine blurs, on
 
     n mean_p rho(|I(p(q)) - T_p - o|^2 / sigma^2) / 2  +  (q - m)' P^-1 (q - m) / 2
 
-The classic mode is the papers': grey templates of the first frame, plain squares, no prior in the climb.
+The classic mode is the papers': grey templates of the first frame, plain squares, no prior in the climb (but on
+the lengths, which the papers' figure did not leave free).
 n is tempered: neighbouring pixels err together, and only a share of them counts. The mean makes poses that
 hide different points comparable. What is handed on is the likelihood's own linearisation at the mode, so that
 the filter adds the prior once.
@@ -29,6 +30,7 @@ from tracker.template import Templates
 FEWEST = 6  # points of a link that an offset of light is worked out from
 SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
 SMALL_GAIN = 1e-2  # nats
+LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
 HEAVIEST = 10.0  # damping beyond which no step helps
 
 
@@ -122,7 +124,7 @@ class _Search:
         self.templates, self.figure, self.view, self.settings = templates, figure, view, settings
         self.full = settings.mode == "full"
         self.mean = prior.mean
-        self.precision = np.linalg.inv(prior.cov) if self.full else np.zeros_like(prior.cov)
+        self.precision = np.linalg.inv(prior.cov) if self.full else _lengths_only(prior.cov, figure)
         self.count = settings.tempering * len(templates.link)
         self.low, self.high = figure.limits
 
@@ -136,6 +138,7 @@ class _Search:
             slope = gradient + self.precision @ (fit.q - self.mean)
             # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
             step = -np.linalg.solve(H + np.diag(damping * np.diag(H) + 1e-9), slope)
+            step *= min(1.0, LONGEST_STEP / float(np.abs(step).max()))
             trial = self.compare(number, level, fit.q + step)
             gain = cost - self.objective(trial)
             if gain > 0.0:
@@ -209,6 +212,14 @@ class _Search:
         t = self.templates
         pixels = self.view.to_pixels(surface(skeleton(self.figure, q), t.link, t.along, t.across))
         return np.stack([sample(level, pixels)[0] - fit.offset[t.link] for level in levels])
+
+
+def _lengths_only(cov: Array, figure: Figure) -> Array:
+    """(D, D) precision of scale and stretches alone."""
+    precision = np.zeros_like(cov)
+    lengths = slice(len(figure.pose_freedoms), None)
+    precision[lengths, lengths] = np.linalg.inv(cov[lengths, lengths])
+    return precision
 
 
 def _offsets(residual: Array, link: NDArray[np.intp], visible: NDArray[np.bool_], offset: Array) -> Array:
