@@ -7,8 +7,9 @@ Gauss-Newton steps, on coarse and then on fine blurs, on
 
     n mean_p rho(|I(p(q)) - T_p - o|^2 / sigma^2) / 2  +  (q - m)' P^-1 (q - m) / 2
 
-The classic mode is the papers': grey templates of the first frame, plain squares, no prior in the climb (but on
-the lengths, which the papers' figure did not leave free).
+The classic mode is the papers': grey templates of the first frame, plain squares, no prior in the climb but
+on the lengths, which the papers' figure did not leave free.
+
 n is tempered: neighbouring pixels err together, and only a share of them counts. The mean makes poses that
 hide different points comparable. What is handed on is the likelihood's own linearisation at the mode, so that
 the filter adds the prior once.
@@ -138,7 +139,7 @@ class _Search:
             slope = gradient + self.precision @ (fit.q - self.mean)
             # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
             step = -np.linalg.solve(H + np.diag(damping * np.diag(H) + 1e-9), slope)
-            step *= min(1.0, LONGEST_STEP / float(np.abs(step).max()))
+            step *= LONGEST_STEP / max(float(np.abs(step).max()), LONGEST_STEP)
             trial = self.compare(number, level, fit.q + step)
             gain = cost - self.objective(trial)
             if gain > 0.0:
