@@ -177,10 +177,14 @@ def compare(
 
 @app.command()
 def learn(
+    poses: Annotated[list[Path] | None, typer.Argument(help="Pose tables, all at --fps.")] = None,
     trials: Annotated[
-        Path, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")
-    ],
-    label: Annotated[list[str] | None, typer.Option(help="Activities to learn [default: walk run].")] = None,
+        Path | None, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")
+    ] = None,
+    label: Annotated[
+        list[str] | None,
+        typer.Option(help="Activities to learn [default: walk and run, or all labels of the pose tables]."),
+    ] = None,
     exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = "",
     licence: Annotated[
         list[str] | None,
@@ -200,16 +204,19 @@ def learn(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Learn a motion model from motion capture.
+    """Learn a motion model from motion capture or from pose tables.
 
     Example: figtrack learn --trials trials.csv --label walk --label run --states 4 --out gait.npz
     """
+    if (trials is None) == (not poses):
+        raise typer.BadParameter("give either --trials TABLE or pose tables, one of the two")
     with _plain_errors():
         from tracker.learning import Request, learn_model
 
         request = Request(
             trials=trials,
-            labels=tuple(dict.fromkeys(label or ("walk", "run"))),
+            poses=tuple(poses or ()),
+            labels=tuple(dict.fromkeys(label or ())),
             excluded=tuple(name.strip() for name in exclude_subjects.split(",") if name.strip()),
             licences=tuple(licence or ()),
             states=states,

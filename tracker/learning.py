@@ -9,18 +9,28 @@ import numpy as np
 from dynamics.em import Options
 from dynamics.slds import SLDS
 from dynamics.store import save
-from kinematics.mocap import Trial, read_trials, sequences
+from kinematics.mocap import POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
 from tracker.folder import fresh_file
 from tracker.models import learn_motions
+from tracker.poses import read_poses
 from tracker.progress import Progress
 from tracker.sampling import Array
+
+Data = list[tuple[str, str, Array]]
+ACTIVITIES = ("walk", "run")
+UNLABELLED = "motion"
 
 
 @dataclass(frozen=True)
 class Request:
-    """What to learn, as `figtrack learn` asks; `noise` is in degrees, `states` are per activity."""
+    """What to learn, as `figtrack learn` asks; `noise` is in degrees, `states` are per activity.
 
-    trials: Path
+    trials : table of captures, or None to learn from `poses`, pose tables at `fps`
+    labels : activities to learn; () for walk and run, or for all that the pose tables name
+    """
+
+    trials: Path | None
+    poses: tuple[Path, ...]
     labels: tuple[str, ...]
     excluded: tuple[str, ...]
     licences: tuple[str, ...]
@@ -42,41 +52,62 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         FolderError: a place that cannot be written, or a model of that name is there already.
     """
     with fresh_file(out, overwrite=overwrite) as aside:
-        trials = [trial for trial in read_trials(request.trials) if _wanted(trial, request)]
-        data = _read(trials, request, progress)
+        if request.trials is None:
+            data, terms = _read_tables(request)
+        else:
+            data, terms = _read_captures(request.trials, request, progress)
         slds = _learn(data, request, progress)
         subjects = sorted({subject for subject, _, _ in data})
-        terms = sorted({trial.licence for trial in trials})
         origin = f"{len(data)} sequences of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
         save(slds, aside, origin)
     return f"{out}: {slds.K} states, order {slds.order}, {slds.fps:g} frames a second, from {origin}"
 
 
-def _wanted(trial: Trial, request: Request) -> bool:
-    licensed = not request.licences or any(text.lower() in trial.licence.lower() for text in request.licences)
-    return trial.activity in request.labels and trial.subject not in request.excluded and licensed
-
-
-def _read(trials: Sequence[Trial], request: Request, progress: Progress) -> list[tuple[str, str, Array]]:
-    """Subject, label and poses of every sequence."""
-    data: list[tuple[str, str, Array]] = []
+def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[Data, list[str]]:
+    """Subject, label and poses of every sequence of the captures, and their terms of use."""
+    labels = request.labels or ACTIVITIES
+    trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels)]
+    data: Data = []
     with progress.task("reading captures", len(trials)) as advance:
         for trial in trials:
             data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps)]
             advance()
+    _check_labels(data, labels, str(table), "check --label, --licence and --exclude-subjects")
+    return data, sorted({trial.licence for trial in trials})
+
+
+def _read_tables(request: Request) -> tuple[Data, list[str]]:
+    """The same of pose tables: a file is a subject, a gap ends a sequence, no label is a label of its own."""
+    runs = [
+        (path.stem, label or UNLABELLED, y)
+        for path in request.poses
+        for sequence in read_poses(path)
+        for label, y in sequence.runs()
+        if len(y) >= SHORTEST
+    ]
+    data = [run for run in runs if not request.labels or run[1] in request.labels]
+    wanted = request.labels or tuple({label for _, label, _ in runs}) or (UNLABELLED,)
+    names = ", ".join(str(path) for path in request.poses)
+    advice = f"rows need all of {','.join(POSE_COLUMNS)}, {SHORTEST} frames or more without a gap"
+    _check_labels(data, wanted, names, advice)
+    return data, ["those of the tables"]
+
+
+def _wanted(trial: Trial, request: Request, labels: Sequence[str]) -> bool:
+    licensed = not request.licences or any(text.lower() in trial.licence.lower() for text in request.licences)
+    return trial.activity in labels and trial.subject not in request.excluded and licensed
+
+
+def _check_labels(data: Data, labels: Sequence[str], source: str, advice: str) -> None:
     found = {label for _, label, _ in data}
-    missing = [label for label in request.labels if label not in found]
+    missing = [label for label in labels if label not in found]
     if missing:
-        raise ValueError(
-            f"{request.trials} leaves no sequences of {', '.join(map(repr, missing))}; "
-            "check --label, --licence and --exclude-subjects"
-        )
-    return data
+        raise ValueError(f"{source} leaves no sequences of {', '.join(map(repr, missing))}; {advice}")
 
 
-def _learn(data: Sequence[tuple[str, str, Array]], request: Request, progress: Progress) -> SLDS:
+def _learn(data: Data, request: Request, progress: Progress) -> SLDS:
     options = Options(states=request.states, order=request.order, rounds=request.rounds, seed=request.seed)
-    groups = 1 if request.pooled else len(request.labels)
+    groups = 1 if request.pooled else len({label for _, label, _ in data})
     with progress.task("learning", groups * request.rounds) as advance:
         return learn_motions(
             data,

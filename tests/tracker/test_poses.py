@@ -1,0 +1,109 @@
+"""Pose tables in: sequences, gaps, labels, and what is wrong with a table."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from kinematics.mocap import POSE_COLUMNS
+from tests.tracker.clips import figtrack, refused
+from tracker.poses import PosesError, read_poses
+
+HEADER = "seq,frame," + ",".join(POSE_COLUMNS) + ",label"
+
+
+def table(tmp_path, *rows, header=HEADER):
+    path = tmp_path / "poses.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+def row(frame, label="walk", seq="a", angle=10.0):
+    return f"{seq},{frame},0.1,0.2,{angle},0,30,45,-20,5,{label}"
+
+
+def test_angles_come_in_degrees_and_leave_in_radians(tmp_path):
+    (sequence,) = read_poses(table(tmp_path, row(3)))
+    assert (sequence.name, sequence.first, sequence.labels) == ("a", 3, ("walk",))
+    assert_allclose(sequence.y[0], [0.1, 0.2, *np.radians([10, 0, 30, 45, -20, 5])], rtol=1e-15)
+
+
+def test_columns_may_stand_in_any_order_and_root_and_seq_may_be_missing(tmp_path):
+    names = [*reversed(POSE_COLUMNS[2:]), "frame"]
+    (sequence,) = read_poses(table(tmp_path, "1,2,3,4,5,6,0", header=",".join(names)))
+    assert np.isnan(sequence.y[0, :2]).all()
+    assert_allclose(np.degrees(sequence.y[0, 2:]), [6, 5, 4, 3, 2, 1])
+
+
+def test_frames_left_out_are_rows_of_missing_data(tmp_path):
+    (sequence,) = read_poses(table(tmp_path, row(4), row(1)))
+    assert sequence.first == 1
+    assert np.isnan(sequence.y).all(axis=1).tolist() == [False, True, True, False]
+
+
+def test_a_run_ends_at_a_gap_at_an_empty_cell_and_at_another_label(tmp_path):
+    rows = [row(0), row(1), row(3), "a,4,0,0,,0,0,0,0,0,walk", row(5), row(6, "run"), row(0, seq="b")]
+    first, second = read_poses(table(tmp_path, *rows))
+    assert [(label, len(y)) for label, y in first.runs()] == [
+        ("walk", 2),
+        ("walk", 1),
+        ("walk", 1),
+        ("run", 1),
+    ]
+    assert [(label, len(y)) for label, y in second.runs()] == [("walk", 1)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ((), "no poses"),
+        ((row(0), row(0)), "line 3: frame 0 is given twice"),
+        ((row(0, angle="nan"),), "line 2: torso must be a finite number or empty; got 'nan'"),
+        ((row(0, angle="ten"),), "torso must be a finite number"),
+        ((row("x"),), "frame must be a finite number"),
+        ((row(""),), "frame must be a whole number"),
+        ((row(1.5),), "frame must be a whole number"),
+    ],
+)
+def test_a_spoiled_table_is_refused_in_one_line(tmp_path, rows, said):
+    with pytest.raises(PosesError, match=said):
+        read_poses(table(tmp_path, *rows))
+
+
+def test_a_table_without_angles_says_what_the_header_is(tmp_path):
+    with pytest.raises(PosesError, match=r"column 'torso' is missing; the header is seq,frame,root_x"):
+        read_poses(table(tmp_path, "0,0", header="seq,frame"))
+
+
+def gait(tmp_path, name, label, stride):
+    """Forty frames of a made-up gait, each leg a sine, half a stride apart."""
+    rng = np.random.default_rng(1)
+    lines = [HEADER]
+    for t in range(40):
+        turn = 2 * np.pi * t / stride
+        legs = [30 * np.sin(turn), 30 + 20 * np.cos(turn), -30 * np.sin(turn), 30 - 20 * np.cos(turn)]
+        pose = np.array([0.05 * t, 0.02 * np.cos(2 * turn), 2, 0, *legs]) + rng.normal(scale=0.05, size=8)
+        lines.append(f"0,{t}," + ",".join(f"{v:.5f}" for v in pose) + f",{label}")
+    path = tmp_path / name
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a_model_is_learned_from_pose_tables_one_motion_a_label(tmp_path):
+    tables = [gait(tmp_path, "a.csv", "walk", 34), gait(tmp_path, "b.csv", "run", 22)]
+    found = figtrack("learn", *tables, "--states", 1, "--out", tmp_path / "m.npz")
+    assert found.exit_code == 0, found.stderr
+    assert "2 states, order 2, 30 frames a second, from 2 sequences of subjects a, b" in found.stdout
+
+
+def test_pose_tables_without_the_root_cannot_be_learned_from(tmp_path):
+    path = gait(tmp_path, "a.csv", "walk", 34)
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    path.write_text("\n".join(",".join(cells[:2] + cells[4:]) for cells in lines) + "\n")
+    assert "rows need all of root_x,root_y" in refused("learn", path, "--out", tmp_path / "m.npz")
+    assert not (tmp_path / "m.npz").exists()
+
+
+def test_either_trials_or_pose_tables_are_wanted(tmp_path):
+    found = figtrack("learn", gait(tmp_path, "a.csv", "walk", 34), "--trials", "t.csv")
+    assert found.exit_code == 2
+    assert "one of the two" in found.stderr
