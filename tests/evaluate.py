@@ -25,8 +25,8 @@ from tracker.settings import Settings
 
 MODELS = ("walk-run", "walk-run-1", "cv")
 CLASSIC = ("walk-run", "cv")
-CV_ANGLES = (2.0, 4.0, 6.0, 8.0)
-CV_PLACES = (0.01, 0.02, 0.03, 0.04)
+CV_ANGLES = (2.0, 3.0, 4.0, 6.0)
+CV_PLACES = (0.01, 0.02, 0.04, 0.06)
 INFLATIONS = (2.0, 4.0, 6.0, 8.0)
 
 

@@ -13,7 +13,7 @@ from tracker.scene import render
 from tracker.settings import Settings
 
 SEEDS = range(10)
-CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (6.0, 0.03), (8.0, 0.04))  # degrees, leg lengths a frame
+CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (4.0, 0.04), (8.0, 0.04))  # degrees, leg lengths a frame
 
 
 def followed(seed: int) -> tuple[bool, list[bool]]:
