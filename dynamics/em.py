@@ -57,7 +57,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Prior:
-    """Priors scaled from the data; see `slds_prior`.
+    """Priors scaled from the data; see `data_prior`.
 
     ridge : of the regression
     R     : (M,) diagonal of the inverse-Wishart scale of R, and its count
@@ -163,27 +163,23 @@ def maximise(
     )
 
 
-def anywhere(slds: SLDS, ys: Sequence[Array], posteriors: Sequence[Posterior]) -> SLDS:
+def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
     """The same system whose first frame may fall anywhere in the motion.
 
     mean0 and cov0 become each state's moments over all frames, with travelling freedoms counted from where
     they are now. A tracker meets a figure in the middle of its stride, not where a capture was cut.
     """
-    d = len(slds.names)
     moves = np.array([name in slds.travelling for name in slds.names])
     mean0, cov0, share = slds.mean0.copy(), slds.cov0.copy(), np.zeros(slds.K)
-    relative = np.eye(slds.A.shape[-1])
-    for lag in range(slds.order):
-        relative[lag * d + np.flatnonzero(moves), np.flatnonzero(moves)] -= 1.0
     prob = np.concatenate([p.prob[1:] for p in posteriors])
-    mean = np.concatenate([p.states.mean[1:] for p in posteriors]) @ relative.T
+    mean = np.concatenate([p.states.mean[1:] for p in posteriors]) @ slds.from_here.T
     for k in range(slds.K):
         share[k] = prob[:, k].sum()
         if share[k] > 1.0:
             w = prob[:, k] / share[k]
             mean0[k] = w @ mean
             cov0[k] = (w[:, None] * (mean - mean0[k])).T @ (mean - mean0[k])
-    floor = 1e-6 * np.eye(len(relative)) + np.diag(np.tile(moves * 1e-4, slds.order))
+    floor = 1e-6 * np.eye(mean.shape[1]) + np.diag(np.tile(moves * 1e-4, slds.order))
     return replace(slds, mean0=mean0, cov0=symmetric(cov0) + floor, pi0=share / share.sum())
 
 

@@ -48,7 +48,7 @@ def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
     d = len(slds.names)
     shape = form(slds.names, slds.travelling, slds.order)
     pick = np.kron(np.stack([_cubic(time, run) for time in times]), np.eye(d))
-    relative = _from_here(slds)
+    relative = slds.from_here
     V, mean0, cov0 = [], [], []
     for k in range(slds.K):
         mean, cov = _run_moments(slds, k, run)
@@ -107,16 +107,6 @@ def _cubic(time: float, run: int) -> Array:
         others = nodes[nodes != i]
         weights[i] = np.prod((time - others) / (i - others))
     return weights
-
-
-def _from_here(slds: SLDS) -> Array:
-    """(N, N): takes the travelling freedoms' present place off all lags."""
-    d = len(slds.names)
-    matrix = np.eye(slds.order * d)
-    for i, name in enumerate(slds.names):
-        if name in slds.travelling:
-            matrix[i::d, i] -= 1.0
-    return matrix
 
 
 def _floored(Q: Array, old: Array, d: int) -> Array:

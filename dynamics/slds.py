@@ -93,6 +93,16 @@ class SLDS:
         """The first frame's belief, one Gaussian a switching state."""
         return Gaussian(self.mean0, self.cov0)
 
+    @property
+    def from_here(self) -> Array:
+        """(N, N): takes the travelling freedoms' present place off all lags of a state."""
+        d = len(self.names)
+        matrix = np.eye(self.order * d)
+        for i, name in enumerate(self.names):
+            if name in self.travelling:
+                matrix[i::d, i] -= 1.0
+        return matrix
+
     def sample(self, T: int, rng: np.random.Generator) -> tuple[NDArray[np.intp], Array, Array]:
         """Draw switching states (T,), states (T, N) and measurements (T, M)."""
         N = self.A.shape[-1]

@@ -94,7 +94,7 @@ def learn_motions(
             weights=weights,
             progress=report,
         )
-        models.append(anywhere(fit.slds, poses, viterbi_all(fit.slds, poses)))
+        models.append(anywhere(fit.slds, viterbi_all(fit.slds, poses)))
     return combine(models)
 
 

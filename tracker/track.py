@@ -30,7 +30,6 @@ from tracker.template import Templates, cut
 
 Image = NDArray[np.uint8]
 
-HOPELESS = 1e6  # nats: a hypothesis that has not been registered
 OK, HIDDEN, LOST, OUTSIDE = "ok", "hidden", "lost", "outside"
 
 

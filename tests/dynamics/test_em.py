@@ -337,7 +337,7 @@ def test_a_start_anywhere_has_the_moments_of_all_frames(order, rng):
     slds = random_slds(2, order=order, travelling=("a",), noise=0.1, rng=rng)
     ys = drawn(slds, (400, 400), rng)
     posteriors = viterbi_all(slds, ys)
-    start = anywhere(slds, ys, posteriors)
+    start = anywhere(slds, posteriors)
     x = np.concatenate([p.states.mean[1:] for p in posteriors])
     s = np.concatenate([p.path[1:] for p in posteriors])
     place = np.tile([1.0, 0.0], order) * x[:, :1]
