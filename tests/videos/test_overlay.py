@@ -81,10 +81,12 @@ def test_an_ellipse_leans_with_its_covariance():
 
 
 def test_a_point_known_exactly_or_not_at_all_is_drawn():
-    draw(
-        ground(),
-        ellipses=[Ellipse((80, 60), np.zeros((2, 2)), NEAR), Ellipse((80, 60), 1e16 * np.eye(2), FAR)],
-    )
+    exact = draw(ground(), ellipses=[Ellipse((80, 60), np.zeros((2, 2)), NEAR)])
+    changed = np.argwhere((exact != ground()).any(axis=-1))
+    assert_allclose(changed.mean(axis=0), (60, 80), atol=1.0)
+    assert len(changed) < 200  # a dot, with its outline
+    unknown = draw(ground(), ellipses=[Ellipse((80, 60), 1e16 * np.eye(2), FAR)])
+    assert unknown.shape == ground().shape
 
 
 def test_a_figure_lost_far_outside_leaves_the_frame_as_it_is():
