@@ -3,9 +3,14 @@
 Särkkä, Bayesian Filtering and Smoothing (2013), theorems 4.2 and 8.2, with an affine offset b.
 """
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, symmetric, transpose
+
+CORNER = 1e300  # of a bordered covariance: beyond any squared distance, and nothing else depends on it
 
 
 def predict(prior: Gaussian, A: Array, b: Array, Q: Array) -> Gaussian:
@@ -26,28 +31,42 @@ def innovation(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Array, Ar
         e (..., M), zero where missing; C and S = C P C' + R with missing rows cut off (zero rows of C, unit
         rows of S); R likewise.
     """
-    seen = ~np.isnan(y)
-    if not seen.all():
-        both = seen[..., :, None] & seen[..., None, :]
-        C = np.where(seen[..., None], C, 0.0)
-        R = np.where(both, R, np.eye(y.shape[-1]))
-    e = np.where(seen, np.nan_to_num(y) - apply(C, prior.mean), 0.0)
-    return e, C, symmetric(C @ prior.cov @ transpose(C) + R), R
+    missing = np.isnan(y)
+    if missing.any():
+        either = missing[..., :, None] | missing[..., None, :]
+        y = np.where(missing, 0.0, y)
+        C = np.where(missing[..., None], 0.0, C)
+        R = np.where(either, np.eye(y.shape[-1]), R)
+    return y - apply(C, prior.mean), C, symmetric(C @ prior.cov @ transpose(C) + R), R
 
 
 def log_likelihood(e: Array, S: Array, seen: Array) -> Array:
-    """log N(e; 0, S) in nats over the entries that were measured; `seen` (...,) counts them."""
-    root = np.linalg.cholesky(S)
-    white = np.linalg.solve(root, e[..., None])[..., 0]
-    log_det = 2.0 * np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(-1)
-    density: Array = -0.5 * ((white**2).sum(-1) + log_det + seen * LOG_2PI)
+    """log N(e; 0, S) in nats over the entries that were measured; `seen` (...,) counts them.
+
+    Raises:
+        numpy.linalg.LinAlgError: S is not positive definite.
+    """
+    M = e.shape[-1]
+    bordered = np.full((*np.broadcast(e[..., 0], S[..., 0, 0]).shape, M + 1, M + 1), CORNER)
+    bordered[..., :M, :M], bordered[..., M, :M] = S, e
+    density: Array = -surprise(bordered) - 0.5 * LOG_2PI * seen
     return density
+
+
+def surprise(bordered: Array) -> Array:
+    """e' S^-1 e / 2 + log |S| / 2, from the lower triangle of [[S, e], [e', CORNER]], (..., M+1, M+1).
+
+    The Cholesky factor of that has the one of S, L, and below it (L^-1 e)': one factorisation gives both
+    terms.
+    """
+    root = np.linalg.cholesky(bordered)
+    diagonal = root.diagonal(axis1=-2, axis2=-1)[..., :-1]
+    half: Array = (0.5 * root[..., -1, :-1] ** 2 + np.log(diagonal)).sum(-1)
+    return half
 
 
 def update(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Gaussian, Array]:
     """Condition on one linear measurement, y = C x + w, w ~ N(0, R); NaN entries were not measured.
-
-    The covariance is in Joseph form, which rounding does not turn indefinite.
 
     Returns:
         The posterior over x, and log N(y; C mean, S) in nats.
@@ -56,11 +75,22 @@ def update(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Gaussian, Arr
         numpy.linalg.LinAlgError: S is not positive definite.
     """
     e, C, S, R = innovation(prior, y, C, R)
-    gain = transpose(np.linalg.solve(S, C @ prior.cov))
-    I_gC = np.eye(prior.mean.shape[-1]) - gain @ C
-    cov = I_gC @ prior.cov @ transpose(I_gC) + gain @ R @ transpose(gain)
-    posterior = Gaussian(prior.mean + apply(gain, e), symmetric(cov))
-    return posterior, log_likelihood(e, S, (~np.isnan(y)).sum(-1))
+    return condition(prior, e, C, S, R), log_likelihood(e, S, (~np.isnan(y)).sum(-1))
+
+
+def condition(prior: Gaussian, e: Array, C: Array, S: Array, R: Array) -> Gaussian:
+    """The posterior over x given what `innovation` returns.
+
+    The covariance is in Joseph form, (I - gain C) P (I - gain C)' + gain R gain', which rounding does not
+    turn indefinite; its left factor is multiplied out first, which takes the fewest products. Where C has
+    zero rows and S unit rows, those of R do not matter.
+    """
+    cross = C @ prior.cov
+    gain_T = np.linalg.solve(S, cross)
+    gain = transpose(gain_T)
+    left = prior.cov - gain @ cross
+    cov = left - (left @ transpose(C) - gain @ R) @ gain_T
+    return Gaussian(prior.mean + apply(gain, e), symmetric(cov))
 
 
 def update_information(prior: Gaussian, C: Array, information: Array, vector: Array) -> Gaussian:
@@ -81,14 +111,11 @@ def update_information(prior: Gaussian, C: Array, information: Array, vector: Ar
         return prior
     factor = axes[:, told] * np.sqrt(strength[told])
     y = (axes[:, told].T @ vector) / np.sqrt(strength[told])
-    return update(prior, y, factor.T @ C, np.eye(len(y)))[0]
+    return condition(prior, *innovation(prior, y, factor.T @ C, np.eye(len(y))))
 
 
 def smooth(filtered: Gaussian, later: Gaussian, A: Array, b: Array, Q: Array) -> tuple[Gaussian, Array]:
     """Rauch-Tung-Striebel: the belief at t given all frames, from the one at t + 1.
-
-    In the form that is a sum of positive semidefinite terms. The predicted covariance of a companion state
-    may be singular to rounding; its diagonal is then raised by 1e-12 of its size.
 
     Args:
         filtered: belief at t given the frames up to t.
@@ -97,11 +124,50 @@ def smooth(filtered: Gaussian, later: Gaussian, A: Array, b: Array, Q: Array) ->
     Returns:
         The belief at t given all frames, and Cov(x_{t+1}, x_t) (..., N, N).
     """
+    back = reverse(filtered, A, b, Q)
+    return back.step(later), back.lag(later.cov)
+
+
+@dataclass(frozen=True)
+class Reverse:
+    """The dynamics from t + 1 back to t, given the frames up to t.
+
+    x_t = rest.mean + gain (x_{t+1} - ahead) + u, u ~ N(0, rest.cov), which depends on no later frame: the
+    ways back of all frames can be had at once.
+
+    rest  : mean (..., N), cov (..., N, N)
+    gain  : (..., N, N)
+    ahead : (..., N) mean of x_{t+1} given the frames up to t
+    """
+
+    rest: Gaussian
+    gain: Array
+    ahead: Array
+
+    def __getitem__(self, index: Any) -> "Reverse":
+        """Those at an index of the leading axes."""
+        return Reverse(self.rest[index], self.gain[index], self.ahead[index])
+
+    def step(self, later: Gaussian) -> Gaussian:
+        """The belief at t given all frames, from the one at t + 1."""
+        mean = self.rest.mean + apply(self.gain, later.mean - self.ahead)
+        return Gaussian(mean, symmetric(self.rest.cov + self.gain @ later.cov @ transpose(self.gain)))
+
+    def lag(self, later: Array) -> Array:
+        """Cov(x_{t+1}, x_t) given all frames, from Cov(x_{t+1}) given them."""
+        return np.asarray(later @ transpose(self.gain))
+
+
+def reverse(filtered: Gaussian, A: Array, b: Array, Q: Array) -> Reverse:
+    """The way back to t from the belief at t given the frames up to t.
+
+    In the form that is a sum of positive semidefinite terms. The predicted covariance of a companion state
+    may be singular to rounding; its diagonal is then raised by 1e-12 of its size.
+    """
     predicted = predict(filtered, A, b, Q)
     size = np.diagonal(predicted.cov, axis1=-2, axis2=-1)
     P = predicted.cov + 1e-12 * np.eye(size.shape[-1]) * size[..., None, :]
     gain = transpose(np.linalg.solve(P, A @ filtered.cov))
     I_gA = np.eye(size.shape[-1]) - gain @ A
-    mean = filtered.mean + apply(gain, later.mean - predicted.mean)
-    cov = I_gA @ filtered.cov @ transpose(I_gA) + gain @ (Q + later.cov) @ transpose(gain)
-    return Gaussian(mean, symmetric(cov)), later.cov @ transpose(gain)
+    cov = I_gA @ filtered.cov @ transpose(I_gA) + gain @ Q @ transpose(gain)
+    return Reverse(Gaussian(filtered.mean, cov), gain, predicted.mean)

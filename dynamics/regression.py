@@ -97,10 +97,11 @@ def solve(V: Array, n: Array, shape: Form, ridge: Ridge) -> tuple[Array, Array, 
     apart = B - shape.steady
     scatter = E + apart @ K0 @ transpose(apart) + np.diag(ridge.noise)
     noise = symmetric(scatter) / (n + ridge.count + np.count_nonzero(ridge.strength))[:, None, None]
-    return _companion(shape, B, noise)
+    return companion(shape, B, noise)
 
 
-def _companion(shape: Form, B: Array, noise: Array) -> tuple[Array, Array, Array]:
+def companion(shape: Form, B: Array, noise: Array) -> tuple[Array, Array, Array]:
+    """A (K, N, N), b (K, N), Q (K, N, N) of coefficients and offsets B (K, d, N' + 1), noise (K, d, d)."""
     K = len(B)
     d, N = shape.carry.shape
     A, b, Q = np.zeros((K, N, N)), np.zeros((K, N)), np.zeros((K, N, N))

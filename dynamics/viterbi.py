@@ -4,6 +4,12 @@ Pavlović et al. (1999), equations 2 to 12, read with these corrections: the cos
 log of the innovation's likelihood (equation 6, constants kept, so that -J is a log-likelihood), covariances
 are those at time t, and J_0 is the same with the first frame's prior. Of every state only the best
 predecessor is kept, so the path may differ from the exact best one; its cost is the exact -log p(Y, S*).
+
+Only the innovation is needed to choose the predecessor j of a state i. With G_i = C A_i,
+
+    e_ji = y_t - C b_i - G_i x_j,   S_ji = G_i P_j G_i' + C Q_i C' + R,
+
+and just the K chosen beliefs are predicted and updated in full. Time grows with K^2, memory with T.
 """
 
 from collections.abc import Sequence
@@ -12,136 +18,172 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply, transpose
-from dynamics.kalman import log_likelihood, predict, smooth, update
+from dynamics.frames import Frames, in_batches
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, transpose
+from dynamics.kalman import CORNER, condition, predict, reverse, surprise, update
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
-BATCH = 64  # sequences filtered at a time: beyond this the stacks leave the cache and nothing is gained
+CHUNK = 128  # steps whose way back is computed at a time: more of them leave the cache
 
 
-def viterbi(slds: SLDS, y: Array) -> Posterior:
-    """The best path through one sequence y (T, M); NaN entries were not measured."""
-    return viterbi_all(slds, [y])[0]
+def viterbi(slds: SLDS, y: Array, hints: Array | None = None) -> Posterior:
+    """The best path through one sequence.
+
+    Args:
+        y: (T, M), T >= 1; NaN entries were not measured.
+        hints: (T, K) further log likelihood of each switching state at each frame; None is zero.
+
+    Raises:
+        ValueError: hints that do not fit y, or no path that is possible.
+    """
+    return viterbi_all(slds, [y], None if hints is None else [hints])[0]
 
 
-def viterbi_all(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
-    """The best path through each of several sequences; their lengths T >= 1 may differ, NaN: not measured."""
-    order = np.argsort([len(y) for y in ys], kind="stable")
-    posteriors: dict[int, Posterior] = {}
-    for first in range(0, len(ys), BATCH):
-        chosen = order[first : first + BATCH]
-        for n, posterior in zip(chosen, _batch(slds, [ys[n] for n in chosen]), strict=True):
-            posteriors[int(n)] = posterior
-    return [posteriors[n] for n in range(len(ys))]
+def viterbi_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Posterior]:
+    """The best path through each of several sequences, as `viterbi`; their lengths may differ."""
+    return in_batches(slds, ys, hints, lambda frames: _posteriors(slds, frames))
 
 
-@dataclass
-class _Forward:
-    """Filtered beliefs (T, B, K), back-pointers (T, B, K) and final costs (B, K)."""
+@dataclass(frozen=True)
+class Forward:
+    """What going forward leaves; rows as in `Frames`.
 
-    beliefs: list[Gaussian]
+    beliefs : mean (rows, K, N), cov (rows, K, N, N) of x_t given y up to t and the best path to each state
+    back    : (rows, K) the best predecessor of each state; of no meaning in the first frame
+    cost    : (rows, K) minus log p(y up to t, best path to each state)
+    """
+
+    beliefs: Gaussian
     back: NDArray[np.intp]
     cost: Array
 
 
-def _batch(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
-    lengths = np.array([len(y) for y in ys])
-    padded = np.full((len(ys), lengths.max(), len(slds.names)), np.nan)
-    for row, y in zip(padded, ys, strict=True):
-        row[: len(y)] = y
-    forward = _filter(slds, padded, lengths)
-    path = _backtrace(forward, lengths)
-    states, lag = _smooth(slds, forward.beliefs, path, lengths)
+def forward(slds: SLDS, frames: Frames) -> Forward:
+    """The filter: every state's best predecessor at every frame, and its belief."""
+    K, N = slds.b.shape
+    transitions = _Transitions(slds, frames)
+    extra = frames.hints - 0.5 * LOG_2PI * (~np.isnan(frames.y)).sum(-1)[:, None]
+    switch = -slds.log_Pi
+    sequences, states = K * np.arange(len(frames.lengths))[:, None], np.arange(K)
+    kept = np.empty((len(frames.y), K, N + 1, N))  # each mean in a row below its covariance
+    mean, cov = kept[..., N, :], kept[..., :N, :]
+    back, cost = np.zeros(extra.shape, dtype=np.intp), np.empty(extra.shape)
+
+    now = frames.at(0)
+    mean[now], cov[now] = slds.mean0, slds.cov0
+    belief, log_lik = update(Gaussian(mean[now], cov[now]), frames.y[now, None], slds.C, slds.R)
+    mean[now], cov[now], cost[now] = belief.mean, belief.cov, -slds.log_pi0 - log_lik - frames.hints[now]
+    for earlier, now in _steps(frames):
+        bordered, C = transitions.innovations(kept[earlier], now)
+        total = cost[earlier, :, None] + switch + surprise(bordered)
+        best = total.argmin(1)
+        cost[now], back[now] = total.min(1) - extra[now], best
+
+        place = sequences[: len(best)] + best
+        chosen = kept[earlier].reshape(-1, N + 1, N).take(place, axis=0)
+        innovation = bordered.reshape(-1, *bordered.shape[3:]).take(K * place + states, axis=0)
+        prior = predict(Gaussian(chosen[..., N, :], chosen[..., :N, :]), slds.A, slds.b, slds.Q)
+        belief = condition(prior, innovation[..., -1, :-1], C, innovation[..., :-1, :-1], slds.R)
+        mean[now], cov[now] = belief.mean, belief.cov
+    return Forward(Gaussian(mean, cov), back, cost)
+
+
+class _Transitions:
+    """The innovations of all transitions j to i at a frame, bordered as `surprise` takes them.
+
+    With the mean in a row below the covariance, two products give e and S at once:
+
+        [ S_ji   . ]   [ G_i   0 ] [ P_j  ]          [ C Q_i C' + R     .    ]
+        [          ] = [         ] [      ] [G_i' 0] + [                       ]
+        [ e_ji'  . ]   [  0   -1 ] [ x_j' ]          [ (y_t - C b_i)' CORNER ]
+    """
+
+    def __init__(self, slds: SLDS, frames: Frames) -> None:
+        K, N = slds.b.shape
+        M = len(slds.names)
+        G = slds.C @ slds.A
+        left, self._right = np.zeros((K, M + 1, N + 1)), np.zeros((K, N, M + 1))
+        left[:, :M, :N], left[:, M, N] = G, -1.0
+        self._left = left.reshape(K * (M + 1), N + 1)
+        self._right[..., :M] = transpose(G)
+        self._constant = np.full((len(frames.lengths), K, M + 1, M + 1), CORNER)
+        self._constant[..., :M, :M] = slds.C @ slds.Q @ transpose(slds.C) + slds.R
+        self._C, self._missing = slds.C, np.isnan(frames.y)
+        self._target = np.where(self._missing, 0.0, frames.y)[:, None] - apply(slds.C, slds.b)
+        counts = np.concatenate([[0], np.cumsum(self._missing.sum(-1))])
+        self._missing_above = counts.tolist()
+
+    def innovations(self, kept: Array, now: slice) -> tuple[Array, Array]:
+        """(n, K, K, M+1, M+1), j before i, and C; where y_t is missing, S has unit rows and C zero rows."""
+        n, K, _, N = kept.shape
+        M = len(self._C)
+        constant = self._constant[:n]
+        constant[..., M, :M] = self._target[now]
+        bordered: Array = (self._left @ kept).reshape(n, K, K, M + 1, N) @ self._right + constant[:, None]
+        if self._missing_above[now.start] == self._missing_above[now.stop]:
+            return bordered, self._C
+        missing = self._missing[now]
+        either = missing[:, :, None] | missing[:, None]
+        np.copyto(bordered[..., :M, :M], np.eye(M), where=either[:, None, None])
+        np.copyto(bordered[..., M, :M], 0.0, where=missing[:, None, None])
+        return bordered, np.where(missing[:, None, :, None], 0.0, self._C)
+
+
+def _steps(frames: Frames) -> list[tuple[slice, slice]]:
+    """The rows of each frame but the first, after those of the same sequences a frame earlier."""
+    first = frames.first.tolist()
+    return [
+        (slice(before, before + stop - start), slice(start, stop))
+        for before, start, stop in zip(first[:-2], first[1:-1], first[2:], strict=True)
+    ]
+
+
+def _posteriors(slds: SLDS, frames: Frames) -> list[Posterior]:
+    ahead = forward(slds, frames)
+    last = np.array([rows[-1] for rows in frames.sequences()])
+    value = -ahead.cost[last].min(-1)
+    if not np.isfinite(value).all():
+        raise ValueError("no switching path is possible; see pi0, Pi and hints")
+    path = _backtrace(ahead, frames, last)
+    states, lag = _smooth(slds, ahead.beliefs, path, frames)
     posteriors = []
-    for n, T in enumerate(lengths):
-        s = path[n, :T]
-        prob = np.eye(slds.K)[s]
+    for rows, log_p in zip(frames.sequences(), value, strict=True):
+        prob = np.eye(slds.K)[path[rows]]
         posteriors.append(
             Posterior(
                 prob=prob,
                 pair=prob[:-1, :, None] * prob[1:, None, :],
-                states=Gaussian(states.mean[n, :T], states.cov[n, :T]),
-                lag=lag[n, : T - 1],
-                log_evidence=-float(forward.cost[n].min()),
-                path=s,
+                states=states[rows],
+                lag=lag[rows[1:]],
+                log_evidence=float(log_p),
+                path=path[rows],
             )
         )
     return posteriors
 
 
-def _filter(slds: SLDS, y: Array, lengths: NDArray[np.intp]) -> _Forward:
-    B, T, _ = y.shape
-    K = slds.K
-    shape = (B, K, slds.A.shape[-1])
-    start = Gaussian(np.broadcast_to(slds.mean0, shape), np.broadcast_to(slds.cov0, (*shape, shape[-1])))
-    belief, log_lik = update(start, y[:, 0, None], slds.C, slds.R)
-    cost = -slds.log_pi0 - log_lik
-    beliefs, back = [belief], np.zeros((T, B, K), dtype=np.intp)
-    back[:] = np.arange(K)
-    for t in range(1, T):
-        alive = t < lengths
-        total = _transition_costs(slds, belief, cost, y[:, t])
-        best = total.argmin(-1)
-        best = np.where(np.isfinite(total.min(-1)), best, np.arange(K))
-        chosen = belief[np.arange(B)[:, None], best]
-        updated, _ = update(predict(chosen, slds.A, slds.b, slds.Q), y[:, t, None], slds.C, slds.R)
-        belief = Gaussian(
-            np.where(alive[:, None, None], updated.mean, belief.mean),
-            np.where(alive[:, None, None, None], updated.cov, belief.cov),
-        )
-        cost = np.where(alive[:, None], total.min(-1), cost)
-        back[t] = np.where(alive[:, None], best, back[t])
-        beliefs.append(belief)
-    return _Forward(beliefs, back, cost)
-
-
-def _transition_costs(slds: SLDS, belief: Gaussian, cost: Array, y: Array) -> Array:
-    """(B, K, K) cost of being in state i now, from state j before: equation 6 on top of the partial cost.
-
-    Only the innovation is needed to choose: e = y - G x_j - C b_i and S = G P_j G' + C Q_i C' + R, G = C A_i.
-    """
-    G = slds.C @ slds.A
-    W = slds.C @ slds.Q @ transpose(slds.C) + slds.R
-    seen = ~np.isnan(y)
-    predicted = apply(G[:, None], belief.mean[:, None]) + apply(slds.C, slds.b)[:, None]
-    e = np.where(seen[:, None, None], np.nan_to_num(y)[:, None, None] - predicted, 0.0)
-    S = G[:, None] @ belief.cov[:, None] @ transpose(G[:, None]) + W[:, None]
-    if not seen.all():
-        both = seen[:, :, None] & seen[:, None, :]
-        S = np.where(both[:, None, None], S, np.eye(y.shape[-1]))
-    total: Array = cost[:, None] - slds.log_Pi.T - log_likelihood(e, S, seen.sum(-1)[:, None, None])
-    return total
-
-
-def _backtrace(forward: _Forward, lengths: NDArray[np.intp]) -> NDArray[np.intp]:
-    T, B, _ = forward.back.shape
-    path = np.empty((B, T), dtype=np.intp)
-    path[:, -1] = forward.cost.argmin(-1)
-    for t in range(T - 1, 0, -1):
-        path[:, t - 1] = forward.back[t, np.arange(B), path[:, t]]
+def _backtrace(ahead: Forward, frames: Frames, last: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(rows,) the switching states of each sequence's cheapest path, from its `last` row."""
+    path = np.empty(len(frames.y), dtype=np.intp)
+    path[last] = ahead.cost[last].argmin(-1)
+    for earlier, now in reversed(_steps(frames)):
+        chosen = path[now]
+        path[earlier] = ahead.back[now][np.arange(len(chosen)), chosen]
     return path
 
 
-def _smooth(
-    slds: SLDS, beliefs: list[Gaussian], path: NDArray[np.intp], lengths: NDArray[np.intp]
-) -> tuple[Gaussian, Array]:
-    """RTS along each path: mean (B, T, N), cov (B, T, N, N) and lag covariances (B, T-1, N, N)."""
-    B, T = path.shape
-    rows = np.arange(B)
-    later = beliefs[-1][rows, path[:, -1]]
-    means, covs, lags = [later.mean], [later.cov], []
-    for t in range(T - 2, -1, -1):
-        filtered, s = beliefs[t][rows, path[:, t]], path[:, t + 1]
-        smoothed, lag = smooth(filtered, later, slds.A[s], slds.b[s], slds.Q[s])
-        ended = t + 1 >= lengths
-        later = Gaussian(
-            np.where(ended[:, None], filtered.mean, smoothed.mean),
-            np.where(ended[:, None, None], filtered.cov, smoothed.cov),
-        )
-        means.append(later.mean)
-        covs.append(later.cov)
-        lags.append(lag)
-    N = slds.A.shape[-1]
-    stacked = np.stack(lags[::-1], axis=1) if lags else np.zeros((B, 0, N, N))
-    return Gaussian(np.stack(means[::-1], axis=1), np.stack(covs[::-1], axis=1)), stacked
+def _smooth(slds: SLDS, beliefs: Gaussian, path: NDArray[np.intp], frames: Frames) -> tuple[Gaussian, Array]:
+    """RTS along each path: the states (rows,), and Cov(x_t, x_{t-1}) in the row of t."""
+    states = beliefs[np.arange(len(path)), path]
+    lag = np.zeros_like(states.cov)
+    steps = _steps(frames)
+    for start, stop in frames.chunks(CHUNK):
+        chunk = slice(frames.first[start], frames.first[stop])
+        s = path[chunk]
+        back = reverse(states[frames.before[chunk]], slds.A[s], slds.b[s], slds.Q[s])
+        for earlier, now in reversed(steps[start - 1 : stop - 1]):
+            smoothed = back[now.start - chunk.start : now.stop - chunk.start].step(states[now])
+            states.mean[earlier], states.cov[earlier] = smoothed.mean, smoothed.cov
+        lag[chunk] = back.lag(states.cov[chunk])
+    return states, lag

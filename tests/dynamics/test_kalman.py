@@ -5,9 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian
-from dynamics.kalman import predict, smooth, update, update_information
+from dynamics.kalman import (
+    CORNER,
+    log_likelihood,
+    predict,
+    reverse,
+    smooth,
+    surprise,
+    update,
+    update_information,
+)
 from dynamics.slds import constant_velocity
 from tests.oracles import condition, given_path, random_covariance, random_slds
 
@@ -70,6 +80,35 @@ def test_missing_entries_condition_on_the_seen_ones_only(missing, rng):
     assert float(log_lik) == pytest.approx(log_p, rel=1e-11, abs=1e-12)
 
 
+def test_the_innovations_likelihood_is_its_density(rng):
+    S, e = random_covariance(M, rng), rng.normal(size=M)
+    want = multivariate_normal(np.zeros(M), S).logpdf(e)
+    assert float(log_likelihood(e, S, M)) == pytest.approx(want, rel=1e-12)
+    # What one of the two has more of is shared by the other.
+    assert_allclose(log_likelihood(np.stack([e, e]), S, M), [want, want], rtol=1e-12)
+    assert_allclose(log_likelihood(e, np.stack([[S], [S]]), M), [[want], [want]], rtol=1e-12)
+
+
+def test_surprise_reads_the_lower_triangle_only(rng):
+    S, e = random_covariance(M, rng), rng.normal(size=M)
+    bordered = np.full((M + 1, M + 1), CORNER)
+    bordered[:M, :M], bordered[M, :M] = np.tril(S) + np.triu(rng.normal(size=(M, M)), 1), e
+    bordered[:M, M] = np.nan
+    want = -multivariate_normal(np.zeros(M), S).logpdf(e) - 0.5 * M * np.log(2.0 * np.pi)
+    assert float(surprise(bordered)) == pytest.approx(want, rel=1e-12)
+
+
+def test_an_innovation_of_any_size_has_a_likelihood(rng):
+    S = random_covariance(M, rng)
+    e = 1e50 * rng.normal(size=M)
+    assert float(log_likelihood(e, S, M)) == pytest.approx(-0.5 * e @ np.linalg.solve(S, e), rel=1e-12)
+
+
+def test_an_innovation_covariance_that_cannot_be_is_refused():
+    with pytest.raises(np.linalg.LinAlgError):
+        log_likelihood(np.zeros(2), np.diag([1.0, -1e-9]), 2)
+
+
 def test_information_updates_like_its_inverse_covariance(rng):
     prior, y, C, R = problem(rng)
     information = np.linalg.inv(R)
@@ -110,6 +149,22 @@ def test_no_information_leaves_the_prior_as_it_is(rng):
     got = update_information(prior, C, np.zeros((M, M)), np.zeros(M))
     assert_array_equal(got.mean, prior.mean)
     assert_array_equal(got.cov, prior.cov)
+
+
+def test_the_way_back_is_the_earlier_state_given_the_later(rng):
+    filtered, later = problem(rng)[0], rng.normal(size=N)
+    A, b, Q = rng.normal(size=(N, N)), rng.normal(size=N), random_covariance(N, rng)
+    mean, cov, _ = condition(filtered.mean, filtered.cov, A, Q, later - b)
+    back = reverse(filtered, A, b, Q)
+    known = Gaussian(later, np.zeros((N, N)))
+    # The predicted covariance is raised by 1e-12 of its size; its inverse may be 1e3 larger.
+    assert_allclose(back.step(known).mean, mean, atol=1e-9)
+    assert_allclose(back.step(known).cov, cov, atol=1e-9)
+    assert_array_equal(back.lag(known.cov), np.zeros((N, N)))
+    # The law of total covariance, with x_{t+1} = x_t' said to spread by P: cov + gain P gain', P gain'.
+    P = random_covariance(N, rng)
+    assert_allclose(back.step(Gaussian(later, P)).cov, cov + back.gain @ P @ back.gain.T, atol=1e-9)
+    assert_allclose(back.lag(P), P @ back.gain.T, atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -191,6 +246,13 @@ def test_a_measurement_far_more_exact_than_the_prior_leaves_its_own_covariance()
     posterior, _ = update(prior, np.ones(2), np.eye(2), np.diag([1e-8, 1e-6]))
     # R over P is below rounding: I - gain C is 0, and the short form of the covariance with it.
     assert_allclose(posterior.cov, np.diag([1e-8, 1e-6]), rtol=1e-6, atol=1e-20)
+
+
+def test_the_same_where_prior_and_measurement_lie_askew(rng):
+    P, R = 1e10 * random_covariance(3, rng), 1e-8 * random_covariance(3, rng)
+    posterior, _ = update(Gaussian(np.zeros(3), P), np.ones(3), np.eye(3), R)
+    # (P^-1 + R^-1)^-1, where P^-1 is 1e-18 of R^-1. P - gain S gain' would be wrong by 1e10 * 2e-16 > R.
+    assert_allclose(posterior.cov, R, rtol=1e-6)
 
 
 def test_smoothing_does_not_fail_when_the_velocity_is_known_exactly():

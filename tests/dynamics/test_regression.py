@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.regression import Ridge, form, maximum_likelihood, solve
+from dynamics.regression import Ridge, companion, form, maximum_likelihood, solve
 
 NAMES = ("x", "y", "hip", "knee")
 TRAVELLING = ("x", "y")
@@ -86,3 +86,28 @@ def test_every_switching_state_is_solved_on_its_own(rng):
     for k, (V, n) in enumerate(parts):
         for got, want in zip((A[k], b[k], Q[k]), solve(V, n, shape, ridge), strict=True):
             assert_allclose(got, want[0], atol=1e-10)  # condition numbers near 1e4
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("travelling", [(), TRAVELLING])
+def test_steady_coefficients_are_constant_velocity_in_companion_form(order, travelling):
+    shape = form(NAMES, travelling, order)
+    A, b, Q = companion(shape, np.stack([shape.steady] * 2), np.stack([np.diag([1.0, 2.0, 3.0, 4.0])] * 2))
+    eye = np.eye(4)
+    want = eye if order == 1 else np.block([[2.0 * eye, -eye], [eye, 0.0 * eye]])
+    assert_array_equal(A, [want, want])
+    assert_array_equal(b, 0.0)
+    assert_array_equal(Q[1, :4, :4], np.diag([1.0, 2.0, 3.0, 4.0]))
+    assert_array_equal(Q.sum((1, 2)), 10.0)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_state_without_steps_takes_the_prior(order, rng):
+    shape = form(NAMES, TRAVELLING, order)
+    V, _ = moments(exact_steps(order, rng))
+    scales = rng.uniform(0.1, 1.0, shape.steady.shape[1])
+    ridge = Ridge(scales, rng.uniform(0.1, 1.0, 4), 3.0)
+    A, b, Q = solve(0.0 * V, np.zeros(1), shape, ridge)
+    want = companion(shape, shape.steady[None], np.diag(ridge.noise / (3.0 + len(scales)))[None])
+    for got, prior in zip((A, b, Q), want, strict=True):
+        assert_allclose(got, prior, atol=1e-14)  # a diagonal solve

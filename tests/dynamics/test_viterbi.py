@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.viterbi import viterbi, viterbi_all
+from dynamics.gaussian import Gaussian, log_density
+from dynamics.viterbi import CHUNK, viterbi, viterbi_all
 from tests.oracles import all_paths, enumerated, given_path, random_slds
 
 # The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
@@ -28,6 +29,14 @@ def assert_same(one, other, *, atol):
     assert_allclose(one.lag, other.lag, atol=atol)
     assert_array_equal(one.prob, other.prob)
     assert_array_equal(one.pair, other.pair)
+
+
+def drawn_hints(T, K, rng):
+    return rng.normal(size=(T, K)) - 3.0
+
+
+def along(path, hints):
+    return float(hints[np.arange(len(path)), path].sum())
 
 
 def permuted(slds, order):
@@ -53,8 +62,11 @@ def test_with_one_switching_state_inference_is_the_kalman_smoother(order, T, gap
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("gaps", [False, True])
-def test_the_answer_is_exact_given_its_own_path(order, gaps, rng):
+@pytest.mark.parametrize("dense", [False, True])
+def test_the_answer_is_exact_given_its_own_path(order, gaps, dense, rng):
     slds = random_slds(3, order=order, rng=rng)
+    if dense:
+        slds = replace(slds, C=rng.normal(size=slds.C.shape))
     y = drawn(slds, 9, rng, gaps=gaps)
     got = viterbi(slds, y)
     mean, cov, log_p = given_path(slds, y, got.path)
@@ -193,3 +205,167 @@ def test_where_states_are_told_apart_the_path_is_the_exact_posterior(rng):
     assert -1e-12 < rest < 0.01
     assert_allclose(got.prob, exact.prob, atol=abs(rest) + 1e-12)
     assert_allclose(got.states.mean, exact.states.mean, atol=10.0 * abs(rest) + SMOOTHED)
+
+
+# Hints
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("gaps", [False, True])
+def test_hints_are_a_further_measurement_that_only_the_switching_state_explains(order, gaps, rng):
+    slds = random_slds(3, order=order, rng=rng)
+    y = drawn(slds, 25, rng, gaps=gaps)
+    # A third freedom, drawn afresh at every frame about the state's own level, and measured with noise.
+    level, spread, noise = np.array([-2.0, 0.0, 2.0]), np.array([0.3, 0.5, 0.9]), 0.2
+    N = 2 * order
+    pad = ((0, 0), (0, 1), (0, 1))
+    Q, cov0 = np.pad(slds.Q, pad), np.pad(slds.cov0, pad)
+    Q[:, N, N] = cov0[:, N, N] = spread
+    C, R = np.pad(slds.C, ((0, 1), (0, 1))), np.pad(slds.R, ((0, 1), (0, 1)))
+    C[2, N], R[2, 2] = 1.0, noise
+    b, mean0 = np.column_stack([slds.b, level]), np.column_stack([slds.mean0, level])
+    wide = replace(
+        slds, A=np.pad(slds.A, pad), b=b, Q=Q, C=C, R=R, mean0=mean0, cov0=cov0, names=("a", "b", "z")
+    )
+    z = 2.0 * rng.normal(size=25)
+    at_level = Gaussian(level[:, None], (spread + noise)[:, None, None])
+    got = viterbi(slds, y, log_density(at_level, z[:, None, None]))
+    want = viterbi(wide, np.column_stack([y, z]))
+    assert not np.array_equal(want.path, viterbi(slds, y).path)  # the hints did tell something
+    assert_array_equal(got.path, want.path)
+    assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-11)
+    assert_allclose(got.states.mean, want.states.mean[:, :N], atol=SMOOTHED)
+    assert_allclose(got.states.cov, want.states.cov[:, :N, :N], atol=SMOOTHED)
+
+
+def test_with_hints_the_path_is_nearly_always_the_best_and_never_better(rng):
+    gaps = []
+    for i in range(40):
+        slds = random_slds(2, order=1 + i % 2, rng=rng)
+        y, hints = drawn(slds, 6, rng, gaps=i % 3 == 0), drawn_hints(6, 2, rng)
+        best = max(log_p + along(path, hints) for path, log_p in all_paths(slds, y))
+        got = viterbi(slds, y, hints)
+        assert got.log_evidence == pytest.approx(
+            given_path(slds, y, got.path)[2] + along(got.path, hints), rel=1e-11
+        )
+        gaps.append(best - got.log_evidence)
+    # As without hints, above.
+    assert min(gaps) > -1e-10
+    assert np.mean(np.array(gaps) < 1e-9) >= 0.9
+    assert max(gaps) < 2.0
+
+
+def test_hints_at_two_frames_are_weighed_exactly(rng):  # the first frame's hints as well as the last's
+    for _ in range(10):
+        slds = random_slds(3, rng=rng)
+        y, hints = drawn(slds, 2, rng), 3.0 * drawn_hints(2, 3, rng)
+        log_p, path = max((log_p + along(path, hints), path) for path, log_p in all_paths(slds, y))
+        got = viterbi(slds, y, hints)
+        assert tuple(got.path) == path
+        assert got.log_evidence == pytest.approx(log_p, rel=1e-11)
+
+
+def test_hints_alike_for_all_states_add_to_the_evidence_and_change_nothing_else(rng):
+    slds = random_slds(3, rng=rng)
+    y, common = drawn(slds, 20, rng, gaps=True), rng.normal(size=(20, 1))
+    got, want = viterbi(slds, y, np.tile(common, 3)), viterbi(slds, y)
+    assert_array_equal(got.path, want.path)
+    assert_allclose(got.states.mean, want.states.mean, atol=1e-12)
+    assert got.log_evidence == pytest.approx(want.log_evidence + common.sum(), rel=1e-11)
+
+
+def test_hints_that_leave_one_path_give_that_path(rng):
+    slds = random_slds(3, rng=rng)
+    y, path = drawn(slds, 12, rng), rng.integers(3, size=12)
+    got = viterbi(slds, y, np.where(np.arange(3) == path[:, None], -1.0, -np.inf))
+    assert_array_equal(got.path, path)
+    assert got.log_evidence == pytest.approx(given_path(slds, y, path)[2] - 12.0, rel=1e-11)
+
+
+def test_every_sequence_has_its_own_hints(rng):
+    slds = random_slds(3, rng=rng)
+    ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in (4, 1, 17, 17, 8)]
+    hints = [2.0 * drawn_hints(len(y), 3, rng) for y in ys]
+    for got, y, own in zip(viterbi_all(slds, ys, hints), ys, hints, strict=True):
+        assert_same(got, viterbi(slds, y, own), atol=1e-11)  # the same operations, batched otherwise
+
+
+def test_hints_that_do_not_fit_and_paths_that_cannot_be_are_refused(rng):
+    slds = random_slds(3, rng=rng)
+    y = drawn(slds, 5, rng)
+    for wrong in (np.zeros((4, 3)), np.zeros((5, 2)), np.full((5, 3), np.nan), np.full((5, 3), np.inf)):
+        with pytest.raises(ValueError, match="hints"):
+            viterbi(slds, y, wrong)
+    with pytest.raises(ValueError, match="hints; got 1 for 2 sequences"):
+        viterbi_all(slds, [y, y], [np.zeros((5, 3))])
+    never = np.zeros((5, 3))
+    never[2] = -np.inf
+    with pytest.raises(ValueError, match="no switching path is possible; see pi0, Pi and hints"):
+        viterbi(slds, y, never)
+
+
+# The lean filter's own limits
+
+
+def test_smoothing_is_exact_over_more_frames_than_are_taken_at_a_time(rng):
+    slds = random_slds(1, d=1, order=2, rng=rng)
+    y = drawn(slds, 2 * CHUNK + 3, rng, gaps=True)
+    mean, cov, log_p = given_path(slds, y, [0] * len(y))
+    got = viterbi(slds, y)
+    assert got.log_evidence == pytest.approx(log_p, rel=1e-11)
+    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
+    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(len(y))], atol=SMOOTHED)
+    assert_allclose(got.lag, [cov[t + 1, :, t] for t in range(len(y) - 1)], atol=SMOOTHED)
+
+
+def test_long_sequences_that_end_at_different_frames_are_each_on_its_own(rng):
+    slds = random_slds(3, order=2, d=1, rng=rng)
+    ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in (CHUNK + 70, CHUNK + 60, 60, CHUNK // 2, 3)]
+    for got, y in zip(viterbi_all(slds, ys), ys, strict=True):
+        assert_same(got, viterbi(slds, y), atol=1e-11)  # the same operations, batched otherwise
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("scale", [1e-8, 1e8])
+def test_units_do_not_matter(order, scale, rng):
+    slds = random_slds(3, order=order, noise=0.05, rng=rng)
+    y = drawn(slds, 30, rng, gaps=True)
+    linear = {name: scale * getattr(slds, name) for name in ("b", "mean0")}
+    square = {name: scale**2 * getattr(slds, name) for name in ("Q", "R", "cov0")}
+    got, want = viterbi(replace(slds, **linear, **square), scale * y), viterbi(slds, y)
+    assert_array_equal(got.path, want.path)
+    shift = np.log(scale) * np.count_nonzero(~np.isnan(y))
+    assert got.log_evidence == pytest.approx(want.log_evidence - shift, rel=1e-11)
+    assert_allclose(got.states.mean / scale, want.states.mean, atol=SMOOTHED)
+    assert_allclose(got.states.cov / scale**2, want.states.cov, atol=SMOOTHED)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(("r", "q"), [(1e-8, 1.0), (1e8, 1.0), (1.0, 1e-8), (1.0, 1e8), (1e-8, 1e-8)])
+def test_noise_may_be_all_but_nothing_or_overwhelming(order, r, q, rng):
+    slds = random_slds(3, order=order, noise=1.0, rng=rng)
+    slds = replace(slds, R=r**2 * slds.R, Q=q**2 * slds.Q)
+    y = drawn(slds, 40, rng)
+    y[15:20] = np.nan
+    got = viterbi(slds, y)
+    assert np.isfinite(got.states.mean).all()
+    assert_array_equal(got.states.cov, np.swapaxes(got.states.cov, -1, -2))
+    size = np.diagonal(got.states.cov, axis1=-2, axis2=-1).max(-1)
+    assert (np.linalg.eigvalsh(got.states.cov)[:, 0] > -1e-9 * size).all()  # smoothed to rounding
+    if r >= 1.0 >= q:  # else the twin's one big covariance is singular to rounding
+        assert got.log_evidence == pytest.approx(given_path(slds, y, got.path)[2], rel=1e-6)
+
+
+def test_covariances_stay_symmetric_positive_definite_over_20000_frames(rng):
+    slds = random_slds(2, d=1, order=2, rng=rng)
+    still = np.zeros((2, 2, 2))
+    still[:, 0, 0] = [1e-16, 1e-6]  # one state all but deterministic
+    slds = replace(slds, Q=still, R=[[1e-4]], cov0=1e6 * np.stack([np.eye(2)] * 2))
+    y = np.where(np.arange(20_000) % 100 < 30, np.nan, slds.sample(20_000, rng)[2][:, 0])[:, None]
+    got = viterbi(slds, y)
+    P = got.states.cov
+    assert_array_equal(P[:, 0, 1], P[:, 1, 0])
+    assert (P[:, [0, 1], [0, 1]] > 0.0).all()
+    # Of the deterministic state's two lags rounding leaves a correlation of 1.
+    assert (P[:, 0, 1] ** 2 <= (1.0 + 1e-6) * P[:, 0, 0] * P[:, 1, 1]).all()
+    assert np.isfinite(got.log_evidence)

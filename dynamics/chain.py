@@ -1,0 +1,161 @@
+"""The discrete chain alone: how probable each switching state is at each frame, and the best path.
+
+Rabiner (1989), section III, with messages in logs and, backwards, in the form that smooths the filter's own
+answer (as Rauch-Tung-Striebel does), so that no message is ever divided by one that has underflowed:
+
+    a_t(j)    = log Pr(s_t = j | frames up to t) = log l_t(j) + log sum_i exp a_{t-1}(i) Pi[i, j] + const
+    W_t[i, j] = Pr(s_t = i | s_{t+1} = j, frames up to t) = softmax over i of a_t(i) + log Pi[i, j]
+    Pr(s_t = i, s_{t+1} = j | all frames) = W_t[i, j] Pr(s_{t+1} = j | all frames)
+
+Only sums of probabilities run backwards, and W is found for all frames at once. Sequences of different
+lengths run side by side, frames first, and each ends at its own last frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+
+
+@dataclass(frozen=True)
+class ChainPosterior:
+    """The posterior over the states of one chain of T frames.
+
+    prob         : (T, K) Pr(s_t)
+    pair         : (T-1, K, K) Pr(s_t = i, s_{t+1} = j)
+    log_evidence : log of the sum over all paths, nats
+    """
+
+    prob: Array
+    pair: Array
+    log_evidence: float
+
+
+def forward_backward_all(log_pi0: Array, log_Pi: Array, log_liks: Sequence[Array]) -> list[ChainPosterior]:
+    """The posterior of each of several sequences.
+
+    Args:
+        log_pi0: (K,) log probability of the first frame's state; -inf where it cannot be.
+        log_Pi: (K, K) log probability of state j after state i; -inf where it cannot be.
+        log_liks: for each sequence (T, K) log likelihood of every state at every frame, T >= 1.
+
+    Raises:
+        ValueError: a sequence that no path can have made.
+    """
+    if not len(log_liks):
+        return []
+    padded, lengths = side_by_side(log_liks, 0.0)
+    prob, pair, log_evidence = forward_backward(log_pi0, log_Pi, padded, lengths)
+    return [
+        ChainPosterior(prob[:T, n].copy(), pair[: T - 1, n].copy(), float(log_evidence[n]))
+        for n, T in enumerate(lengths)
+    ]
+
+
+def best_path_all(
+    log_pi0: Array, log_Pi: Array, log_liks: Sequence[Array]
+) -> list[tuple[NDArray[np.intp], float]]:
+    """The most probable path (T,) of each sequence and the log of its probability with the frames'.
+
+    Arguments and errors as in `forward_backward_all`. Of equally good paths, one is taken.
+    """
+    if not len(log_liks):
+        return []
+    log_lik, lengths = side_by_side(log_liks, 0.0)
+    T, B, _ = log_lik.shape
+    rows = np.arange(B)
+    values = np.empty_like(log_lik)
+    back = np.zeros(log_lik.shape, dtype=np.intp)
+    values[0] = log_pi0 + log_lik[0]
+    for t in range(1, T):
+        total = values[t - 1][:, :, None] + log_Pi
+        back[t] = total.argmax(1)
+        values[t] = total.max(1) + log_lik[t]
+    best = values[lengths - 1, rows].max(-1)
+    _check_possible(best)
+    path = values.argmax(-1)
+    for t in range(T - 2, -1, -1):
+        path[t] = np.where(t + 1 < lengths, back[t + 1, rows, path[t + 1]], path[t])
+    return [(path[:T, n].copy(), float(best[n])) for n, T in enumerate(lengths)]
+
+
+def forward_backward(
+    log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]
+) -> tuple[Array, Array, Array]:
+    """As `forward_backward_all`, of sequences side by side.
+
+    Args:
+        log_lik: (T, B, K); what stands beyond a sequence's end does not matter, but must be finite.
+        lengths: (B,) frames of each sequence.
+
+    Returns:
+        prob (T, B, K), pair (T-1, B, K, K), log evidence (B,); nothing is promised beyond a sequence's end.
+    """
+    T, B, _ = log_lik.shape
+    filtered, log_norm = np.empty_like(log_lik), np.empty((T, B))
+    joint = log_pi0 + log_lik[0]
+    for t in range(T):
+        if t > 0:
+            joint = _log_sum(filtered[t - 1][:, :, None] + log_Pi, 1) + log_lik[t]
+        log_norm[t] = _log_sum(joint, 1)
+        filtered[t] = joint - np.where(np.isfinite(log_norm[t]), log_norm[t], 0.0)[:, None]
+    within = np.arange(T)[:, None] < lengths
+    log_evidence = np.where(within, log_norm, 0.0).sum(0)
+    _check_possible(log_evidence)
+    come_from = filtered[:-1, :, :, None] + log_Pi
+    sums = _log_sum(come_from, 2)
+    # A state that cannot be reached has no predecessors; it also has no probability to hand back.
+    come_from = np.exp(come_from - np.where(np.isfinite(sums), sums, 0.0)[:, :, None])
+    prob = np.exp(filtered)
+    for t in range(T - 2, -1, -1):
+        goes_on = t + 1 < lengths
+        handed = (come_from[t] @ prob[t + 1][:, :, None])[..., 0]
+        prob[t] = np.where(goes_on[:, None], handed, prob[t])
+    return prob, come_from * prob[1:, :, None], log_evidence
+
+
+def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, NDArray[np.intp]]:
+    """Sequences (T, ...) of any lengths as one array (longest T, B, ...), filled up, and the lengths."""
+    lengths = np.array([len(y) for y in ys], dtype=np.intp)
+    padded = np.full((lengths.max(), len(ys), *np.shape(ys[0])[1:]), fill)
+    for n, y in enumerate(ys):
+        padded[: len(y), n] = y
+    return padded, lengths
+
+
+def blocks(Pis: Sequence[Array], crossing: float) -> Array:
+    """The transition matrix of several chains as one.
+
+    A state leaves its own chain with probability `crossing` a frame, to any state of the others alike.
+    """
+    if len(Pis) == 1:
+        return np.array(Pis[0])
+    K, at = sum(len(Pi) for Pi in Pis), 0
+    joined = np.zeros((K, K))
+    for Pi in Pis:
+        block = slice(at, at + len(Pi))
+        joined[block] = crossing / (K - len(Pi))
+        joined[block, block] = (1.0 - crossing) * Pi
+        at += len(Pi)
+    return joined
+
+
+def _log_sum(logs: Array, axis: int) -> Array:
+    """log of the sum of exponentials; -inf where all are."""
+    top = logs.max(axis, keepdims=True)
+    top = np.where(np.isfinite(top), top, 0.0)
+    with np.errstate(divide="ignore"):
+        total: Array = np.log(np.exp(logs - top).sum(axis)) + np.squeeze(top, axis)
+    return total
+
+
+def _check_possible(log_evidence: Array) -> None:
+    impossible = np.flatnonzero(~np.isfinite(log_evidence))
+    if len(impossible):
+        raise ValueError(
+            f"no path can have made sequence {impossible[0]}: its log evidence is "
+            f"{log_evidence[impossible[0]]}; let more transitions or states be possible"
+        )

@@ -1,0 +1,97 @@
+"""Several sequences of different lengths side by side: one row a sequence and frame, frame by frame.
+
+The longest comes first, so that those still running at a frame are its first rows, and no row stands for a
+frame that a sequence does not have.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+from dynamics.slds import SLDS
+
+Result = TypeVar("Result")
+
+PAIRS = 1024  # pairs of switching states worked on at a time: beyond this the stacks leave the cache
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The frames of several sequences, longest first: one row a sequence and frame, frame by frame.
+
+    y (rows, M), hints (rows, K); frame t has rows first[t] to first[t + 1], and of a sequence's row the one
+    before it in time is before[row].
+    """
+
+    y: Array
+    hints: Array
+    first: NDArray[np.intp]
+    before: NDArray[np.intp]
+    lengths: NDArray[np.intp]
+
+    def at(self, t: int) -> slice:
+        """The rows of a frame."""
+        return slice(int(self.first[t]), int(self.first[t + 1]))
+
+    def sequences(self) -> list[NDArray[np.intp]]:
+        """The rows of each sequence."""
+        return [self.first[:T] + n for n, T in enumerate(self.lengths)]
+
+    def chunks(self, size: int) -> Iterator[tuple[int, int]]:
+        """Ranges of frames but the first, from the end, of so many rows or a single frame."""
+        stop = len(self.first) - 1
+        while stop > 1:
+            start = int(np.searchsorted(self.first, self.first[stop] - size))
+            start = max(1, min(stop - 1, start))
+            yield start, stop
+            stop = start
+
+
+def in_batches(
+    slds: SLDS,
+    ys: Sequence[Array],
+    hints: Sequence[Array] | None,
+    infer: Callable[[Frames], list[Result]],
+) -> list[Result]:
+    """What `infer` makes of each sequence, in the order given; it sees so many at a time as fit the cache.
+
+    Raises:
+        ValueError: hints that do not fit the sequences.
+    """
+    if hints is not None:
+        _check(slds, ys, hints)
+    order = np.argsort([-len(y) for y in ys], kind="stable")
+    size = max(1, PAIRS // slds.K**2)
+    results: dict[int, Result] = {}
+    for begin in range(0, len(ys), size):
+        chosen = [int(n) for n in order[begin : begin + size]]
+        frames = _frames(slds, [ys[n] for n in chosen], None if hints is None else [hints[n] for n in chosen])
+        results |= dict(zip(chosen, infer(frames), strict=True))
+    return [results[n] for n in range(len(ys))]
+
+
+def _check(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array]) -> None:
+    if len(hints) != len(ys):
+        raise ValueError(f"every sequence needs its hints; got {len(hints)} for {len(ys)} sequences")
+    for n, (y, hint) in enumerate(zip(ys, hints, strict=True)):
+        shape = (len(y), slds.K)
+        if np.shape(hint) != shape or not (hint < np.inf).all():
+            raise ValueError(f"hints {n} must be log likelihoods of shape {shape}; got {np.shape(hint)}")
+
+
+def _frames(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Frames:
+    lengths = np.array([len(y) for y in ys])
+    counts = (lengths > np.arange(lengths[0])[:, None]).sum(1)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    rows = int(first[-1])
+    before = np.arange(rows) - np.repeat(np.append(0, counts[:-1]), counts)
+    frames = Frames(np.empty((rows, len(slds.C))), np.zeros((rows, slds.K)), first, before, lengths)
+    for n, own in enumerate(frames.sequences()):
+        frames.y[own] = ys[n]
+        if hints is not None:
+            frames.hints[own] = hints[n]
+    return frames

@@ -1,0 +1,183 @@
+"""Generalised pseudo-Bayes of second order (GPB2): the filter, then one Gaussian a switching state smoothed.
+
+Kim (1994) and Murphy (1998), as in Pavlović et al. (2000), section 3.2; the filter is in
+`dynamics.gpb2_filter`. Backwards in t, for the pairs k = s_{t+1}, j = s_t, with P_kj = A_k P_j A_k' + Q_k:
+
+    J_kj    = P_j A_k' P_kj^-1,    x_kj|T = x_j + J_kj (x_k|T - x_kj),
+    P_kj|T  = (I - J A_k) P_j (I - J A_k)' + J (Q_k + P_k|T) J',    Cov_kj(x_{t+1}, x_t) = P_k|T J_kj',
+
+a sum of positive semidefinite terms; then the collapse over k. Two things are taken to be so that are not
+quite: that x_{t+1} does not depend on s_t given s_{t+1} and all frames, and that
+Pr(s_t = j | s_{t+1} = k, all frames) is
+
+    kim   in proportion to Pi[j, k] Pr(s_t = j | y_0..t), as in the papers
+    filt  the filter's own weights W_kj, which heed y_{t+1}
+    ec    in proportion to Pi[j, k] Pr(s_t = j | y_0..t) N(x_k|T; x_kj, P_kj): Barber (2006), at the mean
+
+Against the sum over all paths (250 sequences of 6 frames each, 2 states), the mean total variation of Pr(s_t)
+is, for kim, filt and ec: 0.020, 0.0014, 0.0008 with noise 0.05 at second order; 0.032, 0.0094, 0.011 with
+noise 0.3; at first order 0.0025, 0.0007, 0.0008 and 0.012, 0.0034, 0.0058.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from dynamics.frames import PAIRS, Frames, in_batches
+from dynamics.gaussian import Array, Gaussian, collapse, transpose
+from dynamics.gpb2_filter import (
+    Filtered,
+    Forward,
+    gpb2_filter,
+    gpb2_filter_all,
+    normalised,
+    run_filter,
+)
+from dynamics.kalman import CORNER, predict, reverse, surprise
+from dynamics.posterior import Posterior
+from dynamics.slds import SLDS
+
+__all__ = ["Filtered", "Weights", "gpb2", "gpb2_all", "gpb2_filter", "gpb2_filter_all"]
+
+Weights = Literal["ec", "filt", "kim"]
+
+
+def gpb2(slds: SLDS, y: Array, hints: Array | None = None, *, weights: Weights = "ec") -> Posterior:
+    """The approximate posterior over one sequence; see `gpb2_all`."""
+    return gpb2_all(slds, [y], None if hints is None else [hints], weights=weights)[0]
+
+
+def gpb2_all(
+    slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None, *, weights: Weights = "ec"
+) -> list[Posterior]:
+    """The approximate posterior over each of several sequences.
+
+    Args:
+        ys: sequences (T, M), T >= 1, lengths may differ; NaN entries were not measured.
+        hints: (T, K) each, further log likelihood of every switching state; None is zero.
+        weights: of the state before given the one after; see above.
+
+    Raises:
+        ValueError: hints of another shape, or that leave no switching state possible; unknown weights.
+    """
+    if weights not in get_args(Weights):
+        raise ValueError(f"weights must be one of {', '.join(get_args(Weights))}; got {weights!r}")
+
+    def infer(frames: Frames) -> list[Posterior]:
+        return _smooth(slds, frames, run_filter(slds, frames), weights)
+
+    return in_batches(slds, ys, hints, infer)
+
+
+@dataclass(frozen=True)
+class _Backward:
+    """One row a frame and sequence; steps stand in the row they lead to.
+
+    log_prob : (rows, K) log Pr(s_t)
+    states   : (rows, K) x_t given each s_t
+    pair     : (rows, K, K) Pr(s_{t-1} = j, s_t = k)
+    steps    : (rows, K) [x_t; x_{t-1}] given each s_t
+    lag      : (rows, N, N) Cov(x_t, x_{t-1})
+    """
+
+    log_prob: Array
+    states: Gaussian
+    pair: Array
+    steps: Gaussian
+    lag: Array
+
+
+def _smooth(slds: SLDS, frames: Frames, forward: Forward, weights: Weights) -> list[Posterior]:
+    rows, K, N = forward.states.mean.shape
+    backward = _Backward(
+        forward.log_prob.copy(),
+        Gaussian(forward.states.mean.copy(), forward.states.cov.copy()),
+        np.empty((rows, K, K)),
+        Gaussian(np.empty((rows, K, 2 * N)), np.empty((rows, K, 2 * N, 2 * N))),
+        np.empty((rows, N, N)),
+    )
+    for start, stop in frames.chunks(max(1, PAIRS // K**2)):
+        _smooth_chunk(slds, frames, forward, backward, weights, start, stop)
+    prob = np.exp(backward.log_prob)
+    states = collapse(prob, backward.states)
+    return [
+        Posterior(
+            prob=prob[r],
+            pair=backward.pair[r[1:]],
+            states=states[r],
+            lag=backward.lag[r[1:]],
+            log_evidence=float(forward.log_evidence[r].sum()),
+            path=prob[r].argmax(-1),
+            starts=backward.states[r[0]],
+            steps=backward.steps[r[1:]],
+        )
+        for r in frames.sequences()
+    ]
+
+
+def _smooth_chunk(
+    slds: SLDS,
+    frames: Frames,
+    forward: Forward,
+    backward: _Backward,
+    weights: Weights,
+    start: int,
+    stop: int,
+) -> None:
+    """From frames start..stop-1 to the ones before; only the recursion itself goes frame by frame."""
+    rows = slice(int(frames.first[start]), int(frames.first[stop]))
+    before = frames.before[rows]
+    filtered = forward.states[before, None]
+    back = reverse(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])
+    log_U = slds.log_Pi.T + forward.log_prob[before, None]
+    if weights == "filt":
+        log_U = forward.log_shares[rows].copy()
+    if weights == "ec":
+        bordered = _bordered(slds, filtered)
+    mean, cov = np.empty_like(back.rest.cov[..., 0]), np.empty_like(back.rest.cov)
+    for t in range(stop - 1, start - 1, -1):
+        now = frames.at(t)
+        here = slice(now.start - rows.start, now.stop - rows.start)
+        earlier = slice(int(before[here.start]), int(before[here.stop - 1]) + 1)
+        later = backward.states[now, :, None]
+        if weights == "ec":
+            bordered[here, ..., -1, :-1] = later.mean - back.ahead[here]
+            log_U[here] -= surprise(bordered[here])
+        log_U[here] = normalised(log_U[here], axis=-1)[1]
+        log_pair = backward.log_prob[now, :, None] + log_U[here]
+        log_prob, log_shares = normalised(log_pair, axis=1)
+        pairs = back[here].step(later)
+        mean[here], cov[here] = pairs.mean, pairs.cov
+        of_each = Gaussian(pairs.mean.swapaxes(1, 2), pairs.cov.swapaxes(1, 2))
+        state = collapse(np.exp(log_shares).swapaxes(1, 2), of_each)
+        backward.states.mean[earlier], backward.states.cov[earlier] = state.mean, state.cov
+        backward.log_prob[earlier] = log_prob[:, 0] - np.logaddexp.reduce(log_prob[:, 0], -1)[:, None]
+    _record_steps(backward, rows, np.exp(log_U), back.gain, Gaussian(mean, cov))
+
+
+def _bordered(slds: SLDS, filtered: Gaussian) -> Array:
+    """(rows, K, K, N+1, N+1) P_kj with room for x_k|T - x_kj below it, for `surprise`."""
+    predicted = predict(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])
+    *leading, N = predicted.mean.shape
+    bordered = np.full((*leading, N + 1, N + 1), CORNER)
+    # A companion state's prediction may be singular to rounding; `kalman.reverse` gives way by as much.
+    size = np.diagonal(predicted.cov, axis1=-2, axis2=-1)
+    bordered[..., :N, :N] = predicted.cov + 1e-12 * np.eye(N) * size[..., None, :]
+    return bordered
+
+
+def _record_steps(backward: _Backward, rows: slice, U: Array, gain: Array, pairs: Gaussian) -> None:
+    """The moments of [x_t; x_{t-1}] given each s_t, and over all; U and pairs (rows, K now, K before)."""
+    prob, now, then = np.exp(backward.log_prob[rows]), backward.states[rows], collapse(U, pairs)
+    N = now.mean.shape[-1]
+    cross = now.cov @ transpose((U[..., None, None] * gain).sum(2))
+    backward.pair[rows] = transpose(prob[..., None] * U)
+    steps = backward.steps
+    steps.mean[rows, :, :N], steps.mean[rows, :, N:] = now.mean, then.mean
+    steps.cov[rows, :, :N, :N], steps.cov[rows, :, N:, N:] = now.cov, then.cov
+    steps.cov[rows, :, :N, N:], steps.cov[rows, :, N:, :N] = cross, transpose(cross)
+    apart = steps.mean[rows] - (prob[..., None] * steps.mean[rows]).sum(1, keepdims=True)
+    between = transpose(prob[..., None] * apart[..., :N]) @ apart[..., N:]
+    backward.lag[rows] = (prob[..., None, None] * cross).sum(1) + between

@@ -1,0 +1,219 @@
+"""The GPB2 filter: one Gaussian a switching state, collapsed over the state before.
+
+Pavlović et al. (2000), section 3.2 (generalised pseudo-Bayes of second order), read with these corrections:
+the first frame is updated like any other, the collapse over predecessors comes after all of them are known,
+and it counts the spread of their means. Here j is the state before, i the state now.
+
+For every pair l_ij = log N(e_ij; 0, S_ij) + log Pi[j, i] + log Pr(s_{t-1} = j | past), and the weights
+W_ij = Pr(s_{t-1} = j | s_t = i, y_0..t) are the softmax of l_ij over j, never a ratio of probabilities that
+may have underflowed. The collapse needs few N x N products. With G_i = C A_i,
+
+    C P_ij = (G_i P_j) A_i' + C Q_i,    S_ij = (G_i P_j) G_i' + C Q_i C' + R = L L',
+    Z_ij = L^-1 C P_ij,    x_ij|t = x_ij + Z_ij' L^-1 e_ij,    P_ij|t = P_ij - Z_ij' Z_ij.
+
+Summed like this, P_ij|t cancels to nothing where R is small beside P. Joseph's form holds for any gain g:
+P_ij|t = (I - gC) P_ij (I - gC)' + g R g' - (g - g_ij) S_ij (g - g_ij)', where g_ij = Z_ij' L^-1. So, with
+P_i = sum_j W_ij P_ij = A_i (sum_j W_ij P_j) A_i' + Q_i, S_i = sum_j W_ij S_ij and g = P_i C' S_i^-1,
+
+    sum_j W_ij P_ij|t = (I - gC) P_i (I - gC)' + g R g' - sum_j W_ij D_ij' D_ij,    D_ij = L' g' - Z_ij,
+
+which takes away only what the gains differ by: least of all g for this one, nothing for one state.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.frames import Frames, in_batches
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, symmetric, transpose
+from dynamics.kalman import update
+from dynamics.slds import SLDS
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """What each frame's past and present say of it, over one sequence of T frames.
+
+    prob         : (T, K) Pr(s_t | y_0..t)
+    states       : mean (T, K, N), cov (T, K, N, N) of x_t given each s_t
+    log_evidence : (T,) log p(y_t | y_0..t-1), nats, hints included
+    """
+
+    prob: Array
+    states: Gaussian
+    log_evidence: Array
+
+
+def gpb2_filter(slds: SLDS, y: Array, hints: Array | None = None) -> Filtered:
+    """The filter alone over one sequence; see `gpb2_filter_all`."""
+    return gpb2_filter_all(slds, [y], None if hints is None else [hints])[0]
+
+
+def gpb2_filter_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Filtered]:
+    """The filter alone over each of several sequences; arguments and errors as `gpb2_all`."""
+
+    def infer(frames: Frames) -> list[Filtered]:
+        forward = run_filter(slds, frames)
+        return [
+            Filtered(np.exp(forward.log_prob[r]), forward.states[r], forward.log_evidence[r])
+            for r in frames.sequences()
+        ]
+
+    return in_batches(slds, ys, hints, infer)
+
+
+@dataclass(frozen=True)
+class Forward:
+    """One row a frame and sequence: log Pr(s_t | y_0..t), log W, x_t given each s_t, log evidence."""
+
+    log_prob: Array
+    log_shares: Array
+    states: Gaussian
+    log_evidence: Array
+
+
+def run_filter(slds: SLDS, frames: Frames) -> Forward:
+    """The filter over all rows; ValueError where no switching state is possible."""
+    rows, K, N, first = len(frames.y), slds.K, slds.A.shape[-1], frames.first.tolist()
+    states = Gaussian(np.empty((rows, K, N)), np.empty((rows, K, N, N)))
+    forward = Forward(np.empty((rows, K)), np.zeros((rows, K, K)), states, np.empty(rows))
+    transitions = _transitions(slds)
+    seen = ~np.isnan(frames.y)
+    whole = np.logical_and.reduceat(seen.all(-1), first[:-1]).tolist()
+    y = np.where(seen, frames.y, 0.0)
+    further = frames.hints - 0.5 * LOG_2PI * seen.sum(-1)[:, None]
+    for t in range(len(first) - 1):
+        now = slice(first[t], first[t + 1])
+        if t == 0:
+            belief, log_lik = update(slds.start, frames.y[now, None], slds.C, slds.R)
+            log_joint = slds.log_pi0 + log_lik + frames.hints[now]
+        else:
+            earlier = slice(first[t - 1], first[t - 1] + now.stop - now.start)
+            before = states[earlier]
+            pairs = _innovate(transitions, before, y[now], None if whole[t] else seen[now])
+            logs = pairs.log_lik + (transitions.log_switch + forward.log_prob[earlier])
+            log_sum, log_shares = normalised(logs, axis=-1)
+            log_joint = log_sum[..., 0].T + further[now]
+            forward.log_shares[now] = log_shares.transpose(1, 0, 2)
+            belief = _collapsed(transitions, before, pairs, np.exp(log_shares))
+        log_evidence = np.logaddexp.reduce(log_joint, axis=-1)
+        if not -np.inf < log_evidence.min():
+            raise ValueError(f"no switching state is possible at frame {t}; see pi0, Pi, y and hints")
+        states.mean[now], states.cov[now] = belief.mean, belief.cov
+        forward.log_evidence[now] = log_evidence
+        forward.log_prob[now] = log_joint - log_evidence[:, None]
+    return forward
+
+
+class _Transitions(NamedTuple):
+    """What the filter needs of the system at every frame, with the state now first.
+
+    G     : (K M, N) the rows of every C A_i
+    right : (K, N, N+1+M) [A_i', 0, G_i'], takes [G_i P_j; x_j'] to [C P_ij, 0, S_ij; x_ij', 0, (C x_ij)']
+    fixed : (K, 1, M+1, N+1+M) what that lacks of noise and offset
+    log_switch : (K, 1, K) log Pi[j, i]
+    A_t   : (K, N, N) A_i'
+    sign  : (M+1, 1) -1 for what the gains differ by, 1 for what the means differ by
+    """
+
+    slds: SLDS
+    G: Array
+    right: Array
+    fixed: Array
+    log_switch: Array
+    A_t: Array
+    sign: Array
+
+
+def _transitions(slds: SLDS) -> _Transitions:
+    (M, N), K, C = slds.C.shape, slds.K, slds.C
+    G = C @ slds.A
+    fixed = np.zeros((K, 1, M + 1, N + 1 + M))
+    fixed[:, 0, :M, :N] = C @ slds.Q
+    fixed[:, 0, :M, N + 1 :] = C @ slds.Q @ C.T + slds.R
+    fixed[:, 0, M, :N] = slds.b
+    fixed[:, 0, M, N + 1 :] = slds.b @ C.T
+    A_t = np.ascontiguousarray(transpose(slds.A))
+    right = np.concatenate([A_t, np.zeros((K, N, 1)), transpose(G)], axis=-1)
+    sign = np.append(-np.ones(M), 1.0)[:, None]
+    log_switch = np.ascontiguousarray(slds.log_Pi.T[:, None])
+    return _Transitions(slds, G.reshape(K * M, N), right, fixed, log_switch, A_t, sign)
+
+
+class _Pairs(NamedTuple):
+    """Innovations of n sequences, leading axes (K now, n, K before).
+
+    joint   : (..., M+1, N+1+M) [C P_ij, e, S_ij; x_ij|t', -, -], zero and unit rows where not measured
+    root    : (..., M, M) L of S_ij = L L'
+    white   : (..., M, N+1) L^-1 [C P_ij, e]
+    log_lik : (...) log N(e; 0, S_ij) but for the powers of 2 pi
+    """
+
+    joint: Array
+    root: NDArray[np.floating[Any]]
+    white: Array
+    log_lik: Array
+
+
+def _innovate(
+    transitions: _Transitions, states: Gaussian, y: Array, seen: NDArray[np.bool_] | None
+) -> _Pairs:
+    n, K, N = states.mean.shape
+    M = y.shape[-1]
+    left = np.empty((K, n, K, M + 1, N))
+    left[..., :M, :] = (transitions.G @ states.cov).reshape(n, K, K, M, N).transpose(2, 0, 1, 3, 4)
+    left[..., M, :] = states.mean
+    joint = (left.reshape(K, -1, N) @ transitions.right).reshape(K, n * K, M + 1, -1)
+    joint += transitions.fixed
+    joint = joint.reshape(K, n, K, M + 1, -1)
+    np.subtract(y[:, None], joint[..., M, N + 1 :], out=joint[..., :M, N])
+    if seen is not None:
+        both = (seen[:, :, None] & seen[:, None, :])[:, None]
+        joint[..., :M, N + 1 :] = np.where(both, joint[..., :M, N + 1 :], np.eye(M))
+        joint[..., :M, : N + 1] *= seen[:, None, :, None]
+    root = np.linalg.cholesky(joint[..., :M, N + 1 :])
+    white = np.linalg.inv(root) @ joint[..., :M, : N + 1]
+    told = (white[..., N:].swapaxes(-1, -2) @ white)[..., 0, :]  # what x_ij learns, and e' S^-1 e
+    half_log_det = np.add.reduce(np.log(root.diagonal(axis1=-2, axis2=-1)), -1)
+    mean = joint[..., M, :N]
+    mean += told[..., :N]
+    log_lik = -0.5 * told[..., N] - half_log_det
+    return _Pairs(joint, root, white, log_lik)
+
+
+def _collapsed(transitions: _Transitions, states: Gaussian, pairs: _Pairs, W: Array) -> Gaussian:
+    """x_t given each s_t, leading axes (n, K); weights W (K now, n, K before)."""
+    slds = transitions.slds
+    K, n, _, M1, _ = pairs.joint.shape
+    M, N = M1 - 1, states.mean.shape[-1]
+    mixed = (W[..., None, :] @ pairs.joint.reshape(K, n, K, -1)).reshape(K, n, M1, -1)
+    CP, S, mean = mixed[..., :M, :N], mixed[..., :M, N + 1 :], mixed[..., M, :N]
+    gain_t = np.linalg.solve(S, CP)
+    P = (W.transpose(1, 0, 2) @ states.cov.reshape(n, K, -1)).reshape(n, K, N, N)
+    P = (slds.A @ P @ transitions.A_t + slds.Q).transpose(1, 0, 2, 3)
+
+    # One product gives the spread of the means less what the gains differ by.
+    apart = np.empty((K, n, K, M1, N))
+    L_t = pairs.root.swapaxes(-1, -2)
+    np.subtract(L_t @ gain_t[:, :, None], pairs.white[..., :N], out=apart[..., :M, :])
+    np.subtract(pairs.joint[..., M, :N], mean[:, :, None], out=apart[..., M, :])
+    weighed = (W[..., None, None] * transitions.sign) * apart
+    cov = weighed.reshape(K, n, -1, N).swapaxes(-1, -2) @ apart.reshape(K, n, -1, N)
+
+    gain = gain_t.swapaxes(-1, -2)
+    left = P - gain @ CP
+    cov += left - (left @ slds.C.T - gain @ slds.R) @ gain_t
+    return Gaussian(mean.transpose(1, 0, 2), symmetric(cov).transpose(1, 0, 2, 3))
+
+
+def normalised(logs: Array, axis: int) -> tuple[Array, Array]:
+    """The log sum along an axis, which stays, and the log shares in it: equal where nothing is possible."""
+    total = np.logaddexp.reduce(logs, axis=axis, keepdims=True)
+    if total.min() > -np.inf:
+        return total, logs - total
+    never = np.isneginf(total)
+    equal = -np.log(logs.shape[axis])
+    return total, np.where(never, equal, logs - np.where(never, 0.0, total))

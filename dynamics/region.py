@@ -1,0 +1,63 @@
+"""Where each switching state lives, and what a pose therefore says of the state.
+
+A learned model's mean0 and cov0 are the moments of x over all frames of each switching state (`em.anywhere`):
+its region. Two uses go beyond the papers, in which the switch depends on the last switch alone:
+
+    a term for the pose    log N(y_t; C mean0_k, C cov0_k C' + R), flatter the noisier the measurement
+    a recurrent switch     Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(x_j; mean0_j, cov0_j),
+                           x_j = A_j x_{t-1} + b_j: a state is entered where its own dynamics lead into its region
+
+(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of both.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dynamics.gaussian import LOG_2PI, Array, apply, transpose
+from dynamics.kalman import innovation, log_likelihood
+from dynamics.regression import form
+from dynamics.slds import SLDS
+
+POSE = 0.5  # weight of the pose's term: y_t is counted once by the dynamics already
+
+
+def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
+    """(T, K) the weighted term for the pose, of the measured freedoms that do not travel.
+
+    Args:
+        y: (T, M), NaN where not measured.
+    """
+    stays = np.array([name not in slds.travelling for name in slds.names])
+    seen = np.where(stays, y, np.nan)[:, None]
+    e, _, S, _ = innovation(slds.start, seen, slds.C, slds.R)
+    return weight * log_likelihood(e, S, (~np.isnan(seen)).sum(-1))
+
+
+@dataclass(frozen=True)
+class Regions:
+    """log N of each state's region: regard (N', N) leaves out the place; mean (K, N'), white (K, N', N') and
+    log_scale (K,) make a distance of it."""
+
+    regard: Array
+    mean: Array
+    white: Array
+    log_scale: Array
+
+    def log_density(self, x: Array) -> Array:
+        """(..., K) of the states x (..., K, N)."""
+        white = apply(self.white, apply(self.regard, x) - self.mean)
+        density: Array = self.log_scale - 0.5 * (white**2).sum(-1)
+        return density
+
+
+def regions(slds: SLDS) -> Regions:
+    """The regions of a model's switching states."""
+    regard = form(slds.names, slds.travelling, slds.order).regard
+    cov = regard @ slds.cov0 @ transpose(regard)
+    # A region thinner than rounding would let no other state in.
+    size = np.diagonal(cov, axis1=-2, axis2=-1).max(0)
+    root = np.linalg.cholesky(cov + 1e-6 * np.diag(size))
+    log_det = np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(-1)
+    white = np.linalg.solve(root, np.broadcast_to(np.eye(len(regard)), root.shape))
+    return Regions(regard, slds.mean0 @ regard.T, white, -log_det - 0.5 * len(regard) * LOG_2PI)

@@ -1,0 +1,174 @@
+"""Structured variational inference: poses and switching states, each given what the other is on average.
+
+Pavlović et al. (2000), q(X, S) = q(X) q(S) closest to the posterior. It maximises the bound
+E_q log p(X, S, Y) + H[q] <= log p(Y) by turns: q(X) for the switching states' probabilities is a Gaussian
+chain (`dynamics.averaged`); q(S) for q(X) is a discrete chain with pi0, Pi and frame log likelihoods
+
+    log q_0(i) = <log N(x_0; mean0_i, cov0_i)>,  log q_t(i) = <log N(x_t; A_i x_{t-1} + b_i, Q_i)>
+
+(equation 3, with the factor 1/2 it lacks; plus the frame's hints). Right after it the bound is exactly
+log Z of that chain + E log p(Y | X) + H[q(X)], since E log p(S) + H[q(S)] + sum_t <log q_t> = log Z.
+
+Where the bound ends depends on the start. From the approximate Viterbi path it ended higher than from states
+all alike by 0.2 nats (order 1) and 1.4 (order 2) on sequences of 12 frames of 2 freedoms, and by thousands on
+50 frames of 8; giving each state a share of the path's certainty, up to a tenth, changed nothing.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dynamics.averaged import Data, Poses, System, averaged, beside, whitened
+from dynamics.chain import forward_backward, side_by_side
+from dynamics.gaussian import Array, Gaussian
+from dynamics.posterior import Posterior
+from dynamics.slds import SLDS
+from dynamics.viterbi import viterbi_all
+
+ROUNDS = 50
+TOLERANCE = 1e-3  # nats; the bound then ended at most 1e-3 below its limit, mostly after 2 to 5 rounds
+BATCH = 64  # sequences at a time; fewer where an array would hold
+LARGEST = 2**25  # numbers
+
+
+def variational(
+    slds: SLDS, y: Array, hints: Array | None = None, *, rounds: int = ROUNDS, tolerance: float = TOLERANCE
+) -> Posterior:
+    """The posterior of one sequence y (T, M); see `variational_all`."""
+    others = None if hints is None else [hints]
+    return variational_all(slds, [y], others, rounds=rounds, tolerance=tolerance)[0]
+
+
+def variational_all(
+    slds: SLDS,
+    ys: Sequence[Array],
+    hints: Sequence[Array] | None = None,
+    *,
+    start: Sequence[Posterior] | None = None,
+    rounds: int = ROUNDS,
+    tolerance: float = TOLERANCE,
+) -> list[Posterior]:
+    """Of each sequence the closest posterior in which poses and switching states are independent.
+
+    Args:
+        ys: sequences (T, M), T >= 1; NaN entries were not measured.
+        hints: for each (T, K) further log likelihood of every switching state.
+        start: for each the posterior whose `prob` and mean states to start from; None: approximate Viterbi.
+        rounds: how often poses, then switching states, are found anew at most; at least 1.
+        tolerance: a sequence is done when a round raises its bound by less, nats.
+
+    Returns:
+        Posteriors whose log_evidence is the bound.
+
+    Raises:
+        numpy.linalg.LinAlgError: R, cov0 or the pose's block of Q is not positive definite.
+        ValueError: the state holds more than poses, or no path can have made a sequence.
+    """
+    if rounds < 1:
+        raise ValueError(f"rounds must be at least 1; got {rounds}")
+    system = whitened(slds)
+    begin = viterbi_all(slds, ys, hints) if start is None else start
+    order = np.argsort([-len(y) for y in ys], kind="stable")
+    posteriors: dict[int, Posterior] = {}
+    while len(order):
+        fit = LARGEST // (len(ys[order[0]]) * system.white_A.size)
+        chosen, order = np.split(order, [min(max(fit, 1), BATCH)])
+        data = beside(slds, [ys[n] for n in chosen], None if hints is None else [hints[n] for n in chosen])
+        for n, posterior in _settled(slds, system, data, [begin[n] for n in chosen], rounds, tolerance):
+            posteriors[int(chosen[n])] = posterior
+    return [posteriors[n] for n in range(len(ys))]
+
+
+def variational_rounds(
+    slds: SLDS, y: Array, hints: Array | None = None, *, start: Posterior | None = None
+) -> Iterator[Posterior]:
+    """The posterior of one sequence after every round, without end; its log_evidence never falls.
+
+    The states of each are the best for the last one's `prob`, its `prob` the best for its states.
+    """
+    others = None if hints is None else [hints]
+    system, data = whitened(slds), beside(slds, [y], others)
+    prob, mean = _beginning(viterbi_all(slds, [y], others) if start is None else [start], len(slds.names))
+    while True:
+        beliefs = _round(slds, system, data, prob, mean)
+        prob, mean = beliefs.prob, beliefs.poses.mean
+        yield _posterior(beliefs, 0, len(y))
+
+
+@dataclass
+class Variational:
+    """An E-step for `em.learn` that starts from its own last answer to as many sequences of the same lengths.
+
+    The bound plus the log prior then never falls from one round of learning to the next, however few rounds
+    are made within. Take a fresh one for every run of learning: another model's answer is a poor start.
+    """
+
+    rounds: int = ROUNDS
+    tolerance: float = TOLERANCE
+    last: list[Posterior] = field(default_factory=list, repr=False)
+
+    def __call__(self, slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
+        """The posteriors of these sequences."""
+        same = [p.prob.shape for p in self.last] == [(len(y), slds.K) for y in ys]
+        start = self.last if same else None
+        self.last = variational_all(slds, ys, start=start, rounds=self.rounds, tolerance=self.tolerance)
+        return self.last
+
+
+@dataclass(frozen=True)
+class _Beliefs:
+    """q(X), q(S) of B sequences, frames first: prob (T,B,K), pair (T-1,B,K,K); their bound (B,)."""
+
+    poses: Poses
+    prob: Array
+    pair: Array
+    bound: Array
+
+
+def _round(slds: SLDS, system: System, data: Data, prob: Array, mean: Array) -> _Beliefs:
+    """Poses from the switching states' probabilities (and any mean to step from), then those anew."""
+    poses = averaged(system, data, prob, mean)
+    log_q, lengths = poses.told + data.hints, data.within.sum(0)
+    prob, pair, log_Z = forward_backward(slds.log_pi0, slds.log_Pi, log_q, lengths)
+    return _Beliefs(poses, prob, pair, log_Z + poses.value)
+
+
+def _settled(
+    slds: SLDS, system: System, data: Data, start: Sequence[Posterior], rounds: int, tolerance: float
+) -> Iterator[tuple[int, Posterior]]:
+    """Each sequence's place and posterior, once its bound has settled; the others go on."""
+    prob, mean = _beginning(start, len(slds.names))
+    going, before = np.arange(len(start)), np.full(len(start), -np.inf)
+    for i in range(rounds):
+        beliefs = _round(slds, system, data, prob, mean)
+        done = (beliefs.bound - before < tolerance) | (i == rounds - 1)
+        for n in np.flatnonzero(done):
+            yield int(going[n]), _posterior(beliefs, int(n), int(data.within[:, n].sum()))
+        rest = np.flatnonzero(~done)
+        if not len(rest):
+            return
+        if done.any():
+            data = data.of(rest)
+        prob, mean = beliefs.prob[:, rest], beliefs.poses.mean[:, rest]
+        going, before = going[rest], beliefs.bound[rest]
+
+
+def _posterior(beliefs: _Beliefs, n: int, T: int) -> Posterior:
+    poses, prob = beliefs.poses, beliefs.prob[:T, n].copy()
+    return Posterior(
+        prob=prob,
+        pair=beliefs.pair[: T - 1, n].copy(),
+        states=Gaussian(poses.mean[:T, n].copy(), poses.cov[:T, n].copy()),
+        lag=poses.lag[: T - 1, n].copy(),
+        log_evidence=float(beliefs.bound[n]),
+        path=np.asarray(prob.argmax(1)),
+    )
+
+
+def _beginning(start: Sequence[Posterior], d: int) -> tuple[Array, Array]:
+    """prob (T,B,K) and mean (T,B,N) to start from; every state repeats the pose of the one before exactly."""
+    prob, _ = side_by_side([p.prob for p in start], 0.0)
+    mean, _ = side_by_side([p.states.mean for p in start], 0.0)
+    mean[1:, :, d:] = mean[:-1, :, : mean.shape[-1] - d]
+    return prob, mean

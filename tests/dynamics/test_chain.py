@@ -1,0 +1,196 @@
+"""The discrete chain against the sum over all its paths."""
+
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.chain import best_path_all, blocks, forward_backward, forward_backward_all, side_by_side
+
+
+def logs(array):
+    with np.errstate(divide="ignore"):
+        return np.log(array)
+
+
+def random_chain(K, rng):
+    return logs(rng.dirichlet(np.ones(K))), logs(rng.dirichlet(np.ones(K), size=K))
+
+
+def ring():
+    """Three states that may only stay or go round, started in the first."""
+    Pi = np.array([[0.6, 0.4, 0.0], [0.0, 0.6, 0.4], [0.4, 0.0, 0.6]])
+    return logs(np.array([1.0, 0.0, 0.0])), logs(Pi)
+
+
+def log_path(log_pi0, log_Pi, log_lik, path):
+    total = log_pi0[path[0]] + sum(log_lik[t, s] for t, s in enumerate(path))
+    return total + sum(log_Pi[i, j] for i, j in pairwise(path))
+
+
+def enumerated(log_pi0, log_Pi, log_lik):
+    """prob, pair, log evidence and the best path with its log probability, by all K**T paths."""
+    T, K = log_lik.shape
+    paths = list(product(range(K), repeat=T))
+    values = np.array([log_path(log_pi0, log_Pi, log_lik, path) for path in paths])
+    log_evidence = np.logaddexp.reduce(values)
+    prob, pair = np.zeros((T, K)), np.zeros((T - 1, K, K))
+    for path, weight in zip(paths, np.exp(values - log_evidence), strict=True):
+        for t in range(T):
+            prob[t, path[t]] += weight
+        for t in range(T - 1):
+            pair[t, path[t], path[t + 1]] += weight
+    return prob, pair, log_evidence, paths[values.argmax()], values.max()
+
+
+@pytest.mark.parametrize(("K", "T"), [(1, 4), (2, 1), (2, 8), (3, 2), (3, 6), (4, 5)])
+@pytest.mark.parametrize("scale", [0.1, 3.0, 40.0])
+def test_probabilities_evidence_and_best_path_are_those_of_all_paths(K, T, scale, rng):
+    log_pi0, log_Pi = random_chain(K, rng)
+    log_lik = scale * rng.normal(size=(T, K))
+    prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
+    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+    # Rounding in sums of logs of at most a few hundred.
+    assert_allclose(got.prob, prob, atol=1e-12)
+    assert_allclose(got.pair, pair, atol=1e-12)
+    assert got.log_evidence == pytest.approx(log_evidence, rel=1e-13)
+    ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
+    assert_array_equal(got_path, path)
+    assert got_value == pytest.approx(value, rel=1e-13)
+
+
+def test_transitions_and_starts_that_cannot_be_have_no_probability(rng):
+    log_pi0, log_Pi = ring()
+    for _ in range(5):
+        log_lik = 5.0 * rng.normal(size=(6, 3))
+        prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
+        (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+        assert_allclose(got.prob, prob, atol=1e-12)
+        assert_allclose(got.pair, pair, atol=1e-12)
+        assert_array_equal(got.pair[:, np.isneginf(log_Pi)], 0.0)
+        assert_array_equal(got.prob[0, 1:], 0.0)
+        assert got.log_evidence == pytest.approx(log_evidence, rel=1e-13)
+        ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
+        assert_array_equal(got_path, path)
+        assert got_value == pytest.approx(value, rel=1e-13)
+
+
+def test_a_frame_may_exclude_a_state(rng):
+    log_pi0, log_Pi = random_chain(3, rng)
+    log_lik = rng.normal(size=(5, 3))
+    log_lik[2, 1] = log_lik[4, 0] = -np.inf
+    prob, pair, log_evidence, path, _ = enumerated(log_pi0, log_Pi, log_lik)
+    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+    assert_allclose(got.prob, prob, atol=1e-12)
+    assert_allclose(got.pair, pair, atol=1e-12)
+    assert got.log_evidence == pytest.approx(log_evidence, rel=1e-13)
+    assert_array_equal(best_path_all(log_pi0, log_Pi, [log_lik])[0][0], path)
+
+
+@pytest.mark.parametrize("restless", [False, True])
+def test_sequences_of_unequal_lengths_are_each_on_its_own(restless, rng):
+    log_pi0, log_Pi = random_chain(3, rng)
+    if restless:  # where a shorter sequence has ended no state may follow itself
+        log_Pi = logs(0.5 * (1.0 - np.eye(3)))
+    log_liks = [3.0 * rng.normal(size=(T, 3)) for T in (5, 1, 17, 2, 17, 9, 1)]
+    together = forward_backward_all(log_pi0, log_Pi, log_liks)
+    paths = best_path_all(log_pi0, log_Pi, log_liks)
+    for log_lik, got, (path, value) in zip(log_liks, together, paths, strict=True):
+        (alone,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+        ((alone_path, alone_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
+        assert got.prob.shape == log_lik.shape
+        assert got.pair.shape == (len(log_lik) - 1, 3, 3)
+        # The same operations, batched otherwise.
+        assert_allclose(got.prob, alone.prob, atol=1e-14)
+        assert_allclose(got.pair, alone.pair, atol=1e-14)
+        assert got.log_evidence == pytest.approx(alone.log_evidence, rel=1e-14)
+        assert_array_equal(path, alone_path)
+        assert value == pytest.approx(alone_value, rel=1e-14)
+
+
+def test_what_stands_beyond_a_sequences_end_does_not_matter(rng):
+    log_pi0, log_Pi = random_chain(2, rng)
+    padded, lengths = side_by_side([rng.normal(size=(T, 2)) for T in (3, 6)], 0.0)
+    other = padded.copy()
+    other[3:, 0] = [[-5.0, 900.0]]
+    (prob, pair, value), (prob2, pair2, value2) = (
+        forward_backward(log_pi0, log_Pi, log_lik, lengths) for log_lik in (padded, other)
+    )
+    assert_array_equal(prob[:3], prob2[:3])
+    assert_array_equal(pair[:2], pair2[:2])
+    assert_array_equal(prob[:, 1], prob2[:, 1])
+    assert_array_equal(value, value2)
+
+
+def test_how_a_state_would_go_on_does_not_sway_a_path_that_has_ended():
+    log_pi0, log_Pi = logs(np.array([0.5, 0.5])), logs(np.array([[0.6, 0.4], [0.0, 1.0]]))
+    ended, longer = np.array([[0.0, -5.0], [0.1, 0.0]]), np.zeros((9, 2))
+    (path, _), _ = best_path_all(log_pi0, log_Pi, [ended, longer])
+    assert_array_equal(path, [0, 0])
+
+
+def test_pairs_sum_to_the_probabilities_of_either_frame(rng):
+    log_pi0, log_Pi = random_chain(4, rng)
+    (got,) = forward_backward_all(log_pi0, log_Pi, [30.0 * rng.normal(size=(300, 4))])
+    # Sums of four numbers, renormalised nowhere: rounding adds up over the frames.
+    assert_allclose(got.pair.sum(2), got.prob[:-1], atol=1e-13)
+    assert_allclose(got.pair.sum(1), got.prob[1:], atol=1e-13)
+    assert_allclose(got.prob.sum(1), 1.0, atol=1e-12)
+
+
+def test_likelihoods_far_beyond_the_range_of_floats_lose_nothing():
+    # Every second frame speaks against both states by thousands of nats, by 2 nats more against the second,
+    # and from the second nobody returns: what matters underflows if it leaves the logs.
+    log_pi0, log_Pi = logs(np.array([0.5, 0.5])), logs(np.array([[0.9, 0.1], [0.0, 1.0]]))
+    log_lik = np.tile([[-3000.0, -3002.0], [-35000.0, -35000.0]], (3, 1))
+    log_lik[-1] = [-9000.0, 0.0]
+    prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
+    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+    # Logs near 1e5 carry 1e-11.
+    assert_allclose(got.prob, prob, atol=1e-10)
+    assert_allclose(got.pair, pair, atol=1e-10)
+    assert got.log_evidence == pytest.approx(log_evidence, rel=1e-14)
+    ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
+    assert_array_equal(got_path, path)
+    assert got_value == pytest.approx(value, rel=1e-14)
+
+
+def test_a_state_told_apart_by_thousands_of_nats_too_late_is_still_found():
+    # The first state is the likelier by 2000 nats until it turns out impossible: what is left of the second,
+    # exp(-2000), must not have been lost.
+    log_pi0, log_Pi = logs(np.array([0.5, 0.5])), logs(np.eye(2))
+    log_lik = np.array([[0.0, -2000.0], [0.0, 0.0], [-np.inf, 0.0]])
+    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+    assert_allclose(got.prob, [[0.0, 1.0]] * 3, atol=1e-12)
+    assert got.log_evidence == pytest.approx(np.log(0.5) - 2000.0, rel=1e-14)
+    assert_array_equal(best_path_all(log_pi0, log_Pi, [log_lik])[0][0], [1, 1, 1])
+
+
+def test_no_sequences_give_no_answers():
+    log_pi0, log_Pi = ring()
+    assert forward_backward_all(log_pi0, log_Pi, []) == []
+    assert best_path_all(log_pi0, log_Pi, []) == []
+
+
+@pytest.mark.parametrize("answer", [forward_backward_all, best_path_all])
+def test_a_sequence_that_no_path_can_have_made_is_named(answer):
+    log_pi0, log_Pi = ring()
+    possible = np.zeros((3, 3))
+    impossible = possible.copy()
+    impossible[1, :2] = -np.inf  # the third state cannot be reached in a step
+    with pytest.raises(ValueError, match=r"no path can have made sequence 1: .* -inf"):
+        answer(log_pi0, log_Pi, [possible, impossible])
+
+
+def test_joined_blocks_leave_their_own_with_the_probability_of_crossing(rng):
+    Pis = [rng.dirichlet(np.ones(K), size=K) for K in (2, 1, 3)]
+    Pi = blocks(Pis, 0.06)
+    assert_allclose(Pi.sum(1), 1.0, atol=1e-15)
+    own = np.array([0, 0, 1, 2, 2, 2])
+    inside = own[:, None] == own
+    for n, block in enumerate(Pis):
+        assert_allclose(Pi[np.ix_(own == n, own == n)], 0.94 * block, atol=1e-15)
+    others = np.array([4, 4, 5, 3, 3, 3])[:, None]  # states of the other blocks
+    assert_allclose(np.where(inside, 0.0, Pi), np.where(inside, 0.0, 0.06 / others), atol=1e-16)
+    assert_array_equal(blocks(Pis[:1], 0.06), Pis[0])

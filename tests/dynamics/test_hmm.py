@@ -1,0 +1,347 @@
+"""The hidden Markov model against all its paths, against hmmlearn, and EM's promise."""
+
+from dataclasses import replace
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import multivariate_normal
+
+from dynamics.hmm import HMM, HMMOptions, combine_hmms, hmm_all, learn_hmm
+from tests.oracles import random_covariance
+
+LEARNT = {"fps": 30.0, "label": "walk"}
+
+
+def random_hmm(K, rng, *, M=2, apart=1.5):
+    return HMM(
+        pi0=rng.dirichlet(np.full(K, 3.0)),
+        Pi=0.7 * np.eye(K) + 0.3 * rng.dirichlet(np.ones(K), size=K),
+        mean=apart * rng.normal(size=(K, M)),
+        cov=np.stack([random_covariance(M, rng) for _ in range(K)]),
+        names=tuple("abcdefgh"[:M]),
+        labels=("random",) * K,
+        fps=30.0,
+    )
+
+
+def drawn(hmm, T, rng, *, gaps=False):
+    """States and poses."""
+    s = np.empty(T, dtype=int)
+    for t in range(T):
+        s[t] = rng.choice(len(hmm.pi0), p=hmm.pi0 if t == 0 else hmm.Pi[s[t - 1]])
+    y = np.array([rng.multivariate_normal(hmm.mean[k], hmm.cov[k]) for k in s])
+    if gaps:
+        y[rng.random(y.shape) < 0.3] = np.nan
+        y[rng.random(T) < 0.2] = np.nan
+    return s, y
+
+
+def density(hmm, k, pose):
+    """log p of what was measured of a pose."""
+    seen = ~np.isnan(pose)
+    if not seen.any():
+        return 0.0
+    return multivariate_normal(hmm.mean[k, seen], hmm.cov[k][np.ix_(seen, seen)]).logpdf(pose[seen])
+
+
+def enumerated(hmm, y):
+    """prob, pair, log evidence and best path, by all K**T paths."""
+    T, K = len(y), len(hmm.pi0)
+    paths = list(product(range(K), repeat=T))
+    densities = np.array([[density(hmm, k, pose) for k in range(K)] for pose in y])
+    values = []
+    for path in paths:
+        value = np.log(hmm.pi0[path[0]]) + densities[np.arange(T), path].sum()
+        values.append(value + sum(np.log(hmm.Pi[i, j]) for i, j in pairwise(path)))
+    log_evidence = np.logaddexp.reduce(values)
+    prob, pair = np.zeros((T, K)), np.zeros((T - 1, K, K))
+    for path, weight in zip(paths, np.exp(np.array(values) - log_evidence), strict=True):
+        prob[np.arange(T), path] += weight
+        pair[np.arange(T - 1), path[:-1], path[1:]] += weight
+    return prob, pair, log_evidence, paths[int(np.argmax(values))]
+
+
+def ordered(hmm):
+    """The same model, its states by their first mean."""
+    k = hmm.mean[:, 0].argsort()
+    return replace(hmm, pi0=hmm.pi0[k], Pi=hmm.Pi[np.ix_(k, k)], mean=hmm.mean[k], cov=hmm.cov[k])
+
+
+def assert_same_hmm(one, other, *, atol):
+    for name in ("pi0", "Pi", "mean", "cov"):
+        assert_allclose(getattr(one, name), getattr(other, name), atol=atol, err_msg=name)
+
+
+def penalised(hmm, ys, options, weights):
+    """Log evidence plus log prior: inverse-Wishart of a tenth of the data's variance, and Dirichlet."""
+    y, K, M = np.concatenate(ys), len(hmm.pi0), len(hmm.names)
+    total = sum(w * enumerated(hmm, y)[2] for w, y in zip(weights, ys, strict=True))
+    scale = options.prior * 0.1 * np.diag(np.nanvar(y, axis=0))
+    for cov in hmm.cov:
+        count = options.prior * (M + 2)
+        total -= 0.5 * (count * np.linalg.slogdet(cov)[1] + np.trace(np.linalg.inv(cov) @ scale))
+    counts = options.prior * (0.1 + options.stickiness * np.eye(K))
+    return total + (counts * np.log(hmm.Pi)).sum() + 0.1 * options.prior * np.log(hmm.pi0).sum()
+
+
+# Inference
+
+
+@pytest.mark.parametrize("K", [1, 3])
+@pytest.mark.parametrize("gaps", [False, True])
+def test_the_posterior_is_that_of_all_paths(K, gaps, rng):
+    for T in (1, 2, 6):
+        hmm = random_hmm(K, rng)
+        _, y = drawn(hmm, T, rng, gaps=gaps)
+        prob, pair, log_evidence, path = enumerated(hmm, y)
+        (got,) = hmm_all(hmm, [y])
+        assert_allclose(got.prob, prob, atol=1e-12)  # rounding
+        assert_allclose(got.pair, pair, atol=1e-12)
+        assert got.log_evidence == pytest.approx(log_evidence, rel=1e-12, abs=1e-12)
+        if not np.isnan(y).all():
+            assert_array_equal(got.path, path)
+
+
+def test_inference_agrees_with_hmmlearn(rng):
+    hmmlearn = pytest.importorskip("hmmlearn.hmm")
+    hmm = random_hmm(4, rng, M=3, apart=0.8)
+    ys = [drawn(hmm, T, rng)[1] for T in (50, 1, 20, 33)]
+    other = hmmlearn.GaussianHMM(4, covariance_type="full")
+    other.startprob_, other.transmat_ = hmm.pi0, hmm.Pi
+    other.means_, other.covars_ = hmm.mean, hmm.cov
+    for y, got in zip(ys, hmm_all(hmm, ys), strict=True):
+        log_evidence, prob = other.score_samples(y)
+        assert got.log_evidence == pytest.approx(log_evidence, rel=1e-11)
+        assert_allclose(got.prob, prob, atol=1e-11)
+        assert_array_equal(got.path, other.decode(y)[1])
+
+
+def test_entries_that_were_not_measured_are_left_out_of_the_density(rng):
+    hmm = random_hmm(3, rng, M=3)
+    _, y = drawn(hmm, 20, rng)
+    y[:, 1] = np.nan
+    keep = [0, 2]
+    less = replace(hmm, mean=hmm.mean[:, keep], cov=hmm.cov[:, keep][:, :, keep], names=("a", "c"))
+    (got,), (want,) = hmm_all(hmm, [y]), hmm_all(less, [y[:, keep]])
+    assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-12)
+    assert_allclose(got.prob, want.prob, atol=1e-12)
+
+
+def test_sequences_of_unequal_lengths_are_each_on_its_own(rng):
+    hmm = random_hmm(3, rng)
+    ys = [drawn(hmm, T, rng, gaps=T % 2 == 0)[1] for T in (5, 1, 17, 2, 9)]
+    for got, y in zip(hmm_all(hmm, ys), ys, strict=True):
+        (alone,) = hmm_all(hmm, [y])
+        assert got.prob.shape == (len(y), 3)
+        assert_allclose(got.prob, alone.prob, atol=1e-13)
+        assert_array_equal(got.path, alone.path)
+        assert got.log_evidence == pytest.approx(alone.log_evidence, rel=1e-13)
+    assert hmm_all(hmm, []) == []
+
+
+# Learning
+
+
+@pytest.mark.parametrize("prior", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("gaps", [False, True])
+def test_the_penalised_value_never_falls(prior, gaps, rng):
+    hmm = random_hmm(3, rng, M=3)
+    ys = [drawn(hmm, T, rng, gaps=gaps)[1] for T in (40, 60, 1, 50)]
+    options = HMMOptions(states=3, rounds=30, prior=prior, tolerance=-np.inf)
+    fit = learn_hmm(ys, names=hmm.names, options=options, weights=np.array([1.0, 0.5, 3.0, 2.0]), **LEARNT)
+    assert len(fit.values) == 30
+    # Rounding in sums of log-likelihoods near 1000.
+    assert np.diff(fit.values).min() > -1e-9
+    assert fit.values[-1] > fit.values[0] + 1.0
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_learning_ends_at_a_maximum_of_evidence_plus_log_prior(gaps, rng):
+    hmm = random_hmm(2, rng)
+    ys = [drawn(hmm, 5, rng, gaps=gaps)[1] for _ in range(4)]
+    weights = np.array([0.5, 1.5, 1.0, 1.0])
+    options = HMMOptions(states=2, rounds=3000, prior=1.0, tolerance=1e-14)
+    fit = learn_hmm(ys, names=hmm.names, options=options, weights=weights, **LEARNT)
+    best = penalised(fit.hmm, ys, options, weights)
+    assert fit.values[-1] == pytest.approx(best, rel=1e-9)  # the variance that anything is taken to have
+    for _ in range(30):  # any step away is down, to second order
+        pi0 = fit.hmm.pi0 * np.exp(1e-3 * rng.normal(size=2))
+        Pi = fit.hmm.Pi * np.exp(1e-3 * rng.normal(size=(2, 2)))
+        root = np.eye(2) + 1e-3 * rng.normal(size=(2, 2, 2))
+        near = replace(
+            fit.hmm,
+            pi0=pi0 / pi0.sum(),
+            Pi=Pi / Pi.sum(1, keepdims=True),
+            mean=fit.hmm.mean + 1e-3 * rng.normal(size=(2, 2)),
+            cov=root @ fit.hmm.cov @ root.swapaxes(-1, -2),
+        )
+        # What EM has left to climb at a relative rise of 1e-14 a round.
+        assert penalised(near, ys, options, weights) < best + 1e-10
+
+
+def test_learning_agrees_with_hmmlearn_without_a_prior(rng):
+    hmmlearn = pytest.importorskip("hmmlearn.hmm")
+    hmm = random_hmm(3, rng, apart=4.0)
+    ys = [drawn(hmm, T, rng)[1] for T in (80, 60, 90)]
+    options = HMMOptions(states=3, rounds=100, prior=0.0, tolerance=1e-15)
+    fit = learn_hmm(ys, names=hmm.names, options=options, **LEARNT)
+    other = hmmlearn.GaussianHMM(3, covariance_type="full", n_iter=100, tol=1e-12, init_params="")
+    other.covars_prior, other.covars_weight = 0.0, -3.0  # hmmlearn's own prior off
+    other.startprob_, other.transmat_ = np.full(3, 1 / 3), np.full((3, 3), 1 / 3)
+    other.means_, other.covars_ = fit.hmm.mean + 0.1, fit.hmm.cov + 0.1 * np.eye(2)
+    other.fit(np.concatenate(ys), [80, 60, 90])
+    assert other.score(np.concatenate(ys), [80, 60, 90]) == pytest.approx(fit.values[-1], rel=1e-7)
+    assert_allclose(fit.hmm.mean, other.means_, atol=1e-4)  # both still climb a little
+    assert_allclose(fit.hmm.Pi, other.transmat_, atol=1e-4)
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_states_well_apart_are_recovered(gaps, rng):
+    hmm = random_hmm(3, rng)
+    hmm = replace(hmm, mean=[[6.0, 0.0], [-6.0, 0.0], [0.0, 8.0]], Pi=0.85 * np.eye(3) + 0.05)
+    draws = [drawn(hmm, 100, rng, gaps=gaps) for _ in range(6)]
+    ys = [y for _, y in draws]
+    fit = learn_hmm(ys, names=hmm.names, options=HMMOptions(states=3), **LEARNT)
+    order = [int(((fit.hmm.mean - mean) ** 2).sum(1).argmin()) for mean in hmm.mean]
+    assert sorted(order) == [0, 1, 2]
+    # 200 frames a state and 20 % fewer with gaps: standard errors of means 0.1, of Pi 0.03; three of them.
+    assert_allclose(fit.hmm.mean[order], hmm.mean, atol=0.4)
+    assert_allclose(fit.hmm.cov[order], hmm.cov, atol=0.6)
+    assert_allclose(fit.hmm.Pi[np.ix_(order, order)], hmm.Pi, atol=0.1)
+    right = [
+        np.mean(np.array(order)[s] == p.path) for (s, _), p in zip(draws, hmm_all(fit.hmm, ys), strict=True)
+    ]
+    assert np.mean(right) > (0.9 if gaps else 0.99)
+    assert fit.hmm.labels == ("walk",) * 3
+
+
+def test_learning_says_why_it_stopped_and_keeps_the_best_round(rng):
+    hmm = random_hmm(2, rng)
+    ys = [drawn(hmm, 50, rng)[1]]
+    fit = learn_hmm(ys, names=hmm.names, options=HMMOptions(states=2, rounds=3, tolerance=-np.inf), **LEARNT)
+    assert fit.stopped == "reached 3 rounds"
+    assert len(fit.values) == 3
+    fit = learn_hmm(ys, names=hmm.names, options=HMMOptions(states=2, tolerance=1e-3), **LEARNT)
+    assert "less than the tolerance" in fit.stopped
+    assert len(fit.values) < 50
+    gained = hmm_all(fit.hmm, ys)[0].log_evidence
+    other = learn_hmm(ys, names=hmm.names, options=HMMOptions(states=2, rounds=1), **LEARNT)
+    assert gained > hmm_all(other.hmm, ys)[0].log_evidence
+
+
+def test_units_do_not_matter(rng):
+    hmm = random_hmm(3, rng)
+    ys = [drawn(hmm, 60, rng, gaps=True)[1] for _ in range(3)]
+    scale = np.array([57.3, 0.01])
+    options = HMMOptions(states=3)
+    one, other = (
+        learn_hmm(data, names=hmm.names, options=options, **LEARNT).hmm
+        for data in (ys, [y * scale for y in ys])
+    )
+    # The variance that anything is taken to have, 1e-10, against 0.01 squared times 1.
+    assert_allclose(other.mean / scale, one.mean, atol=1e-4)
+    assert_allclose(other.cov / scale[:, None] / scale, one.cov, atol=1e-4)
+    assert_allclose(other.Pi, one.Pi, atol=1e-4)
+
+
+def test_a_weight_of_two_is_the_sequence_twice(rng):
+    hmm = random_hmm(2, rng, apart=3.0)
+    ys = [drawn(hmm, T, rng)[1] for T in (30, 40)]
+    options = HMMOptions(states=2, rounds=8, prior=0.0, tolerance=-np.inf)  # only proportions matter
+    weighted, twice, plain = (
+        learn_hmm(data, names=hmm.names, options=options, weights=weights, **LEARNT).hmm
+        for data, weights in ((ys, np.array([2.0, 1.0])), ([ys[0], *ys], None), (ys, None))
+    )
+    weighted, twice, plain = (ordered(hmm) for hmm in (weighted, twice, plain))
+    assert_same_hmm(weighted, twice, atol=1e-9)  # the same sums in another order, eight rounds
+    assert np.abs(weighted.mean - plain.mean).max() > 1e-3
+
+
+def test_a_state_that_no_frame_is_left_to_stays_finite(rng):
+    ys = [np.repeat([[0.0, 1.0], [2.0, 3.0]], 5, axis=0)]  # two poses for four states
+    for prior in (0.3, 1.0):
+        fit = learn_hmm(ys, names=("a", "b"), options=HMMOptions(states=4, prior=prior), **LEARNT)
+        assert np.isfinite(fit.values).all()
+        assert np.linalg.eigvalsh(fit.hmm.cov).min() > 0.0
+        assert_allclose(fit.hmm.Pi.sum(1), 1.0, atol=1e-12)
+
+
+def test_without_a_prior_a_state_that_is_never_visited_keeps_what_it_had(rng):
+    ys = [np.repeat(rng.normal(size=(3, 2)), 4, axis=0)]  # three poses for four states: one takes all
+    options = HMMOptions(states=4, rounds=5, prior=0.0, tolerance=-np.inf)
+    hmm = learn_hmm(ys, names=("a", "b"), options=options, **LEARNT).hmm
+    assert_allclose(hmm.pi0, [1.0, 0.0, 0.0, 0.0], atol=1e-12)
+    assert_allclose(hmm.Pi[1:], 0.25, atol=1e-12)
+    assert_allclose(hmm.mean, np.tile(ys[0].mean(0), (4, 1)), atol=1e-12)
+    assert_allclose(hmm.cov[0], np.cov(ys[0].T, bias=True), atol=1e-12)
+    assert_allclose(hmm.cov[1], np.diag(ys[0].var(0)), atol=1e-9)  # the start, with 1e-10 more
+
+
+def test_only_proportions_of_weights_matter(rng):
+    hmm = random_hmm(2, rng)
+    ys = [drawn(hmm, T, rng)[1] for T in (30, 40)]
+    one, other = (
+        learn_hmm(ys, names=hmm.names, options=HMMOptions(states=2), weights=weights, **LEARNT)
+        for weights in (np.array([2.0, 1.0]), np.array([40.0, 20.0]))
+    )
+    assert one.values == pytest.approx(other.values, rel=1e-12)
+    assert_same_hmm(one.hmm, other.hmm, atol=1e-9)
+
+
+def test_poses_that_never_move_are_learnt_as_still(rng):
+    ys = [np.full((20, 2), 0.3), np.full((9, 2), 0.3)]
+    fit = learn_hmm(ys, names=("a", "b"), options=HMMOptions(states=2), **LEARNT)
+    assert_allclose(fit.hmm.mean, 0.3, atol=1e-12)
+    assert np.isfinite(fit.values).all()
+    hmm = random_hmm(2, rng)
+    ys = [np.hstack([drawn(hmm, 40, rng)[1], np.full((40, 1), 0.3)])]
+    fit = learn_hmm(ys, names=("a", "b", "c"), options=HMMOptions(states=2), **LEARNT)
+    assert_allclose(fit.hmm.mean[:, 2], 0.3, atol=1e-9)
+    assert np.linalg.eigvalsh(fit.hmm.cov).min() > 0.0
+
+
+# Joining, and errors
+
+
+def test_joined_models_keep_their_motions_but_for_the_crossing(rng):
+    walk, jog = (replace(random_hmm(K, rng), labels=(label,) * K) for K, label in ((2, "walk"), (3, "jog")))
+    both = combine_hmms([walk, jog], crossing=0.02)
+    assert both.labels == ("walk", "walk", "jog", "jog", "jog")
+    assert_allclose(both.Pi[:2, :2], 0.98 * walk.Pi, atol=1e-15)
+    assert_allclose(both.Pi[:2, 2:], 0.02 / 3, atol=1e-15)
+    assert_allclose(both.Pi[2:, :2], 0.01, atol=1e-15)
+    assert_allclose(both.pi0, np.r_[walk.pi0, jog.pi0] / 2, atol=1e-15)
+    assert_array_equal(both.mean, np.r_[walk.mean, jog.mean])
+    assert_array_equal(both.cov, np.r_[walk.cov, jog.cov])
+    assert_same_hmm(combine_hmms([walk]), walk, atol=1e-15)
+    with pytest.raises(ValueError, match="must share freedoms and frame rate; learn them alike"):
+        combine_hmms([walk, replace(jog, fps=25.0)])
+
+
+def test_models_that_cannot_be_are_named(rng):
+    hmm = random_hmm(2, rng)
+    with pytest.raises(ValueError, match=r"Pi rows must be probabilities that sum to 1; row 1 sums to 0.9"):
+        replace(hmm, Pi=[[1.0, 0.0], [0.4, 0.5]])
+    with pytest.raises(ValueError, match="pi0 rows must be probabilities"):
+        replace(hmm, pi0=[1.5, -0.5])
+    with pytest.raises(ValueError, match=r"mean must have shape \(2, 2\); got \(2, 3\)"):
+        replace(hmm, mean=np.zeros((2, 3)))
+    with pytest.raises(ValueError, match="needs a label; got 1 for 2 states"):
+        replace(hmm, labels=("walk",))
+    with pytest.raises(ValueError, match="fps must be positive; got 0"):
+        replace(hmm, fps=0.0)
+    assert not hmm.mean.flags.writeable
+
+
+def test_sequences_that_cannot_be_learnt_from_are_named():
+    def learnt(ys):
+        return learn_hmm(ys, names=("a", "b"), **LEARNT)
+
+    with pytest.raises(ValueError, match="at least one sequence; got none"):
+        learnt([])
+    with pytest.raises(ValueError, match=r"sequence 1 must be \(T, 2\) with T >= 1; got \(9, 3\)"):
+        learnt([np.zeros((9, 2)), np.zeros((9, 3))])
+    with pytest.raises(ValueError, match="freedom 'b' was never measured; leave it out"):
+        learnt([np.array([[0.0, np.nan], [1.0, np.nan]])])
