@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from dynamics.gaussian import Array, symmetric
+from dynamics.moments import run_moments, stationary
 from dynamics.regression import form, maximum_likelihood, solve
 from dynamics.slds import SLDS
 
@@ -38,8 +39,8 @@ def at_rate(slds: SLDS, fps: float) -> SLDS:
 def backwards(slds: SLDS) -> SLDS:
     """The same motion with time running the other way, for frames before the marked one."""
     times = [1.0 + lag for lag in range(slds.order + 1)]
-    stationary = _stationary(slds.Pi)
-    Pi = (stationary[:, None] * slds.Pi).T / np.maximum(stationary @ slds.Pi, 1e-300)[:, None]
+    share = stationary(slds.Pi)
+    Pi = (share[:, None] * slds.Pi).T / np.maximum(share @ slds.Pi, 1e-300)[:, None]
     return replace(_regressed(slds, times, slds.order + 4), Pi=Pi / Pi.sum(1, keepdims=True))
 
 
@@ -51,7 +52,7 @@ def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
     relative = slds.from_here
     V, mean0, cov0 = [], [], []
     for k in range(slds.K):
-        mean, cov = _run_moments(slds, k, run)
+        mean, cov = run_moments(slds, k, run)
         mean, cov = pick @ mean, symmetric(pick @ cov @ pick.T)
         v = np.append(mean, 1.0)
         moment = np.outer(v, v)
@@ -65,37 +66,6 @@ def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
     return replace(
         slds, A=A, b=b, Q=_floored(Q, slds.Q, d), mean0=np.stack(mean0), cov0=np.stack(cov0) + floor
     )
-
-
-def _stationary(Pi: Array) -> Array:
-    """(K,) the share of time spent in each state: the left eigenvector of Pi to eigenvalue 1."""
-    K = len(Pi)
-    system = np.vstack([Pi.T - np.eye(K), np.ones(K)])
-    share: Array = np.linalg.lstsq(system, np.append(np.zeros(K), 1.0), rcond=None)[0]
-    return np.maximum(share, 1e-12)
-
-
-def _run_moments(slds: SLDS, k: int, run: int) -> tuple[Array, Array]:
-    """Joint moments of the poses of `run` frames in state k, oldest first."""
-    d, N = len(slds.names), slds.A.shape[-1]
-    mean = [slds.mean0[k]]
-    maps = [np.eye(N, N + (run - slds.order) * d)]
-    root = np.zeros((N, d))
-    root[:d] = np.linalg.cholesky(slds.Q[k][:d, :d])
-    for t in range(run - slds.order):
-        noise = np.zeros((N, N + (run - slds.order) * d))
-        noise[:, N + t * d : N + (t + 1) * d] = root
-        mean.append(slds.A[k] @ mean[-1] + slds.b[k])
-        maps.append(slds.A[k] @ maps[-1] + noise)
-    poses = [m[:d] for m in mean]
-    rows = [m[:d] for m in maps]
-    if slds.order == 2:
-        poses.insert(0, mean[0][d:])
-        rows.insert(0, maps[0][d:])
-    whole = np.eye(N + (run - slds.order) * d)
-    whole[:N, :N] = slds.cov0[k]
-    stack = np.vstack(rows)
-    return np.concatenate(poses), stack @ whole @ stack.T
 
 
 def _cubic(time: float, run: int) -> Array:

@@ -3,9 +3,9 @@
 A learned model's mean0 and cov0 are the moments of x over all frames of each switching state (`em.anywhere`):
 its region. Two uses go beyond the papers, in which the switch depends on the last switch alone:
 
-    a term for the pose    log N(y_t; C mean0_k, C cov0_k C' + R), flatter the noisier the measurement
-    a recurrent switch     Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(x_j; mean0_j, cov0_j),
-                           x_j = A_j x_{t-1} + b_j: a state is entered where its own dynamics lead into its region
+    a term for the pose   log N(y_t; C mean0_k, C cov0_k C' + R), flatter the noisier the measurement
+    a recurrent switch    Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(x_j; mean0_j, cov0_j)
+                          with x_j = A_j x_{t-1} + b_j: a state is entered where it leads into its region
 
 (recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of both.
 """

@@ -1,0 +1,163 @@
+"""What a learned model says of a sequence of poses: which motion, where next; and a motion of its own.
+
+Pavlović et al. (2000), sections 4.1 to 4.3: classification by the switching states, prediction and synthesis.
+Filling of gaps is in `dynamics.gaps`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
+from dynamics.gpb2 import gpb2_all, gpb2_filter_all
+from dynamics.hmm import HMM, hmm_all
+from dynamics.kalman import predict as step
+from dynamics.posterior import Posterior
+from dynamics.region import POSE, pose_hints, regions
+from dynamics.slds import SLDS
+from dynamics.viterbi import viterbi_all
+
+InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]
+
+NOISIEST = 0.5  # radians; more noise than this leaves nothing of a gait
+NOISE_FRAMES = 1500  # as many frames tell the noise well enough
+
+
+@dataclass(frozen=True)
+class Labelling:
+    """Which motion each of T frames belongs to.
+
+    label  : (T,) the motion
+    state  : (T,) the switching state
+    labels : the L motions
+    prob   : (T, L) probability of each; 0 or 1 where the inference gives a path only
+    """
+
+    label: tuple[str, ...]
+    state: NDArray[np.intp]
+    labels: tuple[str, ...]
+    prob: Array
+
+
+def classify(
+    slds: SLDS, ys: Sequence[Array], *, infer: InferWithHints = gpb2_all, pose: float = POSE
+) -> list[Labelling]:
+    """The motion of every frame: the one whose switching states are the most probable together.
+
+    R is raised to the noise of these sequences, and each pose speaks for the states in whose region it lies.
+
+    Args:
+        ys: sequences (T, M) in body units; NaN entries were not measured.
+        infer: viterbi_all, gpb2_all, variational_all.
+        pose: weight of the pose's term; 0 leaves it out, as in the papers.
+    """
+    noisy = at_noise(slds, ys)
+    hints = [pose_hints(noisy, y, pose) for y in ys] if pose > 0 else None
+    return [_labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
+
+
+def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
+    """The same with a hidden Markov model, the papers' baseline."""
+    return [_labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
+
+
+def at_noise(slds: SLDS, ys: Sequence[Array]) -> SLDS:
+    """The model with R raised by the one variance that makes these sequences most likely.
+
+    It is added to the freedoms that do not travel; a model that was learned at more noise than it meets keeps
+    its own R.
+    """
+    stays = np.array([float(name not in slds.travelling) for name in slds.names])
+    some = _some(ys, NOISE_FRAMES)
+
+    def noisy(deviation: float) -> SLDS:
+        return replace(slds, R=slds.R + np.diag(stays * deviation**2))
+
+    def cost(deviation: float) -> float:
+        return -sum(p.log_evidence for p in viterbi_all(noisy(deviation), some))
+
+    found = minimize_scalar(cost, bounds=(0.0, NOISIEST), method="bounded", options={"xatol": 2e-3})
+    return noisy(float(found.x)) if found.fun < cost(0.0) else slds
+
+
+def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
+    """Forecasts `horizon` frames ahead by the GPB2 filter: one Gaussian a switching state, collapsed.
+
+    Args:
+        ys: sequences (T, M) in body units; NaN entries were not measured.
+        horizon: at least 1.
+
+    Returns:
+        For each sequence mean (T + horizon, M) and cov of the pose without measurement noise: entry t from
+        the frames up to t - horizon. The first `horizon` entries have no frame to go by and are NaN.
+
+    Raises:
+        ValueError: a horizon below 1.
+    """
+    if horizon < 1:
+        raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
+    forecasts = []
+    for filtered in gpb2_filter_all(slds, ys):
+        prob, states = filtered.prob, filtered.states
+        for _ in range(horizon):
+            prob, states = _switched(slds, prob, states)
+        ahead = collapse(prob, states)
+        M = len(slds.names)
+        mean = np.full((len(prob) + horizon, M), np.nan)
+        cov = np.full((len(prob) + horizon, M, M), np.nan)
+        mean[horizon:] = apply(slds.C, ahead.mean)
+        cov[horizon:] = symmetric(slds.C @ ahead.cov @ slds.C.T)
+        forecasts.append(Gaussian(mean, cov))
+    return forecasts
+
+
+def synthesise(
+    slds: SLDS, T: int, rng: np.random.Generator, *, recurrent: bool = True
+) -> tuple[NDArray[np.intp], Array]:
+    """A motion of the model's own: switching states (T,) and poses (T, M) without measurement noise.
+
+    Args:
+        recurrent: let the switch depend on the pose (see `dynamics.region`); False is the papers' switch,
+            which runs free of the pose and soon leaves the range of the motion.
+    """
+    d = len(slds.names)
+    reach = regions(slds)
+    s = np.empty(T, dtype=np.intp)
+    x = np.empty((T, slds.A.shape[-1]))
+    for t in range(T):
+        if t == 0:
+            s[0] = rng.choice(slds.K, p=slds.pi0)
+            x[0] = rng.multivariate_normal(slds.mean0[s[0]], slds.cov0[s[0]], method="svd")
+            continue
+        ahead = apply(slds.A, x[t - 1]) + slds.b
+        log_p = slds.log_Pi[s[t - 1]] + (reach.log_density(ahead) if recurrent else 0.0)
+        p = np.exp(log_p - log_p.max())
+        s[t] = rng.choice(slds.K, p=p / p.sum())
+        x[t] = ahead[s[t]]
+        x[t, :d] += rng.multivariate_normal(np.zeros(d), slds.Q[s[t], :d, :d], method="svd")
+    return s, apply(slds.C, x)
+
+
+def _labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:
+    motions = tuple(dict.fromkeys(labels))
+    belongs = np.array([[label == motion for motion in motions] for label in labels], dtype=float)
+    shares = prob @ belongs
+    return Labelling(tuple(motions[i] for i in shares.argmax(1)), path, motions, shares)
+
+
+def _some(ys: Sequence[Array], frames: int) -> list[Array]:
+    """Whole sequences, spread over all, of about so many frames."""
+    every = max(1, sum(len(y) for y in ys) // frames)
+    return list(ys[::every])
+
+
+def _switched(slds: SLDS, prob: Array, states: Gaussian) -> tuple[Array, Gaussian]:
+    """One frame on, nothing measured: Pr(s) (T, K) and x given each s, collapsed over the state before."""
+    joint = prob[:, :, None] * slds.Pi
+    later: Array = joint.sum(1)
+    weights = np.where(later[:, None] > 0, joint / np.maximum(later, 1e-300)[:, None], 1.0 / slds.K)
+    ahead = step(states[:, None], slds.A[:, None], slds.b[:, None], slds.Q[:, None])
+    return later, collapse(np.swapaxes(weights, 1, 2), ahead)
