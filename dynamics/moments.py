@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from dynamics.gaussian import Array, symmetric
+from dynamics.gaussian import Array, Gaussian, apply, collapse, transpose
+from dynamics.kalman import update
+from dynamics.region import regions
 from dynamics.regression import form, maximum_likelihood, solve
 from dynamics.slds import SLDS
 
@@ -46,21 +48,17 @@ def run_moments(slds: SLDS, k: int, run: int) -> tuple[Array, Array]:
 def by_motion(slds: SLDS) -> SLDS:
     """The same motions with one switching state each: what is left when the switch within one is not known.
 
-    The dynamics are the M-step's regression on the moments of one step, averaged over the states of a motion
-    by the time spent in each.
+    The dynamics are the M-step's regression on the moments of a step, averaged over the states of a motion.
     """
-    share = stationary(slds.Pi)
     motions = tuple(dict.fromkeys(slds.labels))
     belongs = np.array([[label == motion for label in slds.labels] for motion in motions], dtype=float)
-    weights = belongs * share
+    weights = belongs * slds.pi0
     weights /= weights.sum(1, keepdims=True)
     shape = form(slds.names, slds.travelling, slds.order)
-    A, b, Q = solve(
-        np.tensordot(weights, _step_moments(slds), 1), np.ones(len(motions)), shape, maximum_likelihood(shape)
-    )
-    mean0 = weights @ slds.mean0
-    apart = slds.mean0 - mean0[:, None]
-    spread = slds.cov0 + apart[..., :, None] * apart[..., None, :]
+    V = np.tensordot(belongs, _step_moments(slds), 1)
+    A, b, Q = solve(V, V[:, -1, -1], shape, maximum_likelihood(shape))
+    states = Gaussian(np.broadcast_to(slds.mean0, (len(motions), *slds.mean0.shape)), slds.cov0)
+    whole = collapse(weights, states)
     Pi = weights @ slds.Pi @ belongs.T
     return replace(
         slds,
@@ -69,21 +67,31 @@ def by_motion(slds: SLDS) -> SLDS:
         A=A,
         b=b,
         Q=Q,
-        mean0=mean0,
-        cov0=symmetric((weights[..., None, None] * spread).sum(1)),
+        mean0=whole.mean,
+        cov0=whole.cov,
         labels=motions,
     )
 
 
 def _step_moments(slds: SLDS) -> Array:
-    """(K, d + N + 1, d + N + 1) E[v v'] of v = [pose_t; x_{t-1}; 1] in each state; see `regression`."""
-    d, frames = len(slds.names), slds.order + 1
-    newest_first = np.arange(frames * d).reshape(frames, d)[::-1].ravel()
-    moments = []
-    for k in range(slds.K):
-        mean, cov = run_moments(slds, k, frames)
-        v = np.append(mean[newest_first], 1.0)
-        moment = np.outer(v, v)
-        moment[:-1, :-1] += cov[np.ix_(newest_first, newest_first)]
-        moments.append(moment)
-    return np.stack(moments)
+    """(K, d + N + 1, d + N + 1) E[v v' s_t(k)] of v = [pose_t; x_{t-1}; 1] anywhere in the motions.
+
+    x_{t-1} lies in the region of some state j, and where it goes on in state k, in the part of it that A_k
+    leads into the region of k (the recurrent switch of `dynamics.region`).
+    """
+    K, N = slds.b.shape
+    d = len(slds.names)
+    reach = regions(slds)
+    every = Gaussian(np.broadcast_to(slds.mean0[:, None], (K, K, N)), slds.cov0[:, None])
+    entered = reach.mean - slds.b @ reach.regard.T
+    before, log_lik = update(every, entered, reach.regard @ slds.A, reach.cov)
+    log_joint = slds.log_Pi + log_lik
+    share = slds.pi0[:, None] * np.exp(log_joint - np.logaddexp.reduce(log_joint, axis=1, keepdims=True))
+    lead = np.concatenate([slds.A[:, :d], np.broadcast_to(np.eye(N), (K, N, N))], axis=1)
+    mean = apply(lead, before.mean) + np.pad(slds.b[:, :d], ((0, 0), (0, N)))
+    cov = lead @ before.cov @ transpose(lead)
+    cov[..., :d, :d] += slds.Q[:, :d, :d]
+    v = np.concatenate([mean, np.ones((K, K, 1))], axis=-1)
+    moments = v[..., :, None] * v[..., None, :]
+    moments[..., :-1, :-1] += cov
+    return np.asarray((share[..., None, None] * moments).sum(0))

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynamics.gaussian import LOG_2PI, Array, apply, transpose
+from dynamics.gaussian import LOG_2PI, Array, apply, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
 from dynamics.regression import form
 from dynamics.slds import SLDS
 
-POSE = 0.5  # weight of the pose's term: y_t is counted once by the dynamics already
+POSE = 0.5  # weight of the pose's term; less than 1, as the dynamics count the pose already
 
 
 def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
@@ -36,28 +36,37 @@ def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
 
 @dataclass(frozen=True)
 class Regions:
-    """log N of each state's region: regard (N', N) leaves out the place; mean (K, N'), white (K, N', N') and
-    log_scale (K,) make a distance of it."""
+    """regard (N', N) leaves out the place; mean (K, N'), cov (K, N', N') of what is left, in each state."""
 
     regard: Array
     mean: Array
-    white: Array
-    log_scale: Array
+    cov: Array
+
+    def distance(self, x: Array) -> Array:
+        """(..., K) squared Mahalanobis distance of the states x (..., K or 1, N) from each region's mean."""
+        root = np.linalg.cholesky(self.cov)
+        whiten = np.linalg.solve(root, np.broadcast_to(np.eye(len(self.regard)), root.shape))
+        return np.asarray((apply(whiten, apply(self.regard, x) - self.mean) ** 2).sum(-1))
 
     def log_density(self, x: Array) -> Array:
-        """(..., K) of the states x (..., K, N)."""
-        white = apply(self.white, apply(self.regard, x) - self.mean)
-        density: Array = self.log_scale - 0.5 * (white**2).sum(-1)
-        return density
+        """(..., K) log N of the states x (..., K or 1, N)."""
+        log_det = np.linalg.slogdet(self.cov)[1]
+        return np.asarray(-0.5 * (self.distance(x) + log_det + len(self.regard) * LOG_2PI))
 
 
 def regions(slds: SLDS) -> Regions:
     """The regions of a model's switching states."""
-    regard = form(slds.names, slds.travelling, slds.order).regard
+    return _seen_by(slds, form(slds.names, slds.travelling, slds.order).regard)
+
+
+def pose_regions(slds: SLDS) -> Regions:
+    """The same of the present pose alone, without what travels and without its change."""
+    stays = np.array([name not in slds.travelling for name in slds.names])
+    return _seen_by(slds, np.eye(len(slds.names), slds.A.shape[-1])[stays])
+
+
+def _seen_by(slds: SLDS, regard: Array) -> Regions:
     cov = regard @ slds.cov0 @ transpose(regard)
     # A region thinner than rounding would let no other state in.
     size = np.diagonal(cov, axis1=-2, axis2=-1).max(0)
-    root = np.linalg.cholesky(cov + 1e-6 * np.diag(size))
-    log_det = np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(-1)
-    white = np.linalg.solve(root, np.broadcast_to(np.eye(len(regard)), root.shape))
-    return Regions(regard, slds.mean0 @ regard.T, white, -log_det - 0.5 * len(regard) * LOG_2PI)
+    return Regions(regard, slds.mean0 @ regard.T, symmetric(cov) + 1e-6 * np.diag(size))

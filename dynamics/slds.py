@@ -18,7 +18,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from dynamics.chain import blocks
 from dynamics.gaussian import Array, Gaussian, apply, frozen
+
+CROSSING = 1e-3  # probability a frame that one motion gives way to another
 
 
 @dataclass(frozen=True)
@@ -179,7 +182,7 @@ def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: fl
     )
 
 
-def combine(models: Sequence[SLDS], crossing: float = 1e-3) -> SLDS:
+def combine(models: Sequence[SLDS], crossing: float = CROSSING) -> SLDS:
     """Models of several motions as one, with a block transition matrix.
 
     A state leaves its own motion with probability `crossing` a frame, to any state of the others alike. R is
@@ -199,17 +202,10 @@ def combine(models: Sequence[SLDS], crossing: float = 1e-3) -> SLDS:
     def joined(name: str) -> Array:
         return np.concatenate([getattr(model, name) for model in models])
 
-    K = sum(model.K for model in models)
-    Pi, at = np.zeros((K, K)), 0
-    for model in models:
-        block = slice(at, at + model.K)
-        Pi[block] = crossing / (K - model.K)
-        Pi[block, block] = (1.0 - crossing) * model.Pi
-        at += model.K
     return replace(
         first,
         pi0=joined("pi0") / len(models),
-        Pi=Pi,
+        Pi=blocks([model.Pi for model in models], crossing),
         A=joined("A"),
         b=joined("b"),
         Q=joined("Q"),

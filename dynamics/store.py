@@ -1,52 +1,50 @@
-"""An SLDS to and from one file.
+"""A model, switching linear or hidden Markov, to and from one file.
 
-The file is a numpy .npz archive without pickled objects: `header`, a JSON text with `format`
-("figtrack-slds"), `version` (1), names, travelling, labels, fps and `origin` (what it was learned from, in
-words); and the float64 arrays pi0, Pi, A, b, Q, C, R, mean0, cov0 with the shapes that `slds.SLDS` documents.
+The file is a numpy .npz archive without pickled objects: `header`, a JSON text with `format` ("figtrack-slds"
+or "figtrack-hmm"), `version` (1), names, travelling (of an SLDS only), labels, fps and `origin` (what it was
+learned from, in words); and the float64 arrays that `slds.SLDS` or `hmm.HMM` documents, under their names.
 """
 
+import dataclasses
 import json
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from dynamics.hmm import HMM
 from dynamics.slds import SLDS
 
-FORMAT = "figtrack-slds"
 VERSION = 1
-ARRAYS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
+Model = SLDS | HMM
+KINDS: dict[str, type[Model]] = {"figtrack-slds": SLDS, "figtrack-hmm": HMM}
+TEXTS = ("names", "travelling", "labels")  # what is kept in the header, besides fps
 
 
 class ModelError(Exception):
     """A model file that cannot be used."""
 
 
-def save(slds: SLDS, path: str | Path, origin: str) -> None:
+def save(model: Model, path: str | Path, origin: str) -> None:
     """Write the model; an older file of that name is replaced only when the new one is complete."""
     target = Path(path)
     aside = target.with_name(f".{target.name}.part")
-    header = {
-        "format": FORMAT,
-        "version": VERSION,
-        "names": slds.names,
-        "travelling": slds.travelling,
-        "labels": slds.labels,
-        "fps": slds.fps,
-        "origin": origin,
-    }
+    fields = {field.name: getattr(model, field.name) for field in dataclasses.fields(model)}
+    arrays: dict[str, Any] = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
+    kind = next(name for name, kind in KINDS.items() if isinstance(model, kind))
+    header = {"format": kind, "version": VERSION, "origin": origin}
+    header |= {name: value for name, value in fields.items() if name not in arrays}
     try:
         with aside.open("wb") as file:
-            np.savez_compressed(
-                file, header=np.array(json.dumps(header)), **{name: getattr(slds, name) for name in ARRAYS}
-            )
+            np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
         aside.replace(target)
     finally:
         aside.unlink(missing_ok=True)
 
 
-def load(path: str | Path) -> SLDS:
+def load(path: str | Path) -> Model:
     """Read a model.
 
     Raises:
@@ -68,7 +66,7 @@ def shipped() -> dict[str, tuple[float, ...]]:
     return {name: tuple(sorted(found)) for name, found in sorted(rates.items())}
 
 
-def load_shipped(name: str, fps: float) -> SLDS:
+def load_shipped(name: str, fps: float) -> Model:
     """The shipped model of this name learned nearest to a frame rate; ModelError if there is none."""
     rates = shipped()
     if name not in rates:
@@ -78,27 +76,25 @@ def load_shipped(name: str, fps: float) -> SLDS:
     return _read(resources.files("dynamics") / "models" / f"{name}@{nearest:g}.npz", name)
 
 
-def _read(source: Path | Traversable, name: str) -> SLDS:
+def _read(source: Path | Traversable, name: str) -> Model:
     try:
         with source.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             header = json.loads(str(archive["header"]))
-            arrays = {key: archive[key] for key in ARRAYS if key in archive}
+            arrays = {key: archive[key] for key in archive if key != "header"}
     except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
         raise ModelError(f"{name} is no model file or is damaged; copy or learn it again") from error
-    if not isinstance(header, dict) or header.get("format") != FORMAT:
+    if not isinstance(header, dict) or header.get("format") not in KINDS:
         raise ModelError(f"{name} is no model file; learn one with 'figtrack learn'")
     if header.get("version") != VERSION:
         raise ModelError(
             f"{name} has format version {header.get('version')}, this program reads {VERSION}; "
             "update figtrack or learn the model again"
         )
+    kind = KINDS[header["format"]]
+    fields = {field.name for field in dataclasses.fields(kind)}
     try:
-        return SLDS(
-            **arrays,
-            names=tuple(header["names"]),
-            travelling=tuple(header["travelling"]),
-            labels=tuple(header["labels"]),
-            fps=float(header["fps"]),
-        )
+        values: dict[str, Any] = {key: tuple(header[key]) for key in TEXTS if key in fields}
+        values |= {key: arrays[key] for key in fields - {*TEXTS, "fps"}}
+        return kind(**values, fps=float(header["fps"]))
     except (ValueError, KeyError, TypeError) as error:
         raise ModelError(f"{name} is damaged: {error}") from error

@@ -10,13 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
 
 from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
 from dynamics.gpb2 import gpb2_all, gpb2_filter_all
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
+from dynamics.kalman import update
 from dynamics.posterior import Posterior
-from dynamics.region import POSE, pose_hints, regions
+from dynamics.region import POSE, Regions, pose_hints, pose_regions, regions
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
 
@@ -24,6 +26,8 @@ InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[
 
 NOISIEST = 0.5  # radians; more noise than this leaves nothing of a gait
 NOISE_FRAMES = 1500  # as many frames tell the noise well enough
+INSIDE = 0.9  # share of a state's own poses within the distance that synthesis keeps to
+LEAST, MOST = 0.1, 1e4  # weights of the poses that are tried to keep to it
 
 
 @dataclass(frozen=True)
@@ -120,11 +124,10 @@ def synthesise(
     """A motion of the model's own: switching states (T,) and poses (T, M) without measurement noise.
 
     Args:
-        recurrent: let the switch depend on the pose (see `dynamics.region`); False is the papers' switch,
-            which runs free of the pose and soon leaves the range of the motion.
+        recurrent: let the switch depend on the pose, and weigh every step by the region of its state; see
+            `dynamics.region`. False is the papers' model, whose free run soon leaves the motion's range.
     """
-    d = len(slds.names)
-    reach = regions(slds)
+    reach, poses = regions(slds), pose_regions(slds)
     s = np.empty(T, dtype=np.intp)
     x = np.empty((T, slds.A.shape[-1]))
     for t in range(T):
@@ -135,10 +138,22 @@ def synthesise(
         ahead = apply(slds.A, x[t - 1]) + slds.b
         log_p = slds.log_Pi[s[t - 1]] + (reach.log_density(ahead) if recurrent else 0.0)
         p = np.exp(log_p - log_p.max())
-        s[t] = rng.choice(slds.K, p=p / p.sum())
-        x[t] = ahead[s[t]]
-        x[t, :d] += rng.multivariate_normal(np.zeros(d), slds.Q[s[t], :d, :d], method="svd")
+        k = s[t] = rng.choice(slds.K, p=p / p.sum())
+        following = Gaussian(ahead[k], slds.Q[k])
+        if recurrent:
+            near, _ = update(following, reach.mean[k], reach.regard, reach.cov[k] / POSE)
+            following = _kept_in(near, poses, k)
+        x[t] = rng.multivariate_normal(following.mean, following.cov, method="svd")
     return s, apply(slds.C, x)
+
+
+def _kept_in(following: Gaussian, poses: Regions, k: int) -> Gaussian:
+    """The next state, drawn towards the poses of state k as far as it takes to lie among most of them."""
+    limit, weight, near = chi2.ppf(INSIDE, len(poses.regard)), LEAST, following
+    while poses.distance(near.mean)[k] > limit and weight < MOST:
+        near, _ = update(following, poses.mean[k], poses.regard, poses.cov[k] / weight)
+        weight *= 2.0
+    return near
 
 
 def _labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:

@@ -1,15 +1,18 @@
 """Which motion model a name means, and how it is learned from captures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from dynamics.em import Options, anywhere, learn
+from dynamics.em import Infer, Options, anywhere, learn
+from dynamics.gpb2 import gpb2_all
+from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
 from dynamics.rate import at_rate
-from dynamics.slds import SLDS, combine, constant_velocity
-from dynamics.store import load, load_shipped
+from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
+from dynamics.store import Model, ModelError, load, load_shipped
+from dynamics.variational import Variational
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tracker.sampling import Array
@@ -19,6 +22,10 @@ TRAVELLING = ("root_x", "root_y")
 CONSTANT_VELOCITY = "cv"
 FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
+INFERENCES = ("viterbi", "gpb2", "variational")
+
+Labelled = tuple[str, str, Array]
+Report = Callable[[str, int, int], None]
 
 
 def find_model(name: str, fps: float, settings: Settings) -> SLDS:
@@ -34,12 +41,22 @@ def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     """
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(fps, settings)
-    is_file = name.endswith(".npz") or Path(name).is_file()
-    speeds = []
-    for rate in settings.rates:
-        learned = load(name) if is_file else load_shipped(name, fps / rate)
-        speeds.append(replace(at_rate(learned, fps / rate), fps=fps))
+    speeds = [replace(switching_model(name, fps / rate), fps=fps) for rate in settings.rates]
     return combine(speeds, settings.rate_change)
+
+
+def switching_model(name: str, fps: float) -> SLDS:
+    """The learned model of this name at this frame rate; raises as `find_model`."""
+    model = motion_model(name, fps)
+    if isinstance(model, HMM):
+        raise ModelError(f"{name} is a hidden Markov model, which has no dynamics; learn one without it")
+    return at_rate(model, fps)
+
+
+def motion_model(name: str, fps: float = 30.0) -> Model:
+    """A model as it was learned: a file's, or the shipped one of this name whose rate is nearest to `fps`."""
+    is_file = name.endswith(".npz") or Path(name).is_file()
+    return load(name) if is_file else load_shipped(name, fps)
 
 
 def state_rates(slds: SLDS, settings: Settings) -> Array:
@@ -50,13 +67,14 @@ def state_rates(slds: SLDS, settings: Settings) -> Array:
 
 
 def learn_motions(
-    sequences: Sequence[tuple[str, str, Array]],
+    sequences: Sequence[Labelled],
     *,
     fps: float,
     options: Options,
     pooled: bool = False,
     noise: float = 0.0,
-    progress: Callable[[str, int, int], None] | None = None,
+    inference: str = "viterbi",
+    progress: Report | None = None,
 ) -> SLDS:
     """One model of several motions: each learned by itself, then joined.
 
@@ -69,21 +87,14 @@ def learn_motions(
         options: states are per motion.
         pooled: learn all motions as one, labelled with their names joined by a hyphen.
         noise: standard deviation added to the angles, radians.
+        inference: of the E-step, one of INFERENCES.
         progress: called with the motion, the round and the rounds in all.
 
     Raises:
         ValueError: no sequences, or unusable ones.
     """
-    if not sequences:
-        raise ValueError("learning needs at least one sequence; got none")
-    rng = np.random.default_rng(options.seed)
-    labels = sorted({label for _, label, _ in sequences}, reverse=True)
-    groups = [labels] if pooled else [[label] for label in labels]
     models = []
-    for group in groups:
-        name = "-".join(group)
-        poses, weights = _prepared([s for s in sequences if s[1] in group], noise, rng)
-        report = None if progress is None else _reporter(progress, name, options.rounds)
+    for name, poses, weights in _motions(sequences, pooled, noise, options.seed):
         fit = learn(
             poses,
             names=POSE_COLUMNS,
@@ -92,20 +103,51 @@ def learn_motions(
             label=name,
             options=options,
             weights=weights,
-            progress=report,
+            infer=_e_step(inference),
+            progress=None if progress is None else _reporter(progress, name, options),
         )
         models.append(anywhere(fit.slds, viterbi_all(fit.slds, poses)))
     return combine(models)
 
 
-def _reporter(
-    progress: Callable[[str, int, int], None], name: str, rounds: int
-) -> Callable[[int, float], None]:
+def learn_hmms(sequences: Sequence[Labelled], *, fps: float, options: HMMOptions, noise: float = 0.0) -> HMM:
+    """The same with hidden Markov models of the angles, the papers' baseline."""
+    angles = [name not in TRAVELLING for name in POSE_COLUMNS]
+    names = [name for name in POSE_COLUMNS if name not in TRAVELLING]
+    models = []
+    for label, poses, weights in _motions(sequences, False, noise, options.seed):
+        seen = [y[:, angles] for y in poses]
+        fit = learn_hmm(seen, names=names, fps=fps, label=label, options=options, weights=weights)
+        models.append(fit.hmm)
+    return combine_hmms(models, CROSSING)
+
+
+def _e_step(inference: str) -> Infer:
+    """A fresh one: variational inference keeps its posterior from round to round."""
+    steps: dict[str, Infer] = {"viterbi": viterbi_all, "gpb2": gpb2_all, "variational": Variational()}
+    return steps[inference]
+
+
+def _motions(
+    sequences: Sequence[Labelled], pooled: bool, noise: float, seed: int
+) -> Iterator[tuple[str, list[Array], Array]]:
+    """Name, poses and weights of each motion to be learned."""
+    if not sequences:
+        raise ValueError("learning needs at least one sequence; got none")
+    rng = np.random.default_rng(seed)
+    labels = sorted({label for _, label, _ in sequences}, reverse=True)
+    for group in [labels] if pooled else [[label] for label in labels]:
+        poses, weights = _prepared([s for s in sequences if s[1] in group], noise, rng)
+        yield "-".join(group), poses, weights
+
+
+def _reporter(progress: Report, name: str, options: Options) -> Callable[[int, float], None]:
+    rounds = options.rounds * options.restarts
     return lambda done, _: progress(name, done + 1, rounds)
 
 
 def _prepared(
-    sequences: Sequence[tuple[str, str, Array]], noise: float, rng: np.random.Generator
+    sequences: Sequence[Labelled], noise: float, rng: np.random.Generator
 ) -> tuple[list[Array], Array]:
     poses, keys = [], []
     neck = POSE_COLUMNS.index("neck")

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from dynamics.store import ARRAYS, VERSION, ModelError, load, save
+from dynamics.hmm import HMM
+from dynamics.store import VERSION, ModelError, load, save
 from tests.oracles import random_slds
 
+ARRAYS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
 DAMAGED = "no model file|damaged|format version"
 
 
@@ -195,3 +197,21 @@ def test_an_empty_file_is_refused(path):
     path.write_bytes(b"")
     with pytest.raises(ModelError, match="is no model file or is damaged; copy or learn it again"):
         load(path)
+
+
+def test_a_hidden_markov_model_is_kept_as_one(tmp_path, rng):
+    hmm = HMM(
+        pi0=[0.25, 0.75],
+        Pi=[[0.9, 0.1], [0.2, 0.8]],
+        mean=rng.normal(size=(2, 3)),
+        cov=np.stack([np.eye(3), 2.0 * np.eye(3)]),
+        names=("a", "b", "c"),
+        labels=("walk", "run"),
+        fps=25.0,
+    )
+    save(hmm, tmp_path / "hmm.npz", "a test")
+    again = load(tmp_path / "hmm.npz")
+    assert isinstance(again, HMM)
+    assert (again.names, again.labels, again.fps) == (hmm.names, hmm.labels, hmm.fps)
+    for name in ("pi0", "Pi", "mean", "cov"):
+        assert_array_equal(getattr(again, name), getattr(hmm, name))
