@@ -20,9 +20,9 @@ test: $(VENV)/installed-dev
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
 models: $(VENV)/installed
 	for fps in $(RATES); do \
-	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 \
+	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 --noise 0 \
 	    --fps $$fps --overwrite --out dynamics/models/walk-run@$$fps.npz && \
-	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 --pooled \
+	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 --noise 0 --pooled \
 	    --fps $$fps --overwrite --out dynamics/models/walk-run-1@$$fps.npz || exit 1; \
 	done
 

@@ -13,8 +13,9 @@ from itertools import count
 
 import numpy as np
 
+from dynamics.fill import fill
 from dynamics.gaussian import Array, Gaussian, symmetric
-from dynamics.initialise import fill, first_guess
+from dynamics.initialise import first_guess
 from dynamics.mstep import maximise
 from dynamics.options import DEFAULTS, Options
 from dynamics.posterior import Posterior

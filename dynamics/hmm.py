@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
 from dynamics.chain import ChainPosterior, best_path_all, blocks, forward_backward_all
+from dynamics.fill import fill
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, frozen, symmetric, transpose
 from dynamics.kalman import update
+from dynamics.prior import STILL
 
-STILL = 1e-10  # variance that even a freedom which never moves is taken to have
 TRIES = 10  # k-means runs, the tightest is the start: single ones left learning in a poor place 1 time in 10
 
 
@@ -281,8 +282,7 @@ def _first(
 
 def _clusters(ys: Sequence[Array], K: int, seed: int) -> NDArray[np.intp]:
     """The k-means cluster of every frame, each freedom divided by its spread and gaps interpolated."""
-    middle = np.nanmean(np.concatenate(ys), axis=0)
-    y = np.concatenate([_interpolated(sequence, middle) for sequence in ys])
+    y = np.concatenate(fill(ys))
     spread = y.std(axis=0)
     moves = spread > 1e-9 * np.abs(y).max(axis=0)  # what changes by rounding only must not be blown up
     scaled = y[:, moves] / spread[moves]
@@ -296,15 +296,6 @@ def _clusters(ys: Sequence[Array], K: int, seed: int) -> NDArray[np.intp]:
     squares = [((scaled[:, None] - centres) ** 2).sum(-1) for centres in tries]
     nearest = min(squares, key=lambda square: float(square.min(1).sum()))
     return np.asarray(nearest.argmin(1))
-
-
-def _interpolated(y: Array, middle: Array) -> Array:
-    frames, filled = np.arange(len(y)), np.tile(middle, (len(y), 1))
-    for column, values in enumerate(y.T):
-        seen = ~np.isnan(values)
-        if seen.any():
-            filled[:, column] = np.interp(frames, frames[seen], values[seen])
-    return filled
 
 
 def _cuts(ys: Sequence[Array]) -> NDArray[np.intp]:

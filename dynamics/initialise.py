@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
 from dynamics.chain import best_path_all
+from dynamics.fill import fill
 from dynamics.gaussian import LOG_2PI, Array, Gaussian
 from dynamics.hmm import HMMOptions, hmm_all, learn_hmm
 from dynamics.options import Options
@@ -38,7 +39,7 @@ def first_guess(
     """Posteriors of the switching states by the start that the options name.
 
     Args:
-        ys: sequences (T, M), T >= 2; NaN entries are filled as `fill` does.
+        ys: sequences (T, M), T >= 2; NaN entries are filled as `fill.fill` does.
         shape: form of the dynamics.
         options: states and start.
         rng: what every start draws from.
@@ -51,17 +52,6 @@ def first_guess(
     # With no prior at all a segment is shorter than it takes to fit the dynamics.
     prior = data_prior(ys, shape, replace(options, prior=max(options.prior, 1.0)))
     return segments(filled, K, shape, prior.ridge, rng)
-
-
-def fill(ys: Sequence[Array]) -> list[Array]:
-    """The sequences with NaN entries interpolated linearly and ends held.
-
-    A freedom that a sequence never measured takes its mean over the others, or 0.
-    """
-    y = np.concatenate(ys)
-    seen = ~np.isnan(y)
-    mean = np.where(seen, y, 0.0).sum(0) / np.maximum(seen.sum(0), 1)
-    return [_filled(y, mean) for y in ys]
 
 
 def kmeans(ys: Sequence[Array], K: int, shape: Form, rng: np.random.Generator) -> list[Posterior]:
@@ -200,12 +190,3 @@ def _states(y: Array, order: int) -> Array:
 def _cuts(parts: Sequence[Array]) -> NDArray[np.intp]:
     cuts: NDArray[np.intp] = np.cumsum([len(part) for part in parts])[:-1]
     return cuts
-
-
-def _filled(y: Array, mean: Array) -> Array:
-    seen, filled = ~np.isnan(y), y.copy()
-    t = np.arange(len(y))
-    for i in np.flatnonzero(~seen.all(0)):
-        at = seen[:, i]
-        filled[:, i] = np.interp(t, t[at], y[at, i]) if at.any() else mean[i]
-    return filled

@@ -17,6 +17,7 @@ from kinematics.sagittal import Body, find_body, project
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
 SHORTEST = 8  # frames; less holds no motion to learn from
+CURVE = "curve"  # tag of a trial that is walked or run on a bend
 FROZEN = 3  # frames; as many copies of one pose are a fault of the capture, not a pause
 
 _MIRRORED = [0, 1, 2, 3, 6, 7, 4, 5]
@@ -84,7 +85,7 @@ def read_trials(path: str | Path) -> list[Trial]:
         raise MotionError(f"cannot read {path} ({error}); give a UTF-8 CSV table of trials") from error
 
 
-def sequences(trial: Trial, fps: float) -> list[Sequence]:
+def sequences(trial: Trial, fps: float, *, curves: bool = False) -> list[Sequence]:
     """The poses of a trial, one sequence for each straight segment of at least SHORTEST frames.
 
     Frames outside the segments, a T-pose among them, are dropped. So are FROZEN or more copies of one pose
@@ -93,23 +94,26 @@ def sequences(trial: Trial, fps: float) -> list[Sequence]:
     Args:
         trial: a row of the table.
         fps: frames per second wanted.
+        curves: take all of a trial with the tag `curve`, straight or not: every frame is seen from the side
+            that its body shows there, which is as good to learn a gait from.
 
     Raises:
         MotionError: the capture is missing or malformed, or does not fit its row in the table.
         ValueError: fps is not above 0.
     """
-    if not trial.segments:
+    whole = curves and CURVE in trial.tags
+    if not (whole or trial.segments):
         return []
     body = read_body(trial)
     T = len(body.neck)
     found = []
-    for first, end in trial.segments:
+    for first, end in [(0, T)] if whole else trial.segments:
         if end > T:
             raise MotionError(f"{trial.path} has {T} frames, its segment is {first}-{end}; correct the table")
         for start, stop in _moving(body, first, end):
             if len(_times(stop - start, trial.fps, fps)) < SHORTEST:
                 continue
-            y = resample(project(body.between(start, stop), curve="curve" in trial.tags), trial.fps, fps)
+            y = resample(project(body.between(start, stop), curve=CURVE in trial.tags), trial.fps, fps)
             name = f"{trial.subject}_{trial.trial}:{start}-{stop}"
             found.append(Sequence(y, trial.subject, trial.activity, trial.licence, name))
     return found

@@ -1,17 +1,20 @@
 """From a table of captures to a model's file."""
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from dynamics.em import Options
+from dynamics.hmm import HMMOptions
+from dynamics.options import Options
 from dynamics.slds import SLDS
-from dynamics.store import save
+from dynamics.store import Model, save
 from kinematics.mocap import POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
 from tracker.folder import fresh_file
-from tracker.models import learn_motions
+from tracker.models import learn_hmms, learn_motions
 from tracker.poses import read_poses
 from tracker.progress import Progress
 from tracker.sampling import Array
@@ -19,14 +22,20 @@ from tracker.sampling import Array
 Data = list[tuple[str, str, Array]]
 ACTIVITIES = ("walk", "run")
 UNLABELLED = "motion"
+STATES = 8  # per activity
+NOISE = 1.0  # degrees
+CHOICE = (1, 2, 4, 6, 8, 12)  # states that --choose tries, as far as --states goes
+HMM = "hmm"
 
 
 @dataclass(frozen=True)
 class Request:
     """What to learn, as `figtrack learn` asks; `noise` is in degrees, `states` are per activity.
 
-    trials : table of captures, or None to learn from `poses`, pose tables at `fps`
-    labels : activities to learn; () for walk and run, or for all that the pose tables name
+    trials    : table of captures, or None to learn from `poses`, pose tables at `fps`
+    labels    : activities to learn; () for walk and run, or for all that the pose tables name
+    inference : of the E-step, or "hmm" for hidden Markov models of the angles
+    choose    : let subjects held out say how many states, `states` at most, each activity is learned with
     """
 
     trials: Path | None
@@ -41,6 +50,15 @@ class Request:
     noise: float
     seed: int
     rounds: int
+    inference: str = "viterbi"
+    start: str = "kmeans"
+    restarts: int = 1
+    choose: bool = False
+
+
+def gait_options(**changes: Any) -> Options:
+    """How gait is learned: the settings that did best on captured walks and runs of subjects held out."""
+    return replace(Options(states=STATES, start="kmeans"), **changes)
 
 
 def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progress) -> str:
@@ -56,11 +74,11 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
             data, terms = _read_tables(request)
         else:
             data, terms = _read_captures(request.trials, request, progress)
-        slds = _learn(data, request, progress)
+        model = _learn(data, request, progress)
         subjects = sorted({subject for subject, _, _ in data})
         origin = f"{len(data)} sequences of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
-        save(slds, aside, origin)
-    return f"{out}: {slds.K} states, order {slds.order}, {slds.fps:g} frames a second, from {origin}"
+        save(model, aside, origin)
+    return f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
 
 
 def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[Data, list[str]]:
@@ -70,7 +88,7 @@ def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[D
     data: Data = []
     with progress.task("reading captures", len(trials)) as advance:
         for trial in trials:
-            data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps)]
+            data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True)]
             advance()
     _check_labels(data, labels, str(table), "check --label, --licence and --exclude-subjects")
     return data, sorted({trial.licence for trial in trials})
@@ -105,15 +123,38 @@ def _check_labels(data: Data, labels: Sequence[str], source: str, advice: str) -
         raise ValueError(f"{source} leaves no sequences of {', '.join(map(repr, missing))}; {advice}")
 
 
-def _learn(data: Data, request: Request, progress: Progress) -> SLDS:
-    options = Options(states=request.states, order=request.order, rounds=request.rounds, seed=request.seed)
+def _learn(data: Data, request: Request, progress: Progress) -> Model:
+    noise = float(np.radians(request.noise))
+    if request.inference == HMM:
+        if request.pooled or request.choose:
+            raise ValueError("hidden Markov models are learned per activity, with as many states as told")
+        hmm_options = HMMOptions(states=request.states, rounds=request.rounds, seed=request.seed)
+        return learn_hmms(data, fps=request.fps, options=hmm_options, noise=noise)
+    options = gait_options(
+        states=request.states,
+        order=request.order,
+        rounds=request.rounds,
+        start=request.start,
+        restarts=request.restarts,
+        seed=request.seed,
+    )
     groups = 1 if request.pooled else len({label for _, label, _ in data})
-    with progress.task("learning", groups * request.rounds) as advance:
+    with progress.task("learning", groups * request.rounds * request.restarts) as advance:
         return learn_motions(
             data,
             fps=request.fps,
             options=options,
             pooled=request.pooled,
-            noise=float(np.radians(request.noise)),
+            noise=noise,
+            inference=request.inference,
+            choose_from=[n for n in CHOICE if n <= request.states] if request.choose else (),
             progress=lambda *_: advance(),
         )
+
+
+def _described(model: Model) -> str:
+    """States of each motion where they differ, and of what kind."""
+    counts = Counter(model.labels)
+    each = "" if len(set(counts.values())) == 1 else f" ({', '.join(f'{n} {m}' for m, n in counts.items())})"
+    kind = f"order {model.order}" if isinstance(model, SLDS) else "hidden Markov"
+    return f"{len(model.labels)} states{each}, {kind}"

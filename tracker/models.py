@@ -1,7 +1,7 @@
 """Which motion model a name means, and how it is learned from captures."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from dynamics.em import Infer, Options, anywhere, learn
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
 from dynamics.rate import at_rate
+from dynamics.selection import choose
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
 from dynamics.variational import Variational
@@ -74,6 +75,7 @@ def learn_motions(
     pooled: bool = False,
     noise: float = 0.0,
     inference: str = "viterbi",
+    choose_from: Sequence[int] = (),
     progress: Report | None = None,
 ) -> SLDS:
     """One model of several motions: each learned by itself, then joined.
@@ -88,25 +90,28 @@ def learn_motions(
         pooled: learn all motions as one, labelled with their names joined by a hyphen.
         noise: standard deviation added to the angles, radians.
         inference: of the E-step, one of INFERENCES.
+        choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
+            (`dynamics.selection`); empty takes those of the options.
         progress: called with the motion, the round and the rounds in all.
 
     Raises:
-        ValueError: no sequences, or unusable ones.
+        ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
     """
     models = []
-    for name, poses, weights in _motions(sequences, pooled, noise, options.seed):
+    for motion in _motions(sequences, pooled, noise, options.seed):
+        chosen = _chosen(motion, fps, options, choose_from) if choose_from else options
         fit = learn(
-            poses,
+            motion.poses,
             names=POSE_COLUMNS,
             travelling=TRAVELLING,
             fps=fps,
-            label=name,
-            options=options,
-            weights=weights,
+            label=motion.name,
+            options=chosen,
+            weights=motion.weights,
             infer=_e_step(inference),
-            progress=None if progress is None else _reporter(progress, name, options),
+            progress=None if progress is None else _reporter(progress, motion.name, options),
         )
-        models.append(anywhere(fit.slds, viterbi_all(fit.slds, poses)))
+        models.append(anywhere(fit.slds, viterbi_all(fit.slds, motion.poses)))
     return combine(models)
 
 
@@ -115,11 +120,35 @@ def learn_hmms(sequences: Sequence[Labelled], *, fps: float, options: HMMOptions
     angles = [name not in TRAVELLING for name in POSE_COLUMNS]
     names = [name for name in POSE_COLUMNS if name not in TRAVELLING]
     models = []
-    for label, poses, weights in _motions(sequences, False, noise, options.seed):
-        seen = [y[:, angles] for y in poses]
-        fit = learn_hmm(seen, names=names, fps=fps, label=label, options=options, weights=weights)
+    for motion in _motions(sequences, False, noise, options.seed):
+        seen = [y[:, angles] for y in motion.poses]
+        fit = learn_hmm(
+            seen, names=names, fps=fps, label=motion.name, options=options, weights=motion.weights
+        )
         models.append(fit.hmm)
     return combine_hmms(models, CROSSING)
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """What one motion is learned from: subjects and weights are those of each sequence."""
+
+    name: str
+    poses: list[Array]
+    subjects: list[str]
+    weights: Array
+
+
+def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]) -> Options:
+    """The simplest candidate that subjects held out do not speak against."""
+    return choose(
+        motion.poses,
+        motion.subjects,
+        [replace(options, states=n, restarts=1) for n in states],
+        names=POSE_COLUMNS,
+        travelling=TRAVELLING,
+        fps=fps,
+    ).best
 
 
 def _e_step(inference: str) -> Infer:
@@ -128,28 +157,18 @@ def _e_step(inference: str) -> Infer:
     return steps[inference]
 
 
-def _motions(
-    sequences: Sequence[Labelled], pooled: bool, noise: float, seed: int
-) -> Iterator[tuple[str, list[Array], Array]]:
-    """Name, poses and weights of each motion to be learned."""
+def _motions(sequences: Sequence[Labelled], pooled: bool, noise: float, seed: int) -> Iterator[_Motion]:
+    """What each motion is to be learned from."""
     if not sequences:
         raise ValueError("learning needs at least one sequence; got none")
     rng = np.random.default_rng(seed)
     labels = sorted({label for _, label, _ in sequences}, reverse=True)
     for group in [labels] if pooled else [[label] for label in labels]:
-        poses, weights = _prepared([s for s in sequences if s[1] in group], noise, rng)
-        yield "-".join(group), poses, weights
+        yield _motion("-".join(group), [s for s in sequences if s[1] in group], noise, rng)
 
 
-def _reporter(progress: Report, name: str, options: Options) -> Callable[[int, float], None]:
-    rounds = options.rounds * options.restarts
-    return lambda done, _: progress(name, done + 1, rounds)
-
-
-def _prepared(
-    sequences: Sequence[Labelled], noise: float, rng: np.random.Generator
-) -> tuple[list[Array], Array]:
-    poses, keys = [], []
+def _motion(name: str, sequences: Sequence[Labelled], noise: float, rng: np.random.Generator) -> _Motion:
+    poses, subjects, keys = [], [], []
     neck = POSE_COLUMNS.index("neck")
     for subject, label, y in sequences:
         centred = y.copy()
@@ -159,13 +178,19 @@ def _prepared(
             spoiled = twin.copy()
             spoiled[:, 2:] += rng.normal(scale=noise, size=spoiled[:, 2:].shape) if noise > 0 else 0.0
             poses.append(spoiled)
+            subjects.append(subject)
             keys.append((label, subject))
     frames: dict[str, dict[tuple[str, str], int]] = {}
     for key, y in zip(keys, poses, strict=True):
         of_label = frames.setdefault(key[0], {})
         of_label[key] = of_label.get(key, 0) + len(y)
     weights = np.array([1.0 / (len(frames[key[0]]) * frames[key[0]][key]) for key in keys])
-    return poses, weights * len(weights) / weights.sum()
+    return _Motion(name, poses, subjects, weights * len(weights) / weights.sum())
+
+
+def _reporter(progress: Report, name: str, options: Options) -> Callable[[int, float], None]:
+    rounds = options.rounds * options.restarts
+    return lambda done, _: progress(name, done + 1, rounds)
 
 
 def _constant_velocity(fps: float, settings: Settings) -> SLDS:

@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.em import anywhere, from_origin, learn, maximise
+from dynamics.fill import fill
 from dynamics.gaussian import Gaussian
 from dynamics.gpb2 import gpb2_all
-from dynamics.initialise import fill
 from dynamics.kalman import predict
 from dynamics.options import STARTS, Options
 from dynamics.prior import changes, data_prior, log_prior

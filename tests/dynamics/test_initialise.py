@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.initialise import fill, first_guess, hmm, kmeans
+from dynamics.fill import fill
+from dynamics.initialise import first_guess, hmm, kmeans
 from dynamics.options import STARTS, Options
 from dynamics.regression import form
 

@@ -166,6 +166,16 @@ def test_no_sequence_stands_still_or_leaps_where_a_capture_froze(tmp_path):
         assert_allclose(np.diff(sequence.y[:, 0]), 0.05, atol=1e-12)
 
 
+def test_a_trial_on_a_curve_is_taken_whole_when_curves_are_wanted(tmp_path):
+    write_walker(tmp_path / "a.bvh", walker(60))
+    straight, bent = (a_trial(tmp_path / "a.bvh", segments=((5, 25),), tags=t) for t in ((), ("curve",)))
+    lengths = [
+        [len(s.y) for s in sequences(t, FPS, curves=c)] for t in (straight, bent) for c in (False, True)
+    ]
+    assert lengths == [[20], [20], [20], [60]]
+    assert [len(s.y) for s in sequences(replace(bent, segments=()), FPS, curves=True)] == [60]
+
+
 def test_a_trial_without_segments_gives_no_sequences():
     assert sequences(a_trial("absent.bvh", segments=()), FPS) == []
 
