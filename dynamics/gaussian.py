@@ -36,13 +36,13 @@ class Gaussian:
 
 def symmetric(cov: Array) -> Array:
     """The symmetric part of (..., N, N)."""
-    half: Array = 0.5 * (cov + np.swapaxes(cov, -1, -2))
+    half: Array = 0.5 * (cov + cov.swapaxes(-1, -2))
     return half
 
 
 def transpose(matrix: NDArray[Any]) -> Array:
     """(..., M, N) to (..., N, M)."""
-    return np.swapaxes(matrix, -1, -2)
+    return matrix.swapaxes(-1, -2)
 
 
 def apply(matrix: Array, vector: Array) -> Array:
