@@ -61,6 +61,23 @@ def test_with_one_switching_state_inference_is_the_kalman_smoother(order, T, gap
 
 
 @pytest.mark.parametrize("order", [1, 2])
+def test_one_switching_state_agrees_with_pykalman_where_frames_are_missing(order, rng):
+    pykalman = pytest.importorskip("pykalman")
+    slds = random_slds(1, d=3, order=order, rng=rng)
+    y = slds.sample(12, rng)[2]
+    y[[0, 4, 5, 11]] = np.nan
+    other = pykalman.KalmanFilter(
+        slds.A[0], slds.C, slds.Q[0], slds.R, slds.b[0], np.zeros(3), slds.mean0[0], slds.cov0[0]
+    )
+    masked = np.ma.masked_invalid(y)
+    mean, cov = other.smooth(masked)
+    found = viterbi(slds, y)
+    assert_allclose(found.states.mean, mean, atol=1e-9)
+    assert_allclose(found.states.cov, cov, atol=1e-9)
+    assert_allclose(found.log_evidence, other.loglikelihood(masked), atol=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("gaps", [False, True])
 @pytest.mark.parametrize("dense", [False, True])
 def test_the_answer_is_exact_given_its_own_path(order, gaps, dense, rng):
