@@ -71,11 +71,10 @@ def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: boo
     ahead = apply(slds.A, x[:, :-1, None]) + slds.b
     steps = Gaussian(ahead[..., :d], slds.Q[:, :d, :d])
     log_step = log_density(steps, x[:, 1:, None, :d])
-    first = np.broadcast_to(slds.log_pi0, (P, slds.K))
+    reach = regions(slds)
+    first = slds.log_pi0 + reach.log_density(x[:, 0, None])
     switch = np.broadcast_to(slds.log_Pi, (P, T - 1, slds.K, slds.K))
     if recurrent:
-        reach = regions(slds)
-        first = first + reach.log_density(x[:, 0, None])
         switch = switch + reach.log_density(ahead)[:, :, None]
         switch = switch - np.logaddexp.reduce(switch, axis=-1, keepdims=True)
     log_step = switch + log_step[:, :, None]

@@ -5,11 +5,11 @@ Filling of gaps is in `dynamics.gaps`.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
@@ -17,15 +17,14 @@ from dynamics.gpb2 import gpb2_all, gpb2_filter_all
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update
+from dynamics.noise import at_noise
 from dynamics.posterior import Posterior
 from dynamics.region import POSE, Regions, pose_hints, pose_regions, regions
 from dynamics.slds import SLDS
-from dynamics.viterbi import viterbi_all
 
 InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]
 
-NOISIEST = 0.5  # radians; more noise than this leaves nothing of a gait
-NOISE_FRAMES = 1500  # as many frames tell the noise well enough
+NOISE_KNOWN = (5, 15, 45, 135)  # frames after which forecasts go by the noise so far
 INSIDE = 0.9  # share of a state's own poses within the distance that synthesis keeps to
 LEAST, MOST = 0.1, 1e4  # weights of the poses that are tried to keep to it
 
@@ -68,27 +67,10 @@ def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
     return [_labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
 
 
-def at_noise(slds: SLDS, ys: Sequence[Array]) -> SLDS:
-    """The model with R raised by the one variance that makes these sequences most likely.
-
-    It is added to the freedoms that do not travel; a model that was learned at more noise than it meets keeps
-    its own R.
-    """
-    stays = np.array([float(name not in slds.travelling) for name in slds.names])
-    some = _some(ys, NOISE_FRAMES)
-
-    def noisy(deviation: float) -> SLDS:
-        return replace(slds, R=slds.R + np.diag(stays * deviation**2))
-
-    def cost(deviation: float) -> float:
-        return -sum(p.log_evidence for p in viterbi_all(noisy(deviation), some))
-
-    found = minimize_scalar(cost, bounds=(0.0, NOISIEST), method="bounded", options={"xatol": 2e-3})
-    return noisy(float(found.x)) if found.fun < cost(0.0) else slds
-
-
 def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
     """Forecasts `horizon` frames ahead by the GPB2 filter: one Gaussian a switching state, collapsed.
+
+    R is raised to the noise of the frames so far, anew at each of NOISE_KNOWN frames into the sequences.
 
     Args:
         ys: sequences (T, M) in body units; NaN entries were not measured.
@@ -103,18 +85,16 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]
     """
     if horizon < 1:
         raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
-    forecasts = []
-    for filtered in gpb2_filter_all(slds, ys):
-        prob, states = filtered.prob, filtered.states
-        for _ in range(horizon):
-            prob, states = _switched(slds, prob, states)
-        ahead = collapse(prob, states)
-        M = len(slds.names)
-        mean = np.full((len(prob) + horizon, M), np.nan)
-        cov = np.full((len(prob) + horizon, M, M), np.nan)
-        mean[horizon:] = apply(slds.C, ahead.mean)
-        cov[horizon:] = symmetric(slds.C @ ahead.cov @ slds.C.T)
-        forecasts.append(Gaussian(mean, cov))
+    forecasts = _forecasts(slds, ys, horizon)
+    longest = max(map(len, ys), default=0)
+    edges = [known for known in NOISE_KNOWN if known < longest]
+    for known, until in pairwise([*edges, longest]):
+        longer = [i for i, y in enumerate(ys) if len(y) > known]
+        fitted = at_noise(slds, [y[:known] for y in ys])
+        later = _forecasts(fitted, [ys[i][:until] for i in longer], horizon)
+        for i, ahead in zip(longer, later, strict=True):
+            rows = slice(known + horizon, len(ahead.mean))
+            forecasts[i].mean[rows], forecasts[i].cov[rows] = ahead.mean[rows], ahead.cov[rows]
     return forecasts
 
 
@@ -156,17 +136,28 @@ def _kept_in(following: Gaussian, poses: Regions, k: int) -> Gaussian:
     return near
 
 
+def _forecasts(slds: SLDS, ys: Sequence[Array], horizon: int) -> list[Gaussian]:
+    """`predict` with one R throughout."""
+    forecasts = []
+    for filtered in gpb2_filter_all(slds, ys):
+        prob, states = filtered.prob, filtered.states
+        for _ in range(horizon):
+            prob, states = _switched(slds, prob, states)
+        ahead = collapse(prob, states)
+        M = len(slds.names)
+        mean = np.full((len(prob) + horizon, M), np.nan)
+        cov = np.full((len(prob) + horizon, M, M), np.nan)
+        mean[horizon:] = apply(slds.C, ahead.mean)
+        cov[horizon:] = symmetric(slds.C @ ahead.cov @ slds.C.T)
+        forecasts.append(Gaussian(mean, cov))
+    return forecasts
+
+
 def _labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:
     motions = tuple(dict.fromkeys(labels))
     belongs = np.array([[label == motion for motion in motions] for label in labels], dtype=float)
     shares = prob @ belongs
     return Labelling(tuple(motions[i] for i in shares.argmax(1)), path, motions, shares)
-
-
-def _some(ys: Sequence[Array], frames: int) -> list[Array]:
-    """Whole sequences, spread over all, of about so many frames."""
-    every = max(1, sum(len(y) for y in ys) // frames)
-    return list(ys[::every])
 
 
 def _switched(slds: SLDS, prob: Array, states: Gaussian) -> tuple[Array, Gaussian]:

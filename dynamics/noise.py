@@ -1,0 +1,64 @@
+"""Measurements noisier than those a model was learned from."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from dynamics.gaussian import Array
+from dynamics.slds import SLDS
+from dynamics.viterbi import viterbi_all
+
+LEAST, MOST = 1e-3, 0.5  # standard deviations that are tried, radians or leg lengths
+STEP = 0.05  # of the logarithm of a deviation: what the search stops within
+FRAMES = 1500  # as many tell the noise well enough
+
+
+def at_noise(slds: SLDS, ys: Sequence[Array]) -> SLDS:
+    """The model with R raised to the noise of these sequences: what makes them most likely.
+
+    One variance is added to the freedoms that stay, another to those that travel; a model that was learned at
+    more noise than it meets keeps its own R. Both are sought together first, then each in turn, lest one take
+    what is the other's.
+
+    Args:
+        ys: sequences (T, M); NaN entries were not measured.
+    """
+    if not len(ys):
+        return slds
+    some = _some(ys)
+    travels = np.array([name in slds.travelling for name in slds.names])
+    measured = np.asarray(np.isfinite(np.concatenate(some)).any(0))
+    kinds = [kind for kind in (~travels & measured, travels & measured) if kind.any()]
+    if not kinds:
+        return slds
+    variance = np.zeros(len(slds.names))
+    for freedoms in [measured, *kinds, *kinds] if len(kinds) > 1 else kinds:
+        variance = _likeliest(slds, some, variance, freedoms)
+    return replace(slds, R=slds.R + np.diag(variance)) if variance.any() else slds
+
+
+def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArray[np.bool_]) -> Array:
+    """The added variance (M,) with that of these freedoms (M,) replaced by the most likely one."""
+
+    def changed(log_deviation: float) -> Array:
+        return np.where(freedoms, np.exp(2.0 * log_deviation), variance)
+
+    def cost(added: Array) -> float:
+        noisy = replace(slds, R=slds.R + np.diag(added))
+        return -sum(posterior.log_evidence for posterior in viterbi_all(noisy, ys))
+
+    bounds = (float(np.log(LEAST)), float(np.log(MOST)))
+    found = minimize_scalar(
+        lambda x: cost(changed(x)), bounds=bounds, method="bounded", options={"xatol": STEP}
+    )
+    none = np.where(freedoms, 0.0, variance)
+    return changed(float(found.x)) if found.fun < cost(none) else none
+
+
+def _some(ys: Sequence[Array]) -> list[Array]:
+    """Whole sequences, spread over all, of about FRAMES frames; of a long one its first."""
+    every = max(1, sum(len(y) for y in ys) // FRAMES)
+    return [y[:FRAMES] for y in ys[::every]]

@@ -1,0 +1,164 @@
+"""What a pose says of the switching state, against scipy's densities."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.spatial.distance import mahalanobis
+from scipy.stats import multivariate_normal
+
+from dynamics.region import POSE, pose_hints, pose_regions, regions
+from tests.oracles import random_slds
+
+# Regions are widened by a millionth of the largest variance, their smallest eigenvalue is near a tenth of it.
+WIDENED = 1e-4
+
+
+def travelling_model(K, order, rng):
+    """Freedoms a, b, c, of which b travels; unlike means and covariances everywhere."""
+    return random_slds(K, d=3, order=order, travelling=("b",), rng=rng)
+
+
+def without_place(x, order):
+    """What is left of the states x (..., N) of a, b, c when the place of b must not matter."""
+    if order == 1:
+        return x[..., [0, 2]]
+    a, b, c, a_before, b_before, c_before = np.moveaxis(x, -1, 0)
+    return np.stack([a, c, a_before, c_before, b - b_before], axis=-1)
+
+
+def moments_without_place(slds, k):
+    take = without_place(np.eye(slds.A.shape[-1]), slds.order).T
+    return take @ slds.mean0[k], take @ slds.cov0[k] @ take.T
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_pose_speaks_for_a_state_by_half_its_log_density_there(order, rng):
+    slds = travelling_model(3, order, rng)
+    y = rng.normal(size=(6, 3))
+    stays = [0, 2]
+    want = np.empty((6, 3))
+    for k in range(3):
+        cov = slds.cov0[k][np.ix_(stays, stays)] + slds.R[np.ix_(stays, stays)]
+        want[:, k] = multivariate_normal(slds.mean0[k][stays], cov).logpdf(y[:, stays])
+    # Rounding in logs near 10.
+    assert_allclose(pose_hints(slds, y), 0.5 * want, atol=1e-12)
+    assert_allclose(pose_hints(slds, y, 2.0), 2.0 * want, atol=1e-12)
+    assert POSE == 0.5
+
+
+def test_a_pose_is_compared_with_what_is_measured_of_the_region(rng):
+    slds = replace(random_slds(2, d=2, order=2, rng=rng), C=rng.normal(size=(2, 4)))
+    y = rng.normal(size=(5, 2))
+    for k in range(2):
+        seen = multivariate_normal(slds.C @ slds.mean0[k], slds.C @ slds.cov0[k] @ slds.C.T + slds.R)
+        assert_allclose(pose_hints(slds, y, 1.0)[:, k], seen.logpdf(y), atol=1e-12)
+
+
+def test_what_was_not_measured_does_not_speak(rng):
+    slds = travelling_model(2, 2, rng)
+    y = rng.normal(size=(4, 3))
+    y[0, 0] = y[1, [0, 2]] = y[2] = np.nan
+    got = pose_hints(slds, y, 1.0)
+    for k in range(2):
+        c = multivariate_normal(slds.mean0[k][2], slds.cov0[k][2, 2] + slds.R[2, 2])
+        assert got[0, k] == pytest.approx(c.logpdf(y[0, 2]), abs=1e-12)
+    assert_array_equal(got[1:3], 0.0)
+    assert (got[3] != 0.0).all()
+
+
+def test_the_place_does_not_speak(rng):
+    slds = travelling_model(2, 2, rng)
+    y = rng.normal(size=(5, 3))
+    elsewhere, nowhere = y.copy(), y.copy()
+    elsewhere[:, 1] += 40.0
+    nowhere[:, 1] = np.nan
+    assert_array_equal(pose_hints(slds, elsewhere), pose_hints(slds, y))
+    assert_array_equal(pose_hints(slds, nowhere), pose_hints(slds, y))
+
+
+def test_where_all_freedoms_travel_no_pose_speaks(rng):
+    slds = random_slds(2, order=2, travelling=("a", "b"), rng=rng)
+    assert_array_equal(pose_hints(slds, rng.normal(size=(3, 2))), 0.0)
+
+
+@pytest.mark.parametrize("noise", [1.0, 100.0])
+def test_a_noisier_measurement_tells_states_apart_less(noise, rng):
+    slds = travelling_model(2, 2, rng)
+    slds = replace(slds, cov0=np.repeat(slds.cov0[:1], 2, axis=0))
+    y = rng.normal(size=(20, 3))
+    apart, less = (
+        np.ptp(pose_hints(m, y), axis=1) for m in (slds, replace(slds, R=slds.R + noise * np.eye(3)))
+    )
+    assert less.mean() < apart.mean() / np.sqrt(1.0 + noise)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_regions_have_the_first_moments_without_the_place(order, rng):
+    slds = travelling_model(3, order, rng)
+    reach = regions(slds)
+    for k in range(3):
+        mean, cov = moments_without_place(slds, k)
+        assert_allclose(reach.mean[k], mean, atol=1e-14)
+        assert_allclose(reach.cov[k], cov, atol=WIDENED)
+    assert_array_equal(reach.cov, np.swapaxes(reach.cov, 1, 2))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_density_and_distance_of_a_region_are_scipys(order, rng):
+    slds = travelling_model(3, order, rng)
+    x = 2.0 * rng.normal(size=(7, 3, 3 * order))
+    reach = regions(slds)
+    log_density, distance = reach.log_density(x), reach.distance(x)
+    assert log_density.shape == distance.shape == (7, 3)
+    for k in range(3):
+        mean, cov = moments_without_place(slds, k)
+        seen = without_place(x[:, k], order)
+        assert_allclose(
+            log_density[:, k], multivariate_normal(mean, cov).logpdf(seen), rtol=WIDENED, atol=WIDENED
+        )
+        want = [mahalanobis(z, mean, np.linalg.inv(cov)) ** 2 for z in seen]
+        assert_allclose(distance[:, k], want, rtol=WIDENED)
+
+
+def test_one_state_is_measured_against_every_region(rng):
+    slds = travelling_model(3, 2, rng)
+    reach, x = regions(slds), rng.normal(size=(4, 6))
+    everywhere = np.repeat(x[:, None], 3, axis=1)
+    assert_array_equal(reach.distance(x[:, None]), reach.distance(everywhere))
+    assert_array_equal(reach.log_density(x[:, None]), reach.log_density(everywhere))
+    assert_array_equal(reach.distance(x[0]), reach.distance(everywhere)[0])
+
+
+def test_moving_the_figure_moves_it_out_of_no_region(rng):
+    slds = travelling_model(2, 2, rng)
+    x = rng.normal(size=(5, 1, 6))
+    moved = x + 7.0 * np.tile([0.0, 1.0, 0.0], 2)
+    # Rounding of places near 7 against regions a tenth wide.
+    assert_allclose(regions(slds).log_density(moved), regions(slds).log_density(x), rtol=1e-12)
+    # The speed does matter.
+    faster = x + np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    assert np.abs(regions(slds).log_density(faster) - regions(slds).log_density(x)).min() > 1e-3
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_region_of_poses_knows_neither_place_nor_speed(order, rng):
+    slds = travelling_model(2, order, rng)
+    poses, stays = pose_regions(slds), [0, 2]
+    x = rng.normal(size=(6, 2, 3 * order))
+    for k in range(2):
+        mean, cov = slds.mean0[k][stays], slds.cov0[k][np.ix_(stays, stays)]
+        want = multivariate_normal(mean, cov).logpdf(x[:, k, stays])
+        assert_allclose(poses.log_density(x)[:, k], want, rtol=WIDENED, atol=WIDENED)
+
+
+def test_a_region_that_is_a_point_still_has_a_density(rng):
+    slds = travelling_model(2, 2, rng)
+    cov0 = slds.cov0.copy()
+    cov0[1] = 0.0
+    reach = regions(replace(slds, cov0=cov0))
+    inside, outside = slds.mean0[1], slds.mean0[1] + 0.1
+    assert np.isfinite(reach.log_density(outside[None])).all()
+    assert reach.log_density(inside[None])[1] > reach.log_density(outside[None])[1] + 100.0
+    assert reach.distance(inside[None])[1] == pytest.approx(0.0, abs=1e-12)
