@@ -18,7 +18,20 @@ ALLOWED = {
     "tracker": None,
 }
 # The loop takes arrays: only the ends of tracker know of files of pictures.
-SEE_VIDEOS = {"cli", "clip", "comparison", "demo", "drawing", "report", "annotate", "batch"}
+SEE_VIDEOS = {
+    "cli",
+    "clip",
+    "comparison",
+    "demo",
+    "drawing",
+    "report",
+    "annotate",
+    "batch",
+    "cli_options",
+    "motion_plots",
+    "motion_clip",
+    "reproduce_plots",
+}
 MOST_LINES = 400
 
 

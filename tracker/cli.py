@@ -1,10 +1,7 @@
 """The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
 
 import signal
-import sys
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,15 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tracker import __version__
+from tracker.cli_motion import classify, interpolate, learn, predict, reproduce, synthesise
+from tracker.cli_options import Overwrite, ProgressStyle, Quiet, Style, beside, plain_errors, shown_progress
 
 if TYPE_CHECKING:
     from tracker.clip import Job
-    from tracker.progress import Progress
 
 app = typer.Typer(
     help="Follow a walking or running figure through side-view video with a learned model of its motion.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # rich takes "[default: ..]" for a style and drops it
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
@@ -30,14 +29,6 @@ class Facing(StrEnum):
 
     LEFT = "left"
     RIGHT = "right"
-
-
-class Style(StrEnum):
-    """How progress is shown."""
-
-    AUTO = "auto"
-    PLAIN = "plain"
-    JSON = "json"
 
 
 Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
@@ -60,11 +51,6 @@ Rate = Annotated[
     ),
 ]
 SettingsFile = Annotated[Path | None, typer.Option("--settings", help="TOML file of tracker settings.")]
-Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Replace a complete run once the new one is complete.")
-]
-Quiet = Annotated[bool, typer.Option("--quiet", help="Show no progress.")]
-ProgressStyle = Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -89,10 +75,10 @@ def demo(
 
     Example: figtrack demo --out my-demo
     """
-    with _plain_errors():
+    with plain_errors():
         from tracker.demo import run_demo
 
-        page, table = run_demo(out, seed, overwrite=overwrite, progress=_progress(quiet, progress))
+        page, table = run_demo(out, seed, overwrite=overwrite, progress=shown_progress(quiet, progress))
         print(table)
         print(f"\nopen {page}")
 
@@ -118,13 +104,13 @@ def track(
 
     Example: figtrack track walk.mp4 --keypoints walk.keypoints.csv
     """
-    with _plain_errors():
+    with plain_errors():
         from tracker.clip import follow, write_run
         from tracker.folder import fresh_folder
 
-        shown = _progress(quiet, progress)
+        shown = shown_progress(quiet, progress)
         job = _job(video, keypoints, start, stop, facing, rate, settings, model)
-        folder = out or _beside(video, "track")
+        folder = out or beside(video, "track")
         inputs = _inputs(video, keypoints, settings, model)
         with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
             finished = follow(job, shown)
@@ -159,75 +145,24 @@ def compare(
 
     Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
     """
-    with _plain_errors():
+    with plain_errors():
         from tracker.comparison import compare_models
         from tracker.folder import fresh_folder
         from tracker.keypoints import read_keypoints
 
         job = _job(video, keypoints, start, stop, facing, rate, settings, "")
         marks = job.marks if truth is None else read_keypoints(truth)
-        folder = out or _beside(video, "compare")
+        folder = out or beside(video, "compare")
         names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
         inputs = _inputs(video, keypoints, truth, settings, *names)
         with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
-            table = compare_models(job, marks, names, aside, _progress(quiet, progress))
+            table = compare_models(job, marks, names, aside, shown_progress(quiet, progress))
         print(table)
         print(f"\nopen {folder / 'report.html'}")
 
 
-@app.command()
-def learn(
-    poses: Annotated[list[Path] | None, typer.Argument(help="Pose tables, all at --fps.")] = None,
-    trials: Annotated[
-        Path | None, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")
-    ] = None,
-    label: Annotated[
-        list[str] | None,
-        typer.Option(help="Activities to learn [default: walk and run, or all labels of the pose tables]."),
-    ] = None,
-    exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = "",
-    licence: Annotated[
-        list[str] | None,
-        typer.Option(help="Learn only from rows whose licence contains one of these [default: all]."),
-    ] = None,
-    states: Annotated[int, typer.Option(min=1, max=32, help="Switching states of each activity.")] = 4,
-    pooled: Annotated[bool, typer.Option("--pooled", help="Learn all activities as one.")] = False,
-    order: Annotated[int, typer.Option(min=1, max=2, help="Order of the dynamics.")] = 2,
-    fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames a second to learn at.")] = 30.0,
-    noise: Annotated[
-        float, typer.Option(min=0.0, max=45.0, help="Noise added to the angles, degrees.")
-    ] = 0.0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
-    rounds: Annotated[int, typer.Option(min=1, max=1000, help="Rounds of EM at most.")] = 10,
-    out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
-) -> None:
-    """Learn a motion model from motion capture or from pose tables.
-
-    Example: figtrack learn --trials trials.csv --label walk --label run --states 4 --out gait.npz
-    """
-    if (trials is None) == (not poses):
-        raise typer.BadParameter("give either --trials TABLE or pose tables, one of the two")
-    with _plain_errors():
-        from tracker.learning import Request, learn_model
-
-        request = Request(
-            trials=trials,
-            poses=tuple(poses or ()),
-            labels=tuple(dict.fromkeys(label or ())),
-            excluded=tuple(name.strip() for name in exclude_subjects.split(",") if name.strip()),
-            licences=tuple(licence or ()),
-            states=states,
-            pooled=pooled,
-            order=order,
-            fps=fps,
-            noise=noise,
-            seed=seed,
-            rounds=rounds,
-        )
-        print(learn_model(request, out, overwrite=overwrite, progress=_progress(quiet, progress)))
+for command in (learn, classify, predict, interpolate, synthesise, reproduce):
+    app.command()(command)
 
 
 def main() -> None:
@@ -263,41 +198,6 @@ def _job(
     )
 
 
-def _beside(video: Path, what: str) -> Path:
-    """Where results go unless told, in the folder one is in."""
-    return Path(f"{video.absolute().stem}-{what}")
-
-
 def _inputs(video: Path, *others: Path | str | None) -> list[Path]:
     """The files that a command reads; a model may also be a mere name."""
     return [video, *(Path(other) for other in others if other is not None and Path(other).is_file())]
-
-
-def _progress(quiet: bool, style: Style) -> "Progress":
-    from tracker.progress import Progress
-
-    return Progress("quiet" if quiet else style.value)
-
-
-@contextmanager
-def _plain_errors() -> Iterator[None]:
-    """One line on stderr and exit status 1 for whatever keeps the work from being done."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        _fail("interrupted; nothing was written")
-    except OSError as error:
-        _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
-    except Exception as error:
-        from dynamics.store import ModelError
-        from tracker.folder import FolderError
-        from videos.frames import VideoError
-
-        if not isinstance(error, ModelError | FolderError | VideoError | ValueError):
-            raise
-        _fail(str(error))
-
-
-def _fail(text: str) -> None:
-    print(f"error: {text}", file=sys.stderr)
-    raise typer.Exit(1)

@@ -9,7 +9,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 # The file that a complete run leaves last, and a key in it that says it is ours.
-MARKERS = {"run.json": "figtrack", "compare.json": "models", "demo.json": "figtrack"}
+MARKERS = {
+    "run.json": "figtrack",
+    "compare.json": "models",
+    "demo.json": "figtrack",
+    "reproduce.json": "figtrack",
+}
 
 
 class FolderError(Exception):

@@ -1,0 +1,64 @@
+"""What the commands share: options, where results go unless told, and errors as one line."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from tracker.progress import Progress
+
+
+class Style(StrEnum):
+    """How progress is shown."""
+
+    AUTO = "auto"
+    PLAIN = "plain"
+    JSON = "json"
+
+
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace complete results once the new ones are complete.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Show no progress.")]
+ProgressStyle = Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")]
+
+
+def beside(source: Path, what: str) -> Path:
+    """Where results go unless told, in the folder one is in."""
+    return Path(f"{source.absolute().stem}-{what}")
+
+
+def shown_progress(quiet: bool, style: Style) -> "Progress":
+    """Progress as the options ask for it."""
+    from tracker.progress import Progress
+
+    return Progress("quiet" if quiet else style.value)
+
+
+@contextmanager
+def plain_errors() -> Iterator[None]:
+    """One line on stderr and exit status 1 for whatever keeps the work from being done."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        _fail("interrupted; nothing was written")
+    except OSError as error:
+        _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
+    except Exception as error:
+        from dynamics.store import ModelError
+        from tracker.folder import FolderError
+        from videos.frames import VideoError
+
+        if not isinstance(error, ModelError | FolderError | VideoError | ValueError):
+            raise
+        _fail(str(error))
+
+
+def _fail(text: str) -> None:
+    print(f"error: {text}", file=sys.stderr)
+    raise typer.Exit(1)

@@ -1,0 +1,98 @@
+"""The picture of a classification: a row a sequence, its motions as bars."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+from dynamics.tasks import Labelling
+from tracker.poses import PoseSequence
+from tracker.sampling import Array
+
+matplotlib.use("Agg")
+from matplotlib import pyplot
+from matplotlib.patches import Rectangle
+
+DPI = 110
+MOST_ROWS = 40  # sequences in one picture
+# Green, purple, yellow, sky, red, black; orange and blue are the legs'.
+MOTIONS = ("#009e73", "#9b5fb5", "#e6c700", "#56b4e9", "#c1272d", "#404040")
+
+
+def draw_labels(
+    sequences: Sequence[PoseSequence],
+    labellings: Sequence[Labelling],
+    path: Path,
+    title: str,
+    *,
+    shares: bool,
+) -> None:
+    """A row a sequence: the motion of every frame, above it the table's own labels, below it probabilities.
+
+    Args:
+        shares: whether the inference gives probabilities worth showing.
+    """
+    rows = list(zip(sequences, labellings, strict=True))[:MOST_ROWS]
+    known = dict.fromkeys(label for _, found in rows for label in found.labels)
+    known |= dict.fromkeys(label for sequence, _ in rows for label in sequence.labels if label)
+    colour = {label: MOTIONS[i % len(MOTIONS)] for i, label in enumerate(known)}
+    told = any(any(sequence.labels) for sequence, _ in rows)
+    figure, axes = pyplot.subplots(figsize=(11.0, 1.4 + 0.42 * len(rows)), dpi=DPI, layout="constrained")
+    for i, (sequence, found) in enumerate(rows):
+        frames = frame_edges(sequence.first, len(sequence))
+        if told:
+            bar(axes, frames, sequence.labels, colour, i - 0.42, 0.2)
+        bar(axes, frames, found.label, colour, i - 0.18, 0.34)
+        if shares:
+            _probabilities(axes, frames, found, colour, i + 0.2, 0.22)
+    axes.set_yticks(range(len(rows)), [sequence.name for sequence, _ in rows])
+    axes.set(ylim=(len(rows) - 0.4, -0.6), xlabel="frame", ylabel="sequence")
+    axes.margins(x=0.01)
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    parts = [*(["above: the table's labels"] if told else []), "bar: found"]
+    parts += ["below: probability"] if shares else []
+    left_out = f"; first {MOST_ROWS} of {len(sequences)} sequences" if len(sequences) > MOST_ROWS else ""
+    axes.set_title(f"{title}\n({', '.join(parts)}{left_out})", loc="left", fontsize=11)
+    figure.legend(handles=patches(colour), loc="outside upper right", ncols=len(colour), frameon=False)
+    save(figure, path)
+
+
+def bar(
+    axes: Any, edges: Array, names: Sequence[str], colour: Mapping[str, str], top: float, height: float
+) -> None:
+    """A strip of T pieces between T + 1 edges, each in its name's colour; "" is left open."""
+    cuts = [0, *(t for t in range(1, len(names)) if names[t] != names[t - 1]), len(names)]
+    for start, stop in pairwise(cuts):
+        if names[start]:
+            span = [(edges[start], edges[stop] - edges[start])]
+            axes.broken_barh(span, (top, height), color=colour[names[start]], linewidth=0)
+
+
+def frame_edges(first: int, frames: int) -> Array:
+    """(frames + 1,) where each frame's place on an axis begins, and the last ends."""
+    return np.asarray(first + np.arange(frames + 1) - 0.5, dtype=float)
+
+
+def patches(colour: Mapping[str, str]) -> list[Rectangle]:
+    """Entries of a legend."""
+    return [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in colour.items()]
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write the picture and let go of it."""
+    figure.savefig(path)
+    pyplot.close(figure)
+
+
+def _probabilities(
+    axes: Any, frames: Array, found: Labelling, colour: Mapping[str, str], top: float, height: float
+) -> None:
+    heap = np.hstack([np.zeros((len(found.prob), 1)), found.prob.cumsum(1)])
+    heap = top + height * np.vstack([heap, heap[-1:]])
+    for i, label in enumerate(found.labels):
+        axes.fill_between(frames, heap[:, i], heap[:, i + 1], step="post", color=colour[label], alpha=0.55,
+                          linewidth=0)  # fmt: skip

@@ -1,0 +1,268 @@
+"""The motion tasks on the sequences of a pose table: the papers' classification, prediction and gaps.
+
+A model knows neither where a figure stands nor how its head is carried. The neck's mean over a sequence, and
+the place where the root is first measured, are therefore taken off before and put back afterwards. A forecast
+may know nothing of later frames, not even their mean: there the three are constants of the state, with a wide
+prior, and inferred with everything else.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from dynamics.gaps import interpolate
+from dynamics.gaussian import Gaussian
+from dynamics.gpb2 import gpb2_all
+from dynamics.hmm import HMM
+from dynamics.noise import at_noise
+from dynamics.slds import SLDS
+from dynamics.store import Model
+from dynamics.tasks import InferWithHints, Labelling, classify, classify_hmm, predict
+from dynamics.variational import variational_all
+from dynamics.viterbi import viterbi_all
+from kinematics.mocap import POSE_COLUMNS
+from tracker.poses import ROOT_COLUMNS, PoseSequence, PosesError
+from tracker.sampling import Array
+
+NECK = POSE_COLUMNS.index("neck")
+# Standard deviations of what is unknown at a start: leg lengths for the place, radians for the neck.
+UNKNOWN_PLACE = {"root_x": 10.0, "root_y": 10.0}
+UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
+
+
+class Inference(StrEnum):
+    """How switching states are inferred."""
+
+    VITERBI = "viterbi"
+    GPB2 = "gpb2"
+    VARIATIONAL = "variational"
+    HMM = "hmm"
+
+
+class Use(StrEnum):
+    """Which columns speak for a motion."""
+
+    ANGLES = "angles"
+    ALL = "all"
+
+
+INFERENCES: Mapping[Inference, InferWithHints] = {
+    Inference.VITERBI: viterbi_all,
+    Inference.GPB2: gpb2_all,
+    Inference.VARIATIONAL: variational_all,
+}
+
+
+@dataclass(frozen=True)
+class Filled:
+    """A sequence without gaps.
+
+    y, sd : (T, 8) poses, measured numbers as they were, and standard deviations; body units. A place that was
+            never measured stays NaN; so does the deviation of what was measured
+    """
+
+    y: Array
+    sd: Array
+
+
+def chosen_inference(model: Model, asked: Inference | None) -> Inference:
+    """The inference for this kind of model, GPB2 or HMM unless asked; ValueError if they do not fit."""
+    hidden = isinstance(model, HMM)
+    if asked is None:
+        return Inference.HMM if hidden else Inference.GPB2
+    if hidden != (asked is Inference.HMM):
+        kind = "a hidden Markov model" if hidden else "a switching linear dynamic system"
+        fits = "hmm" if hidden else "viterbi, gpb2 or variational"
+        raise ValueError(f"the model is {kind}: it wants --inference {fits}, not {asked.value}")
+    return asked
+
+
+def whole_pose(model: Model, task: str) -> SLDS:
+    """The model, if it has dynamics of all that a pose table holds; else a ValueError."""
+    if isinstance(model, HMM):
+        raise ValueError(
+            f"the model is a hidden Markov model, which cannot {task}; give one learned "
+            "with another --inference"
+        )
+    if model.names != POSE_COLUMNS:
+        raise ValueError(
+            f"the model speaks of {', '.join(model.names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
+            "give a model learned from captures or pose tables"
+        )
+    return model
+
+
+def label_all(
+    model: Model,
+    sequences: Sequence[PoseSequence],
+    *,
+    inference: Inference,
+    use: Use = Use.ANGLES,
+    pose_weight: float | None = None,
+) -> list[Labelling]:
+    """The motion of every frame of every sequence.
+
+    Args:
+        inference: one that fits the model, see `chosen_inference`.
+        use: whether the root's travel and height speak for a motion, or the angles alone.
+        pose_weight: of the pose's own term, None for the default; a hidden Markov model has no other term.
+
+    Raises:
+        PosesError: a sequence without a measured angle, or without a root where that is used.
+        ValueError: a model of other freedoms.
+    """
+    ys = [_evidence(sequence, use) for sequence in sequences]
+    if isinstance(model, HMM):
+        picked = _columns(model, use)
+        return classify_hmm(model, [y[:, picked] for y in ys])
+    slds = whole_pose(model, "classify")
+    if use is Use.ALL:
+        slds = with_constants(slds, UNKNOWN_PLACE)
+    if pose_weight is None:
+        return classify(slds, ys, infer=INFERENCES[inference])
+    return classify(slds, ys, infer=INFERENCES[inference], pose=pose_weight)
+
+
+def forecast_all(slds: SLDS, sequences: Sequence[PoseSequence], horizon: int) -> list[Gaussian]:
+    """What each frame was expected to be, `horizon` frames before it.
+
+    Returns:
+        For each sequence mean (T + horizon, 8) and cov in body units; NaN where no frame was there to go by,
+        and for a place before the root was measured.
+
+    Raises:
+        PosesError: a sequence without a measured number.
+    """
+    starts = [_first_measured(sequence) for sequence in sequences]
+    places = [_place(sequence) for sequence in sequences]
+    free = with_constants(slds, UNKNOWN_PLACE | UNKNOWN_NECK)
+    ys = [s.y[start:] - place for s, start, place in zip(sequences, starts, places, strict=True)]
+    forecasts = []
+    for s, start, place, ahead in zip(sequences, starts, places, predict(free, ys, horizon), strict=True):
+        mean = np.full((len(s) + horizon, len(POSE_COLUMNS)), np.nan)
+        cov = np.full((len(s) + horizon, len(POSE_COLUMNS), len(POSE_COLUMNS)), np.nan)
+        mean[start:], cov[start:] = ahead.mean + place, ahead.cov
+        for column in range(ROOT_COLUMNS):
+            seen = np.flatnonzero(s.seen[:, column])
+            unplaced = seen[0] + horizon if len(seen) else len(mean)
+            mean[:unplaced, column] = np.nan
+        forecasts.append(Gaussian(mean, cov))
+    return forecasts
+
+
+def fill_gaps(slds: SLDS, sequence: PoseSequence, rng: np.random.Generator, *, recurrent: bool) -> Filled:
+    """Every number that was not measured, from what was, before and after.
+
+    Args:
+        recurrent: let the switch depend on the pose; False is the papers' switch.
+
+    Raises:
+        PosesError: a sequence without a measured number.
+    """
+    _first_measured(sequence)
+    seen = sequence.seen
+    placed = np.ones(len(POSE_COLUMNS), dtype=bool)
+    placed[:ROOT_COLUMNS] = seen[:, :ROOT_COLUMNS].any(0)
+    if (seen | ~placed).all():
+        return Filled(sequence.y, np.full(sequence.y.shape, np.nan))
+    taken = _place(sequence) + _neck(sequence)
+    found = interpolate(slds, sequence.y - taken, rng, recurrent=recurrent)
+    sd = np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2))
+    filled = np.where(seen, sequence.y, found.mean + taken)
+    return Filled(np.where(placed, filled, np.nan), np.where(placed & ~seen, sd, np.nan))
+
+
+def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence]) -> SLDS:
+    """The model with R raised to the noise of these sequences, the root's and the angles'.
+
+    Raises:
+        PosesError: a sequence without a measured number.
+    """
+    for sequence in sequences:
+        _first_measured(sequence)
+    ys = [s.y - _place(s) - _neck(s) for s in sequences]
+    return replace(slds, R=at_noise(with_constants(slds, UNKNOWN_PLACE), ys).R)
+
+
+def of_motion(slds: SLDS, label: str | None) -> SLDS:
+    """The states of one motion only, or all of them for None; ValueError if the model has no such motion."""
+    if label is None:
+        return slds
+    states = np.flatnonzero([own == label for own in slds.labels])
+    if not len(states):
+        known = ", ".join(dict.fromkeys(slds.labels))
+        raise ValueError(f"the model has no motion {label!r}; it has {known}")
+    Pi, pi0 = slds.Pi[np.ix_(states, states)], slds.pi0[states]
+    return replace(
+        slds,
+        pi0=pi0 / pi0.sum(),
+        Pi=Pi / Pi.sum(1, keepdims=True),
+        labels=(label,) * len(states),
+        **{name: getattr(slds, name)[states] for name in ("A", "b", "Q", "mean0", "cov0")},
+    )
+
+
+def with_constants(slds: SLDS, spreads: Mapping[str, float]) -> SLDS:
+    """The same system whose measurements are off by unknown constants.
+
+    Args:
+        spreads: standard deviation of each constant by the freedom that it is added to.
+    """
+    n = len(spreads)
+    names = [f"constant_{name}" for name in spreads]
+    wide = slds.with_drifts(names, np.ones(n), np.zeros(n), np.array(list(spreads.values())))
+    C = wide.C[:-n].copy()
+    for i, name in enumerate(spreads):
+        C[slds.names.index(name), i - n] = 1.0
+    return replace(wide, C=C, R=slds.R, names=slds.names)
+
+
+def _evidence(sequence: PoseSequence, use: Use) -> Array:
+    """The poses that a motion is told by: centred, the root blanked unless it is used."""
+    if not sequence.seen[:, ROOT_COLUMNS:].any():
+        raise PosesError(f"sequence {sequence.name!r} has no measured angle; leave it out")
+    y = sequence.y - _place(sequence) - _neck(sequence)
+    if use is Use.ANGLES:
+        y[:, :ROOT_COLUMNS] = np.nan
+    elif not sequence.seen[:, :ROOT_COLUMNS].any(0).all():
+        raise PosesError(
+            f"--use all wants root_x and root_y, sequence {sequence.name!r} lacks them; give --use angles"
+        )
+    return y
+
+
+def _columns(hmm: HMM, use: Use) -> list[int]:
+    unknown = [name for name in hmm.names if name not in POSE_COLUMNS]
+    if unknown:
+        raise ValueError(
+            f"the model speaks of {', '.join(hmm.names)}; a pose table has no {unknown[0]}; learn it again"
+        )
+    if use is Use.ALL and not set(POSE_COLUMNS[:ROOT_COLUMNS]) <= set(hmm.names):
+        raise ValueError(f"--use all: the model speaks of {', '.join(hmm.names)} only; give --use angles")
+    return [POSE_COLUMNS.index(name) for name in hmm.names]
+
+
+def _first_measured(sequence: PoseSequence) -> int:
+    seen = np.flatnonzero(sequence.seen.any(1))
+    if not len(seen):
+        raise PosesError(f"sequence {sequence.name!r} has no measured number; leave it out")
+    return int(seen[0])
+
+
+def _place(sequence: PoseSequence) -> Array:
+    """(8,) where the root is first measured, 0 for the angles."""
+    place = np.zeros(len(POSE_COLUMNS))
+    for column in range(ROOT_COLUMNS):
+        seen = sequence.y[sequence.seen[:, column], column]
+        place[column] = seen[0] if len(seen) else 0.0
+    return place
+
+
+def _neck(sequence: PoseSequence) -> Array:
+    """(8,) the neck's mean, 0 for the rest."""
+    mean = np.zeros(len(POSE_COLUMNS))
+    seen = sequence.y[sequence.seen[:, NECK], NECK]
+    mean[NECK] = seen.mean() if len(seen) else 0.0
+    return mean

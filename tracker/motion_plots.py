@@ -1,0 +1,237 @@
+"""Pictures of forecasts, filled gaps and synthesis: angles with bands at two sigma, rows of stick figures."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.mocap import POSE_COLUMNS
+from tracker.label_plot import DPI, bar, frame_edges, patches, save
+from tracker.poses import ROOT_COLUMNS, PoseSequence
+from tracker.sampling import Array
+from tracker.sticks import layers, sticks
+from videos.overlay import FAR, INK, NEAR, TRUNK
+
+matplotlib.use("Agg")
+from matplotlib import patheffects, pyplot
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
+
+MOST_FRAMES = 300  # in one picture
+FIGURES = 14  # in a row of stick figures
+SPACING = 1.15  # leg lengths between them
+TALL = 2.15  # leg lengths of picture above the ground, more where the walker leaves it
+# Switching states: bright colours first; orange and blue, the legs', last.
+STATES = [*range(4, 20, 2), *range(5, 20, 2), *range(4)]
+NEUTRAL = "#555555"
+GAP = "#dddddd"
+
+
+Flags = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+
+
+def _hex(color: tuple[int, int, int]) -> str:
+    return "#" + "".join(f"{part:02x}" for part in color)
+
+
+SIDES = {"near": _hex(NEAR), "far": _hex(FAR)}
+
+
+def draw_forecast(sequence: PoseSequence, mean: Array, sd: Array, path: Path, title: str) -> None:
+    """What was forecast for each frame beside what was then measured.
+
+    Args:
+        mean, sd: (T + H, 8) in body units, NaN where there is no forecast.
+    """
+    shown = slice(max(0, len(mean) - MOST_FRAMES), len(mean))
+    rows = 3 + _rooted(sequence)
+    figure, grid = pyplot.subplots(rows, 2, figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, sharex=True,
+                                   layout="constrained", squeeze=False)  # fmt: skip
+    past = np.full((len(mean) - len(sequence), len(POSE_COLUMNS)), np.nan)
+    _curves(grid, sequence.first, np.vstack([sequence.y, past]), mean, sd, shown)
+    for axes in grid.ravel():
+        axes.axvline(sequence.first + len(sequence) - 0.5, color=NEUTRAL, linewidth=1, linestyle=":")
+    end = Line2D([], [], color=NEUTRAL, linewidth=1, linestyle=":")
+    _finish(figure, grid, title, "forecast, two sigma", (end, "end of the table"))
+    save(figure, path)
+
+
+def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Path, title: str) -> None:
+    """Measured and filled angles, and the figure across the longest gap.
+
+    Args:
+        y, sd: (T, 8) as `motion.Filled` has them.
+    """
+    start, stop = longest_gap(sequence)
+    shown = _window(len(sequence), (start + stop) // 2)
+    rows = 3 + _rooted(sequence)
+    figure = pyplot.figure(figsize=(13.0, 2.3 * rows + 3.0), dpi=DPI, layout="constrained")
+    top, below = _halves(figure, [2.6, 2.3 * rows])
+    around = max(6, (stop - start) // 3)
+    frames = _spread(max(0, start - around), min(len(sequence), stop + around))
+    missing = _incomplete(sequence)
+    _stick_row(top.subplots(), y, fps, frames, sequence.first, missing)
+    grid = below.subplots(rows, 2, sharex=True, squeeze=False)
+    _curves(grid, sequence.first, sequence.y, *_within_gaps(sequence, y, sd), shown)
+    columns = POSE_COLUMNS[ROOT_COLUMNS:] + POSE_COLUMNS[:ROOT_COLUMNS]
+    for axes, name in zip(grid.ravel(), columns, strict=False):
+        _shade(axes, ~sequence.seen[:, POSE_COLUMNS.index(name)], sequence.first, shown)
+    gap = Rectangle((0, 0), 1, 1, color=GAP)
+    _finish(below, grid, "", "filled, two sigma", (gap, "not measured"))
+    top.suptitle(title, x=0.01, ha="left", fontsize=12)
+    save(figure, path)
+
+
+def draw_synthesis(states: Rows, labels: Sequence[str], y: Array, fps: float, path: Path, title: str) -> None:
+    """The figure at the start, in the middle and at the end, the legs' angles, and the switching states.
+
+    Args:
+        states: (T,) switching state of each frame; labels: (K,) the motion of each state.
+        y: (T, 8) poses in body units.
+    """
+    T, step = len(y), max(1, round(fps / 10.0))
+    span = min(T, FIGURES * step)
+    begins = sorted({0, (T - span) // 2, T - span})
+    figure = pyplot.figure(figsize=(13.0, 2.0 * len(begins) + 5.4), dpi=DPI, layout="constrained")
+    top, below = _halves(figure, [2.0 * len(begins), 5.0])
+    for axes, begin in zip(top.subplots(len(begins), 1, squeeze=False).ravel(), begins, strict=True):
+        _stick_row(axes, y, fps, np.arange(begin, begin + span, step), 0, np.zeros(T, dtype=bool))
+    hips, knees, strip = below.subplots(3, 1, sharex=True, height_ratios=[4.0, 4.0, 1.0])
+    for axes, part in ((hips, "hip"), (knees, "knee")):
+        for side, shade in SIDES.items():
+            values = np.degrees(y[:, POSE_COLUMNS.index(f"{part}_{side}")])
+            axes.plot(np.arange(T), values, color=shade, linewidth=1.5, label=f"{side} {part}")
+        axes.set_ylabel(f"{part}, degrees")
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, fontsize=8, frameon=False)
+        axes.spines[["top", "right"]].set_visible(False)
+    names = [f"{label} {k}" if len(labels) > 1 else label for k, label in enumerate(labels)]
+    used = [names[s] for s in dict.fromkeys(sorted(states.astype(int).tolist()))]
+    shades = pyplot.get_cmap("tab20")
+    colour = {name: matplotlib.colors.to_hex(shades(STATES[names.index(name) % 20])) for name in used}
+    bar(strip, frame_edges(0, T), [names[int(s)] for s in states], colour, 0.0, 1.0)
+    strip.set(yticks=[], ylabel="state", xlabel="frame", xlim=(-0.5, T - 0.5), ylim=(0, 1))
+    below.legend(handles=patches(colour), loc="outside lower center", ncols=8, frameon=False)
+    top.suptitle(title, x=0.01, ha="left", fontsize=12)
+    save(figure, path)
+
+
+def longest_gap(sequence: PoseSequence) -> tuple[int, int]:
+    """Rows (start, stop) of the longest stretch in which an angle is missing; (0, 0) if none is."""
+    return max(_stretches(_incomplete(sequence)), key=lambda run: run[1] - run[0], default=(0, 0))
+
+
+def _curves(grid: Any, first: int, measured: Array, mean: Array, sd: Array, shown: slice) -> None:
+    frames = np.arange(first + shown.start, first + shown.stop)
+    columns = (*POSE_COLUMNS[ROOT_COLUMNS:], *POSE_COLUMNS[:ROOT_COLUMNS])
+    for axes, name in zip(grid.ravel(), columns, strict=False):
+        column = POSE_COLUMNS.index(name)
+        rooted = column < ROOT_COLUMNS
+        seen, found, spread = (
+            values[shown, column] if rooted else np.degrees(values[shown, column])
+            for values in (measured, mean, sd)
+        )
+        shade = SIDES.get(name.partition("_")[2], NEUTRAL)
+        axes.fill_between(
+            frames, found - 2 * spread, found + 2 * spread, color=shade, alpha=0.25, linewidth=0
+        )
+        axes.plot(frames, seen, ".-", color="#111111", markersize=3, linewidth=0.4)
+        axes.plot(frames, found, color=shade, linewidth=1.6)
+        axes.set_ylabel(f"{name}, {'leg lengths' if rooted else 'degrees'}")
+        axes.set_xlim(frames[0] - 0.5, frames[-1] + 0.5)
+        axes.spines[["top", "right"]].set_visible(False)
+    for axes in grid[-1]:
+        axes.set_xlabel("frame")
+
+
+def _within_gaps(sequence: PoseSequence, y: Array, sd: Array) -> tuple[Array, Array]:
+    """What was filled, tied to the measured frames beside it, and its deviations, which are 0 there."""
+    tied = ~sequence.seen
+    tied[1:] |= ~sequence.seen[:-1]
+    tied[:-1] |= ~sequence.seen[1:]
+    return np.where(tied, y, np.nan), np.where(tied, np.nan_to_num(sd), np.nan)
+
+
+def _finish(figure: Any, grid: Any, title: str, found: str, last: tuple[Any, str]) -> None:
+    named: list[tuple[Any, str]] = [(Line2D([], [], marker=".", lw=0.4, color="#111111"), "measured")]
+    for side, shade in {**SIDES, "trunk and root": NEUTRAL}.items():
+        band = Rectangle((0, 0), 1, 1, color=shade, alpha=0.25, linewidth=0)
+        named.append(((band, Line2D([], [], color=shade, linewidth=1.6)), f"{found}: {side}"))
+    named.append(last)
+    figure.legend(
+        [handle for handle, _ in named], [text for _, text in named],
+        loc="outside lower center", ncols=len(named), frameon=False,
+    )  # fmt: skip
+    figure.align_ylabels(grid)
+    if title:
+        figure.suptitle(title, x=0.01, ha="left", fontsize=12)
+
+
+def _stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing: Flags) -> None:
+    """Figures side by side, each with its frame's number, on grey where not all angles were measured."""
+    near = {0: SIDES["far"], 1: _hex(TRUNK), 2: SIDES["near"]}
+    order = np.argsort(layers(), kind="stable")
+    ends = sticks(y, fps)
+    highest = max(TALL, float(ends[frames, ..., 1].max()) + 0.1)
+    rim = [patheffects.Stroke(linewidth=5.5, foreground=_hex(INK)), patheffects.Normal()]
+    for place, t in enumerate(frames):
+        links = ends[t].copy()
+        links[..., 0] += SPACING * place - links[0, 0, 0]
+        if missing[t]:
+            left = SPACING * (place - 0.5)
+            axes.add_patch(
+                Rectangle((left, -0.05), SPACING, highest + 0.05, color=GAP, linewidth=0, zorder=0)
+            )
+        for layer, shade in near.items():
+            chain = [i for i in order if layers()[i] == layer]
+            if layer == 1:
+                for i in chain:
+                    axes.plot(*links[i].T, color=shade, linewidth=3.5, path_effects=rim,
+                              solid_capstyle="round", zorder=2 + layer)  # fmt: skip
+            else:
+                points = np.concatenate([links[chain[0]], links[chain[1:], 1]])
+                axes.plot(*points.T, color=shade, linewidth=3.5, path_effects=rim,
+                          solid_capstyle="round", solid_joinstyle="round", zorder=2 + layer)  # fmt: skip
+        axes.text(SPACING * place, -0.12, str(first + t), ha="center", va="top", fontsize=8)
+    axes.axhline(0.0, color=NEUTRAL, linewidth=1, zorder=1)
+    axes.set(xlim=(-0.7 * SPACING, SPACING * (len(frames) - 0.3)), ylim=(-0.35, highest), aspect="equal")
+    axes.axis("off")
+
+
+def _halves(figure: Any, heights: list[float]) -> tuple[Any, Any]:
+    upper, lower = figure.subfigures(2, 1, height_ratios=heights)
+    return upper, lower
+
+
+def _incomplete(sequence: PoseSequence) -> Flags:
+    """(T,) whether an angle is missing."""
+    return np.asarray(~sequence.seen[:, ROOT_COLUMNS:].all(1), dtype=bool)
+
+
+def _spread(start: int, stop: int) -> Rows:
+    """Up to FIGURES rows, evenly from start to stop - 1."""
+    count = max(1, min(FIGURES, stop - start))
+    return np.unique(np.linspace(start, stop - 1, count).round().astype(int))
+
+
+def _window(T: int, centre: int) -> slice:
+    start = int(np.clip(centre - MOST_FRAMES // 2, 0, max(0, T - MOST_FRAMES)))
+    return slice(start, min(T, start + MOST_FRAMES))
+
+
+def _rooted(sequence: PoseSequence) -> bool:
+    return bool(sequence.seen[:, :ROOT_COLUMNS].any())
+
+
+def _stretches(flags: Flags) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _shade(axes: Any, missing: Flags, first: int, shown: slice) -> None:
+    for start, stop in _stretches(missing[shown]):
+        at = first + shown.start
+        axes.axvspan(at + start - 0.5, at + stop - 0.5, color=GAP, linewidth=0, zorder=0)

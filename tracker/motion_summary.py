@@ -1,0 +1,115 @@
+"""What the motion commands print: a line or two of figures."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from dynamics.tasks import Labelling
+from kinematics.mocap import POSE_COLUMNS
+from tracker.motion import Filled
+from tracker.poses import ROOT_COLUMNS, PoseSequence
+from tracker.sampling import Array
+
+ANGLES = slice(ROOT_COLUMNS, len(POSE_COLUMNS))
+STRIDES = 3.0  # at least so many lie in what their period is measured from
+
+
+def label_shares(sequences: Sequence[PoseSequence], found: Sequence[Labelling]) -> list[str]:
+    """How much of each motion was found, and how often the table's own labels say the same."""
+    labels = [label for f in found for label in f.label]
+    counts = Counter(labels)
+    parts = [f"{motion} {100.0 * counts[motion] / len(labels):.1f} %" for motion in found[0].labels]
+    lines = [f"{frames_text(len(labels))} in {sequences_text(len(sequences))}: {', '.join(parts)}"]
+    told = [
+        (own, label)
+        for s, f in zip(sequences, found, strict=True)
+        for own, label in zip(s.labels, f.label, strict=True)
+        if own
+    ]
+    if told:
+        right = 100.0 * np.mean([own == label for own, label in told])
+        lines.append(f"the table's own label on {right:.2f} % of {frames_text(len(told))} that have one")
+    return lines
+
+
+def forecast_errors(sequences: Sequence[PoseSequence], means: Sequence[Array], horizon: int) -> str:
+    """How far forecasts were from what was then measured, beside the pose of `horizon` frames before."""
+    errors, still = [], []
+    for sequence, mean in zip(sequences, means, strict=True):
+        T = len(sequence)
+        away = np.degrees(mean[horizon:T] - sequence.y[horizon:])[:, ANGLES]
+        kept = np.degrees(sequence.y[: max(0, T - horizon)] - sequence.y[horizon:])[:, ANGLES]
+        both = np.isfinite(away) & np.isfinite(kept)
+        errors.append(away[both])
+        still.append(kept[both])
+    e, k = np.concatenate(errors), np.concatenate(still)
+    ahead = f"{frames_text(horizon)} ahead in {sequences_text(len(sequences))}"
+    if not len(e):
+        return f"forecasts {ahead}; nothing was measured to compare them with"
+    rmse, before = np.sqrt((e**2).mean()), np.sqrt((k**2).mean())
+    return (
+        f"forecasts {ahead}: {rmse:.2f} degrees RMSE over the angles against what was then measured; "
+        f"an unchanged pose {before:.2f}"
+    )
+
+
+def filled_cells(sequences: Sequence[PoseSequence], filled: Sequence[Filled]) -> str:
+    """How much was filled, how surely, and what stays empty."""
+    missing = sum(int((~s.seen).sum()) for s in sequences)
+    done = sum(int(np.isfinite(f.sd).sum()) for f in filled)
+    frames = sum(int(np.isfinite(f.sd).any(1).sum()) for f in filled)
+    if not missing:
+        return f"nothing was missing in {sequences_text(len(sequences))}"
+    text = f"{done} cells filled in {frames_text(frames)} of {sequences_text(len(sequences))}"
+    sds = np.concatenate([f.sd[:, ANGLES][np.isfinite(f.sd[:, ANGLES])] for f in filled])
+    if len(sds):
+        text += f", angles to {np.degrees(np.sqrt((sds**2).mean())):.1f} degrees by the model's own account"
+    if missing > done:
+        text += f"; {missing - done} of a root that was never measured stay empty"
+    return text
+
+
+def free_motion(model: str, labels: Sequence[str], y: Array, fps: float) -> str:
+    """Its motions and the time of a stride; y (T, 8) poses at `fps`."""
+    counts = Counter(labels)
+    parts = [f"{motion} {100.0 * count / len(labels):.0f} %" for motion, count in counts.items()]
+    text = f"{frames_text(len(labels))} of {model} at {fps:g} a second: {', '.join(parts)}"
+    stride = stride_period(y)
+    return text if stride is None else f"{text}, a stride in {stride:.1f} frames ({stride / fps:.2f} s)"
+
+
+def stride_period(y: Array) -> float | None:
+    """Frames a stride takes: the first peak of the autocorrelation of hip_near - hip_far.
+
+    Args:
+        y: (T, 8) poses without gaps.
+
+    Returns:
+        None where nothing repeats, or fewer than STRIDES times.
+    """
+    apart = y[:, POSE_COLUMNS.index("hip_near")] - y[:, POSE_COLUMNS.index("hip_far")]
+    apart = apart - apart.mean()
+    T = len(apart)
+    products = np.correlate(apart, apart, "full")[T - 1 :] / np.arange(T, 0, -1)
+    lags = np.arange(1, int(T / STRIDES))
+    if len(lags) < 2 or not products[0] > 0:
+        return None
+    negative = np.flatnonzero(products[lags] < 0)
+    if not len(negative):
+        return None
+    later = lags[negative[0] :]
+    rises = (products[later] > products[later - 1]) & (products[later] >= products[later + 1])
+    peaks = later[rises & (products[later] > 0.3 * products[0])]
+    if not len(peaks):
+        return None
+    before, at, after = products[peaks[0] - 1 : peaks[0] + 2]
+    return float(peaks[0] + 0.5 * (before - after) / (before - 2.0 * at + after))
+
+
+def frames_text(n: int) -> str:
+    return f"{n} frame" + "s" * (n != 1)
+
+
+def sequences_text(n: int) -> str:
+    return f"{n} sequence" + "s" * (n != 1)
