@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
-.PHONY: demo test models evaluate bench clean
+.PHONY: demo test models evaluate motion bench clean
 
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
@@ -29,6 +29,10 @@ models: $(VENV)/installed
 # The table of docs/results.md, from the clips in $FIGTRACK_DATA/video.
 evaluate: $(VENV)/installed-dev
 	$(BIN)/python -m tests.evaluate $(FIGTRACK_DATA)/video docs/results.md
+
+# The tables of docs/motion.md, from the captures and splices in $FIGTRACK_DATA.
+motion: $(VENV)/installed-dev
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.motion $(FIGTRACK_DATA) docs/motion.md
 
 # How fast filters and learning are beside other packages.
 bench: $(VENV)/installed-bench

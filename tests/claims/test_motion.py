@@ -1,0 +1,101 @@
+"""What the learned models make of walks and runs on captures; docs/motion.md has all of it.
+
+Prediction is tried on the splices' six subjects, left out together.
+"""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dynamics.hmm import HMM
+from dynamics.slds import SLDS, combine
+from tests.motion_ahead import SHARE, Forecast, Rival
+from tests.motion_data import MOTIONS, SPLICED, Job, Recipe, Source, learn, rms
+from tests.motion_splices import FAR_TARGETS, MIDDLE, SEEN, SEEN_TARGETS, TARGETS, Segmentation
+from tests.motion_synthesis import OUT, RUN_STRIDE, STRIDE, Likeness, Making
+
+UNSEEN = Recipe(excluded=SPLICED)
+ALONE = {label: Recipe(motions=(label,)) for label in MOTIONS}
+
+
+def run(job: Job, source: Source, model: SLDS | HMM | None) -> Any:
+    """In a process of its own."""
+    return job.run(source, model)
+
+
+@pytest.fixture(scope="module")
+def source(data_dir: Path) -> Source:
+    return Source(data_dir)
+
+
+@pytest.fixture(scope="module")
+def pool() -> Iterator[Executor]:
+    with ProcessPoolExecutor(2) as pool:
+        yield pool
+
+
+@pytest.fixture(scope="module")
+def models(source: Source, pool: Executor) -> dict[Recipe, SLDS | HMM]:
+    """Without the six subjects, and of each motion on everyone."""
+    waiting = {recipe: pool.submit(learn, source, recipe) for recipe in (UNSEEN, *ALONE.values())}
+    return {recipe: future.result() for recipe, future in waiting.items()}
+
+
+@pytest.fixture(scope="module")
+def measured(source: Source, pool: Executor, models: dict[Recipe, SLDS | HMM]) -> dict[Job, Any]:
+    """The answer of every job, of the models by the jobs' recipes."""
+    seen = combine([model for label in MOTIONS if isinstance(model := models[ALONE[label]], SLDS)])
+    jobs: list[Job] = [
+        Segmentation(Recipe(excluded=SEEN), MIDDLE, "viterbi"),
+        *(Segmentation(UNSEEN, noise, "viterbi") for noise in TARGETS),
+        Forecast(UNSEEN, "run"),
+        Rival("run", SPLICED),
+        *(Making(ALONE[label], True) for label in MOTIONS),
+    ]
+    waiting: dict[Job, Future[Any]] = {}
+    for job in jobs:
+        chosen = None if job.recipe is None else models.get(job.recipe, seen)
+        waiting[job] = pool.submit(run, job, source, chosen)
+    return {job: future.result() for job, future in waiting.items()}
+
+
+@pytest.mark.parametrize("noise", TARGETS)
+def test_motions_of_people_not_learned_from_are_told_apart_in_nearly_all_frames(
+    measured: dict[Job, Any], noise: int
+) -> None:
+    wrong = measured[Segmentation(UNSEEN, noise, "viterbi")]
+    assert wrong.all <= TARGETS[noise], wrong
+    assert wrong.far <= FAR_TARGETS.get(noise, 100.0), wrong
+
+
+def test_motions_of_people_learned_from_are_told_apart_better_than_in_the_paper(
+    measured: dict[Job, Any],
+) -> None:
+    assert measured[Segmentation(Recipe(excluded=SEEN), MIDDLE, "viterbi")].all <= SEEN_TARGETS[MIDDLE]
+
+
+def test_the_next_frame_of_a_run_is_foreseen_better_than_by_the_best_constant_velocity(
+    measured: dict[Job, Any],
+) -> None:
+    best, _, _ = measured[Rival("run", SPLICED)]
+    assert 100.0 * rms(measured[Forecast(UNSEEN, "run")]) / rms(best) <= SHARE
+
+
+def test_a_synthetic_walk_keeps_to_the_range_and_the_stride_of_the_captures(
+    measured: dict[Job, Any],
+) -> None:
+    walk: Likeness = measured[Making(ALONE["walk"], True)]
+    assert 100.0 * walk.out <= OUT, walk
+    assert 100.0 * walk.stride_error <= STRIDE, walk
+
+
+def test_a_synthetic_run_stays_bounded_and_keeps_the_stride_of_the_captures(
+    measured: dict[Job, Any],
+) -> None:
+    made: Likeness = measured[Making(ALONE["run"], True)]
+    assert made.finite
+    assert made.far_out == 0.0
+    assert 100.0 * made.stride_error <= RUN_STRIDE, made
