@@ -25,7 +25,8 @@ from dynamics.slds import SLDS
 InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]
 
 NOISE_KNOWN = (5, 15, 45, 135)  # frames after which forecasts go by the noise so far
-INSIDE = 0.9  # share of a state's own poses within the distance that synthesis keeps to
+PULL = 1.5  # of a state's region on every step of synthesis; much more and no two strides differ
+INSIDE = 0.995  # share of a state's own poses within the distance that synthesis keeps to
 LEAST, MOST = 0.1, 1e4  # weights of the poses that are tried to keep to it
 
 
@@ -121,7 +122,7 @@ def synthesise(
         k = s[t] = rng.choice(slds.K, p=p / p.sum())
         following = Gaussian(ahead[k], slds.Q[k])
         if recurrent:
-            near, _ = update(following, reach.mean[k], reach.regard, reach.cov[k] / POSE)
+            near, _ = update(following, reach.mean[k], reach.regard, reach.cov[k] / PULL)
             following = _kept_in(near, poses, k)
         x[t] = rng.multivariate_normal(following.mean, following.cov, method="svd")
     return s, apply(slds.C, x)

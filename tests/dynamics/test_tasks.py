@@ -444,7 +444,7 @@ def settled(slds):
     return replace(slds, mean0=mean[None], cov0=solve_discrete_lyapunov(slds.A[0], slds.Q[0])[None])
 
 
-def drawn_towards(slds, weight=0.5):
+def drawn_towards(slds, weight=tasks.PULL):
     """The linear system of a one-state run, each of whose steps is conditioned on the region."""
     region = slds.cov0[0] / weight
     gain = slds.Q[0] @ np.linalg.inv(slds.Q[0] + region)
@@ -505,7 +505,7 @@ def test_switch_and_step_have_the_stated_probabilities(recurrent, rng, monkeypat
         cov, mean = slds.Q[k], ahead[k]
         if recurrent:
             log_p[k] += multivariate_normal(slds.mean0[k], slds.cov0[k]).logpdf(ahead[k])
-            here, region = np.linalg.inv(slds.Q[k]), 0.5 * np.linalg.inv(slds.cov0[k])
+            here, region = np.linalg.inv(slds.Q[k]), tasks.PULL * np.linalg.inv(slds.cov0[k])
             cov = np.linalg.inv(here + region)
             mean = cov @ (here @ ahead[k] + region @ slds.mean0[k])
         steps.append((mean, cov))
@@ -582,8 +582,8 @@ def test_synthesis_stays_in_range_over_5000_frames(radius):
     assert s.shape == (5000,)
     assert y.shape == (5000, 2)
     assert np.isfinite(y).all()
-    # The swing it was learned from reaches 1.
-    assert np.abs(y[:, 1]).max() < 2.0
+    # The swing it was learned from reaches 1, with deviations of 0.7; chi2(2) has INSIDE within 3.3 of them.
+    assert np.abs(y[:, 1]).max() < 2.4
     assert y[-1000:, 1].std() > 0.1  # nor does it die down
     # Both halves are gone through, and it travels on as it did.
     assert 0.2 < s.mean() < 0.8
@@ -607,8 +607,8 @@ def test_a_step_is_drawn_among_the_poses_of_its_state_where_noise_allows(rng):
         np.sqrt((y - m) @ np.linalg.solve(P, y - m))
         for y, m, P in ((synthesise(slds, 2, rng)[1][1], slds.mean0[0], slds.cov0[0]) for _ in range(300))
     ]
-    # chi2(2) has 0.9 of its mass within 4.6; the rest is the step's own noise, less than the region's.
-    assert np.mean(radius) < np.sqrt(4.605) + 1.0
+    # chi2(2) has INSIDE of its mass within 10.6; the rest is the step's own noise, less than the region's.
+    assert np.mean(radius) < np.sqrt(10.6) + 1.0
     free = synthesise(slds, 2, rng, recurrent=False)[1][1]
     assert np.linalg.norm(free - slds.mean0[0]) > 15.0
 
