@@ -9,7 +9,7 @@ import typer
 from tracker.cli_options import Overwrite, ProgressStyle, Quiet, Style, beside, plain_errors, shown_progress
 
 if TYPE_CHECKING:
-    from tracker.motion_jobs import Outputs, Task
+    from tracker.motion.jobs import Outputs, Task
 
 
 class Inferring(StrEnum):
@@ -154,8 +154,8 @@ def classify(
     Example: figtrack classify walk-track/pose.csv --model gait.npz
     """
     with plain_errors():
-        from tracker.motion import Inference, Use
-        from tracker.motion_jobs import classify_table
+        from tracker.motion.jobs import classify_table
+        from tracker.motion.tasks import Inference, Use
 
         outputs = _outputs(out or beside(poses, "classify.csv"), plot, no_plot)
         task = _task(poses, model, fps, outputs, overwrite, quiet, progress)
@@ -186,7 +186,7 @@ def predict(
     Example: figtrack predict walk-track/pose.csv --model gait.npz --horizon 5
     """
     with plain_errors():
-        from tracker.motion_jobs import predict_table
+        from tracker.motion.jobs import predict_table
 
         outputs = _outputs(out or beside(poses, "predict.csv"), plot, no_plot)
         task = _task(poses, model, fps, outputs, overwrite, quiet, progress, show)
@@ -217,7 +217,7 @@ def interpolate(
     Example: figtrack interpolate walk-track/pose.csv --model gait.npz
     """
     with plain_errors():
-        from tracker.motion_jobs import interpolate_table
+        from tracker.motion.jobs import interpolate_table
 
         outputs = _outputs(out or beside(poses, "interpolate.csv"), plot, no_plot)
         task = _task(poses, model, fps, outputs, overwrite, quiet, progress, show)
@@ -252,7 +252,7 @@ def synthesise(
     Example: figtrack synthesise --model gait.npz --frames 500 --seed 1
     """
     with plain_errors():
-        from tracker.motion_jobs import synthesise_table
+        from tracker.motion.jobs import synthesise_table
 
         outputs = _outputs(out or beside(Path(model), "synthesise.csv"), plot, no_plot, clip=not no_clip)
         task = _task(None, model, fps, outputs, overwrite, quiet, progress)
@@ -275,7 +275,7 @@ def reproduce(
     Example: figtrack reproduce --trials trials.csv --out reproduced
     """
     with plain_errors():
-        from tracker.reproduce import reproduce as repeat
+        from tracker.reproduce.experiments import reproduce as repeat
 
         shown = shown_progress(quiet, progress)
         print(repeat(trials, out, overwrite=overwrite, progress=shown, seed=seed, quick=quick))
@@ -283,7 +283,7 @@ def reproduce(
 
 def _outputs(table: Path, plot: Path | None, no_plot: bool, *, clip: bool = False) -> "Outputs":
     """The table and what stands beside it, under its name."""
-    from tracker.motion_jobs import Outputs
+    from tracker.motion.jobs import Outputs
 
     if plot is not None and no_plot:
         raise typer.BadParameter("give either --plot or --no-plot, not both")
@@ -301,6 +301,6 @@ def _task(
     progress: Style,
     show: str | None = None,
 ) -> "Task":
-    from tracker.motion_jobs import Task
+    from tracker.motion.jobs import Task
 
     return Task(poses, model, fps, outputs, overwrite, shown_progress(quiet, progress), show)

@@ -13,7 +13,7 @@ from tracker.comparison import compare_models
 from tracker.folder import fresh_folder
 from tracker.keypoints import read_keypoints
 from tracker.progress import Progress
-from tracker.scene import Scene, render, truth_table
+from tracker.scene.film import Scene, render, truth_table
 from videos.writer import Writer
 
 MODELS = ("walk-run", "cv")

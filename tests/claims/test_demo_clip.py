@@ -9,7 +9,7 @@ from tracker.compare import places, score
 from tracker.demo import write_scene
 from tracker.keypoints import read_keypoints
 from tracker.progress import Progress
-from tracker.scene import render
+from tracker.scene.film import render
 from tracker.settings import Settings
 
 SEEDS = range(10)

@@ -9,7 +9,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from tracker.cli import app
-from tracker.scene import render, truth_table
+from tracker.scene.film import render, truth_table
 from videos.writer import Writer
 
 HEADER = ("frame", "keypoint", "x", "y", "visible")

@@ -326,7 +326,7 @@ def test_an_old_picture_stops_the_work_before_it_begins(tmp_path, poses, model, 
     def never(*_, **__):
         raise AssertionError("the work began")
 
-    monkeypatch.setattr("tracker.motion_jobs.label_all", never)
+    monkeypatch.setattr("tracker.motion.jobs.label_all", never)
     (tmp_path / "o.png").write_text("mine")
     assert "o.png exists" in refused("classify", poses, "--model", model, "--out", tmp_path / "o.csv")
     assert (tmp_path / "o.png").read_text() == "mine"
@@ -398,9 +398,9 @@ def test_reproduce_hands_on_what_it_is_told(tmp_path, monkeypatch):
         asked.append((trials, out, options))
         return "claims"
 
-    module = ModuleType("tracker.reproduce")
+    module = ModuleType("tracker.reproduce.experiments")
     module.reproduce = reproduce
-    monkeypatch.setitem(sys.modules, "tracker.reproduce", module)
+    monkeypatch.setitem(sys.modules, "tracker.reproduce.experiments", module)
     words = ["--trials", tmp_path / "t.csv", "--out", tmp_path / "r", "--seed", 4, "--quick", "--overwrite"]
     assert done("reproduce", *words) == "claims\n"
     ((trials, out, options),) = asked

@@ -8,7 +8,7 @@ from tracker.demo import MODELS, run_demo, write_scene
 from tracker.folder import FolderError
 from tracker.keypoints import KEYPOINTS, read_keypoints
 from tracker.progress import Progress
-from tracker.scene import render
+from tracker.scene.film import render
 from videos.frames import Video
 
 QUIET = Progress("quiet")

@@ -10,7 +10,7 @@ from scipy.stats import norm
 from dynamics.viterbi import viterbi
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import NECK, STRIDES, both, gait, gait_hmm, gait_model, sequence
-from tracker.motion import (
+from tracker.motion.tasks import (
     Inference,
     Use,
     at_table_noise,

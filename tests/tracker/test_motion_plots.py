@@ -6,8 +6,9 @@ import pytest
 
 from dynamics.tasks import Labelling
 from tests.tracker.gaits import both, gait, sequence
-from tracker import label_plot, motion_plots
-from tracker.motion_clip import GROUND, MARK, SIZE, UNIT, write_clip
+from tracker.motion import label_plot
+from tracker.motion import plots as motion_plots
+from tracker.motion.clip import GROUND, MARK, SIZE, UNIT, write_clip
 from tracker.poses import ROOT_COLUMNS
 from tracker.progress import Progress
 from videos.frames import Video

@@ -6,8 +6,8 @@ import pytest
 from dynamics.tasks import Labelling
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import gait, sequence
-from tracker.motion import Filled
-from tracker.motion_summary import filled_cells, forecast_errors, free_motion, label_shares, stride_period
+from tracker.motion.summary import filled_cells, forecast_errors, free_motion, label_shares, stride_period
+from tracker.motion.tasks import Filled
 
 NOTHING = np.full((4, 8), np.nan)
 

@@ -13,24 +13,22 @@ from dynamics.hmm import HMM
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tests.tracker.test_learning import COLUMNS, FPS, T, write_walk
-from tracker import (
-    reproduce_ahead,
-    reproduce_classify,
-    reproduce_gaps,
-    reproduce_motions,
-    reproduce_phases,
-    reproduce_runtime,
-    reproduce_study,
-    reproduce_synthesis,
-)
 from tracker.progress import Progress
-from tracker.reproduce import reproduce
-from tracker.reproduce_motions import Cell, Draw
-from tracker.reproduce_page import write_page
-from tracker.reproduce_plots import INK
-from tracker.reproduce_section import Claim, Plot, Section, Table, Verdict, share_verdict, spread
-from tracker.reproduce_splices import LONGEST, SHORTEST, SIDE, Splice, splice
-from tracker.reproduce_study import Recipe, Study, centred
+from tracker.reproduce import ahead as reproduce_ahead
+from tracker.reproduce import classify as reproduce_classify
+from tracker.reproduce import gaps as reproduce_gaps
+from tracker.reproduce import motions as reproduce_motions
+from tracker.reproduce import phases as reproduce_phases
+from tracker.reproduce import runtime as reproduce_runtime
+from tracker.reproduce import study as reproduce_study
+from tracker.reproduce import synthesis as reproduce_synthesis
+from tracker.reproduce.experiments import reproduce
+from tracker.reproduce.motions import Cell, Draw
+from tracker.reproduce.page import write_page
+from tracker.reproduce.plots import INK
+from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict, share_verdict, spread
+from tracker.reproduce.splices import LONGEST, SHORTEST, SIDE, Splice, splice
+from tracker.reproduce.study import Recipe, Study, centred
 
 QUIET = Progress("quiet")
 KEYS = ["phases", "classification", "prediction", "synthesis", "interpolation", "runtime"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tracker.scene import KEYPOINTS, STRIDES, Scene, compress, render, truth_table
+from tracker.scene.film import KEYPOINTS, STRIDES, Scene, compress, render, truth_table
 
 Array = NDArray[np.float64]
 

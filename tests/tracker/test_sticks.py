@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import gait
-from tracker.sticks import layers, sticks, walker
+from tracker.motion.sticks import layers, sticks, walker
 
 NAMES = [link.name for link in walker().links]
 

@@ -19,7 +19,7 @@ from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted
 from tracker.models import find_model
 from tracker.registration import Registration, align
 from tracker.sampling import pyramid
-from tracker.scene import render
+from tracker.scene.film import render
 from tracker.settings import Settings
 from tracker.template import Templates
 from tracker.track import Estimate, Tracker, make_tracker, run

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.tasks import synthesise
-from tracker.reproduce_plots import INK, figures, grid, legs, to_svg
-from tracker.reproduce_section import Claim, Plot, Section, Table, Verdict, left_out, spread
-from tracker.reproduce_study import ANGLES, FPS, Recipe, Study, centred
+from tracker.reproduce.plots import INK, figures, grid, legs, to_svg
+from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict, left_out, spread
+from tracker.reproduce.study import ANGLES, FPS, Recipe, Study, centred
 from tracker.sampling import Array
 
 KEY, TITLE, SOURCE = "synthesis", "A walk of its own", "1999, figure 5; 2000, figure 2 f"

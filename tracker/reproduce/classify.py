@@ -1,4 +1,4 @@
-"""What the papers say of classification, against the cells of `tracker.reproduce_motions`."""
+"""What the papers say of classification, against the cells of `tracker.reproduce.motions`."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -7,7 +7,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from dynamics.hmm import hmm_all
-from tracker.reproduce_motions import (
+from tracker.reproduce.motions import (
     FAR,
     HMM,
     INFERENCES,
@@ -25,10 +25,10 @@ from tracker.reproduce_motions import (
     motions_of,
     recipe,
 )
-from tracker.reproduce_plots import GREY, MOTIONS, bar, grid, patches, to_svg
-from tracker.reproduce_section import Claim, Plot, Section, Table, Verdict, left_out, share_verdict, spread
-from tracker.reproduce_splices import LONGEST, SHORTEST
-from tracker.reproduce_study import ANGLES, Recipe, Study
+from tracker.reproduce.plots import GREY, MOTIONS, bar, grid, patches, to_svg
+from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict, left_out, share_verdict, spread
+from tracker.reproduce.splices import LONGEST, SHORTEST
+from tracker.reproduce.study import ANGLES, Recipe, Study
 
 KEY, TITLE, SOURCE = "classification", "Walk or run?", "1999, figure 3; 2000, figure 2 a to d"
 PAPER = 2.9  # per cent of the frames, 1999, section 4.1

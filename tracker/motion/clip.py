@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.motion.sticks import layers, sticks
 from tracker.progress import Progress
 from tracker.sampling import Array
-from tracker.sticks import layers, sticks
 from videos.overlay import FAR, NEAR, TRUNK, Segment, draw, put_text
 from videos.writer import Writer
 

@@ -11,10 +11,10 @@ from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tracker.reproduce_ahead import model, pooled, spread_of
-from tracker.reproduce_plots import GREY, INK, figures, grid, to_svg
-from tracker.reproduce_section import Claim, Plot, Section, Table, Verdict, left_out
-from tracker.reproduce_study import ANGLES, FPS, NECK, Recipe, Study, rmse
+from tracker.reproduce.ahead import model, pooled, spread_of
+from tracker.reproduce.plots import GREY, INK, figures, grid, to_svg
+from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict, left_out
+from tracker.reproduce.study import ANGLES, FPS, NECK, Recipe, Study, rmse
 from tracker.sampling import Array
 
 KEY, TITLE, SOURCE = "interpolation", "Frames that are missing", "1999, figure 6"

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tracker.reproduce_plots import LEGS, STATES, bar, grid, legs, patches, to_svg
-from tracker.reproduce_section import Claim, Plot, Section, Table, Verdict, left_out, spread
-from tracker.reproduce_study import Recipe, Study, centred
+from tracker.reproduce.plots import LEGS, STATES, bar, grid, legs, patches, to_svg
+from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict, left_out, spread
+from tracker.reproduce.study import Recipe, Study, centred
 from tracker.sampling import Array
 
 KEY, TITLE, SOURCE = "phases", "Phases inside a jog", "1999, figure 2"

@@ -18,8 +18,8 @@ from dynamics.slds import SLDS
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import Sequence as Capture
-from tracker.reproduce_splices import PIECES, Splice, long_enough, splice
-from tracker.reproduce_study import ANGLES, Recipe, Study, noisy
+from tracker.reproduce.splices import PIECES, Splice, long_enough, splice
+from tracker.reproduce.study import ANGLES, Recipe, Study, noisy
 from tracker.sampling import Array
 
 COUNTS = (1, 2, 4)

@@ -7,7 +7,7 @@ import numpy as np
 
 from dynamics.tasks import Labelling
 from kinematics.mocap import POSE_COLUMNS
-from tracker.motion import Filled
+from tracker.motion.tasks import Filled
 from tracker.poses import ROOT_COLUMNS, PoseSequence
 from tracker.sampling import Array
 

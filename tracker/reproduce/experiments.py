@@ -10,30 +10,16 @@ from typing import Any
 import numpy as np
 
 from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
-from tracker import (
-    __version__,
-    reproduce_ahead,
-    reproduce_classify,
-    reproduce_gaps,
-    reproduce_phases,
-    reproduce_runtime,
-    reproduce_synthesis,
-)
+from tracker import __version__
 from tracker.folder import fresh_folder
 from tracker.progress import Progress
-from tracker.reproduce_page import write_page
-from tracker.reproduce_section import Section
-from tracker.reproduce_study import FPS, MOTIONS, Study
+from tracker.reproduce import ahead, classify, gaps, phases, runtime, synthesis
+from tracker.reproduce.page import write_page
+from tracker.reproduce.section import Section
+from tracker.reproduce.study import FPS, MOTIONS, Study
 
 # Each has recipes(study), cost(study) and run(study).
-EXPERIMENTS: tuple[ModuleType, ...] = (
-    reproduce_phases,
-    reproduce_classify,
-    reproduce_ahead,
-    reproduce_synthesis,
-    reproduce_gaps,
-    reproduce_runtime,
-)
+EXPERIMENTS: tuple[ModuleType, ...] = (phases, classify, ahead, synthesis, gaps, runtime)
 PAGE, NUMBERS = "reproduce.html", "reproduce.json"
 
 

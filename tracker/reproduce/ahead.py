@@ -12,9 +12,9 @@ from dynamics.slds import SLDS, constant_velocity
 from dynamics.tasks import predict
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tracker.reproduce_plots import grid, to_svg
-from tracker.reproduce_section import Claim, Plot, Section, Table, share_verdict, spread
-from tracker.reproduce_study import ANGLES, FPS, Recipe, Study, centred, noisy, rmse, six_angles
+from tracker.reproduce.plots import grid, to_svg
+from tracker.reproduce.section import Claim, Plot, Section, Table, share_verdict, spread
+from tracker.reproduce.study import ANGLES, FPS, Recipe, Study, centred, noisy, rmse, six_angles
 from tracker.sampling import Array
 
 KEY, TITLE, SOURCE = "prediction", "Where next?", "2000, section 1; 1999, section 4.2"

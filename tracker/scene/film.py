@@ -1,6 +1,6 @@
 """A rendered walk whose poses are known: for `figtrack demo`, the README, and tests.
 
-A walker of `scene_gait`, painted by `scene_figure`, in the street of `scene_street`, then through what a
+A walker of `scene.gait`, painted by `scene.figure`, in the street of `scene.street`, then through what a
 camera does: the light changes, the shutter is open for half a frame, the lens is a little soft, the sensor is
 noisy, and the picture is compressed. The walk is planar and seen square from the side by a still camera, so
 that a limb keeps its length in pixels in every frame; what is hard is in the picture, not in the geometry.
@@ -16,10 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.scene_cloth import Image, Wardrobe
-from tracker.scene_figure import MARK_RANKS, Painter, compose, seen
-from tracker.scene_gait import STEPS, Array, Gait, joint_places, random_build, walk
-from tracker.scene_street import FLOOR, foreground, light_fields, street
+from tracker.scene.cloth import Image, Wardrobe
+from tracker.scene.figure import MARK_RANKS, Painter, compose, seen
+from tracker.scene.gait import STEPS, Array, Gait, joint_places, random_build, walk
+from tracker.scene.street import FLOOR, foreground, light_fields, street
 
 Picture = NDArray[np.uint8]
 

@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 
 from dynamics.hmm import hmm_all
-from tracker.reproduce_motions import INFERENCES, NOISE, counts
-from tracker.reproduce_section import Claim, Section, Table, Verdict
-from tracker.reproduce_study import ANGLES, Recipe, Study, noisy, six_angles
+from tracker.reproduce.motions import INFERENCES, NOISE, counts
+from tracker.reproduce.section import Claim, Section, Table, Verdict
+from tracker.reproduce.study import ANGLES, Recipe, Study, noisy, six_angles
 
 KEY, TITLE, SOURCE = "runtime", "Which inference is quickest?", "2000, section 4.1"
 FRAMES = 2000

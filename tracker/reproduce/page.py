@@ -4,7 +4,7 @@ import html
 from collections.abc import Sequence
 from pathlib import Path
 
-from tracker.reproduce_section import Claim, Plot, Section, Table, Verdict
+from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict
 
 MARKS = {Verdict.HOLDS: "yes", Verdict.PARTLY: "partly", Verdict.FAILS: "no", Verdict.OPEN: "open"}
 

@@ -12,8 +12,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from tracker.scene_cloth import Image, Tube, Wardrobe, Window, capsule, look_up, tube_around, window_around
-from tracker.scene_gait import Array, Build
+from tracker.scene.cloth import Image, Tube, Wardrobe, Window, capsule, look_up, tube_around, window_around
+from tracker.scene.gait import Array, Build
 
 # Outlines in legs: place along the part, reach to the front, reach to the back.
 LEG = (
@@ -84,7 +84,7 @@ class Painter:
         """Everything to draw at one moment, far to near.
 
         Args:
-            joints: (2,) pixel places, as from `scene_gait.joint_places`.
+            joints: (2,) pixel places, as from `scene.gait.joint_places`.
             phase: strides walked, for what sways once a stride.
         """
         sway = float(np.sin(2.0 * np.pi * phase))

@@ -16,7 +16,15 @@ from dynamics.tasks import Labelling, synthesise
 from kinematics.mocap import POSE_COLUMNS
 from tracker.folder import FolderError, fresh_file
 from tracker.models import motion_model
-from tracker.motion import (
+from tracker.motion.summary import (
+    ANGLES,
+    filled_cells,
+    forecast_errors,
+    frames_text,
+    free_motion,
+    label_shares,
+)
+from tracker.motion.tasks import (
     Inference,
     Use,
     at_table_noise,
@@ -26,14 +34,6 @@ from tracker.motion import (
     label_all,
     of_motion,
     whole_pose,
-)
-from tracker.motion_summary import (
-    ANGLES,
-    filled_cells,
-    forecast_errors,
-    frames_text,
-    free_motion,
-    label_shares,
 )
 from tracker.poses import (
     PoseSequence,
@@ -105,7 +105,7 @@ def classify_table(task: Task, *, inference: Inference | None, use: Use, pose_we
         shares = chosen is not Inference.VITERBI
         _write_labels(outputs.table, sequences, found, shares)
         if outputs.plot is not None:
-            from tracker.label_plot import draw_labels
+            from tracker.motion.label_plot import draw_labels
 
             title = f"{_name(task)}: motions by {Path(task.model).name}, {chosen.value}, {use.value}"
             draw_labels(sequences, found, outputs.plot, title, shares=shares)
@@ -125,7 +125,7 @@ def predict_table(task: Task, *, horizon: int) -> str:
         sds = [_deviations(f.mean, np.diagonal(f.cov, axis1=1, axis2=2)) for f in forecasts]
         write_poses(outputs.table, _pose_rows(sequences, means, sds), SD_COLUMNS)
         if outputs.plot is not None:
-            from tracker.motion_plots import draw_forecast
+            from tracker.motion.plots import draw_forecast
 
             i = _shown(task, sequences, 0)
             ahead = f"forecasts {frames_text(horizon)} ahead by {Path(task.model).name}"
@@ -152,7 +152,7 @@ def interpolate_table(task: Task, *, seed: int, recurrent: bool) -> str:
         rows = _pose_rows(sequences, [f.y for f in filled], [f.sd for f in filled], keep=True)
         write_poses(outputs.table, rows, SD_COLUMNS)
         if outputs.plot is not None:
-            from tracker.motion_plots import draw_filled, longest_gap
+            from tracker.motion.plots import draw_filled, longest_gap
 
             lengths = [stop - start for start, stop in map(longest_gap, sequences)]
             i = _shown(task, sequences, int(np.argmax(lengths)))
@@ -178,12 +178,12 @@ def synthesise_table(task: Task, *, frames: int, seed: int, recurrent: bool, lab
         rows = ((0, t, *pose_cells(y[t]), states[t], labels[t]) for t in range(frames))
         write_poses(outputs.table, rows, ("state", "label"))
         if outputs.plot is not None:
-            from tracker.motion_plots import draw_synthesis
+            from tracker.motion.plots import draw_synthesis
 
             title = f"{frames} frames of {Path(task.model).name}, seed {seed}"
             draw_synthesis(states, slds.labels, y, fps, outputs.plot, title)
         if outputs.clip is not None:
-            from tracker.motion_clip import write_clip
+            from tracker.motion.clip import write_clip
 
             captions = [f"frame {t}  {labels[t]} state {states[t]}" for t in range(frames)]
             write_clip(y, captions, fps, outputs.clip, task.progress)

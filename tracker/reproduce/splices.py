@@ -15,7 +15,7 @@ from scipy.interpolate import make_lsq_spline
 
 from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import mirror
-from tracker.reproduce_study import centred
+from tracker.reproduce.study import centred
 from tracker.sampling import Array
 
 SHORTEST, LONGEST = 28, 75  # frames of a piece

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.scene_gait import Array
+from tracker.scene.gait import Array
 
 Image = NDArray[np.float32]
 Window = tuple[slice, slice]

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.mocap import POSE_COLUMNS
-from tracker.label_plot import DPI, bar, frame_edges, patches, save
+from tracker.motion.label_plot import DPI, bar, frame_edges, patches, save
+from tracker.motion.sticks import layers, sticks
 from tracker.poses import ROOT_COLUMNS, PoseSequence
 from tracker.sampling import Array
-from tracker.sticks import layers, sticks
 from videos.overlay import FAR, INK, NEAR, TRUNK
 
 matplotlib.use("Agg")

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.scene_cloth import Image, value_noise
+from tracker.scene.cloth import Image, value_noise
 
 WALL_FOOT = 0.69  # where the houses stand on the pavement, of the picture's height
 FLOOR = 0.865  # where the walker's soles are

@@ -9,8 +9,8 @@ import matplotlib
 import numpy as np
 
 from kinematics.mocap import POSE_COLUMNS
+from tracker.motion.sticks import layers, sticks
 from tracker.sampling import Array
-from tracker.sticks import layers, sticks
 from videos.overlay import FAR, NEAR
 
 matplotlib.use("Agg")

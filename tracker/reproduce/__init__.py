@@ -1,0 +1,1 @@
+"""The papers' experiments on somebody's captures, on one page."""

@@ -1,0 +1,1 @@
+"""A rendered walk whose poses are known."""
