@@ -18,12 +18,14 @@ test: $(VENV)/installed-dev
 	$(BIN)/pytest
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
+LICENCES := --licence CMU --licence "Seoul National"
+LEARN := $(BIN)/figtrack learn --trials $(MOCAP) $(LICENCES) --overwrite
+
 models: $(VENV)/installed
 	for fps in $(RATES); do \
-	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 --noise 0 \
-	    --fps $$fps --overwrite --out dynamics/models/walk-run@$$fps.npz && \
-	  $(BIN)/figtrack learn --trials $(MOCAP) --licence CMU --licence "Seoul National" --states 1 --noise 0 --pooled \
-	    --fps $$fps --overwrite --out dynamics/models/walk-run-1@$$fps.npz || exit 1; \
+	  $(LEARN) --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run@$$fps.npz && \
+	  $(LEARN) --states 1 --noise 0 --pooled --fps $$fps --out dynamics/models/walk-run-1@$$fps.npz && \
+	  $(LEARN) --fps $$fps --out dynamics/models/gait@$$fps.npz || exit 1; \
 	done
 
 # The table of docs/results.md, from the clips in $FIGTRACK_DATA/video.

@@ -21,6 +21,14 @@ class Inferring(StrEnum):
     HMM = "hmm"
 
 
+class Starting(StrEnum):
+    """First guess of the switching states."""
+
+    KMEANS = "kmeans"
+    HMM = "hmm"
+    SEGMENTS = "segments"
+
+
 class Using(StrEnum):
     """Which columns speak for a motion."""
 
@@ -83,6 +91,7 @@ def learn(
     ] = Inferring.VITERBI,
     seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
     rounds: Annotated[int, typer.Option(min=1, max=1000, help="Rounds of EM at most.")] = 10,
+    start: Annotated[Starting, typer.Option(help="First guess of the switching states.")] = Starting.KMEANS,
     restarts: Annotated[
         int, typer.Option(min=1, max=100, help="Starts to learn from; the best is kept.")
     ] = 1,
@@ -114,6 +123,7 @@ def learn(
             seed=seed,
             rounds=rounds,
             inference=inference.value,
+            start=start.value,
             restarts=restarts,
             choose=choose,
         )
@@ -122,7 +132,7 @@ def learn(
 
 def classify(
     poses: Poses,
-    model: Model = "walk-run",
+    model: Model = "gait",
     inference: Annotated[
         Inferring | None,
         typer.Option(help="Of the switching states [default: gpb2, or hmm for a hidden Markov model]."),
@@ -165,7 +175,7 @@ def classify(
 
 def predict(
     poses: Poses,
-    model: Model = "walk-run",
+    model: Model = "gait",
     horizon: Annotated[int, typer.Option(min=1, max=1000, help="How many frames ahead.")] = 1,
     fps: Fps = None,
     show: Annotated[
@@ -195,7 +205,7 @@ def predict(
 
 def interpolate(
     poses: Poses,
-    model: Model = "walk-run",
+    model: Model = "gait",
     fps: Fps = None,
     no_recurrent: NoRecurrent = False,
     seed: Seed = 0,
@@ -225,7 +235,7 @@ def interpolate(
 
 
 def synthesise(
-    model: Model = "walk-run",
+    model: Model = "gait",
     frames: Annotated[int, typer.Option(min=1, max=100_000, help="How many.")] = 300,
     label: Annotated[
         str | None, typer.Option(help="The motion, of those the model knows [default: any, as it comes].")
