@@ -260,7 +260,7 @@ def test_a_table_that_cannot_be_read_is_refused(tmp_path, model, command, tmp_pa
 @pytest.mark.parametrize(
     ("command", "more", "said"),
     [
-        ("classify", ["--model", "swim"], "no model 'swim' ships; there are walk-run"),
+        ("classify", ["--model", "swim"], "no model 'swim' ships; there are gait, walk-run"),
         ("classify", ["--inference", "hmm"], "it wants --inference viterbi, gpb2 or variational, not hmm"),
         ("predict", ["--fps", "500"], "cannot go from 30 to 500 frames a second; learn again"),
         ("predict", ["--show", "c"], "has no sequence 'c' to show; there are a, b"),

@@ -140,9 +140,10 @@ def interpolate_table(task: Task, *, seed: int, recurrent: bool) -> str:
         model, sequences, fps = _read(task)
         slds = whole_pose(model, "interpolate")
         filled = []
-        with task.progress.task("measuring the noise", 1) as advance:
-            slds = at_table_noise(slds, sequences)
-            advance()
+        if not all(sequence.seen.all() for sequence in sequences):
+            with task.progress.task("measuring the noise", 1) as advance:
+                slds = at_table_noise(slds, sequences)
+                advance()
         with task.progress.task("filling gaps", len(sequences)) as advance:
             for sequence in sequences:
                 # A generator for each, so that its answer does not hang on its neighbours.
