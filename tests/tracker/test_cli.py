@@ -294,7 +294,7 @@ def test_a_model_from_a_file_is_used(track, tmp_path):
 
 @pytest.mark.usefixtures("nothing_left")
 def test_an_unknown_model_is_refused(track, tmp_path):
-    assert "no model 'swim' ships; there are walk-run, walk-run-1" in refused(*track(model="swim"))
+    assert "no model 'swim' ships; there are gait, walk-run, walk-run-1" in refused(*track(model="swim"))
     assert "no model file" in refused(*track(model=tmp_path / "absent.npz"))
 
 
