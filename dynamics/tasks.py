@@ -84,19 +84,40 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]
     Raises:
         ValueError: a horizon below 1.
     """
-    if horizon < 1:
-        raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
-    forecasts = _forecasts(slds, ys, horizon)
+    found = forecasts(slds, ys, horizon)
     longest = max(map(len, ys), default=0)
     edges = [known for known in NOISE_KNOWN if known < longest]
     for known, until in pairwise([*edges, longest]):
         longer = [i for i, y in enumerate(ys) if len(y) > known]
         fitted = at_noise(slds, [y[:known] for y in ys])
-        later = _forecasts(fitted, [ys[i][:until] for i in longer], horizon)
+        later = forecasts(fitted, [ys[i][:until] for i in longer], horizon)
         for i, ahead in zip(longer, later, strict=True):
             rows = slice(known + horizon, len(ahead.mean))
-            forecasts[i].mean[rows], forecasts[i].cov[rows] = ahead.mean[rows], ahead.cov[rows]
-    return forecasts
+            found[i].mean[rows], found[i].cov[rows] = ahead.mean[rows], ahead.cov[rows]
+    return found
+
+
+def forecasts(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
+    """What the GPB2 filter expects `horizon` frames ahead with the model's own R; otherwise as `predict`.
+
+    Raises:
+        ValueError: a horizon below 1.
+    """
+    if horizon < 1:
+        raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
+    found = []
+    for filtered in gpb2_filter_all(slds, ys):
+        prob, states = filtered.prob, filtered.states
+        for _ in range(horizon):
+            prob, states = _switched(slds, prob, states)
+        ahead = collapse(prob, states)
+        M = len(slds.names)
+        mean = np.full((len(prob) + horizon, M), np.nan)
+        cov = np.full((len(prob) + horizon, M, M), np.nan)
+        mean[horizon:] = apply(slds.C, ahead.mean)
+        cov[horizon:] = symmetric(slds.C @ ahead.cov @ slds.C.T)
+        found.append(Gaussian(mean, cov))
+    return found
 
 
 def synthesise(
@@ -135,23 +156,6 @@ def _kept_in(following: Gaussian, poses: Regions, k: int) -> Gaussian:
         near, _ = update(following, poses.mean[k], poses.regard, poses.cov[k] / weight)
         weight *= 2.0
     return near
-
-
-def _forecasts(slds: SLDS, ys: Sequence[Array], horizon: int) -> list[Gaussian]:
-    """`predict` with one R throughout."""
-    forecasts = []
-    for filtered in gpb2_filter_all(slds, ys):
-        prob, states = filtered.prob, filtered.states
-        for _ in range(horizon):
-            prob, states = _switched(slds, prob, states)
-        ahead = collapse(prob, states)
-        M = len(slds.names)
-        mean = np.full((len(prob) + horizon, M), np.nan)
-        cov = np.full((len(prob) + horizon, M, M), np.nan)
-        mean[horizon:] = apply(slds.C, ahead.mean)
-        cov[horizon:] = symmetric(slds.C @ ahead.cov @ slds.C.T)
-        forecasts.append(Gaussian(mean, cov))
-    return forecasts
 
 
 def _labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:

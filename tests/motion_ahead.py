@@ -10,10 +10,9 @@ from itertools import product
 
 import numpy as np
 
-from dynamics.gpb2 import gpb2_filter_all
 from dynamics.hmm import HMM
 from dynamics.slds import SLDS, constant_velocity
-from dynamics.tasks import predict
+from dynamics.tasks import forecasts, predict
 from kinematics.mocap import POSE_COLUMNS
 from tests.motion_data import (
     ANGLES,
@@ -156,11 +155,9 @@ def errors(slds: SLDS, segments: Sequence[Segment], root: str = "clean") -> list
 
 
 def rival_errors(slds: SLDS, segments: Sequence[Segment]) -> list[Errors]:
-    """The same of one state by its plain filter, which keeps to its R; `predict` may raise it."""
-    filtered = gpb2_filter_all(slds, [noisy(s, NOISE) for s in segments])
-    steps = slds.C @ slds.A[0], slds.C @ slds.b[0]
-    ahead = [f.states.mean[:-1, 0] @ steps[0].T + steps[1] for f in filtered]
-    return _apart(segments, [np.vstack([np.full(mean.shape[1], np.nan), mean]) for mean in ahead])
+    """The same of a model that keeps to its own R; `predict` may raise it."""
+    found = forecasts(slds, [noisy(s, NOISE) for s in segments])
+    return _apart(segments, [forecast.mean for forecast in found])
 
 
 def rival(process: float, measured: float) -> SLDS:

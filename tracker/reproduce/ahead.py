@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 
 from dynamics.hmm import HMM
 from dynamics.slds import SLDS, constant_velocity
-from dynamics.tasks import predict
+from dynamics.tasks import forecasts, predict
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.reproduce.plots import grid, to_svg
@@ -113,7 +113,9 @@ def best_rival(
     """Errors by subject of constant velocity at the noises (change, measured) that make them least."""
     ys = shown(captures, seed)
     noises = list(product(CHANGES, MEASURED))[:: 5 if quick else 1]
-    tried = [_by_subject(captures, [f.mean for f in predict(_rival(*pair), ys, horizon)]) for pair in noises]
+    tried = [
+        _by_subject(captures, [f.mean for f in forecasts(_rival(*pair), ys, horizon)]) for pair in noises
+    ]
     best = int(np.argmin([rmse(pooled(errors)) for errors in tried]))
     return tried[best], noises[best]
 
