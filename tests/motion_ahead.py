@@ -11,12 +11,10 @@ from itertools import product
 import numpy as np
 
 from dynamics.hmm import HMM
-from dynamics.slds import SLDS, constant_velocity
+from dynamics.slds import SLDS
 from dynamics.tasks import forecasts, predict
-from kinematics.mocap import POSE_COLUMNS
 from tests.motion_data import (
     ANGLES,
-    FPS,
     MOTIONS,
     SHOWN_STATES,
     SPLICED,
@@ -36,6 +34,7 @@ from tests.motion_data import (
 )
 from tests.motion_page import Claim, Results, number, table
 from tracker.learning import NOISE as LEARNED_NOISE
+from tracker.reproduce.ahead import rival
 
 NOISE = 2.0  # degrees
 ROOTS = {"clean": "as measured", "noisy": "with noise of 0.01 leg lengths", "blank": "not shown"}
@@ -44,7 +43,6 @@ TARGETS = {"walk": 2.3, "run": 3.4}
 SHARE = 65.0  # per cent of constant velocity's error: 35 % under it
 PROCESS = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # degrees: change of speed a frame
 MEASURED = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)  # degrees
-FIRST_SPEED = 4.0  # degrees a frame
 VARIANTS = (
     *((states, order, LEARNED_NOISE) for states in SHOWN_STATES for order in (2, 1)),
     (STATES, 2, 2.0),
@@ -158,14 +156,6 @@ def rival_errors(slds: SLDS, segments: Sequence[Segment]) -> list[Errors]:
     """The same of a model that keeps to its own R; `predict` may raise it."""
     found = forecasts(slds, [noisy(s, NOISE) for s in segments])
     return _apart(segments, [forecast.mean for forecast in found])
-
-
-def rival(process: float, measured: float) -> SLDS:
-    """Constant velocity at noises in degrees."""
-    M = len(POSE_COLUMNS)
-    noise, speed = np.full(M, np.radians(process)), np.full(M, np.radians(FIRST_SPEED))
-    slds = constant_velocity(POSE_COLUMNS, noise, speed, FPS)
-    return replace(slds, R=np.radians(measured) ** 2 * np.eye(M))
 
 
 def best_rival(segments: Sequence[Segment]) -> tuple[list[Errors], tuple[float, float], list[Errors]]:

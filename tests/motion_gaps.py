@@ -10,7 +10,6 @@ from functools import partial
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.interpolate import CubicSpline, interp1d
 
 from dynamics.gaps import interpolate
 from dynamics.hmm import HMM
@@ -35,6 +34,8 @@ from tests.motion_data import (
 )
 from tests.motion_page import Claim, Results, number, table
 from tracker.learning import NOISE
+from tracker.reproduce.gaps import spline
+from tracker.reproduce.gaps import straight as straight_line
 
 SIDE = 10
 NEAREST = 15
@@ -78,7 +79,7 @@ class Filling:
             recipe = Recipe(excluded=self.learned.excluded, motions=(self.label,))
             return Nearest(shown(source, recipe), self.gap)
         if self.way in (LINE, SPLINE):
-            return line if self.way == LINE else spline
+            return straight_line if self.way == LINE else spline
         assert isinstance(model, SLDS)
         return partial(best_path, model) if self.way == PATH else partial(sampled, model, self.way == POSE)
 
@@ -144,18 +145,6 @@ def errors(fill: Fill, segments: Sequence[Segment], gap: int) -> list[Errors]:
 def long_enough(segments: Sequence[Segment], gap: int) -> list[Segment]:
     """Those with SIDE frames or more on both sides of such a gap."""
     return [s for s in segments if len(s.y) >= gap + 2 * SIDE]
-
-
-def line(y: Array) -> Array:
-    """Straight across."""
-    t = np.flatnonzero(~np.isnan(y).any(1))
-    return np.asarray(interp1d(t, y[t], axis=0)(np.arange(len(y))))
-
-
-def spline(y: Array) -> Array:
-    """A cubic spline through everything measured."""
-    t = np.flatnonzero(~np.isnan(y).any(1))
-    return np.asarray(CubicSpline(t, y[t])(np.arange(len(y))))
 
 
 def best_path(slds: SLDS, y: Array) -> Array:

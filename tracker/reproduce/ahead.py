@@ -113,11 +113,18 @@ def best_rival(
     """Errors by subject of constant velocity at the noises (change, measured) that make them least."""
     ys = shown(captures, seed)
     noises = list(product(CHANGES, MEASURED))[:: 5 if quick else 1]
-    tried = [
-        _by_subject(captures, [f.mean for f in forecasts(_rival(*pair), ys, horizon)]) for pair in noises
-    ]
+    tried = [_by_subject(captures, [f.mean for f in forecasts(rival(*pair), ys, horizon)]) for pair in noises]
     best = int(np.argmin([rmse(pooled(errors)) for errors in tried]))
     return tried[best], noises[best]
+
+
+def rival(change: float, measured: float) -> SLDS:
+    """Constant velocity at noises in degrees: change of speed a frame, and what is measured."""
+    M = len(POSE_COLUMNS)
+    slds = constant_velocity(
+        POSE_COLUMNS, np.full(M, np.radians(change)), np.full(M, np.radians(FIRST_SPEED)), FPS
+    )
+    return replace(slds, R=np.radians(measured) ** 2 * np.eye(M))
 
 
 def hmm_forecast(hmm: HMM, y: Array, horizon: int) -> Array:
@@ -177,14 +184,6 @@ def _by_subject(captures: Sequence[Capture], means: Sequence[Array]) -> dict[str
 
 def _first(capture: Capture) -> int:
     return min(max(HORIZONS), len(capture.y) - 1)
-
-
-def _rival(change: float, measured: float) -> SLDS:
-    M = len(POSE_COLUMNS)
-    slds = constant_velocity(
-        POSE_COLUMNS, np.full(M, np.radians(change)), np.full(M, np.radians(FIRST_SPEED)), FPS
-    )
-    return replace(slds, R=np.radians(measured) ** 2 * np.eye(M))
 
 
 def _horizons(study: Study) -> tuple[int, ...]:

@@ -142,11 +142,16 @@ def _fills(slds: SLDS, study: Study) -> dict[str, Fill]:
 
 
 def _neckless(fill: Fill, y: Array) -> Array:
-    """The model knows the neck less its mean over what is measured."""
-    offset = np.zeros(len(POSE_COLUMNS))
-    offset[NECK] = np.nanmean(y[:, NECK])
-    offset[:2] = y[0, :2]
+    """What the model knows filled, and the rest put back."""
+    offset = _unknown(y)
     return np.asarray(fill(y - offset) + offset)
+
+
+def _unknown(y: Array) -> Array:
+    """What no model knows: where the root was first, and the neck's mean over what is measured."""
+    offset = np.zeros(len(POSE_COLUMNS))
+    offset[NECK], offset[:2] = np.nanmean(y[:, NECK]), y[0, :2]
+    return offset
 
 
 def _claims(total: dict[tuple[str, int], float], gaps: Sequence[int]) -> list[Claim]:
@@ -192,8 +197,7 @@ def _example(study: Study, walk: Capture) -> tuple[tuple[Plot, ...], float]:
     start, stop = max(0, first - MOST), min(T, end + MOST)
     y, hole = walk.y[start:stop], slice(first - start, end - start)
     gappy, slds = blanked(y, hole), _model_of(study, walk)
-    offset = np.zeros(len(POSE_COLUMNS))
-    offset[NECK], offset[:2] = np.nanmean(gappy[:, NECK]), y[0, :2]
+    offset = _unknown(gappy)
     filled = interpolate(slds, gappy - offset, study.rng(5))
     mean, sd = filled.mean + offset, np.sqrt(np.diagonal(filled.cov, axis1=-2, axis2=-1))
     inside = 100.0 * float((np.abs(mean - y) <= 2.0 * sd)[hole, ANGLES].mean())
