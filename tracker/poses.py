@@ -59,8 +59,13 @@ class PoseSequence:
     def runs(self) -> list[tuple[str, Array]]:
         """Label and poses of every stretch of one label without a gap."""
         kinds = list(zip(self.labels, (bool(row.all()) for row in self.seen), strict=True))
-        cuts = [0, *(t for t in range(1, len(kinds)) if kinds[t] != kinds[t - 1]), len(kinds)]
-        return [(kinds[a][0], self.y[a:b]) for a, b in pairwise(cuts) if kinds[a][1]]
+        return [(kinds[a][0], self.y[a:b]) for a, b in stretches(kinds) if kinds[a][1]]
+
+
+def stretches(values: Sequence[object]) -> list[tuple[int, int]]:
+    """First frame and last + 1 of every run of one value."""
+    cuts = [0, *(t for t in range(1, len(values)) if values[t] != values[t - 1]), len(values)]
+    return list(pairwise(cuts))
 
 
 def read_poses(path: str | Path) -> list[PoseSequence]:

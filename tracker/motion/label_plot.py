@@ -1,7 +1,6 @@
 """The picture of a classification: a row a sequence, its motions as bars."""
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ import matplotlib
 import numpy as np
 
 from dynamics.tasks import Labelling
-from tracker.poses import PoseSequence
+from tracker.poses import PoseSequence, stretches
 from tracker.sampling import Array
 
 matplotlib.use("Agg")
@@ -65,8 +64,7 @@ def bar(
     axes: Any, edges: Array, names: Sequence[str], colour: Mapping[str, str], top: float, height: float
 ) -> None:
     """A strip of T pieces between T + 1 edges, each in its name's colour; "" is left open."""
-    cuts = [0, *(t for t in range(1, len(names)) if names[t] != names[t - 1]), len(names)]
-    for start, stop in pairwise(cuts):
+    for start, stop in stretches(names):
         if names[start]:
             span = [(edges[start], edges[stop] - edges[start])]
             axes.broken_barh(span, (top, height), color=colour[names[start]], linewidth=0)

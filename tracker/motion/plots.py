@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import DPI, bar, frame_edges, patches, save
 from tracker.motion.sticks import layers, sticks
-from tracker.poses import ROOT_COLUMNS, PoseSequence
+from tracker.poses import ROOT_COLUMNS, PoseSequence, stretches
 from tracker.sampling import Array
 from videos.overlay import FAR, INK, NEAR, TRUNK
 
@@ -227,8 +227,8 @@ def _rooted(sequence: PoseSequence) -> bool:
 
 
 def _stretches(flags: Flags) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    """First frame and last + 1 of every run of flags that are set."""
+    return [(start, stop) for start, stop in stretches(flags.tolist()) if flags[start]]
 
 
 def _shade(axes: Any, missing: Flags, first: int, shown: slice) -> None:

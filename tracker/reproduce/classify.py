@@ -7,6 +7,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from dynamics.hmm import hmm_all
+from tracker.motion.label_plot import patches
 from tracker.reproduce.motions import (
     FAR,
     HMM,
@@ -25,7 +26,7 @@ from tracker.reproduce.motions import (
     motions_of,
     recipe,
 )
-from tracker.reproduce.plots import GREY, MOTIONS, bar, grid, patches, to_svg
+from tracker.reproduce.plots import GREY, MOTIONS, bar, grid, to_svg
 from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict, left_out, share_verdict, spread
 from tracker.reproduce.splices import LONGEST, SHORTEST
 from tracker.reproduce.study import ANGLES, Recipe, Study

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tracker.reproduce.plots import LEGS, STATES, bar, grid, legs, patches, to_svg
+from tracker.motion.label_plot import patches
+from tracker.reproduce.plots import LEGS, STATES, bar, grid, legs, to_svg
 from tracker.reproduce.section import Claim, Plot, Section, Table, Verdict, left_out, spread
 from tracker.reproduce.study import Recipe, Study, centred
 from tracker.sampling import Array

@@ -2,7 +2,6 @@
 
 import io
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import matplotlib
@@ -10,12 +9,12 @@ import numpy as np
 
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.sticks import layers, sticks
+from tracker.poses import stretches
 from tracker.sampling import Array
 from videos.overlay import FAR, NEAR
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
-from matplotlib.patches import Patch
 
 INK = "#010203"  # stands for the page's ink, which SVG calls currentColor
 GREY = "#8a8a8a"
@@ -78,17 +77,6 @@ def bar(
     for start, stop in stretches(values):
         span = [(first + start - 0.5, stop - start)]
         axes.broken_barh(span, (row, height), color=colours[values[start]], linewidth=0)
-
-
-def stretches(values: Sequence[object]) -> list[tuple[int, int]]:
-    """First frame and last + 1 of every run of one value."""
-    cuts = [0, *(t for t in range(1, len(values)) if values[t] != values[t - 1]), len(values)]
-    return list(pairwise(cuts))
-
-
-def patches(colours: Mapping[str, str]) -> list[Any]:
-    """Handles for a legend."""
-    return [Patch(color=shade, label=name) for name, shade in colours.items()]
 
 
 def legs(axes: Any, y: Array, joint: str, first: int = 0) -> None:

@@ -7,7 +7,6 @@ least-squares cubic B-spline through twice as many.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,12 +65,6 @@ def splice(captures: Sequence[Capture], rng: np.random.Generator, pieces: int = 
         y[joint - SIDE : joint + SIDE] = _joined(y[joint - 2 * SIDE : joint + 2 * SIDE])
     y[:, :2] = np.nan
     return Splice(y, tuple(labels), joints)
-
-
-def stretches(labels: Sequence[str]) -> list[tuple[int, int, str]]:
-    """First frame, last + 1 and label of every run of one label."""
-    cuts = [0, *(t for t in range(1, len(labels)) if labels[t] != labels[t - 1]), len(labels)]
-    return [(a, b, labels[a]) for a, b in pairwise(cuts)]
 
 
 def _piece(y: Array, rng: np.random.Generator) -> Array:
