@@ -7,18 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tracker.cli_options import Overwrite, ProgressStyle, Quiet, Style, beside, plain_errors, shown_progress
+from tracker.motion.choices import Inference, Use
 
 if TYPE_CHECKING:
     from tracker.motion.jobs import Outputs, Task
-
-
-class Inferring(StrEnum):
-    """How switching states are inferred."""
-
-    VITERBI = "viterbi"
-    GPB2 = "gpb2"
-    VARIATIONAL = "variational"
-    HMM = "hmm"
 
 
 class Starting(StrEnum):
@@ -27,13 +19,6 @@ class Starting(StrEnum):
     KMEANS = "kmeans"
     HMM = "hmm"
     SEGMENTS = "segments"
-
-
-class Using(StrEnum):
-    """Which columns speak for a motion."""
-
-    ANGLES = "angles"
-    ALL = "all"
 
 
 Poses = Annotated[
@@ -86,9 +71,9 @@ def learn(
         float, typer.Option(min=0.0, max=45.0, help="Noise added to the angles, degrees.")
     ] = 1.0,
     inference: Annotated[
-        Inferring,
+        Inference,
         typer.Option(help="Of the switching states while learning; hmm for a model without dynamics."),
-    ] = Inferring.VITERBI,
+    ] = Inference.VITERBI,
     seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
     rounds: Annotated[int, typer.Option(min=1, max=1000, help="Rounds of EM at most.")] = 10,
     start: Annotated[Starting, typer.Option(help="First guess of the switching states.")] = Starting.KMEANS,
@@ -134,12 +119,12 @@ def classify(
     poses: Poses,
     model: Model = "gait",
     inference: Annotated[
-        Inferring | None,
+        Inference | None,
         typer.Option(help="Of the switching states [default: gpb2, or hmm for a hidden Markov model]."),
     ] = None,
     use: Annotated[
-        Using, typer.Option(help="What tells a motion: the angles, or all columns, the root's too.")
-    ] = Using.ANGLES,
+        Use, typer.Option(help="What tells a motion: the angles, or all columns, the root's too.")
+    ] = Use.ANGLES,
     pose_weight: Annotated[
         float | None,
         typer.Option(
@@ -165,12 +150,10 @@ def classify(
     """
     with plain_errors():
         from tracker.motion.jobs import classify_table
-        from tracker.motion.tasks import Inference, Use
 
         outputs = _outputs(out or beside(poses, "classify.csv"), plot, no_plot)
         task = _task(poses, model, fps, outputs, overwrite, quiet, progress)
-        chosen = None if inference is None else Inference(inference.value)
-        print(classify_table(task, inference=chosen, use=Use(use.value), pose_weight=pose_weight))
+        print(classify_table(task, inference=inference, use=use, pose_weight=pose_weight))
 
 
 def predict(

@@ -16,6 +16,7 @@ from dynamics.tasks import Labelling, synthesise
 from kinematics.mocap import POSE_COLUMNS
 from tracker.folder import FolderError, fresh_file
 from tracker.models import motion_model
+from tracker.motion.choices import Inference, Use
 from tracker.motion.summary import (
     ANGLES,
     filled_cells,
@@ -25,8 +26,6 @@ from tracker.motion.summary import (
     label_shares,
 )
 from tracker.motion.tasks import (
-    Inference,
-    Use,
     at_table_noise,
     chosen_inference,
     fill_gaps,

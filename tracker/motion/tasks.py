@@ -8,7 +8,6 @@ prior, and inferred with everything else.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from dynamics.tasks import InferWithHints, Labelling, classify, classify_hmm, pr
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
+from tracker.motion.choices import Inference, Use
 from tracker.poses import ROOT_COLUMNS, PoseSequence, PosesError
 from tracker.sampling import Array
 
@@ -30,22 +30,6 @@ NECK = POSE_COLUMNS.index("neck")
 # Standard deviations of what is unknown at a start: leg lengths for the place, radians for the neck.
 UNKNOWN_PLACE = {"root_x": 10.0, "root_y": 10.0}
 UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
-
-
-class Inference(StrEnum):
-    """How switching states are inferred."""
-
-    VITERBI = "viterbi"
-    GPB2 = "gpb2"
-    VARIATIONAL = "variational"
-    HMM = "hmm"
-
-
-class Use(StrEnum):
-    """Which columns speak for a motion."""
-
-    ANGLES = "angles"
-    ALL = "all"
 
 
 INFERENCES: Mapping[Inference, InferWithHints] = {
