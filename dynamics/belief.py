@@ -21,11 +21,13 @@ class Belief:
     states : mean (H, N), cov (H, N, N)
     cost   : (H,) minus log weight, nats; only differences matter
     s      : (H,) switching state of each
+    parent : (H,) which hypothesis of the frame before each comes from
     """
 
     states: Gaussian
     cost: Array
     s: NDArray[np.intp]
+    parent: NDArray[np.intp]
 
     @property
     def weights(self) -> Array:
@@ -46,7 +48,7 @@ class Belief:
 def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
     """One hypothesis a switching state, given a first pose y (M,) (NaN: unknown) of covariance R (M, M)."""
     states, log_lik = update(slds.start, y[None], slds.C, R)
-    return Belief(states, -slds.log_pi0 - log_lik, np.arange(slds.K))
+    return Belief(states, -slds.log_pi0 - log_lik, np.arange(slds.K), np.arange(slds.K))
 
 
 def propose(slds: SLDS, belief: Belief, *, prune: float) -> Belief:
@@ -55,4 +57,4 @@ def propose(slds: SLDS, belief: Belief, *, prune: float) -> Belief:
     parent, cost = total.argmin(0), total.min(0)
     s = np.flatnonzero(cost <= cost.min() + prune)
     states = predict(belief.states[parent[s]], slds.A[s], slds.b[s], slds.Q[s])
-    return Belief(states, cost[s], s)
+    return Belief(states, cost[s], s, parent[s])

@@ -9,7 +9,7 @@ a size common to all links; `stretch_<link>`, the log of a breathing link's own 
 """
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import resources
@@ -58,6 +58,32 @@ class Link:
     width: float
     taper: float
     layer: int
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where a pose holds what each of L links needs, and the links' own numbers, as arrays.
+
+    scale          : position of the common scale in `q`
+    angle, stretch : (L,) position of a link's angle and of its stretch; of `scale` where it has none
+    turns, breathes: (L,) whether it has
+    sense          : (L,) +1 or -1, 0 where it does not turn
+    rest, length   : (L,) as in `Link`
+    width, taper   : (L,)
+    layer          : (L,)
+    """
+
+    scale: int
+    angle: NDArray[np.intp]
+    stretch: NDArray[np.intp]
+    turns: NDArray[np.bool_]
+    breathes: NDArray[np.bool_]
+    sense: Array
+    rest: Array
+    length: Array
+    width: Array
+    taper: Array
+    layer: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -120,6 +146,28 @@ class Figure:
         return low, high
 
     @cached_property
+    def layout(self) -> Layout:
+        """The tree as arrays."""
+        links, scale = self.links, self.freedoms.index(SCALE)
+        turns = [link.freedom is not None for link in links]
+        stretches = [STRETCH + link.name if link.breathes else SCALE for link in links]
+        return Layout(
+            scale=scale,
+            angle=np.array([self.freedoms.index(link.freedom or SCALE) for link in links]),
+            stretch=np.array([self.freedoms.index(name) for name in stretches]),
+            turns=np.array(turns),
+            breathes=np.array([link.breathes for link in links]),
+            sense=np.array(
+                [link.sense if turn else 0 for link, turn in zip(links, turns, strict=True)], float
+            ),
+            rest=np.array([link.rest for link in links]),
+            length=np.array([link.length for link in links]),
+            width=np.array([link.width for link in links]),
+            taper=np.array([link.taper for link in links]),
+            layer=np.array([link.layer for link in links]),
+        )
+
+    @cached_property
     def joints(self) -> tuple[str, ...]:
         """Keypoints the figure has: its base, then each link's tip."""
         return (self.base, *(link.joint for link in self.links))
@@ -169,6 +217,11 @@ class Figure:
     def is_leg(self, link: Link) -> bool:
         """Whether the link is part of a leg."""
         return any(link.name.startswith(part) for part in self.leg)
+
+    def without(self, joints: Collection[str]) -> Self:
+        """The same figure less the links that end at these joints; nothing may hang on them."""
+        links = tuple(link for link in self.links if link.joint not in joints)
+        return replace(self, links=links)
 
     def with_lengths(self, lengths: Sequence[float]) -> Self:
         """The same figure with other rest lengths (L,), leg lengths."""

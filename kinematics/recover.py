@@ -66,6 +66,19 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     return Start(fitted, view, q, known)
 
 
+def marked_part(figure: Figure, marks: Marks) -> Figure:
+    """The figure less its ends, feet or hands, where these are not marked on both sides."""
+    pixels = _positions(marks)
+    unseen = {_twin_name(link) for link in figure.links if link.joint not in pixels}
+    inner = {link.parent for link in figure.links}
+    ends = [
+        link
+        for link in figure.links
+        if link.name not in inner and not figure.is_leg(link) and _twin_name(link) != link.name
+    ]
+    return figure.without([link.joint for link in ends if _twin_name(link) in unseen])
+
+
 def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
     """The pose whose links point the way the joints lie.
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.figure import SCALE, STRETCH, Array, Figure
+from kinematics.figure import Array, Figure
 
 Index = NDArray[np.intp]
 
@@ -50,100 +50,119 @@ class View:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The links as a pose lays them out, body coordinates.
+    """The links as poses lay them out, body coordinates; any leading axes.
 
-    start     : (L, 2) where each link starts
-    direction : (L, 2) unit vector along it
-    length    : (L,) leg lengths
-    size      : the common scale that also widens the links
+    start     : (..., L, 2) where each link starts
+    direction : (..., L, 2) unit vector along it
+    length    : (..., L) leg lengths
+    size      : (...) the common scale that also widens the links
     """
 
     start: Array
     direction: Array
     length: Array
-    size: float
+    size: Array
 
     @property
     def tip(self) -> Array:
-        """(L, 2) where each link ends."""
-        return self.start + self.length[:, None] * self.direction
+        """(..., L, 2) where each link ends."""
+        return self.start + self.length[..., None] * self.direction
 
     @property
     def normal(self) -> Array:
-        """(L, 2) each link's direction turned a quarter anticlockwise."""
-        return np.stack([-self.direction[:, 1], self.direction[:, 0]], axis=-1)
+        """(..., L, 2) each link's direction turned a quarter anticlockwise."""
+        return np.stack([-self.direction[..., 1], self.direction[..., 0]], axis=-1)
 
 
 def skeleton(figure: Figure, q: Array) -> Skeleton:
-    """Lay the links out for one pose q (D,)."""
-    at = {name: i for i, name in enumerate(figure.freedoms)}
-    size = float(np.exp(q[at[SCALE]]))
-    L = len(figure.links)
-    start, direction, length, angle = np.empty((L, 2)), np.empty((L, 2)), np.empty(L), np.empty(L)
-    for i, (link, parent) in enumerate(zip(figure.links, figure.parents, strict=True)):
-        turn = link.sense * q[at[link.freedom]] if link.freedom is not None else 0.0
-        angle[i] = link.rest + turn + (angle[parent] if parent >= 0 else 0.0)
-        stretch = q[at[STRETCH + link.name]] if link.breathes else 0.0
-        length[i] = link.length * size * np.exp(stretch)
-        direction[i] = np.cos(angle[i]), np.sin(angle[i])
-        start[i] = start[parent] + link.at * length[parent] * direction[parent] if parent >= 0 else q[:2]
+    """Lay the links out for poses q (..., D)."""
+    layout = figure.layout
+    size = np.exp(q[..., layout.scale])
+    angle = (layout.rest + q[..., layout.angle] * layout.sense) @ figure.chain.T
+    length = layout.length * size[..., None] * np.exp(q[..., layout.stretch] * layout.breathes)
+    direction = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    start = q[..., None, :2] + figure.reach @ (length[..., None] * direction)
     return Skeleton(start, direction, length, size)
 
 
 def joints(figure: Figure, q: Array) -> Array:
-    """(1 + L, 2) body coordinates of the base and of each link's tip, in the order of `figure.joints`."""
-    return np.concatenate([q[None, :2], skeleton(figure, q).tip])
+    """(..., 1 + L, 2) body coordinates of the base and of each link's tip, as `figure.joints` names them."""
+    return np.concatenate([q[..., None, :2], skeleton(figure, q).tip], axis=-2)
 
 
 def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
     """Body coordinates of points fixed to links.
 
     Args:
-        bones: the links as laid out.
+        bones: the links as a pose lays them.
         link: (P,) which link each point is fixed to.
         along: (P,) share of the link's length.
         across: (P,) leg lengths to the left of the link, before the common scale.
 
     Returns:
-        (P, 2) leg lengths.
+        (..., P, 2) leg lengths.
     """
-    lengthwise = (along * bones.length[link])[:, None] * bones.direction[link]
-    return bones.start[link] + lengthwise + (bones.size * across)[:, None] * bones.normal[link]
+    lengthwise = (along * bones.length[..., link])[..., None] * bones.direction[..., link, :]
+    sideways = (bones.size[..., None] * across)[..., None] * bones.normal[..., link, :]
+    return np.asarray(bones.start[..., link, :] + lengthwise + sideways)
+
+
+def motions(figure: Figure, bones: Skeleton) -> Array:
+    """How the pose moves each link as a whole, by the chain rule.
+
+    A point u along link l and v across it, leg lengths, moves with the pose by [d, n, u d, u n - v d,
+    u d + v n] M_l, where d is the link's direction and n its normal: the link slides along itself and across,
+    lengthens, turns and grows.
+
+    Returns:
+        (..., L, 5, D) M_l, per leg length, per radian, per log unit.
+    """
+    layout, d, n = figure.layout, bones.direction, bones.normal
+    L, D = len(figure.links), len(figure.freedoms)
+    M = np.zeros((*bones.length.shape, 5, D))
+    M[..., 0, :2], M[..., 1, :2] = d, n
+    arm = bones.start[..., :, None, :] - bones.start[..., None, :, :]  # (..., l, j, 2) from joint j to link l
+    turned = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+    moved = figure.chain * layout.sense
+    stretched = figure.reach * bones.length[..., None, :]
+    for j in range(L):
+        if layout.turns[j]:
+            a = layout.angle[j]
+            M[..., 0, a] = moved[:, j] * (turned[..., j, :] * d).sum(-1)
+            M[..., 1, a] = moved[:, j] * (turned[..., j, :] * n).sum(-1)
+            M[..., 3, a] = moved[:, j]
+        if layout.breathes[j]:
+            s = layout.stretch[j]
+            M[..., 0, s] = stretched[..., j] * (d[..., j, None, :] * d).sum(-1)
+            M[..., 1, s] = stretched[..., j] * (d[..., j, None, :] * n).sum(-1)
+            M[..., j, 2, s] = 1.0
+    # The root stays, everything else moves away from it: for a chain from the base this is p - base.
+    M[..., 0, layout.scale] = (arm[..., 0, :] * d).sum(-1)
+    M[..., 1, layout.scale] = (arm[..., 0, :] * n).sum(-1)
+    M[..., 4, layout.scale] = 1.0
+    return M
 
 
 def jacobian(figure: Figure, bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
     """Derivative of `surface` by the pose.
 
     Returns:
-        (P, 2, D): d point / d q, leg lengths per leg length, per radian, per log unit.
+        (..., P, 2, D): d point / d q, leg lengths per leg length, per radian, per log unit.
     """
-    points = surface(bones, link, along, across)
-    J = np.zeros((len(link), 2, len(figure.freedoms)))
-    J[:, 0, 0] = J[:, 1, 1] = 1.0
-    angle_column = 2
-    stretch_column = figure.freedoms.index(SCALE) + 1
-    for j, part in enumerate(figure.links):
-        moved = figure.chain[link, j]
-        if part.freedom is not None:
-            arm = np.where(moved[:, None], points - bones.start[j], 0.0) * part.sense
-            J[:, 0, angle_column], J[:, 1, angle_column] = -arm[:, 1], arm[:, 0]
-            angle_column += 1
-        if part.breathes:
-            share = np.where(link == j, along, figure.reach[link, j])
-            J[:, :, stretch_column] = share[:, None] * (bones.length[j] * bones.direction[j])
-            stretch_column += 1
-    # The root stays, everything else moves away from it: for a chain from the base this is p - base.
-    J[:, :, figure.freedoms.index(SCALE)] = points - bones.start[0]
-    return J
+    d, n = bones.direction[..., link, :], bones.normal[..., link, :]
+    u = (along * bones.length[..., link])[..., None]
+    v = (bones.size[..., None] * across)[..., None]
+    ways = np.stack([d, n, u * d, u * n - v * d, u * d + v * n], axis=-1)
+    return np.asarray(ways @ motions(figure, bones)[..., link, :, :])
 
 
 def joint_jacobian(figure: Figure, q: Array) -> Array:
-    """(1 + L, 2, D) derivative of `joints` by the pose."""
+    """(..., 1 + L, 2, D) derivative of `joints` by the pose."""
     L = len(figure.links)
     tips = jacobian(figure, skeleton(figure, q), np.arange(L), np.ones(L), np.zeros(L))
-    base = np.zeros((1, 2, len(figure.freedoms)))
-    base[0, 0, 0] = base[0, 1, 1] = 1.0
-    return np.concatenate([base, tips])
+    base = np.zeros_like(tips[..., :1, :, :])
+    base[..., 0, 0, 0] = base[..., 0, 1, 1] = 1.0
+    return np.concatenate([base, tips], axis=-3)
 
 
 def covering(

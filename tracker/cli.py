@@ -50,6 +50,9 @@ Rate = Annotated[
         help="Playback speed: 0.5 for slow motion at half speed [default: found while tracking].",
     ),
 ]
+Smooth = Annotated[
+    bool, typer.Option("--smooth/--no-smooth", help="Write each pose given the whole clip, or as first seen.")
+]
 SettingsFile = Annotated[Path | None, typer.Option("--settings", help="TOML file of tracker settings.")]
 
 
@@ -94,6 +97,7 @@ def track(
     ] = "walk-run",
     facing: FacingOption = None,
     rate: Rate = None,
+    smooth: Smooth = True,
     settings: SettingsFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-track].")] = None,
     overwrite: Overwrite = False,
@@ -109,7 +113,7 @@ def track(
         from tracker.folder import fresh_folder
 
         shown = shown_progress(quiet, progress)
-        job = _job(video, keypoints, start, stop, facing, rate, settings, model)
+        job = _job(video, keypoints, start, stop, facing, rate, smooth, settings, model)
         folder = out or beside(video, "track")
         inputs = _inputs(video, keypoints, settings, model)
         with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
@@ -135,6 +139,7 @@ def compare(
     stop: Stop = None,
     facing: FacingOption = None,
     rate: Rate = None,
+    smooth: Smooth = True,
     settings: SettingsFile = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-compare].")] = None,
     overwrite: Overwrite = False,
@@ -150,7 +155,7 @@ def compare(
         from tracker.folder import fresh_folder
         from tracker.keypoints import read_keypoints
 
-        job = _job(video, keypoints, start, stop, facing, rate, settings, "")
+        job = _job(video, keypoints, start, stop, facing, rate, smooth, settings, "")
         marks = job.marks if truth is None else read_keypoints(truth)
         folder = out or beside(video, "compare")
         names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
@@ -179,6 +184,7 @@ def _job(
     stop: int | None,
     facing: Facing | None,
     rate: float | None,
+    smooth: bool,
     settings: Path | None,
     model: str,
 ) -> "Job":
@@ -195,6 +201,7 @@ def _job(
         stop=stop,
         facing=None if facing is None else (1 if facing is Facing.RIGHT else -1),
         rate=rate,
+        smooth=smooth,
     )
 
 

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from dynamics.rate import backwards
 from dynamics.slds import SLDS
 from kinematics.figure import load_figure
-from kinematics.recover import Start, facing_of, start_pose
+from kinematics.recover import Start, facing_of, marked_part, start_pose
 from tracker import __version__
 from tracker.drawing import enlargement, paint
 from tracker.keypoints import Mark, Marks, points
 from tracker.models import CONSTANT_VELOCITY, find_model, state_rates
 from tracker.progress import Progress
 from tracker.settings import Settings
+from tracker.smoothing import smoothed
 from tracker.store import Track, write_tables
 from tracker.track import LOST, Estimate, Tracker, make_tracker, run
 from videos.frames import Video
@@ -47,6 +48,7 @@ class Job:
     facing : +1 right, -1 left, None to see it from the start pose
     rate   : playback speed: 1 as filmed, 0.5 half speed; None to find it among `settings.rates`
     called : what the results call the video, None for its path
+    smooth : write each pose given the whole clip; False for what was known at its frame
     """
 
     video: Path
@@ -58,6 +60,7 @@ class Job:
     facing: int | None = None
     rate: float | None = None
     called: str | None = None
+    smooth: bool = True
 
 
 @dataclass(frozen=True)
@@ -125,12 +128,14 @@ def follow(job: Job, progress: Progress) -> Run:
                 f"frame {frame} is not in {job.video.name}, which has {len(before)}; mark another frame"
             )
         ahead, behind = [], []
-        for estimate in clock.timed("track", run(plan.tracker, plan.start, chain([marked], images))):
+        for estimate in _tracked(plan.tracker, plan, chain([marked], images), clock):
             ahead.append(estimate)
             advance()
-        for estimate in clock.timed("track", _reversed(plan, [marked, *before[::-1]])):
-            behind.append(estimate)
-            advance()
+        if before:
+            back = _reversed(plan)
+            for estimate in islice(_tracked(back, plan, [marked, *before[::-1]], clock), 1, None):
+                behind.append(estimate)
+                advance()
     track = _track(plan, times, behind[::-1] + ahead)
     return Run(
         job=job,
@@ -154,6 +159,7 @@ def write_run(finished: Run, folder: Path, progress: Progress) -> None:
         "figtrack": __version__,
         "video": job.called or str(job.video),
         "model": job.model,
+        "smooth": job.smooth,
         "settings": job.settings.model_dump(mode="json"),
         "fps": finished.fps,
         "frames": finished.frames,
@@ -190,8 +196,8 @@ def start_frame(job: Job) -> int:
 
 
 def _start(marks: Marks, frame: int, facing: int | None, size: tuple[int, int]) -> Start:
-    figure = load_figure()
     marked = marks[frame]
+    figure = marked_part(load_figure(), points(marked))
     _check_in_picture(marked, figure.base, frame, size)
     later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
     return start_pose(figure, points(marked), facing or facing_of(points(marked), later))
@@ -218,14 +224,17 @@ def _images(video: Video, stop: int | None, times: list[float]) -> Iterator[Imag
         yield frame.image
 
 
-def _reversed(plan: Plan, images: Sequence[Image]) -> Iterator[Estimate]:
-    """Backwards in time through images, the first of which is the marked one; estimates of the others."""
-    if len(images) < 2:
-        return
+def _tracked(tracker: Tracker, plan: Plan, images: Iterable[Image], clock: "_Clock") -> Iterator[Estimate]:
+    """Estimates of all images, the first of which is the marked one."""
+    estimates = clock.timed("track", run(tracker, plan.start, images))
+    return clock.timed("smooth", smoothed(tracker, estimates)) if plan.job.smooth else estimates
+
+
+def _reversed(plan: Plan) -> Tracker:
+    """The tracker that goes backwards in time."""
     # A constant velocity is one in either direction; conversion would only change its noise.
     slds = plan.slds if plan.job.model == CONSTANT_VELOCITY else backwards(plan.slds)
-    tracker = make_tracker(plan.start, slds, plan.tracker.settings)
-    yield from islice(run(tracker, plan.start, images), 1, None)
+    return make_tracker(plan.start, slds, plan.tracker.settings)
 
 
 def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
@@ -246,7 +255,9 @@ def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) ->
 def _rate(plan: Plan, track: Track) -> float:
     if plan.job.rate is not None:
         return plan.job.rate
-    return float(np.median(state_rates(plan.slds, plan.tracker.settings)[track.s]))
+    rates = state_rates(plan.slds, plan.tracker.settings)[track.s]
+    known = rates[np.isfinite(rates)]
+    return float(np.median(known)) if len(known) else 1.0
 
 
 def _warnings(video: Video, track: Track) -> list[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dynamics.em import Infer, Options, anywhere, learn
+from dynamics.gaussian import collapse
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
 from dynamics.rate import at_rate
@@ -21,6 +22,7 @@ from tracker.settings import Settings
 
 TRAVELLING = ("root_x", "root_y")
 CONSTANT_VELOCITY = "cv"
+FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
 FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
 INFERENCES = ("viterbi", "gpb2", "variational")
@@ -30,7 +32,10 @@ Report = Callable[[str, int, int], None]
 
 
 def find_model(name: str, fps: float, settings: Settings) -> SLDS:
-    """The model a user names, at this frame rate; a learned one once for each playback speed that is tried.
+    """The model a user names, at this frame rate, as the tracker uses it.
+
+    A learned one stands there once for each playback speed that is tried, its noise inflated for people it
+    has not seen, beside one free state of constant velocity for what it does not foresee.
 
     Args:
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
@@ -43,7 +48,11 @@ def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(fps, settings)
     speeds = [replace(switching_model(name, fps / rate), fps=fps) for rate in settings.rates]
-    return combine(speeds, settings.rate_change)
+    learned = combine(speeds, settings.rate_change)
+    inflated = replace(learned, Q=learned.Q * settings.inflation)
+    if settings.surprise == 0.0 or learned.order == 1:
+        return inflated
+    return combine([inflated, _free(inflated, settings)], settings.surprise)
 
 
 def switching_model(name: str, fps: float) -> SLDS:
@@ -61,10 +70,10 @@ def motion_model(name: str, fps: float = 30.0) -> Model:
 
 
 def state_rates(slds: SLDS, settings: Settings) -> Array:
-    """(K,) the playback speed that each switching state of `find_model` stands for."""
-    if slds.labels == (CONSTANT_VELOCITY,):
-        return np.ones(1)
-    return np.repeat(settings.rates, slds.K // len(settings.rates))
+    """(K,) the playback speed that each switching state of `find_model` stands for; NaN where it has none."""
+    learned = sum(label not in (CONSTANT_VELOCITY, FREE) for label in slds.labels)
+    rates = np.repeat(np.array(settings.rates), learned // len(settings.rates))
+    return np.concatenate([rates, np.full(slds.K - learned, np.nan)])
 
 
 def learn_motions(
@@ -196,7 +205,29 @@ def _reporter(progress: Report, name: str, options: Options) -> Callable[[int, f
 def _constant_velocity(fps: float, settings: Settings) -> SLDS:
     """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
     step = 30.0 / fps
-    angles = len(POSE_COLUMNS) - len(TRAVELLING)
-    noise = np.r_[[settings.cv_place] * len(TRAVELLING), [np.radians(settings.cv_angle)] * angles]
-    speed = np.r_[FIRST_ROOT_SPEED, [FIRST_ANGLE_SPEED] * angles]
+    noise = _by_freedom(POSE_COLUMNS, settings.cv_place, np.radians(settings.cv_angle))
+    speed = _by_freedom(POSE_COLUMNS, 0.0, FIRST_ANGLE_SPEED)
+    speed[: len(TRAVELLING)] = FIRST_ROOT_SPEED
     return constant_velocity(POSE_COLUMNS, noise * step**2, speed * step, fps)
+
+
+def _free(learned: SLDS, settings: Settings) -> SLDS:
+    """One state of constant velocity that joins a learned model; it starts wherever the model's states do."""
+    noise = _by_freedom(learned.names, settings.free_place, np.radians(settings.free_angle))
+    free = constant_velocity(
+        learned.names, noise * (30.0 / learned.fps) ** 2, np.zeros(len(noise)), learned.fps
+    )
+    start = collapse(learned.pi0, learned.start)
+    return replace(
+        free,
+        R=learned.R,
+        mean0=start.mean[None],
+        cov0=start.cov[None],
+        travelling=learned.travelling,
+        labels=(FREE,),
+    )
+
+
+def _by_freedom(names: Sequence[str], place: float, angle: float) -> Array:
+    """(M,) one value for the root's freedoms and one for the angles."""
+    return np.array([place if name in TRAVELLING else angle for name in names])

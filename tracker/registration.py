@@ -17,22 +17,25 @@ the filter adds the prior once.
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Gaussian
+from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
-from kinematics.spm import View, covering, jacobian, skeleton, surface
-from tracker.sampling import Array, Level, sample
+from kinematics.spm import View, motions, skeleton, surface
+from tracker.kernel import Laid, Lens, Noise, Points, Shape, lay
+from tracker.sampling import Level, sample
 from tracker.settings import Settings
 from tracker.template import Templates
 
+Rows = NDArray[np.intp] | slice
 FEWEST = 6  # points of a link that an offset of light is worked out from
 SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
 SMALL_GAIN = 1e-2  # nats
 LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
-HEAVIEST = 10.0  # damping beyond which no step helps
+FIRST_DAMPING, HEAVIEST = 1e-3, 10.0  # beyond the heaviest no step helps
 
 
 class Outcome(Enum):
@@ -53,7 +56,7 @@ class Registration:
     cost        : minus the tempered log likelihood at q, nats, over as many points for every pose
     residual    : root-mean-square residual, grey levels
     match       : (P,) robust weight of each point without the rim's, 0 where not visible
-    seen        : (levels, P, 3) colours at q, the offsets of light taken off
+    offset      : (L, 3) brightness offset of each link and channel, grey levels
     inside      : share of the points that lie in the frame
     outcome     : why the search stopped
     """
@@ -64,169 +67,171 @@ class Registration:
     cost: float
     residual: float
     match: Array
-    seen: Array
+    offset: Array
     inside: float
     outcome: Outcome
 
 
 def align(
-    templates: Templates, levels: list[Level], figure: Figure, view: View, prior: Gaussian, settings: Settings
-) -> Registration:
-    """Climb from the prior's mean (D,) to a mode, coarse to fine, and linearise the likelihood there."""
-    search = _Search(templates, figure, view, prior, settings)
-    q = prior.mean.copy()
-    outcome = Outcome.CONVERGED
+    templates: Templates,
+    levels: list[Level],
+    figure: Figure,
+    view: View,
+    priors: Gaussian,
+    settings: Settings,
+) -> list[Registration]:
+    """Climb from each prior's mean (H, D) to a mode, coarse to fine, and linearise the likelihood there."""
+    search = _Search(templates, figure, view, priors, settings)
+    q, outcomes = priors.mean, [Outcome.CONVERGED] * len(priors.mean)
     for number, level in enumerate(levels):
-        q, outcome = search.climb(number, level, q)
+        q, outcomes = search.climb(number, level, q)
     fit = search.compare(len(levels) - 1, levels[-1], q)
-    information, gradient = search.normal_equations(fit)
-    inside = float(fit.inside.mean())
-    weight = templates.weight * fit.match
-    return Registration(
-        q=q,
-        information=information,
-        vector=information @ q - gradient,
-        cost=settings.image_weight * search.count * fit.mean,
-        residual=float(np.sqrt((weight[:, None] * fit.residual**2).sum() / max(3.0 * weight.sum(), 1e-9))),
-        match=fit.match,
-        seen=search.colours(levels, q, fit),
-        inside=inside,
-        outcome=Outcome.OUTSIDE if inside < settings.least_inside else outcome,
+    information, gradient = search.normal_equations(fit, slice(None))
+    inside = fit.laid.inside.mean(1)
+    weight = templates.weight * fit.laid.match
+    square = (weight[..., None] * fit.laid.residual**2).sum((1, 2)) / np.maximum(3.0 * weight.sum(1), 1e-9)
+    return [
+        Registration(
+            q=q[h],
+            information=information[h],
+            vector=information[h] @ q[h] - gradient[h],
+            cost=settings.image_weight * search.count * fit.laid.mean[h],
+            residual=float(np.sqrt(square[h])),
+            match=fit.laid.match[h],
+            offset=fit.laid.offset[h],
+            inside=float(inside[h]),
+            outcome=Outcome.OUTSIDE if inside[h] < settings.least_inside else outcomes[h],
+        )
+        for h in range(len(q))
+    ]
+
+
+def seen(templates: Templates, levels: list[Level], figure: Figure, view: View, found: Registration) -> Array:
+    """(levels, P, 3) what the frame shows where the points settled, the offsets of light taken off."""
+    pixels = view.to_pixels(
+        surface(skeleton(figure, found.q), templates.link, templates.along, templates.across)
     )
+    return np.stack([sample(level, pixels)[0] for level in levels]) - found.offset[templates.link]
 
 
 @dataclass(frozen=True)
 class _Fit:
-    """The templates against one level at one pose.
+    """The templates laid on one level at H poses q (H, D)."""
 
-    residual : (P, 3) grey levels, offsets taken off
-    offset   : (L, 3) brightness offset of each link and channel
-    match    : (P,) robust weight, 0 where not visible
-    mean     : mean over the visible points of half the robust squared residual, in units of the noise
-    inside   : (P,) whether the point lies in the frame
-    gradient : (P, 3, 2) of the frame, grey levels per pixel
-    """
-
-    residual: Array
-    offset: Array
-    match: Array
-    mean: float
-    inside: NDArray[np.bool_]
-    gradient: Array
     q: Array
+    laid: Laid
+
+    def with_rows(self, rows: NDArray[np.intp], other: Self, taken: NDArray[np.bool_]) -> Self:
+        """Some of these rows replaced by those of `other`, which has one for each of `rows`."""
+        to = rows[taken]
+        self.q[to] = other.q[taken]
+        for mine, theirs in zip(self.laid, other.laid, strict=True):
+            np.asarray(mine)[to] = np.asarray(theirs)[taken]
+        return self
 
 
 class _Search:
-    """One climb's fixed data: templates, figure, view, prior, settings."""
+    """A climb's fixed data: templates, figure, view, priors, settings."""
 
     def __init__(
-        self, templates: Templates, figure: Figure, view: View, prior: Gaussian, settings: Settings
+        self, templates: Templates, figure: Figure, view: View, priors: Gaussian, settings: Settings
     ) -> None:
-        self.templates, self.figure, self.view, self.settings = templates, figure, view, settings
+        self.figure, self.view, self.settings = figure, view, settings
         self.full = settings.mode == "full"
-        self.mean = prior.mean
-        self.precision = np.linalg.inv(prior.cov) if self.full else _lengths_only(prior.cov, figure)
+        self.mean = priors.mean
+        inverse = np.linalg.inv(priors.cov) if self.full else _lengths_only(priors.cov, figure)
+        self.precision: Array = np.asarray(inverse, dtype=np.float64)
         self.count = settings.tempering * len(templates.link)
         self.low, self.high = figure.limits
+        layout = figure.layout
+        self.shape = Shape(layout.layer, layout.width, layout.taper)
+        first = np.searchsorted(templates.link, np.arange(len(figure.links) + 1))
+        self.points = [
+            Points(first, templates.along, templates.across, templates.weight, colours, templates.known)
+            for colours in templates.colours
+        ]
+        self.noise = Noise(
+            variance=settings.noise**2,
+            scale=settings.robust**2 if self.full else np.inf,
+            out_of_sight=settings.out_of_sight,
+            in_sight=settings.in_sight,
+            fewest=FEWEST,
+            layered=self.full,
+            margin=0.0,
+        )
 
-    def climb(self, number: int, level: Level, q: Array) -> tuple[Array, Outcome]:
-        """Levenberg-Marquardt at one blur."""
-        fit = self.compare(number, level, q)
-        cost, damping = self.objective(fit), 1e-3
+    def climb(self, number: int, level: Level, q: Array) -> tuple[Array, list[Outcome]]:
+        """Levenberg-Marquardt at one blur, all poses side by side."""
+        fit = self.compare(number, level, q.copy())
+        cost, damping = self.objective(fit, slice(None)), np.full(len(q), FIRST_DAMPING)
+        climbing = np.arange(len(q))
         for _ in range(self.settings.iterations):
-            information, gradient = self.normal_equations(fit)
-            H = information + self.precision
-            slope = gradient + self.precision @ (fit.q - self.mean)
-            # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
-            step = -np.linalg.solve(H + np.diag(damping * np.diag(H) + 1e-9), slope)
-            step *= LONGEST_STEP / max(float(np.abs(step).max()), LONGEST_STEP)
-            trial = self.compare(number, level, fit.q + step)
-            gain = cost - self.objective(trial)
-            if gain > 0.0:
-                fit, cost, damping = trial, cost - gain, 0.3 * damping
-                if gain < SMALL_GAIN or np.abs(step).max() < SMALL_STEP:
-                    return fit.q, Outcome.CONVERGED
-            else:
-                damping = max(10.0 * damping, 1e-2)
-                if damping > HEAVIEST:
-                    return fit.q, Outcome.CONVERGED
-        return fit.q, Outcome.ITERATION_LIMIT
+            step = self.step(fit, climbing, damping[climbing])
+            trial = self.compare(number, level, fit.q[climbing] + step)
+            gain = cost[climbing] - self.objective(trial, climbing)
+            better = gain > 0.0
+            fit = fit.with_rows(climbing, trial, better)
+            cost[climbing[better]] -= gain[better]
+            damping[climbing] = np.where(
+                better, 0.3 * damping[climbing], np.maximum(10.0 * damping[climbing], 1e-2)
+            )
+            small = (gain < SMALL_GAIN) | (np.abs(step).max(1) < SMALL_STEP)
+            climbing = climbing[~np.where(better, small, damping[climbing] > HEAVIEST)]
+            if not len(climbing):
+                break
+        outcomes = [Outcome.CONVERGED] * len(q)
+        for h in climbing:
+            outcomes[h] = Outcome.ITERATION_LIMIT
+        return fit.q, outcomes
 
-    def objective(self, fit: _Fit) -> float:
-        """What the climb lowers, nats."""
-        away, (excess, stiffness) = fit.q - self.mean, self.beyond(fit.q)
-        leaning = 0.5 * away @ self.precision @ away + 0.5 * stiffness @ excess**2
-        return float(self.count * fit.mean + leaning)
+    def step(self, fit: _Fit, rows: NDArray[np.intp], damping: Array) -> Array:
+        """Damped Gauss-Newton steps of some rows."""
+        information, gradient = self.normal_equations(fit, rows)
+        H = information + self.precision[rows]
+        slope = gradient + apply(self.precision[rows], fit.q[rows] - self.mean[rows])
+        # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
+        diagonal = H.diagonal(axis1=1, axis2=2)
+        damped = H + (damping[:, None] * diagonal + 1e-9)[:, None] * np.eye(H.shape[-1])
+        step = -np.linalg.solve(damped, slope[..., None])[..., 0]
+        return np.asarray(step * (LONGEST_STEP / np.maximum(np.abs(step).max(1), LONGEST_STEP))[:, None])
+
+    def objective(self, fit: _Fit, rows: Rows) -> Array:
+        """(H,) what the climb lowers, nats."""
+        away, (excess, stiffness) = fit.q - self.mean[rows], self.beyond(fit.q)
+        leaning = (away * apply(self.precision[rows], away)).sum(1) + (stiffness * excess**2).sum(1)
+        return np.asarray(self.count * fit.laid.mean + 0.5 * leaning)
 
     def beyond(self, q: Array) -> tuple[Array, Array]:
-        """How far each freedom is beyond its limits, and the stiffness (D,) that pulls it back, 0 within."""
+        """How far each freedom is beyond its limits (H, D), and the stiffness that pulls it back, else 0."""
         excess = q - np.clip(q, self.low, self.high)
         stiffness = np.where(excess != 0.0, 1.0 / np.radians(self.settings.limit_give) ** 2, 0.0)
         return excess, stiffness * self.full
 
     def compare(self, number: int, level: Level, q: Array) -> _Fit:
-        """The templates laid on one level at a pose."""
-        t, settings = self.templates, self.settings
+        """The templates laid on one level at poses."""
         bones = skeleton(self.figure, q)
-        points = surface(bones, t.link, t.along, t.across)
-        values, gradient, inside = sample(level, self.view.to_pixels(points))
-        visible = inside & t.known
-        residual = values - t.colours[number]
-        offset = np.zeros((len(self.figure.links), 3))
-        size_of_noise = 3.0 * settings.noise**2
-        if self.full:
-            visible &= ~covering(self.figure, bones, points, t.link)
-            offset = _offsets(residual, t.link, visible, offset)
-            residual = residual - offset[t.link]
-            scale = settings.robust**2
-            size = (residual**2).sum(-1) / size_of_noise
-            match, rho = visible / (1.0 + size / scale), scale * np.log1p(size / scale)
-            match = match * self.sight(match, visible)[t.link]
-        else:
-            match, rho = visible.astype(float), (residual**2).sum(-1) / size_of_noise
-        weight = t.weight * visible
-        mean = 0.5 * float((weight * rho).sum() / max(weight.sum(), 1e-9))
-        return _Fit(residual, offset, match, mean, inside, gradient, q)
+        origin = np.asarray(self.view.origin) - level.corner
+        lens = Lens(*origin.tolist(), *self.view.axes.tolist())
+        parts = (bones.start, bones.direction, bones.length, bones.size)
+        noise = self.noise._replace(margin=self.settings.cover * level.sigma / self.view.unit)
+        return _Fit(q, lay(level.planes, lens, *parts, self.points[number], self.shape, noise))
 
-    def sight(self, match: Array, visible: NDArray[np.bool_]) -> Array:
-        """(L,) how much of each link is in sight: 0 where what is seen does not match, as behind a bush."""
-        t, low, high = self.templates, self.settings.out_of_sight, self.settings.in_sight
-        weight = t.weight * visible
-        seen = np.bincount(t.link, weight, len(self.figure.links))
-        matched = np.bincount(t.link, weight * match, len(self.figure.links)) / np.maximum(seen, 1e-9)
-        return np.clip((matched - low) / (high - low), 0.0, 1.0)
-
-    def normal_equations(self, fit: _Fit) -> tuple[Array, Array]:
-        """Tempered J'WJ / sigma^2 and J'Wr / sigma^2, and those of the limits of the joints."""
-        t = self.templates
-        bones = skeleton(self.figure, fit.q)
-        moved = jacobian(self.figure, bones, t.link, t.along, t.across) * self.view.axes[:, None]
-        slope = fit.gradient @ moved
+    def normal_equations(self, fit: _Fit, rows: Rows) -> tuple[Array, Array]:
+        """Tempered J'WJ / sigma^2 and J'Wr / sigma^2 of some rows, and those of the limits of the joints."""
+        q = fit.q[rows]
+        ways = motions(self.figure, skeleton(self.figure, q))
         scale = self.settings.tempering / (3.0 * self.settings.noise**2)
-        weighted = ((scale * t.weight * fit.match)[:, None, None] * slope).reshape(-1, slope.shape[-1]).T
-        excess, stiffness = self.beyond(fit.q)
-        information = weighted @ slope.reshape(-1, slope.shape[-1]) + np.diag(stiffness)
-        return information, weighted @ fit.residual.ravel() + stiffness * excess
-
-    def colours(self, levels: list[Level], q: Array, fit: _Fit) -> Array:
-        """(levels, P, 3) what the frame shows at the points, the offsets of light taken off."""
-        t = self.templates
-        pixels = self.view.to_pixels(surface(skeleton(self.figure, q), t.link, t.along, t.across))
-        return np.stack([sample(level, pixels)[0] - fit.offset[t.link] for level in levels])
+        turned = np.swapaxes(ways, -1, -2)
+        information = scale * (turned @ fit.laid.moments[rows] @ ways).sum(1)
+        gradient = scale * apply(turned, fit.laid.pull[rows]).sum(1)
+        excess, stiffness = self.beyond(q)
+        information += stiffness[:, None] * np.eye(stiffness.shape[-1])
+        return information, gradient + stiffness * excess
 
 
 def _lengths_only(cov: Array, figure: Figure) -> Array:
-    """(D, D) precision of scale and stretches alone."""
+    """(H, D, D) precision of scale and stretches alone."""
     precision = np.zeros_like(cov)
-    lengths = slice(len(figure.pose_freedoms), None)
-    precision[lengths, lengths] = np.linalg.inv(cov[lengths, lengths])
+    n = figure.layout.scale
+    precision[:, n:, n:] = np.linalg.inv(cov[:, n:, n:])
     return precision
-
-
-def _offsets(residual: Array, link: NDArray[np.intp], visible: NDArray[np.bool_], offset: Array) -> Array:
-    """(L, 3) median residual of each link's visible points; 0 where too few are."""
-    for i in range(len(offset)):
-        own = visible & (link == i)
-        if own.sum() >= FEWEST:
-            offset[i] = np.median(residual[own], axis=0)
-    return offset

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Planes = NDArray[np.float32]
+LEAST = 4  # pixels that a gradient between pixels takes
 
 
 @dataclass(frozen=True)
 class Level:
     """One blurred copy of a part of a frame.
 
-    planes : (h, w, 3 channels x (value, d/dx, d/dy)) grey levels and grey levels per pixel
+    planes : (h, w, 3) grey levels; at least LEAST pixels either way
     corner : (2,) pixel of the part's top-left corner
     sigma  : blur, pixels
     """
@@ -35,20 +36,16 @@ def pyramid(
     H, W = image.shape[:2]
     margin = int(np.ceil(3.0 * max(sigmas))) + 2
     x0, y0 = max(box[0] - margin, 0), max(box[1] - margin, 0)
-    x1, y1 = min(max(box[2] + margin, x0 + 2), W), min(max(box[3] + margin, y0 + 2), H)
-    x0, y0 = min(x0, x1 - 2), min(y0, y1 - 2)
+    x1, y1 = min(max(box[2] + margin, x0 + LEAST), W), min(max(box[3] + margin, y0 + LEAST), H)
+    x0, y0 = min(x0, x1 - LEAST), min(y0, y1 - LEAST)
     lab = cv2.cvtColor(np.ascontiguousarray(image[y0:y1, x0:x1]), cv2.COLOR_RGB2Lab).astype(np.float32)
     if not colour:
         lab = np.repeat(lab[..., :1], 3, axis=-1)
-    return [Level(_planes(lab, sigma), (x0, y0), sigma) for sigma in sigmas]
+    return [Level(_blurred(lab, sigma), (x0, y0), sigma) for sigma in sigmas]
 
 
-def sample(level: Level, pixels: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Bilinear values and gradients at (P, 2) pixels.
-
-    Returns:
-        values (P, 3); gradients (P, 3, 2) along x and y; (P,) whether the point lies in the frame's part.
-    """
+def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Bilinear values (P, 3) at (P, 2) pixels, and whether each lies in the frame's part (P,)."""
     h, w = level.planes.shape[:2]
     place = pixels - np.asarray(level.corner)
     inside = ((place >= 0) & (place <= (w - 1, h - 1))).all(axis=-1)
@@ -56,17 +53,12 @@ def sample(level: Level, pixels: Array) -> tuple[Array, Array, NDArray[np.bool_]
     y = np.clip(place[:, 1], 0, h - 1.001)
     i, j = y.astype(np.intp), x.astype(np.intp)
     fy, fx = (y - i)[:, None], (x - j)[:, None]
-    planes = level.planes.reshape(h * w, -1)
+    planes = level.planes.reshape(h * w, 3)
     at = i * w + j
     top = planes[at] * (1 - fx) + planes[at + 1] * fx
     bottom = planes[at + w] * (1 - fx) + planes[at + w + 1] * fx
-    mixed = (top * (1 - fy) + bottom * fy).reshape(-1, 3, 3)
-    return mixed[..., 0], mixed[..., 1:], inside
+    return top * (1 - fy) + bottom * fy, inside
 
 
-def _planes(lab: Planes, sigma: float) -> Planes:
-    soft = cv2.GaussianBlur(lab, (0, 0), sigma) if sigma > 0 else lab
-    dx = cv2.Scharr(soft, cv2.CV_32F, 1, 0, scale=1 / 32)
-    dy = cv2.Scharr(soft, cv2.CV_32F, 0, 1, scale=1 / 32)
-    h, w = lab.shape[:2]
-    return np.stack([soft, dx, dy], axis=-1).reshape(h, w, 9).astype(np.float32, copy=False)
+def _blurred(lab: Planes, sigma: float) -> Planes:
+    return cv2.GaussianBlur(lab, (0, 0), sigma).astype(np.float32, copy=False) if sigma > 0 else lab

@@ -20,6 +20,7 @@ class Settings(BaseModel):
     mode: Literal["full", "classic"] = Field("full", description="classic: the papers' registration")
     spacing: float = Field(0.022, gt=0, le=0.2, description="between template points, leg lengths")
     rim: float = Field(0.05, ge=0, le=0.5, description="of template beyond a link's outline, leg lengths")
+    cover: float = Field(1.0, ge=0, description="how far beyond its outline a link hides others, blurs")
     rim_weight: float = Field(0.3, ge=0, le=1, description="of the rim's pixels against the link's own")
     blurs: tuple[PositiveFloat, ...] = Field(
         (0.05, 0.025, 0.012), min_length=1, description="coarse to fine, leg lengths"
@@ -49,9 +50,20 @@ class Settings(BaseModel):
     )
     rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
     inflation: float = Field(3.0, gt=0, description="of the learned Q, for people it has not seen")
-    scale_drift: float = Field(0.003, ge=0, description="of the common log scale, a frame")
+    surprise: float = Field(
+        0.01, ge=0, lt=1, description="probability a frame of a motion that the model does not foresee"
+    )
+    free_angle: float = Field(
+        3.0, gt=0, description="such a motion: change of an angle's speed a frame, degrees"
+    )
+    free_place: float = Field(
+        0.02, gt=0, description="such a motion: change of the root's speed a frame, leg lengths"
+    )
+    scale_drift: float = Field(0.001, ge=0, description="of the common log scale, a frame")
     breathing: float = Field(0.06, ge=0, description="spread of a link's log length")
-    breath: float = Field(0.9, ge=0, lt=1, description="of a link's stretch that is left a frame later")
+    ankle: float = Field(25.0, gt=0, description="spread of an ankle, of which no model speaks, degrees")
+    ankle_keep: float = Field(0.9, ge=0, lt=1, description="of an ankle's turn that is left a frame later")
+    breath: float = Field(0.95, ge=0, lt=1, description="of a link's stretch that is left a frame later")
     start_length: float = Field(0.01, gt=0, description="error of the marked log lengths")
     start_angle: float = Field(4.0, gt=0, description="error of the marked angles, degrees")
     start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")

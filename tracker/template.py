@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kinematics.figure import Figure
 from kinematics.spm import Index, View, covering, skeleton, surface
-from tracker.sampling import Array, Level, sample
+from tracker.sampling import Array, Level, Planes, sample
 from tracker.settings import Settings
 
 
@@ -26,7 +26,7 @@ class Templates:
     along: Array
     across: Array
     weight: Array
-    colours: Array
+    colours: Planes
     known: NDArray[np.bool_]
 
     def refreshed(self, seen: Array, trust: Array, blend: float) -> Self:
@@ -39,7 +39,7 @@ class Templates:
         """
         share = np.where(self.known, blend * trust, np.where(trust > 0, 1.0, 0.0))
         colours = self.colours + share[None, :, None] * (seen - self.colours)
-        return replace(self, colours=colours, known=self.known | (trust > 0))
+        return replace(self, colours=colours.astype(np.float32), known=self.known | (trust > 0))
 
 
 def cut(figure: Figure, view: View, q: Array, levels: list[Level], settings: Settings) -> Templates:
@@ -48,10 +48,10 @@ def cut(figure: Figure, view: View, q: Array, levels: list[Level], settings: Set
     bones = skeleton(figure, q)
     points = surface(bones, link, along, across)
     pixels = view.to_pixels(points)
-    hidden = covering(figure, bones, points, link)
+    hidden = covering(figure, bones, points, link, margin=settings.cover * levels[-1].sigma / view.unit)
     found = [sample(level, pixels) for level in levels]
-    colours = np.stack([values for values, _, _ in found])
-    return Templates(link, along, across, weight, colours, found[0][2] & ~hidden)
+    colours = np.stack([values for values, _ in found]).astype(np.float32)
+    return Templates(link, along, across, weight, colours, found[0][1] & ~hidden)
 
 
 def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:

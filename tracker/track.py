@@ -10,8 +10,8 @@ of its measurement: with the likelihood linearised at the mode q* (Laplace),
 With a one-state constant-velocity model the same loop is the extended Kalman filter.
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
 from kinematics.spm import View, joints
-from tracker.registration import Registration, align
+from tracker.registration import Registration, align, seen
 from tracker.sampling import Array, Level, pyramid
 from tracker.settings import Settings
 from tracker.template import Templates, cut
@@ -40,11 +40,13 @@ class Estimate:
     pose    : belief over the full pose, mean (D,), cov (D, D)
     s       : most probable switching state
     outcome : ok, hidden (a leg is covered), lost (nothing matches) or outside (most of it out of the frame)
+    belief  : the hypotheses it was merged from
     """
 
     pose: Gaussian
     s: int
     outcome: str
+    belief: Belief
 
 
 @dataclass(frozen=True)
@@ -79,26 +81,27 @@ class Tracker:
         belief = first_belief(self.slds, y, np.diag(noise**2))
         levels = self._levels(image, start.q[None])
         templates = cut(self.figure, self.view, start.q, levels, settings)
-        return State(belief, templates), Estimate(self._pose(belief.merged()), int(belief.s[belief.best]), OK)
+        return State(belief, templates), self._estimate(belief, OK)
 
     def step(self, state: State, image: Image) -> tuple[State, Estimate]:
         """One frame on."""
         proposed = propose(self.slds, state.belief, prune=self.settings.prune)
-        priors = self._pose(proposed.states)
+        priors = self.pose(proposed.states)
         levels = self._levels(image, priors.mean)
-        found = [
-            align(state.templates, levels, self.figure, self.view, priors[h], self.settings)
-            for h in range(len(proposed.s))
-        ]
+        found = align(state.templates, levels, self.figure, self.view, priors, self.settings)
         belief = self._fused(proposed, priors, found)
         best = found[belief.best]
-        estimate = Estimate(
-            self._pose(belief.merged()), int(belief.s[belief.best]), self._outcome(state, best)
-        )
+        estimate = self._estimate(belief, self._outcome(state, best))
         templates = state.templates
         if self.settings.mode == "full" and estimate.outcome not in (LOST, OUTSIDE):
-            templates = templates.refreshed(best.seen, best.match, self.settings.blend)
+            now = seen(templates, levels, self.figure, self.view, best)
+            templates = templates.refreshed(now, best.match, self.settings.blend)
         return State(belief, templates), estimate
+
+    def pose(self, states: Gaussian) -> Gaussian:
+        """Beliefs over the state as beliefs over the full pose."""
+        C = self.slds.C
+        return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
     def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
         C, eye = self.slds.C, np.eye(len(self.offset))
@@ -113,7 +116,12 @@ class Tracker:
             covs.append(posterior.cov)
             costs.append(proposed.cost[h] + r.cost + innovation + spread)
         cost = np.array(costs)
-        return Belief(Gaussian(np.stack(means), np.stack(covs)), cost - cost.min(), proposed.s)
+        return Belief(
+            Gaussian(np.stack(means), np.stack(covs)), cost - cost.min(), proposed.s, proposed.parent
+        )
+
+    def _estimate(self, belief: Belief, outcome: str) -> Estimate:
+        return Estimate(self.pose(belief.merged()), int(belief.s[belief.best]), outcome, belief)
 
     def _outcome(self, state: State, found: Registration) -> str:
         templates = state.templates
@@ -126,14 +134,9 @@ class Tracker:
         share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
         return HIDDEN if min(share) < self.settings.least_visible else OK
 
-    def _pose(self, states: Gaussian) -> Gaussian:
-        """Beliefs over the state as beliefs over the full pose."""
-        C = self.slds.C
-        return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
-
     def _levels(self, image: Image, poses: Array) -> list[Level]:
         unit = self.view.unit
-        pixels = self.view.to_pixels(np.concatenate([joints(self.figure, q) for q in poses]))
+        pixels = self.view.to_pixels(joints(self.figure, poses)).reshape(-1, 2)
         H, W = image.shape[:2]
         low = np.clip(pixels.min(0) - self.settings.margin * unit, 0, (W - 2, H - 2)).astype(int)
         high = np.clip(pixels.max(0) + self.settings.margin * unit, low + 2, (W, H)).astype(int)
@@ -149,26 +152,29 @@ def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
         ValueError: the model was learned on other freedoms than the figure has.
     """
     figure = start.figure
-    if slds.names != figure.pose_freedoms:
+    if slds.names != figure.pose_freedoms[: len(slds.names)]:
         raise ValueError(
             f"the model speaks of {', '.join(slds.names)}; the figure {figure.name!r} has "
             f"{', '.join(figure.pose_freedoms)}; learn a model for this figure"
         )
     learned = slds.labels != ("cv",)
-    drifts = figure.freedoms[len(slds.names) :]
-    n = len(drifts) - 1
-    inflated = replace(slds, Q=slds.Q * (settings.inflation if learned else 1.0))
-    full = inflated.with_drifts(
-        drifts,
-        persistence=np.r_[1.0, np.full(n, settings.breath)],
-        noise=np.r_[settings.scale_drift, np.full(n, settings.breathing * np.sqrt(1.0 - settings.breath**2))],
-        spread=np.r_[1e-3, np.full(n, settings.breathing)],
-    )
+    full = _with_drifts(slds, figure.freedoms[len(slds.names) :], settings)
     offset = np.zeros(len(figure.freedoms))
     if learned and "neck" in figure.freedoms:
         # Where "the neck" lies differs between skeletons; models know the head's deviation only.
         offset[figure.index("neck")] = start.q[figure.index("neck")]
     return Tracker(figure, start.view, full, offset, settings)
+
+
+def _with_drifts(slds: SLDS, names: Sequence[str], settings: Settings) -> SLDS:
+    """The model with the freedoms it does not know: ankles, common scale and stretches, in this order."""
+    ankles, n = names.index(SCALE), len(names)
+    stretches = n - ankles - 1
+    keep = np.r_[np.full(ankles, settings.ankle_keep), 1.0, np.full(stretches, settings.breath)]
+    spread = np.r_[np.full(ankles, np.radians(settings.ankle)), 1e-3, np.full(stretches, settings.breathing)]
+    noise = spread * np.sqrt(1.0 - keep**2)
+    noise[ankles] = settings.scale_drift
+    return slds.with_drifts(names, keep, noise, spread)
 
 
 def run(tracker: Tracker, start: Start, images: Iterable[Image]) -> Iterator[Estimate]:

@@ -16,7 +16,7 @@ from tests.oracles import enumerated, random_covariance, random_slds
 def some_belief(slds, s, rng):
     N = slds.A.shape[-1]
     states = Gaussian(rng.normal(size=(len(s), N)), np.stack([random_covariance(N, rng) for _ in s]))
-    return Belief(states, rng.uniform(0.0, 5.0, size=len(s)), np.array(s))
+    return Belief(states, rng.uniform(0.0, 5.0, size=len(s)), np.array(s), np.zeros(len(s), dtype=int))
 
 
 def test_the_first_belief_is_the_exact_posterior_of_one_frame(rng):
@@ -51,6 +51,7 @@ def test_every_state_is_proposed_from_its_best_predecessor(s, rng):
         costs = [belief.cost[h] - np.log(slds.Pi[i, j]) for h, i in enumerate(s)]
         h = int(np.argmin(costs))
         assert got.cost[j] == pytest.approx(costs[h], rel=1e-14)
+        assert got.parent[j] == h
         # A product of matrices with entries near 1.
         assert_allclose(got.states.mean[j], slds.A[j] @ belief.states.mean[h] + slds.b[j], atol=1e-12)
         want = slds.A[j] @ belief.states.cov[h] @ slds.A[j].T + slds.Q[j]
@@ -107,7 +108,7 @@ def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
     for t in range(1, 8):
         prior = propose(slds, belief, prune=0.0)
         states, log_lik = update(prior.states, y[t], slds.C, slds.R)
-        belief = Belief(states, prior.cost - log_lik, prior.s)
+        belief = Belief(states, prior.cost - log_lik, prior.s, prior.parent)
     want = viterbi(slds, y)
     assert -belief.cost[0] == pytest.approx(want.log_evidence, rel=1e-12)  # the same sums
     assert_allclose(belief.states.mean[0], want.states.mean[-1], atol=1e-12)

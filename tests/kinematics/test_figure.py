@@ -35,11 +35,11 @@ width = 0.1
 """
 
 
-def test_the_walkers_pose_is_root_and_angles_of_a_pose_row_then_scale_and_stretches():
-    assert WALKER.pose_freedoms == POSE_COLUMNS
-    stretches = tuple(f"stretch_{link.name}" for link in WALKER.links)
-    assert WALKER.freedoms == (*POSE_COLUMNS, "scale", *stretches)
-    assert [WALKER.index(name) for name in WALKER.freedoms] == list(range(15))
+def test_the_walkers_pose_is_a_pose_row_then_ankles_scale_and_stretches():
+    assert WALKER.pose_freedoms == (*POSE_COLUMNS, "ankle_near", "ankle_far")
+    stretches = tuple(f"stretch_{link.name}" for link in WALKER.links if not link.name.startswith("foot"))
+    assert WALKER.freedoms == (*WALKER.pose_freedoms, "scale", *stretches)
+    assert [WALKER.index(name) for name in WALKER.freedoms] == list(range(17))
     assert WALKER.joints == (
         "hip",
         "neck",
@@ -48,6 +48,8 @@ def test_the_walkers_pose_is_root_and_angles_of_a_pose_row_then_scale_and_stretc
         "near_ankle",
         "far_knee",
         "far_ankle",
+        "near_toe",
+        "far_toe",
     )
     assert sum(link.length for link in WALKER.links if link.name in ("thigh_near", "shank_near")) == 1.0
 
@@ -73,6 +75,29 @@ def test_chain_and_reach_are_those_of_a_walk_up_the_tree(figure):
         assert_array_equal(figure.reach[i], reach)
 
 
+@every_figure
+def test_the_layout_says_of_every_link_what_the_tree_says(figure):
+    layout, scale = figure.layout, figure.freedoms.index("scale")
+    assert layout.scale == scale
+    for i, link in enumerate(figure.links):
+        turns, stretch = link.freedom is not None, f"stretch_{link.name}"
+        assert layout.turns[i] == turns
+        assert layout.angle[i] == (figure.freedoms.index(link.freedom) if turns else scale)
+        assert layout.sense[i] == (link.sense if turns else 0)
+        assert layout.breathes[i] == (stretch in figure.freedoms)
+        assert layout.stretch[i] == (figure.freedoms.index(stretch) if link.breathes else scale)
+        assert (layout.rest[i], layout.length[i]) == (link.rest, link.length)
+        assert (layout.width[i], layout.taper[i], layout.layer[i]) == (link.width, link.taper, link.layer)
+
+
+def test_a_figure_without_some_ends_is_the_rest_of_it():
+    bare = WALKER.without(["near_toe", "far_toe"])
+    assert bare.links == WALKER.links[:6]
+    assert bare.pose_freedoms == POSE_COLUMNS
+    with pytest.raises(ValueError, match="link 'foot_near' hangs on an unlisted link, 'shank_near'"):
+        WALKER.without(["near_ankle"])
+
+
 def test_every_joint_but_the_base_is_the_tip_of_one_link():
     for i, link in enumerate(WALKER.links):
         assert WALKER.link_of(link.joint) == i
@@ -94,14 +119,14 @@ def test_thighs_and_shanks_make_the_walkers_leg():
 
 
 def test_other_lengths_change_nothing_else():
-    lengths = np.linspace(0.3, 0.8, 6)
+    lengths = np.linspace(0.3, 0.8, len(WALKER.links))
     other = WALKER.with_lengths(lengths.tolist())
     assert [link.length for link in other.links] == lengths.tolist()
     assert other.with_lengths([link.length for link in WALKER.links]) == WALKER
     with pytest.raises(ValueError, match="shorter"):
-        WALKER.with_lengths([0.5] * 5)
+        WALKER.with_lengths([0.5] * 7)
     with pytest.raises(ValueError, match="link 'head': length, width and taper must be positive"):
-        WALKER.with_lengths([0.5, 0.0, 0.5, 0.5, 0.5, 0.5])
+        WALKER.with_lengths([0.5, 0.0, *[0.5] * 6])
 
 
 def test_a_figure_loads_by_name_and_by_path(tmp_path):

@@ -7,11 +7,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.figure import ROOT
-from kinematics.recover import PoseError, facing_of, recover, start_pose
+from kinematics.recover import PoseError, facing_of, marked_part, recover, start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import FIGURES, HORSE, WALKER, Puppet, random_pose, upright
 
 every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
+TOES = ("near_toe", "far_toe")
 either_way = pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
 
 # Joints near 1 leg length, links of 0.2 and more: angles to 10 * 2e-16 / 0.2.
@@ -79,46 +80,62 @@ def test_a_marked_frame_gives_back_pose_lengths_and_view(figure, facing, rng):
 
 def test_lengths_are_the_means_of_the_twins_and_the_unit_their_sum():
     sizes = {"torso": 60.0, "head": 30.0, "thigh_near": 52.0, "shank_near": 50.0}
-    sizes |= {"thigh_far": 48.0, "shank_far": 42.0}
+    sizes |= {"thigh_far": 48.0, "shank_far": 42.0, "foot_near": 20.0, "foot_far": 24.0}
     uneven = WALKER.with_lengths([sizes[link.name] for link in WALKER.links])
     start = start_pose(WALKER, marks_of(uneven, upright(WALKER, hip_near=0.3), unit=1.0), 1)
     assert start.view.unit == pytest.approx(50.0 + 46.0)
-    assert_allclose([link.length * 96.0 for link in start.figure.links], [60.0, 30.0, 50.0, 46.0, 50.0, 46.0])
+    found = [link.length * 96.0 for link in start.figure.links]
+    assert_allclose(found, [60.0, 30.0, 50.0, 46.0, 50.0, 46.0, 22.0, 22.0])
 
 
-@pytest.mark.parametrize("without", [("far_ankle",), ("near_ankle",)])
-def test_a_missing_ankle_takes_its_twins_shank_and_a_straight_knee(without, rng):
+@pytest.mark.parametrize("without", [("far_ankle",), ("near_ankle",), ("far_ankle", "far_toe")])
+def test_a_missing_ankle_takes_its_twins_shank_a_straight_knee_and_a_square_foot(without, rng):
     someone, q = person(WALKER, rng), random_pose(WALKER, rng, size=0.0)
     start = start_pose(WALKER, marks_of(someone, q, without=without), 1)
     side = without[0].removesuffix("_ankle")
-    knee = WALKER.index(f"knee_{side}")
-    assert_array_equal(np.flatnonzero(~start.known), [knee])
-    assert start.q[knee] == 0.0
-    assert_allclose(np.delete(start.q, knee), np.delete(q, knee), **ROUNDING)
+    unseen = [WALKER.index(f"knee_{side}"), WALKER.index(f"ankle_{side}")]
+    assert_array_equal(np.flatnonzero(~start.known), unseen)
+    assert_array_equal(start.q[unseen], 0.0)
+    assert_allclose(np.delete(start.q, unseen), np.delete(q, unseen), **ROUNDING)
     lengths = [[link.length for link in which.links] for which in (start.figure, someone)]
     assert_allclose(*lengths, rtol=1e-12)
 
 
 def test_without_both_ankles_the_shank_is_the_proportion_of_what_was_seen():
-    ankles = ("near_ankle", "far_ankle")
+    ankles = ("near_ankle", "far_ankle", "near_toe", "far_toe")
     # Nine tenths of the walker's own size in everything seen.
     start = start_pose(WALKER, marks_of(WALKER, upright(WALKER, torso=0.2), unit=90.0, without=ankles), 1)
     assert start.view.unit == pytest.approx(90.0)
     assert_allclose([a.length for a in start.figure.links], [b.length for b in WALKER.links], rtol=1e-12)
-    assert [WALKER.freedoms[i] for i in np.flatnonzero(~start.known)] == ["knee_near", "knee_far"]
+    unseen = [WALKER.freedoms[i] for i in np.flatnonzero(~start.known)]
+    assert unseen == ["knee_near", "knee_far", "ankle_near", "ankle_far"]
     # A long torso and head alone lengthen shanks by their share: 57 + 34 + 51 = 142 pixels, now 200.
-    tall = WALKER.with_lengths([1.0, 0.49, 0.51, 0.49, 0.51, 0.49])
+    tall = WALKER.with_lengths([1.0, 0.49, 0.51, 0.49, 0.51, 0.49, 0.27, 0.27])
     start = start_pose(WALKER, marks_of(tall, upright(WALKER), without=ankles), 1)
     assert start.view.unit == pytest.approx(51.0 + 49.0 * 200.0 / 142.0)
 
 
 def test_toes_may_be_marked_or_not_where_the_figure_has_none(rng):
-    q = random_pose(WALKER, rng, size=0.0)
-    marks = marks_of(WALKER, q)
+    footless = WALKER.without(TOES)
+    q = random_pose(footless, rng, size=0.0)
+    marks = marks_of(footless, q)
     toes = {"near_toe": (1.0, 2.0), "far_toe": (float("nan"), 3.0)}
-    with_toes, without = start_pose(WALKER, {**marks, **toes}, 1), start_pose(WALKER, marks, 1)
+    with_toes, without = start_pose(footless, {**marks, **toes}, 1), start_pose(footless, marks, 1)
     assert with_toes.figure == without.figure
     assert_array_equal(with_toes.q, without.q)
+
+
+@pytest.mark.parametrize("missing", [TOES, ("near_toe",), ("far_toe",)])
+def test_feet_that_are_not_marked_on_both_sides_are_left_out(missing):
+    marks = marks_of(WALKER, upright(WALKER))
+    nowhere = {joint: (float("nan"), 3.0) for joint in missing}
+    for seen in ({**marks, **nowhere}, marks_of(WALKER, upright(WALKER), without=missing)):
+        assert marked_part(WALKER, seen) == WALKER.without(TOES)
+
+
+@pytest.mark.parametrize("missing", [(), ("near_ankle",), ("far_ankle", "near_ankle"), ("head_top",)])
+def test_whatever_else_is_not_marked_stays_part_of_the_figure(missing):
+    assert marked_part(WALKER, marks_of(WALKER, upright(WALKER), without=missing)) == WALKER
 
 
 def test_an_ankle_without_a_position_counts_as_missing(rng):
@@ -179,7 +196,7 @@ def test_recover_rests_what_it_cannot_see_and_still_reads_what_hangs_at_its_star
 def test_facing_is_read_from_toes_knees_or_motion_and_turns_with_the_picture(evidence, facing):
     bend = {"knees": 0.5, "a slight bend": 0.03}.get(evidence, 0.0)
     q = upright(WALKER, torso=0.2, hip_near=0.3, knee_near=bend, hip_far=-0.4, knee_far=bend)
-    marks = marks_of(WALKER, q, facing=facing)
+    marks = marks_of(WALKER, q, facing=facing, without=TOES)
     later = None
     if evidence == "toes":
         for side in ("near", "far"):
@@ -197,27 +214,27 @@ def test_all_evidence_agrees_on_a_pose_and_its_mirror_image(facing, rng):
         q = upright(WALKER, torso=0.1, hip_near=rng.uniform(-0.4, 0.6), hip_far=rng.uniform(-0.4, 0.6))
         for knee in ("knee_near", "knee_far"):
             q[WALKER.index(knee)] = rng.uniform(0.3, 1.0)
-        marks = marks_of(WALKER, q, facing=facing)
+        marks = marks_of(WALKER, q, facing=facing, without=TOES)
         later = {name: (x + facing * 5.0, y) for name, (x, y) in marks.items()}
         toes = {f"{s}_toe": (marks[f"{s}_ankle"][0] + facing * 10.0, 400.0) for s in ("near", "far")}
         votes = [facing_of({**marks, **toes}), facing_of(marks), facing_of(marks, later)]
-        straight = marks_of(WALKER, upright(WALKER), facing=facing)
+        straight = marks_of(WALKER, upright(WALKER), facing=facing, without=TOES)
         votes.append(facing_of(straight, {"hip": later["hip"]}))
         assert votes == [facing] * 4
 
 
 def test_who_walks_backwards_faces_as_toes_and_knees_say():
-    marks = marks_of(WALKER, upright(WALKER, hip_near=0.4, knee_near=0.6, knee_far=0.3))
+    marks = marks_of(WALKER, upright(WALKER, hip_near=0.4, knee_near=0.6, knee_far=0.3), without=TOES)
     back = {"hip": (marks["hip"][0] - 9.0, marks["hip"][1])}
     assert facing_of(marks, back) == 1
-    straight = marks_of(WALKER, upright(WALKER, hip_near=0.2))
+    straight = marks_of(WALKER, upright(WALKER, hip_near=0.2), without=TOES)
     toe = {"near_toe": (straight["near_ankle"][0] + 10.0, 300.0)}
     assert facing_of({**straight, **toe}, back) == 1
     assert facing_of(straight, back) == -1
 
 
 def test_straight_legs_marked_a_pixel_off_leave_facing_to_motion():
-    marks = marks_of(WALKER, upright(WALKER, hip_near=0.2, hip_far=-0.2))
+    marks = marks_of(WALKER, upright(WALKER, hip_near=0.2, hip_far=-0.2), without=TOES)
     x, y = marks["near_knee"]
     later = {"hip": (marks["hip"][0] + 9.0, marks["hip"][1])}
     # Marks repeat to 1.5 pixels.
@@ -230,7 +247,7 @@ def test_facing_is_right_where_nothing_tells_and_marks_without_a_position_say_no
     nowhere = (float("nan"), float("nan"))
     assert facing_of({}) == 1
     assert facing_of({"near_knee": (1.0, 2.0), "near_ankle": (0.0, 3.0)}, {"hip": (9.0, 9.0)}) == 1
-    left = marks_of(WALKER, upright(WALKER, knee_near=0.6, knee_far=0.6), facing=-1)
+    left = marks_of(WALKER, upright(WALKER, knee_near=0.6, knee_far=0.6), facing=-1, without=TOES)
     assert facing_of({**left, "near_toe": nowhere, "far_toe": nowhere}) == -1
     assert facing_of({**left, "near_knee": nowhere}) == -1
     assert facing_of(left, {"hip": nowhere}) == -1
@@ -282,5 +299,7 @@ def test_poses_of_both_facings_are_one_pose(rng):
     q = random_pose(WALKER, rng, size=0.0)
     right, left = (start_pose(WALKER, marks_of(WALKER, q, facing=side), side) for side in (1, -1))
     assert_allclose(right.q, left.q, **ROUNDING)
-    assert right.figure == left.figure
+    lengths = [[link.length for link in start.figure.links] for start in (right, left)]
+    assert_allclose(*lengths, rtol=1e-12)
+    assert right.figure.with_lengths(lengths[1]) == left.figure
     assert (right.view.facing, left.view.facing) == (1, -1)

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.figure import SCALE, STRETCH
-from kinematics.spm import View, covering, jacobian, joint_jacobian, joints, skeleton, surface
+from kinematics.spm import View, covering, jacobian, joint_jacobian, joints, motions, skeleton, surface
 from tests.kinematics.figures import FIGURES, HORSE, WALKER, Puppet, random_pose, upright
 from tests.oracles import central_difference
 
@@ -55,6 +55,54 @@ def test_the_surface_jacobian_is_the_derivative_by_every_freedom(figure, rng):
         want = central_difference(lambda q: surface(skeleton(figure, q), link, along, across), q, step=1e-6)
         assert_allclose(J, want, **DIFFERENCE)
         assert (np.abs(J).max(axis=(0, 1)) > 1e-3).all()  # no freedom was left out of the comparison
+
+
+@every_figure
+def test_motions_are_the_one_way_to_move_each_link_that_its_differenced_points_allow(figure, rng):
+    link, along, across = random_points(figure, rng, P=20 * len(figure.links))
+    q = random_pose(figure, rng)
+    bones = skeleton(figure, q)
+    moved = central_difference(lambda q: surface(skeleton(figure, q), link, along, across), q, step=1e-6)
+    found = motions(figure, bones)
+    for i in range(len(figure.links)):
+        own = link == i
+        d, n = bones.direction[i], bones.normal[i]
+        u, v = (x[:, None] for x in (along[own] * bones.length[i], across[own] * bones.size))
+        one = np.ones_like(u)
+        ways = np.stack([one * d, one * n, u * d, u * n - v * d, u * d + v * n], axis=-1)
+        # Ten points and more tell all five ways apart, so that there is one answer.
+        want, _, rank, _ = np.linalg.lstsq(ways.reshape(-1, 5), moved[own].reshape(-1, len(q)))
+        assert rank == 5
+        # Points lie within 0.3 of a link: ten times what differencing leaves.
+        assert_allclose(found[i], want, rtol=0.0, atol=1e-7)
+
+
+@every_figure
+def test_poses_side_by_side_are_what_each_is_alone(figure, rng):
+    points = random_points(figure, rng)
+    q = np.array([[random_pose(figure, rng) for _ in range(3)] for _ in range(2)])
+    bones = skeleton(figure, q)
+    together = {
+        "start": bones.start,
+        "direction": bones.direction,
+        "length": bones.length,
+        "size": bones.size,
+        "joints": joints(figure, q),
+        "surface": surface(bones, *points),
+        "motions": motions(figure, bones),
+        "jacobian": jacobian(figure, bones, *points),
+        "joint_jacobian": joint_jacobian(figure, q),
+    }
+    for at in np.ndindex(q.shape[:-1]):
+        alone = skeleton(figure, q[at])
+        want = {name: getattr(alone, name) for name in ("start", "direction", "length", "size")}
+        want["joints"], want["surface"] = joints(figure, q[at]), surface(alone, *points)
+        want["motions"] = motions(figure, alone)
+        want["jacobian"] = jacobian(figure, alone, *points)
+        want["joint_jacobian"] = joint_jacobian(figure, q[at])
+        for name, value in want.items():
+            assert together[name][at].shape == np.shape(value)
+            assert_allclose(together[name][at], value, rtol=0.0, atol=1e-13, err_msg=name)
 
 
 def test_a_link_seen_end_on_leaves_its_angle_free_and_nothing_infinite(rng):
@@ -165,21 +213,22 @@ def test_links_of_one_layer_never_cover_each_other():
 
 @pytest.mark.parametrize("size", [1.0, 1.6])
 def test_a_link_covers_as_far_as_its_tapered_outline_grown_by_scale_and_margin(size):
-    q = upright(WALKER, scale=np.log(size))
+    bare = WALKER.without(["near_toe", "far_toe"])  # a near foot covers the ankle as well
+    q = upright(bare, scale=np.log(size))
     # A far shank that hangs behind the near one, both straight down: width 0.17 tapering to 0.7 of that.
     for along in (0.1, 0.5, 0.9):
         half = 0.5 * 0.17 * (1.0 - 0.3 * along)
         for side in (-1.0, 1.0):
-            assert covered(WALKER, q, "shank_far", along, side * (half - 1e-6))
-            assert not covered(WALKER, q, "shank_far", along, side * (half + 1e-6))
+            assert covered(bare, q, "shank_far", along, side * (half - 1e-6))
+            assert not covered(bare, q, "shank_far", along, side * (half + 1e-6))
             # Across is before the common scale, the margin after it.
-            assert covered(WALKER, q, "shank_far", along, side * (half + 0.04 / size - 1e-6), margin=0.04)
-            assert not covered(WALKER, q, "shank_far", along, side * (half + 0.04 / size + 1e-6), margin=0.04)
+            assert covered(bare, q, "shank_far", along, side * (half + 0.04 / size - 1e-6), margin=0.04)
+            assert not covered(bare, q, "shank_far", along, side * (half + 0.04 / size + 1e-6), margin=0.04)
     end = 0.49 * size
-    assert covered(WALKER, q, "shank_far", 1.0 - 1e-6, 0.0)
-    assert not covered(WALKER, q, "shank_far", 1.0 + 1e-6, 0.0)
-    assert covered(WALKER, q, "shank_far", 1.0 + 0.04 / end - 1e-6, 0.0, margin=0.04)
-    assert not covered(WALKER, q, "shank_far", 1.0 + 0.04 / end + 1e-6, 0.0, margin=0.04)
+    assert covered(bare, q, "shank_far", 1.0 - 1e-6, 0.0)
+    assert not covered(bare, q, "shank_far", 1.0 + 1e-6, 0.0)
+    assert covered(bare, q, "shank_far", 1.0 + 0.04 / end - 1e-6, 0.0, margin=0.04)
+    assert not covered(bare, q, "shank_far", 1.0 + 0.04 / end + 1e-6, 0.0, margin=0.04)
 
 
 def test_a_link_covers_from_where_it_starts():

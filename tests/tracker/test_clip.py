@@ -68,16 +68,21 @@ def test_frames_are_read_once_and_in_order(clip, job, frames_read):
     assert frames_read == [0, *range(len(clip))]
 
 
-def test_frames_before_the_start_are_followed_as_a_clip_that_runs_backwards(clip, job, tmp_path):
+@pytest.mark.parametrize("smooth", [False, True], ids=["as known then", "smoothed"])
+def test_frames_before_the_start_are_followed_as_a_clip_that_runs_backwards(smooth, clip, job, tmp_path):
     middle, T = 4, len(clip)
-    forth = replace(job, video=write_images(tmp_path / "forth", clip.images), start=middle, facing=1)
+    forth = replace(
+        job, video=write_images(tmp_path / "forth", clip.images), start=middle, facing=1, smooth=smooth
+    )
     mirrored = {T - 1 - t: marks for t, marks in job.marks.items()}
     back = replace(
         forth, video=write_images(tmp_path / "back", clip.images[::-1]), marks=mirrored, start=T - 1 - middle
     )
     one, other = follow(forth, QUIET).track, follow(back, QUIET).track
+    # The start frame is smoothed by the frames on one side of it, which is not the same side.
+    same = np.delete(np.arange(T), middle) if smooth else np.arange(T)
     # Constant velocity knows no direction of time, so both see the same pictures in the same order.
-    assert_allclose(one.q, other.q[::-1], atol=1e-12)
+    assert_allclose(one.q[same], other.q[::-1][same], atol=1e-12)
     assert one.outcome == other.outcome[::-1]
 
 
@@ -193,7 +198,7 @@ def test_facing_is_seen_from_the_marks_unless_told(job, facing):
 def test_half_speed_doubles_the_frame_rate_of_the_motion(job):
     given = prepare(replace(job, model="walk-run-1", rate=0.5))
     halved = replace(at_rate(load_shipped("walk-run-1", 2.0 * FPS), 2.0 * FPS), fps=FPS)
-    assert_array_equal(given.slds.A, halved.A)
+    assert_array_equal(given.slds.A[:-1], halved.A)
 
 
 def test_time_spent_is_told_by_stage_and_nested_time_counts_once(monkeypatch):

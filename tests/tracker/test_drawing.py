@@ -48,6 +48,7 @@ def test_limbs_are_drawn_between_their_joints_in_their_side_s_colour(track, heig
     at = dict(zip(WALKER.joints, scale * (track.joints()[0] + 0.5) - 0.5, strict=True))
     limbs = [("hip", "near_knee", NEAR), ("near_knee", "near_ankle", NEAR), ("hip", "neck", TRUNK)]
     limbs += [("neck", "head_top", TRUNK), ("hip", "far_knee", FAR), ("far_knee", "far_ankle", FAR)]
+    limbs += [("near_ankle", "near_toe", NEAR), ("far_ankle", "far_toe", FAR)]
     for start, end, colour in limbs:
         x, y = np.rint(0.5 * (at[start] + at[end])).astype(int)
         assert_array_equal(out[y, x], colour)
@@ -64,23 +65,24 @@ def test_ellipses_reach_two_sigma_from_each_joint(track):
     cov = np.zeros_like(track.cov)
     cov[:, 0, 0], cov[:, 1, 1] = (10.0 / track.view.unit) ** 2, (5.0 / track.view.unit) ** 2
     out = paint(ground(520), replace(track, cov=cov), 3)
-    for joint, colour in (("near_ankle", NEAR), ("far_ankle", FAR), ("head_top", TRUNK)):
+    # On the side where no limb lies.
+    for joint, side, colour in (("near_toe", 1, NEAR), ("far_ankle", -1, FAR), ("head_top", 1, TRUNK)):
         x, y = np.rint(track.joints()[0][WALKER.joints.index(joint)]).astype(int)
-        assert_array_equal(out[y, x + 20], colour)
+        assert_array_equal(out[y, x + 20 * side], colour)
         assert_array_equal(out[y + 10, x], colour)
-        assert_array_equal(out[y, x + 27], GREY)
+        assert_array_equal(out[y, x + 27 * side], GREY)
 
 
 def test_each_joint_has_its_own_ellipse(track):
-    # A knee that may bend by 0.15 rad either way moves its ankle by 0.15 shanks and no other joint.
+    # An ankle that may turn by 0.3 rad either way moves its toe by 0.3 feet and no other joint.
     cov = np.zeros_like(track.cov)
-    knee = WALKER.index("knee_near")
-    cov[:, knee, knee] = 0.15**2
+    ankle = WALKER.index("ankle_near")
+    cov[:, ankle, ankle] = 0.3**2
     loose, tight = (paint(ground(520), replace(track, cov=size * cov), 3) for size in (1.0, 1e-6))
     rows, columns = np.nonzero((loose != tight).any(axis=-1))
-    ankle = track.joints()[0][WALKER.joints.index("near_ankle")]
-    reach = 2.0 * 0.15 * 0.49 * 1.2 * track.view.unit  # of the shank and a fifth, for its stretch
-    away = np.hypot(columns - ankle[0], rows - ankle[1])
+    toe = track.joints()[0][WALKER.joints.index("near_toe")]
+    reach = 2.0 * 0.3 * 0.27 * track.view.unit
+    away = np.hypot(columns - toe[0], rows - toe[1])
     assert 0.5 * reach < away.max() < reach + 6.0  # and the width of the line
 
 

@@ -157,14 +157,14 @@ def test_learning_from_nothing_is_refused(pooled):
 def test_a_shipped_model_comes_at_the_clip_s_frame_rate(name):
     own = find_model(name, 30.0, FULL)
     assert own.fps == 30.0
-    assert_array_equal(own.A, load_shipped(name, 30.0).A)
+    assert_array_equal(own.A[:-1], load_shipped(name, 30.0).A)
     for fps in (24.0, 60.0):
         other = find_model(name, fps, FULL)
         assert other.fps == fps
         assert (other.labels, other.names) == (own.labels, own.names)
         assert not np.allclose(other.A, own.A)
         # The same speeds in leg lengths a second, from the mean pose.
-        speed, want = (s.fps * (s.A @ s.mean0[..., None] + s.b[..., None])[:, 0, 0] for s in (other, own))
+        speed, want = (s.fps * (s.A @ s.mean0[..., None] + s.b[..., None])[:-1, 0, 0] for s in (other, own))
         assert_allclose(speed, want, rtol=0.1)
 
 
@@ -175,28 +175,55 @@ def test_a_learned_model_comes_once_for_each_playback_speed(sequences, tmp_path)
     settings = FULL.model_copy(update={"rates": (1.0, 0.5), "rate_change": 0.02})
     both = find_model(str(path), 30.0, settings)
     assert both.fps == 30.0
-    assert both.labels == slds.labels * 2
-    assert_array_equal(state_rates(both, settings), [1.0] * 4 + [0.5] * 4)
+    assert both.labels == (*slds.labels * 2, "free")
+    assert_array_equal(state_rates(both, settings), [1.0] * 4 + [0.5] * 4 + [np.nan])
     slow = at_rate(slds, 60.0)  # what takes 60 filmed frames takes 120 played at half speed
     for k in range(4):
         assert_array_equal(both.A[k], slds.A[k])
         assert_array_equal(both.A[4 + k], slow.A[k])
-    assert_allclose(both.Pi[:4, 4:].sum(axis=1), 0.02, rtol=1e-9)
-    assert_allclose(both.Pi[4:, :4].sum(axis=1), 0.02, rtol=1e-9)
+    stay = 1.0 - settings.surprise
+    assert_allclose(both.Pi[:4, 4:8].sum(axis=1), 0.02 * stay, rtol=1e-9)
+    assert_allclose(both.Pi[4:8, :4].sum(axis=1), 0.02 * stay, rtol=1e-9)
+    assert_allclose(both.Pi[8], [*[settings.surprise / 8] * 8, stay], rtol=1e-9)
+
+
+def test_the_free_state_goes_on_as_it_went_from_wherever_the_learned_ones_start(sequences, tmp_path):
+    slds = learned(sequences)
+    path = tmp_path / "mine.npz"
+    save(slds, path, "tests")
+    settings = FULL.model_copy(update={"rates": (1.0,), "free_angle": 2.0, "free_place": 0.03})
+    free = find_model(str(path), 60.0, settings)
+    d = len(free.names)
+    assert_array_equal(free.A[-1, :d], np.hstack([2.0 * np.eye(d), -np.eye(d)]))
+    # A change of speed a frame: a quarter as much in half the time.
+    assert_allclose(np.sqrt(free.Q[-1, 0, 0]), 0.03 / 4, rtol=1e-12)
+    assert_allclose(np.sqrt(free.Q[-1, d - 1, d - 1]), np.radians(2.0) / 4, rtol=1e-12)
+    weights = free.pi0[:-1] / free.pi0[:-1].sum()
+    assert_allclose(free.mean0[-1], weights @ free.mean0[:-1], rtol=1e-9)
+
+
+def test_inflation_widens_what_was_learned_and_not_constant_velocity():
+    tight, wide = (FULL.model_copy(update={"inflation": x}) for x in (1.0, 3.0))
+    for name, factor in (("walk-run", 3.0), ("cv", 1.0)):
+        a, b = find_model(name, 30.0, tight), find_model(name, 30.0, wide)
+        learned_states = [k for k, label in enumerate(a.labels) if label != "free"]
+        assert_allclose(b.Q[learned_states], factor * a.Q[learned_states], rtol=1e-12)
+        others = [k for k in range(a.K) if k not in learned_states]
+        assert_array_equal(b.Q[others], a.Q[others])
 
 
 def test_constant_velocity_knows_no_playback_speeds():
     settings = FULL.model_copy(update={"rates": (1.0, 0.5)})
     slds = find_model("cv", 30.0, settings)
     assert slds.K == 1
-    assert_array_equal(state_rates(slds, settings), [1.0])
+    assert_array_equal(state_rates(slds, settings), [np.nan])
 
 
 def test_a_model_file_is_read_and_converted(sequences, tmp_path):
     slds = learned(sequences)
     path = tmp_path / "mine.npz"
     save(slds, path, "tests")
-    assert_array_equal(find_model(str(path), 30.0, FULL).A, slds.A)
+    assert_array_equal(find_model(str(path), 30.0, FULL).A[:-1], slds.A)
     assert find_model(str(path), 50.0, FULL).fps == 50.0
 
 

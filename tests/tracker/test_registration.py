@@ -22,7 +22,7 @@ from tests.tracker.painted import (
     freedoms,
     placed,
 )
-from tracker.registration import Outcome, align
+from tracker.registration import FIRST_DAMPING, LONGEST_STEP, Outcome, Registration, align, seen
 from tracker.sampling import Level, pyramid, sample
 from tracker.template import cut
 
@@ -30,7 +30,8 @@ D = len(WALKER.freedoms)
 NOISE = 2.0  # of the pictures, grey levels
 
 # A prior so weak that it leans on nothing the picture tells: 0.2 legs, 17 degrees, 5 % of length.
-WEAK = np.diag(np.r_[0.2, 0.2, np.full(6, 0.3), np.full(D - 8, 0.05)] ** 2)
+POSED = len(WALKER.pose_freedoms)
+WEAK = np.diag(np.r_[0.2, 0.2, np.full(POSED - 2, 0.3), np.full(D - POSED, 0.05)] ** 2)
 # Every pixel counts whole, and the prior weighs next to nothing.
 SURE = FULL.model_copy(update={"tempering": 1.0})
 LENGTHS = slice(WALKER.freedoms.index("scale"), None)
@@ -42,8 +43,8 @@ BROAD = replace(
         replace(link, width=0.7, taper=1.0) if link.name.endswith("_near") else link for link in WALKER.links
     ),
 )
-BEHIND = upright(BROAD, hip_near=0.1, hip_far=0.2, knee_far=0.25)
-FAR_FREEDOMS = ("hip_far", "knee_far", "thigh_far", "shank_far")
+BEHIND = upright(BROAD, hip_near=0.1, hip_far=0.2, knee_far=0.2, ankle_far=0.5)
+FAR_FREEDOMS = ("hip_far", "knee_far", "ankle_far", "thigh_far", "shank_far")
 
 
 def levels_of(image, settings, view=VIEW):
@@ -55,7 +56,20 @@ def levels_of(image, settings, view=VIEW):
 def registered(before, after, q, prior, settings, *, figure=WALKER, view=VIEW):
     """Templates cut from one picture in pose q, laid on another from a prior."""
     templates = cut(figure, view, q, levels_of(before, settings, view), settings)
-    return templates, align(templates, levels_of(after, settings, view), figure, view, prior, settings)
+    levels = levels_of(after, settings, view)
+    return templates, settled(templates, levels, prior, settings, figure=figure, view=view)
+
+
+def settled(templates, levels, prior, settings, *, figure=WALKER, view=VIEW) -> Registration:
+    """Where one prior leads."""
+    alone = Gaussian(prior.mean[None], prior.cov[None])
+    (found,) = align(templates, levels, figure, view, alone, settings)
+    return found
+
+
+def shown(templates, levels, found, *, view=VIEW):
+    """(levels, P, 3) colours at the settled points."""
+    return seen(templates, levels, WALKER, view, found)
 
 
 def pixel_errors(q, want, view=VIEW):
@@ -105,11 +119,15 @@ def test_each_link_may_change_its_brightness(rng):
     # No rim: the background's light stays, and a link's outline would change.
     painted, want = Painted(rng, plain=True), MOTIONS["everything"]
     before = painted.picture(STRIDE, noise=NOISE, rng=rng)
-    light = np.array([18.0, -15.0, 20.0, -20.0, 15.0, -18.0])
+    light = np.array([18.0, -15.0, 20.0, -20.0, 15.0, -18.0, -16.0, 17.0])
     lit = painted.picture(want, light=light, noise=NOISE, rng=rng)
     bare = SURE.model_copy(update={"rim": 0.0})
     _, found = registered(before, lit, STRIDE, Gaussian(STRIDE, WEAK), bare)
-    assert pixel_errors(found.q, want).max() < 0.5  # as without
+    errors = dict(zip(WALKER.joints, pixel_errors(found.q, want), strict=True))
+    toes = [errors.pop("near_toe"), errors.pop("far_toe")]
+    assert max(errors.values()) < 0.5  # as without
+    # Of a foot 7 px wide, half lies within the blur of its outline, where light changes by less.
+    assert max(toes) < 1.5
     _, blind = registered(before, lit, STRIDE, Gaussian(STRIDE, WEAK), CLASSIC)
     assert pixel_errors(blind.q, want).mean() > 2.0 * pixel_errors(found.q, want).mean()
 
@@ -117,10 +135,11 @@ def test_each_link_may_change_its_brightness(rng):
 def test_a_picture_that_did_not_change_leaves_the_pose_where_it_was(rng):
     picture = Painted(rng).picture(STRIDE)
     templates, found = registered(picture, picture, STRIDE, Gaussian(STRIDE, WEAK), FULL)
-    assert_array_equal(found.q, STRIDE)
+    # Colours in float32 leave 1e-5 of a grey level; slopes are near 1000 a leg length or radian.
+    assert_allclose(found.q, STRIDE, atol=1e-7)
     assert found.residual < 1e-3
     assert found.cost < 1e-6
-    assert_allclose(found.seen, templates.colours, atol=1e-3)
+    assert_allclose(shown(templates, levels_of(picture, FULL), found), templates.colours, atol=1e-3)
     assert_array_equal(found.match > 0, templates.known)
 
 
@@ -138,7 +157,7 @@ def test_a_tight_prior_holds_the_pose_against_the_picture_and_a_weak_one_lets_it
 def test_the_classic_climb_leans_on_the_prior_of_the_lengths_alone(rng):
     painted, want = Painted(rng), MOTIONS["3 px aside, 2 px up"]
     before, after = painted.picture(STRIDE), painted.picture(want)
-    posed = np.arange(len(STRIDE)) < len(WALKER.pose_freedoms)
+    posed = np.arange(D) < POSED
     sizes = np.diag(np.where(posed, 1e-5, 1.0))
     tight, weak = (
         registered(before, after, STRIDE, Gaussian(STRIDE, cov), CLASSIC)[1]
@@ -146,6 +165,72 @@ def test_the_classic_climb_leans_on_the_prior_of_the_lengths_alone(rng):
     )
     assert_array_equal(tight.q, weak.q)
     assert_array_equal(tight.information, weak.information)
+
+
+def test_priors_side_by_side_settle_as_each_alone(rng):
+    painted = Painted(rng)
+    before, after = painted.picture(STRIDE), painted.picture(MOTIONS["everything"], noise=NOISE, rng=rng)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(before, FULL), FULL)
+    # There at once, held fast, climbing (two), out of steps, outside.
+    means = np.stack(
+        [
+            MOTIONS["everything"],
+            STRIDE,
+            STRIDE,
+            MOTIONS["trunk and head"],
+            moved(root_x=0.2, hip_near=0.4, torso=-0.5),
+            moved(root_x=4.0),
+        ]
+    )
+    covs = np.array([1.0, 1e-8, 1.0, 0.1, 1.0, 1.0])[:, None, None] * WEAK
+    kept = means.copy()
+    settings, levels = FULL.model_copy(update={"iterations": 5}), levels_of(after, FULL)
+    together = align(templates, levels, WALKER, VIEW, Gaussian(means, covs), settings)
+    assert_array_equal(means, kept)
+    assert {found.outcome for found in together} == set(Outcome)
+    for found, mean, cov in zip(together, means, covs, strict=True):
+        alone = settled(templates, levels, Gaussian(mean, cov), settings)
+        assert found.outcome is alone.outcome
+        # Products of stacked matrices may be summed in another order.
+        assert_allclose(found.q, alone.q, atol=1e-9)
+        assert_allclose(found.information, alone.information, atol=1e-7 * alone.information.max() + 1e-12)
+        assert_allclose(found.vector, alone.vector, atol=1e-7 * np.abs(alone.vector).max() + 1e-12)
+        assert found.cost == pytest.approx(alone.cost, abs=1e-7)
+        assert found.residual == pytest.approx(alone.residual, abs=1e-7)
+        assert found.inside == alone.inside
+        assert_allclose(found.match, alone.match, atol=1e-6)
+        assert_allclose(found.offset, alone.offset, atol=1e-4)
+
+
+def test_colours_are_those_of_the_frame_less_the_light_of_each_link(rng):
+    painted = Painted(rng)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(painted.picture(STRIDE), FULL), FULL)
+    levels = levels_of(painted.picture(STRIDE, light=np.linspace(-20.0, 20.0, 8)), FULL)
+    found = settled(templates, levels, Gaussian(STRIDE, 1e-4 * WEAK), FULL)
+    assert np.ptp(found.offset[:, 0]) > 10.0
+    colours = shown(templates, levels, found)
+    pixels = VIEW.to_pixels(placed(WALKER, found.q, templates))
+    for number, level in enumerate(levels):
+        want = sample(level, pixels)[0] - np.stack([found.offset[i] for i in templates.link])
+        assert_allclose(colours[number], want, atol=1e-4)
+
+
+def test_a_joint_past_its_limit_is_pulled_back_in_the_full_mode_alone(rng):
+    low = WALKER.limits[0][WALKER.index("knee_far")]
+    beyond = moved(knee_far=low - 0.25 - STRIDE[WALKER.index("knee_far")])
+    picture = Painted(rng).picture(beyond)
+    knee = WALKER.index("knee_far")
+
+    def found(settings):
+        return registered(picture, picture, beyond, Gaussian(beyond, WEAK), settings)[1]
+
+    # Where the picture tells nothing the limit is kept; where it tells all, given way to.
+    blind = found(FULL.model_copy(update={"tempering": 1e-9}))
+    assert low - 0.03 < blind.q[knee] < low
+    give = np.radians(FULL.limit_give)
+    assert blind.information[knee, knee] == pytest.approx(1.0 / give**2, rel=1e-3)
+    assert low - 0.25 < found(FULL).q[knee] < blind.q[knee]
+    assert_allclose(found(CLASSIC).q, beyond, atol=1e-7)
 
 
 def hidden_far_leg(rng):
@@ -158,16 +243,16 @@ def hidden_far_leg(rng):
 
 def test_a_leg_wholly_behind_the_other_measures_exactly_nothing(rng):
     templates, found = hidden_far_leg(rng)
-    far = np.isin(templates.link, [4, 5])
+    far = np.isin(templates.link, [BROAD.link_of(f"far_{joint}") for joint in ("knee", "ankle", "toe")])
     assert templates.known[far].sum() > 50
     columns = freedoms(BROAD, *FAR_FREEDOMS)
     # The thigh's first row holds the hip itself: whatever shows there, no freedom of the leg moves it.
-    shown = far & (found.match > 0)
-    assert (np.abs(templates.across[shown]) + templates.along[shown] < 1e-9).all()
+    left = far & (found.match > 0)
+    assert (np.abs(templates.across[left]) + templates.along[left] < 1e-9).all()
     assert not found.information[columns].any()
     assert not found.information[:, columns].any()
     assert not found.vector[columns].any()
-    near = freedoms(BROAD, "hip_near", "knee_near", "thigh_near", "shank_near")
+    near = freedoms(BROAD, "hip_near", "knee_near", "ankle_near", "thigh_near", "shank_near")
     assert (np.diag(found.information)[near] > 1.0).all()
 
 
@@ -183,8 +268,8 @@ def test_a_link_out_of_the_frame_measures_exactly_nothing(rng):
     high = Painted(rng).picture(q)
     low = Painted(rng, view=view).picture(q)
     templates = cut(WALKER, VIEW, q, levels_of(high, BARE), BARE)
-    found = align(templates, levels_of(low, BARE), WALKER, view, Gaussian(q, 1e-8 * WEAK), BARE)
-    below = freedoms(WALKER, "knee_near", "shank_near", "knee_far", "shank_far")
+    found = settled(templates, levels_of(low, BARE), Gaussian(q, 1e-8 * WEAK), BARE, view=view)
+    below = freedoms(WALKER, "knee_near", "ankle_near", "shank_near", "knee_far", "ankle_far", "shank_far")
     assert not found.information[below].any()
     assert not found.information[:, below].any()
     above = freedoms(WALKER, "root_x", "root_y", "torso", "neck", "hip_near", "thigh_near")
@@ -198,7 +283,7 @@ def test_a_figure_out_of_the_frame_is_outside_and_measures_nothing(rng):
     picture = Painted(rng).picture(STRIDE)
     templates = cut(WALKER, VIEW, STRIDE, levels_of(picture, FULL), FULL)
     gone = Gaussian(moved(root_x=4.0), WEAK)
-    found = align(templates, levels_of(picture, FULL), WALKER, VIEW, gone, FULL)
+    found = settled(templates, levels_of(picture, FULL), gone, FULL)
     assert found.outcome is Outcome.OUTSIDE
     assert found.inside == 0.0
     assert not found.information.any()
@@ -212,6 +297,20 @@ def test_half_a_figure_in_the_frame_is_not_outside(rng):
     _, found = registered(picture, picture, STRIDE, Gaussian(STRIDE, WEAK), FULL, view=view)
     assert FULL.least_inside < found.inside < 0.7
     assert found.outcome is not Outcome.OUTSIDE
+
+
+def test_the_first_step_is_the_damped_gauss_newton_step(rng):
+    painted, want = Painted(rng), MOTIONS["everything"]
+    before, after = painted.picture(STRIDE), painted.picture(want, noise=NOISE, rng=rng)
+    levels, settings = levels_of(after, FULL)[:1], FULL.model_copy(update={"iterations": 1})
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(before, FULL)[:1], FULL)
+    held = settled(templates, levels, Gaussian(STRIDE, 1e-14 * WEAK), settings)
+    gradient = held.information @ held.q - held.vector
+    H = held.information + np.linalg.inv(WEAK)  # the prior has no slope at its own mean
+    step = -np.linalg.solve(H + FIRST_DAMPING * np.diag(np.diag(H)), gradient)
+    assert 0.02 < np.abs(step).max() < LONGEST_STEP
+    found = settled(templates, levels, Gaussian(STRIDE, WEAK), settings)
+    assert_allclose(found.q - STRIDE, step, atol=1e-6)  # held to within 1e-7
 
 
 def test_running_out_of_steps_is_said_and_is_not_convergence(rng):
@@ -240,7 +339,7 @@ def test_at_the_mode_the_gradient_handed_on_balances_the_prior(rng):
     painted, q = Painted(rng), upright(WALKER, hip_near=0.9, hip_far=-0.9, knee_far=0.3)
     want = q + np.r_[0.02, -0.01, 0.03, 0.02, -0.04, 0.05, 0.03, -0.02, np.zeros(D - 8)]
     before, after = painted.picture(q), painted.picture(want, noise=NOISE, rng=rng)
-    cov = np.diag(np.r_[0.02, 0.02, np.full(6, 0.03), np.full(D - 8, 0.01)] ** 2)
+    cov = np.diag(np.r_[0.02, 0.02, np.full(POSED - 2, 0.03), np.full(D - POSED, 0.01)] ** 2)
     _, found = registered(before, after, q, Gaussian(q, cov), BARE)
     precision = np.linalg.inv(cov)
     slope = found.information @ found.q - found.vector + precision @ (found.q - q)
@@ -257,8 +356,7 @@ def bilinear_level(rng, sigma=1.0):
     a, b, c, d = rng.normal(scale=60.0, size=(4, 3))
     xs, ys = x[..., None], y[..., None]
     values = 128.0 + a + b * xs + c * ys + d * xs * ys
-    planes = np.stack([values, (b + d * ys + 0 * xs) / 100.0, (c + d * xs + 0 * ys) / 100.0], axis=-1)
-    return Level(planes.reshape(height, width, 9).astype(np.float32), (0, 0), sigma)
+    return Level(values.astype(np.float32), (0, 0), sigma)
 
 
 @pytest.mark.parametrize("settings", [FULL, CLASSIC], ids=["full", "classic"])
@@ -269,8 +367,9 @@ def test_information_is_the_gauss_newton_matrix_of_the_differenced_residuals(fac
     settings = settings.model_copy(update={"iterations": 2})
     templates = cut(WALKER, view, STRIDE, [level], settings)
     spoiled = templates.colours + rng.normal(scale=6.0, size=templates.colours.shape)
-    templates = replace(templates, colours=spoiled)
-    found = align(templates, [level], WALKER, view, Gaussian(MOTIONS["everything"], 1e-4 * WEAK), settings)
+    templates = replace(templates, colours=spoiled.astype(np.float32))
+    prior = Gaussian(MOTIONS["everything"], 1e-4 * WEAK)
+    found = settled(templates, [level], prior, settings, view=view)
 
     def values(q):
         return sample(level, view.to_pixels(placed(WALKER, q, templates)))[0].ravel()
@@ -280,69 +379,70 @@ def test_information_is_the_gauss_newton_matrix_of_the_differenced_residuals(fac
     W = np.repeat(weight, 3)
     # float32 keeps values of 300 to 1e-5: over a step of 2e-4 of 80 px, 1e-5 / 2e-4 = 0.05 of slopes of 50.
     assert_allclose(found.information, (J.T * W) @ J, atol=1e-3 * found.information.max())
-    residual = (found.seen[0] - templates.colours[0]).ravel()
+    residual = (shown(templates, [level], found, view=view)[0] - templates.colours[0]).ravel()
     gradient = found.information @ found.q - found.vector
     terms = np.abs(J).T @ (W * np.abs(residual))  # at the mode they cancel
     assert_allclose(gradient, J.T @ (W * residual), atol=1e-3 * terms.max())
 
 
-def noisy_level(rng, sigma=1.0):
+def flat_level(sigma=1.0):
     """A level of one colour."""
     width, height = SIZE
-    planes = np.zeros((height, width, 3, 3), np.float32)
-    planes[..., 0] = 128.0
-    return Level(planes.reshape(height, width, 9), (0, 0), sigma)
+    return Level(np.full((height, width, 3), 128.0, np.float32), (0, 0), sigma)
 
 
 def spoiled_templates(level, q, rng, settings, scale=7.0):
     templates = cut(WALKER, VIEW, q, [level], settings)
-    noise = rng.normal(scale=scale, size=templates.colours.shape)
-    return replace(templates, colours=templates.colours + noise, known=np.ones(len(noise[0]), bool))
+    colours = templates.colours + rng.normal(scale=scale, size=templates.colours.shape)
+    return replace(templates, colours=colours.astype(np.float32), known=np.ones(len(colours[0]), bool))
 
 
 def test_match_is_the_cauchy_weight_of_what_is_left_of_the_residual(rng):
-    level = noisy_level(rng)
-    settings = FULL.model_copy(update={"sight": (0.0, 1e-6)})  # every link in full sight
+    level = flat_level()
+    # Every link in full sight, and nothing hidden beyond an outline.
+    settings = FULL.model_copy(update={"out_of_sight": 0.0, "in_sight": 1e-6, "cover": 0.0})
     templates = spoiled_templates(level, STRIDE, rng, settings)
-    found = align(templates, [level], WALKER, VIEW, Gaussian(STRIDE, WEAK), settings)
+    found = settled(templates, [level], Gaussian(STRIDE, WEAK), settings)
     hidden = covered(WALKER, STRIDE, placed(WALKER, STRIDE, templates), templates.link)
+    colours = shown(templates, [level], found)[0]
     for i in range(len(WALKER.links)):
         own = (templates.link == i) & ~hidden
         residual = 128.0 - templates.colours[0, own]
-        residual = residual - np.median(residual, axis=0)
-        assert_allclose(found.seen[0, own] - templates.colours[0, own], residual, atol=1e-9)
+        residual = residual - np.sort(residual, axis=0)[len(residual) // 2]
+        assert_allclose(colours[own] - templates.colours[0, own], residual, atol=1e-5)
         size = (residual**2).sum(axis=1) / (3.0 * settings.noise**2)
-        assert_allclose(found.match[own], 1.0 / (1.0 + size / settings.robust**2), rtol=1e-9)
+        assert_allclose(found.match[own], 1.0 / (1.0 + size / settings.robust**2), rtol=1e-6)
     assert not found.match[hidden].any()
 
 
 def test_cost_is_the_tempered_cauchy_loss_of_the_visible_points_for_as_many_as_there_are(rng):
-    level = noisy_level(rng)
+    level = flat_level()
     settings = FULL.model_copy(update={"image_weight": 0.4})
     templates = spoiled_templates(level, STRIDE, rng, settings)
-    found = align(templates, [level], WALKER, VIEW, Gaussian(STRIDE, WEAK), settings)
-    shown = found.match > 0
-    residual = (found.seen[0] - templates.colours[0])[shown]
+    found = settled(templates, [level], Gaussian(STRIDE, WEAK), settings)
+    counted = found.match > 0
+    residual = (shown(templates, [level], found)[0] - templates.colours[0])[counted]
     scale = settings.robust**2
     loss = 0.5 * scale * np.log1p((residual**2).sum(axis=1) / (3.0 * settings.noise**2) / scale)
-    mean = np.average(loss, weights=templates.weight[shown])
-    assert found.cost == pytest.approx(0.4 * settings.tempering * len(shown) * mean, rel=1e-9)
-    size = np.sqrt(np.average((residual**2).mean(axis=1), weights=(templates.weight * found.match)[shown]))
-    assert found.residual == pytest.approx(size, rel=1e-9)
+    mean = np.average(loss, weights=templates.weight[counted])
+    # Residuals are kept in float32.
+    assert found.cost == pytest.approx(0.4 * settings.tempering * len(counted) * mean, rel=1e-6)
+    size = np.sqrt(np.average((residual**2).mean(axis=1), weights=(templates.weight * found.match)[counted]))
+    assert found.residual == pytest.approx(size, rel=1e-6)
 
 
 def test_hiding_points_does_not_make_a_pose_cheaper(rng):
-    level = noisy_level(rng)
+    level = flat_level()
     templates = spoiled_templates(level, STRIDE, rng, FULL)
     crossed = upright(WALKER, hip_near=0.1, hip_far=0.1)
     open_pose, hiding = (
-        align(templates, [level], WALKER, VIEW, Gaussian(q, 1e-12 * WEAK), FULL) for q in (STRIDE, crossed)
+        settled(templates, [level], Gaussian(q, 1e-12 * WEAK), FULL) for q in (STRIDE, crossed)
     )
     assert (hiding.match > 0).sum() < 0.9 * (open_pose.match > 0).sum()
     # A mean over some 1000 points each, the loss of each spread about as wide as its mean.
     assert hiding.cost == pytest.approx(open_pose.cost, rel=4.0 / np.sqrt(1000))
     fewer = replace(templates, known=rng.random(len(templates.link)) < 0.5)
-    unseen = align(fewer, [level], WALKER, VIEW, Gaussian(STRIDE, 1e-12 * WEAK), FULL)
+    unseen = settled(fewer, [level], Gaussian(STRIDE, 1e-12 * WEAK), FULL)
     assert unseen.cost == pytest.approx(open_pose.cost, rel=4.0 / np.sqrt(500))
     assert unseen.information.shape == (D, D)
 
@@ -351,12 +451,12 @@ def test_points_not_seen_yet_measure_nothing(rng):
     painted = Painted(rng)
     before, after = painted.picture(STRIDE), painted.picture(MOTIONS["everything"])
     templates = cut(WALKER, VIEW, STRIDE, levels_of(before, FULL), FULL)
-    shank = templates.link == WALKER.link_of("near_ankle")
-    unknown = replace(templates, known=templates.known & ~shank)
-    found = align(unknown, levels_of(after, FULL), WALKER, VIEW, Gaussian(STRIDE, WEAK), FULL)
-    columns = freedoms(WALKER, "knee_near", "shank_near")
+    lower = np.isin(templates.link, [WALKER.link_of("near_ankle"), WALKER.link_of("near_toe")])
+    unknown = replace(templates, known=templates.known & ~lower)
+    found = settled(unknown, levels_of(after, FULL), Gaussian(STRIDE, WEAK), FULL)
+    columns = freedoms(WALKER, "knee_near", "ankle_near", "shank_near")
     assert not found.information[columns].any()
-    assert_array_equal(found.match[shank], 0.0)
+    assert_array_equal(found.match[lower], 0.0)
 
 
 def test_a_link_that_does_not_match_what_covers_it_measures_less(rng):
@@ -384,4 +484,6 @@ def test_information_grows_as_the_noise_shrinks_and_with_the_independent_share(r
         return registered(picture, picture, STRIDE, Gaussian(STRIDE, WEAK), settings)[1].information
 
     assert_allclose(information(noise=4.0), 4.0 * information(noise=8.0), rtol=1e-3)
-    assert_allclose(information(tempering=0.1), 2.0 * information(tempering=0.05), rtol=1e-9)
+    less, more = information(tempering=0.05), information(tempering=0.1)
+    # The settled poses differ by 1e-8.
+    assert_allclose(more, 2.0 * less, atol=1e-6 * more.max())

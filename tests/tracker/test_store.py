@@ -62,12 +62,14 @@ def test_every_keypoint_of_every_frame_has_its_row(folder):
     assert [int(row["frame"]) for row in rows_of(folder / "pose.csv")] == list(range(CLIP))
 
 
-def test_cells_are_empty_outside_the_track_and_for_joints_the_figure_has_not(folder):
-    for row in rows_of(folder / "keypoints.csv"):
-        tracked = FIRST <= int(row["frame"]) < FIRST + T and row["keypoint"] in WALKER.joints
+@pytest.mark.parametrize("figure", [WALKER, WALKER.without(["near_toe", "far_toe"])], ids=["feet", "none"])
+def test_cells_are_empty_outside_the_track_and_for_joints_the_figure_has_not(figure, rng, tmp_path):
+    write_tables(random_track(rng, T, first=FIRST, figure=figure), tmp_path, CLIP, FPS)
+    for row in rows_of(tmp_path / "keypoints.csv"):
+        tracked = FIRST <= int(row["frame"]) < FIRST + T and row["keypoint"] in figure.joints
         for column in ("x", "y", "visible", "sxx", "sxy", "syy"):
             assert (row[column] != "") == tracked
-    for row in rows_of(folder / "pose.csv"):
+    for row in rows_of(tmp_path / "pose.csv"):
         tracked = FIRST <= int(row["frame"]) < FIRST + T
         for column in row.keys() - {"seq", "frame", "time_s"}:
             assert (row[column] != "") == tracked

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.ndimage import map_coordinates
 
-from kinematics.spm import View
+from kinematics.spm import View, covering, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose, upright
 from tests.tracker.painted import BARE, CLASSIC, FULL, STRIDE, VIEW, Painted, covered, outline, placed
 from tracker.sampling import pyramid
@@ -74,7 +74,7 @@ def test_cut_takes_the_picture_s_colours_where_the_points_lie(figure, facing, rn
     inside = ((pixels >= 0) & (pixels <= (179, 189))).all(axis=1)
     for number, level in enumerate(levels):
         for channel in range(3):
-            want = map_coordinates(level.planes[..., 3 * channel], pixels[inside, ::-1].T, order=1)
+            want = map_coordinates(level.planes[..., channel], pixels[inside, ::-1].T, order=1)
             # Neighbours differ by up to 100 grey levels; float32 planes and rounding of places leave 1e-4.
             assert_allclose(templates.colours[number, inside, channel], want, atol=1e-3)
 
@@ -82,7 +82,7 @@ def test_cut_takes_the_picture_s_colours_where_the_points_lie(figure, facing, rn
 def test_points_behind_a_nearer_link_or_out_of_the_frame_are_unknown(rng):
     view = replace(VIEW, origin=(90.0, 130.0))  # the feet stand below the picture
     levels = levels_of(Painted(rng, view=view).picture(CROSSING))
-    templates = cut(WALKER, view, CROSSING, levels, FULL)
+    templates = cut(WALKER, view, CROSSING, levels, FULL.model_copy(update={"cover": 0.0}))
     body = placed(WALKER, CROSSING, templates)
     pixels = view.to_pixels(body)
     inside = ((pixels >= 0) & (pixels <= (179, 189))).all(axis=1)
@@ -98,6 +98,19 @@ def small(known):
     P = len(known)
     zero = np.zeros(P)
     return Templates(np.zeros(P, np.intp), zero, zero, np.ones(P), np.zeros((2, P, 3)), np.array(known))
+
+
+@pytest.mark.parametrize("blurs", [0.5, 3.0])
+def test_a_point_is_hidden_as_far_beyond_an_outline_as_the_finest_blur_carries_it(blurs, rng):
+    levels = levels_of(Painted(rng).picture(CROSSING))
+    templates = cut(WALKER, VIEW, CROSSING, levels, FULL.model_copy(update={"cover": blurs}))
+    body, bones = placed(WALKER, CROSSING, templates), skeleton(WALKER, CROSSING)
+    margin = blurs * levels[-1].sigma / VIEW.unit
+    hidden = covering(WALKER, bones, body, templates.link, margin)
+    assert (hidden & ~covering(WALKER, bones, body, templates.link)).sum() > 3
+    assert not templates.known[hidden].any()
+    far = [name.endswith("far") for name in names(WALKER, templates)]
+    assert templates.known[far & ~hidden].mean() > 0.9
 
 
 def test_refreshed_moves_by_the_stated_share_where_the_point_is_trusted():

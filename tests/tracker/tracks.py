@@ -12,17 +12,17 @@ from tracker.store import Track
 OUTCOMES = ("ok", "hidden", "lost", "outside")
 
 
-def random_track(rng, T=4, *, first=0, facing=1):
+def random_track(rng, T=4, *, first=0, facing=1, figure=WALKER):
     """Poses anywhere, covariances small, every outcome in turn."""
-    D = len(WALKER.freedoms)
+    D = len(figure.freedoms)
     return Track(
-        figure=WALKER,
+        figure=figure,
         view=View(origin=(150.0, 110.0), unit=70.0, facing=facing),
         model="made-up",
         labels=("walk", "walk", "run"),
         first=first,
         times=first / 25.0 + np.arange(T) / 25.0,
-        q=np.stack([random_pose(WALKER, rng, size=0.1) for _ in range(T)]),
+        q=np.stack([random_pose(figure, rng, size=0.1) for _ in range(T)]),
         cov=np.stack([1e-4 * random_covariance(D, rng) for _ in range(T)]),
         s=rng.integers(0, 3, T),
         outcome=tuple(OUTCOMES[t % len(OUTCOMES)] for t in range(T)),
