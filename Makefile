@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
-.PHONY: demo test models evaluate motion bench clean
+.PHONY: demo test models rivals evaluate robustness motion bench clean
 
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
@@ -28,17 +28,27 @@ models: $(VENV)/installed
 	  $(LEARN) --fps $$fps --out dynamics/models/gait@$$fps.npz || exit 1; \
 	done
 
-# The table of docs/results.md, from the clips in $FIGTRACK_DATA/video.
-evaluate: $(VENV)/installed-dev
-	$(BIN)/python -m tests.evaluate $(FIGTRACK_DATA)/video docs/results.md
+# The rival that needs opencv-contrib has it in an environment of its own, where it cannot harm ours.
+rivals: .venv-rivals/installed
+
+# The tables of docs/results.md, from the clips in $FIGTRACK_DATA/video.
+evaluate: $(VENV)/installed-dev rivals
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation $(FIGTRACK_DATA)/video docs/results.md
+
+# The tables of docs/robustness.md, from the same clips.
+robustness: $(VENV)/installed-dev
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation.robustness $(FIGTRACK_DATA)/video docs/robustness.md
 
 # The tables of docs/motion.md, from the captures and splices in $FIGTRACK_DATA.
 motion: $(VENV)/installed-dev
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.motion $(FIGTRACK_DATA) docs/motion.md
 
-# How fast filters and learning are beside other packages.
+# How fast filters, learning and, where there are clips, tracking are beside others.
 bench: $(VENV)/installed-bench
 	$(BIN)/python -m tests.speed
+ifdef FIGTRACK_DATA
+	$(BIN)/python -m tests.speed.tracked $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.png
+endif
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
@@ -55,5 +65,10 @@ $(VENV)/installed-bench: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev,bench]"
 	touch $@
 
+.venv-rivals/installed:
+	$(PYTHON) -m venv .venv-rivals
+	.venv-rivals/bin/pip install --quiet --disable-pip-version-check "opencv-contrib-python-headless>=4.9,<5" && \
+	  touch $@ || rm -rf .venv-rivals  # plain OpenCV's MIL then stands in
+
 clean:
-	rm -rf $(VENV) dist figtrack-demo
+	rm -rf $(VENV) .venv-rivals dist figtrack-demo

@@ -51,10 +51,11 @@ def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
     return Belief(states, -slds.log_pi0 - log_lik, np.arange(slds.K), np.arange(slds.K))
 
 
-def propose(slds: SLDS, belief: Belief, *, prune: float) -> Belief:
-    """One prior a state, from its best predecessor; those dearer than the best by over `prune` nats go."""
+def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
+    """One prior a state from its best predecessor: the `most` cheapest, within `prune` nats of the best."""
     total = belief.cost[:, None] - slds.log_Pi[belief.s]
     parent, cost = total.argmin(0), total.min(0)
-    s = np.flatnonzero(cost <= cost.min() + prune)
+    cheapest = np.argsort(cost, kind="stable")[:most]
+    s = np.sort(cheapest[cost[cheapest] <= cost.min() + prune])
     states = predict(belief.states[parent[s]], slds.A[s], slds.b[s], slds.Q[s])
     return Belief(states, cost[s], s, parent[s])

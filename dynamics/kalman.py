@@ -100,18 +100,17 @@ def update_information(prior: Gaussian, C: Array, information: Array, vector: Ar
     measurement is F'q with unit noise, and directions that L does not see measure nothing.
 
     Args:
-        prior: belief over x, mean (N,), cov (N, N).
+        prior: belief over x, mean (..., N), cov (..., N, N).
         C: (M, N).
-        information: (M, M) L, positive semidefinite.
-        vector: (M,) h, in the range of L.
+        information: (..., M, M) L, positive semidefinite.
+        vector: (..., M) h, in the range of L.
     """
     strength, axes = np.linalg.eigh(symmetric(information))
-    told = strength > 1e-12 * max(float(strength[-1]), 1e-300)
-    if not told.any():
-        return prior
-    factor = axes[:, told] * np.sqrt(strength[told])
-    y = (axes[:, told].T @ vector) / np.sqrt(strength[told])
-    return condition(prior, *innovation(prior, y, factor.T @ C, np.eye(len(y))))
+    told = strength > 1e-12 * np.maximum(strength[..., -1:], 1e-300)
+    root = np.sqrt(np.where(told, strength, 1.0))
+    factor = np.where(told[..., None, :], axes * root[..., None, :], 0.0)
+    y = np.where(told, apply(transpose(axes), vector) / root, 0.0)
+    return condition(prior, *innovation(prior, y, transpose(factor) @ C, np.eye(y.shape[-1])))
 
 
 def smooth(filtered: Gaussian, later: Gaussian, A: Array, b: Array, Q: Array) -> tuple[Gaussian, Array]:

@@ -41,8 +41,8 @@ class Start:
 def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     """Figure, view and pose from the joints of one frame.
 
-    Left and right twins (names that differ in near/far only) get the mean of the lengths seen; a link whose
-    tip is not marked takes its twin's length, and where neither is marked the rest proportions.
+    A link whose tip is not marked takes its twin's length (names that differ in near/far only), and where
+    neither is marked the rest proportions.
 
     Args:
         marks: pixel of each marked joint. The last joint of a leg may be missing, feet and arms altogether;
@@ -178,24 +178,25 @@ def _along(figure: Figure, i: int, points: Mapping[str, Array]) -> Array | None:
 
 
 def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
-    """(L,) pixels: the mean over twins of what was seen, else the rest length at the scale of the others."""
-    seen: dict[str, list[float]] = {}
+    """(L,) pixels: what was seen, else the twin's, else the rest length at the scale of the others."""
+    seen: dict[str, float] = {}
     for i, link in enumerate(figure.links):
         along = _along(figure, i, pixels)
         if along is not None:
             length = float(np.linalg.norm(along))
             if length < 1.0:
                 raise PoseError(f"{link.joint} lies on the joint before it; mark the two apart")
-            seen.setdefault(_twin_name(link), []).append(length)
-    means = {name: float(np.mean(lengths)) for name, lengths in seen.items()}
-    rest = {_twin_name(link): link.length for link in figure.links}
-    scale = sum(means.values()) / sum(rest[name] for name in means)
-    return [means.get(_twin_name(link), scale * link.length) for link in figure.links]
+            seen[link.name] = length
+    twins = {_twin_name(link): seen[link.name] for link in figure.links if link.name in seen}
+    scale = sum(seen.values()) / sum(link.length for link in figure.links if link.name in seen)
+    return [seen.get(link.name, twins.get(_twin_name(link), scale * link.length)) for link in figure.links]
 
 
 def _leg_length(figure: Figure, lengths: list[float]) -> float:
-    parts = zip(figure.links, lengths, strict=True)
-    return sum({_twin_name(link): length for link, length in parts if figure.is_leg(link)}.values())
+    """Pixels: the mean of the legs."""
+    legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
+    names = [link for link in figure.links if figure.is_leg(link)]
+    return sum(legs) * len({_twin_name(link) for link in names}) / len(names)
 
 
 def _twin_name(link: Link) -> str:

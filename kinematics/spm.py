@@ -5,7 +5,8 @@ perpendicular of p - o_j; a link lengthened moves them along the link. Body coor
 x forward and y up; a `View` maps them to pixels, x right and y down.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,11 @@ class View:
     def axes(self) -> Array:
         """(2,) pixels per leg length along body x and y."""
         return np.array([self.facing * self.unit, -self.unit])
+
+    def shifted(self, shift: Array) -> Self:
+        """The view of a picture that shows everything further right and down by (2,) pixels."""
+        x, y = np.asarray(self.origin) + shift
+        return replace(self, origin=(float(x), float(y)))
 
     def to_pixels(self, points: Array) -> Array:
         """(..., 2) body coordinates to pixels."""
@@ -80,7 +86,8 @@ def skeleton(figure: Figure, q: Array) -> Skeleton:
     size = np.exp(q[..., layout.scale])
     angle = (layout.rest + q[..., layout.angle] * layout.sense) @ figure.chain.T
     length = layout.length * size[..., None] * np.exp(q[..., layout.stretch] * layout.breathes)
-    direction = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    direction = np.empty((*angle.shape, 2))
+    direction[..., 0], direction[..., 1] = np.cos(angle), np.sin(angle)
     start = q[..., None, :2] + figure.reach @ (length[..., None] * direction)
     return Skeleton(start, direction, length, size)
 
@@ -117,28 +124,26 @@ def motions(figure: Figure, bones: Skeleton) -> Array:
     Returns:
         (..., L, 5, D) M_l, per leg length, per radian, per log unit.
     """
-    layout, d, n = figure.layout, bones.direction, bones.normal
-    L, D = len(figure.links), len(figure.freedoms)
-    M = np.zeros((*bones.length.shape, 5, D))
-    M[..., 0, :2], M[..., 1, :2] = d, n
-    arm = bones.start[..., :, None, :] - bones.start[..., None, :, :]  # (..., l, j, 2) from joint j to link l
-    turned = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+    layout, L, D = figure.layout, len(figure.links), len(figure.freedoms)
+    turns, breathes = layout.turns, layout.breathes
+    # A vector as a complex number w, along and across the link: w conj(d).
+    d = bones.direction[..., 0] + 1j * bones.direction[..., 1]
+    start = bones.start[..., 0] + 1j * bones.start[..., 1]
+    turned_back = d.conj()
+    arm = (start[..., :, None] - start[..., None, :]) * turned_back[..., None]  # (..., l, j) from joint j
     moved = figure.chain * layout.sense
-    stretched = figure.reach * bones.length[..., None, :]
-    for j in range(L):
-        if layout.turns[j]:
-            a = layout.angle[j]
-            M[..., 0, a] = moved[:, j] * (turned[..., j, :] * d).sum(-1)
-            M[..., 1, a] = moved[:, j] * (turned[..., j, :] * n).sum(-1)
-            M[..., 3, a] = moved[:, j]
-        if layout.breathes[j]:
-            s = layout.stretch[j]
-            M[..., 0, s] = stretched[..., j] * (d[..., j, None, :] * d).sum(-1)
-            M[..., 1, s] = stretched[..., j] * (d[..., j, None, :] * n).sum(-1)
-            M[..., j, 2, s] = 1.0
+    stretched = figure.reach * (bones.length * d)[..., None, :] * turned_back[..., None]
+    slide = np.zeros((*d.shape, D), complex)
+    slide[..., 0], slide[..., 1] = turned_back, 1j * turned_back
+    slide[..., layout.angle[turns]] = (1j * moved * arm)[..., turns]
+    slide[..., layout.stretch[breathes]] = stretched[..., breathes]
     # The root stays, everything else moves away from it: for a chain from the base this is p - base.
-    M[..., 0, layout.scale] = (arm[..., 0, :] * d).sum(-1)
-    M[..., 1, layout.scale] = (arm[..., 0, :] * n).sum(-1)
+    slide[..., layout.scale] = arm[..., 0]
+
+    M = np.zeros((*d.shape, 5, D))
+    M[..., 0, :], M[..., 1, :] = slide.real, slide.imag
+    M[..., np.arange(L)[breathes], 2, layout.stretch[breathes]] = 1.0
+    M[..., 3, layout.angle[turns]] = moved[:, turns]
     M[..., 4, layout.scale] = 1.0
     return M
 

@@ -21,6 +21,7 @@ ALLOWED = {
 SEE_VIDEOS = {
     "cli",
     "clip",
+    "reel",
     "comparison",
     "demo",
     "drawing",

@@ -53,6 +53,9 @@ Rate = Annotated[
 Smooth = Annotated[
     bool, typer.Option("--smooth/--no-smooth", help="Write each pose given the whole clip, or as first seen.")
 ]
+Anchors = Annotated[
+    bool, typer.Option("--anchors", help="Pass through every marked frame, not the start alone.")
+]
 SettingsFile = Annotated[Path | None, typer.Option("--settings", help="TOML file of tracker settings.")]
 
 
@@ -96,6 +99,7 @@ def track(
         str, typer.Option(help="cv, a shipped model, or a file from 'figtrack learn'.")
     ] = "walk-run",
     facing: FacingOption = None,
+    anchors: Anchors = False,
     rate: Rate = None,
     smooth: Smooth = True,
     settings: SettingsFile = None,
@@ -113,7 +117,7 @@ def track(
         from tracker.folder import fresh_folder
 
         shown = shown_progress(quiet, progress)
-        job = _job(video, keypoints, start, stop, facing, rate, smooth, settings, model)
+        job = _job(video, keypoints, start, stop, facing, anchors, rate, smooth, settings, model)
         folder = out or beside(video, "track")
         inputs = _inputs(video, keypoints, settings, model)
         with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
@@ -138,6 +142,7 @@ def compare(
     start: Start = None,
     stop: Stop = None,
     facing: FacingOption = None,
+    anchors: Anchors = False,
     rate: Rate = None,
     smooth: Smooth = True,
     settings: SettingsFile = None,
@@ -155,7 +160,7 @@ def compare(
         from tracker.folder import fresh_folder
         from tracker.keypoints import read_keypoints
 
-        job = _job(video, keypoints, start, stop, facing, rate, smooth, settings, "")
+        job = _job(video, keypoints, start, stop, facing, anchors, rate, smooth, settings, "")
         marks = job.marks if truth is None else read_keypoints(truth)
         folder = out or beside(video, "compare")
         names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
@@ -183,6 +188,7 @@ def _job(
     start: int | None,
     stop: int | None,
     facing: Facing | None,
+    anchors: bool,
     rate: float | None,
     smooth: bool,
     settings: Path | None,
@@ -202,6 +208,7 @@ def _job(
         facing=None if facing is None else (1 if facing is Facing.RIGHT else -1),
         rate=rate,
         smooth=smooth,
+        anchors=anchors,
     )
 
 

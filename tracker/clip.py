@@ -3,37 +3,38 @@
 import json
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import chain, islice
+from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from dynamics.belief import Belief
 from dynamics.rate import backwards
 from dynamics.slds import SLDS
-from kinematics.figure import load_figure
-from kinematics.recover import Start, facing_of, marked_part, start_pose
+from kinematics.mocap import POSE_COLUMNS
+from kinematics.recover import Start
 from tracker import __version__
+from tracker.anchors import Anchor
 from tracker.drawing import enlargement, paint
-from tracker.keypoints import Mark, Marks, points
-from tracker.models import CONSTANT_VELOCITY, find_model, state_rates
+from tracker.keypoints import Marks
+from tracker.models import CONSTANT_VELOCITY, find_model
+from tracker.passage import Passage
 from tracker.progress import Progress
+from tracker.rate import playback_rate
+from tracker.reel import Image, Reel
 from tracker.settings import Settings
-from tracker.smoothing import smoothed
+from tracker.smoothing import smoothed, turned_belief
+from tracker.start import StartError, marked_start
 from tracker.store import Track, write_tables
-from tracker.track import LOST, Estimate, Tracker, make_tracker, run
+from tracker.track import HIDDEN, LOST, OK, UNSURE, Estimate, Tracker, make_tracker
 from videos.frames import Video
 from videos.writer import Writer
 
-Image = NDArray[np.uint8]
 T = TypeVar("T")
-
-
-class StartError(ValueError):
-    """A start pose that this clip cannot be followed from."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class Job:
     rate   : playback speed: 1 as filmed, 0.5 half speed; None to find it among `settings.rates`
     called : what the results call the video, None for its path
     smooth : write each pose given the whole clip; False for what was known at its frame
+    anchors: pass through every marked frame, not the start alone
     """
 
     video: Path
@@ -61,6 +63,7 @@ class Job:
     rate: float | None = None
     called: str | None = None
     smooth: bool = True
+    anchors: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,13 +76,20 @@ class Plan:
     slds: SLDS
     tracker: Tracker
 
+    @cached_property
+    def back(self) -> Tracker:
+        """The tracker that goes back in time."""
+        # A constant velocity is one in either direction; conversion would only change its noise.
+        slds = self.slds if self.job.model == CONSTANT_VELOCITY else backwards(self.slds)
+        return make_tracker(self.start, slds, self.tracker.settings)
+
 
 @dataclass(frozen=True)
 class Run:
     """A finished run: the track and what is to be said of it.
 
     frames  : how many frames were read
-    rate    : playback speed, as given or as the median frame's switching state has it
+    rate    : playback speed, as given or as `tracker.rate` finds it
     seconds : spent a frame, by stage
     """
 
@@ -104,7 +114,7 @@ def prepare(job: Job) -> Plan:
     if job.stop is not None and job.stop < frame:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
     video = Video(job.video)
-    start = _start(job.marks, frame, job.facing, (video.width, video.height))
+    start = marked_start(job.marks, frame, job.facing, (video.width, video.height))
     rates = job.settings.rates if job.rate is None else (job.rate,)
     settings = job.settings.model_copy(update={"rates": rates})
     slds = find_model(job.model, video.fps, settings)
@@ -118,32 +128,29 @@ def follow(job: Job, progress: Progress) -> Run:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
     """
     plan, frame, clock = prepare(job), start_frame(job), _Clock()
-    times: list[float] = []
-    images = clock.timed("read", _images(plan.video, job.stop, times))
+    reel = Reel(plan.video, job.stop)
+    images = clock.timed("read", reel.ahead())
     with progress.task(f"{job.video.name} with {job.model}", _total(plan)) as advance:
-        before = list(islice(images, frame))
-        marked = next(images, None)
+        marked = next(islice(images, frame, None), None)
         if marked is None:
             raise StartError(
-                f"frame {frame} is not in {job.video.name}, which has {len(before)}; mark another frame"
+                f"frame {frame} is not in {job.video.name}, which has {len(reel.times)}; mark another frame"
             )
-        ahead, behind = [], []
-        for estimate in _tracked(plan.tracker, plan, chain([marked], images), clock):
-            ahead.append(estimate)
-            advance()
-        if before:
-            back = _reversed(plan)
-            for estimate in islice(_tracked(back, plan, [marked, *before[::-1]], clock), 1, None):
-                behind.append(estimate)
-                advance()
-    track = _track(plan, times, behind[::-1] + ahead)
+        behind: list[Estimate] = []
+        belief = None
+        if frame > 0:
+            before = clock.timed("read", reel.span(frame - 1, 0))
+            behind, belief = _followed(plan, _passage(plan, reel, -1), marked, before, clock, advance)
+        ahead, _ = _followed(plan, _passage(plan, reel, 1), marked, images, clock, advance, belief)
+    reel.forget()
+    track = _track(plan, reel.times, behind[:0:-1] + ahead)
     return Run(
         job=job,
         track=track,
         fps=plan.video.fps,
-        frames=len(times),
+        frames=len(reel.times),
         rate=_rate(plan, track),
-        seconds=clock.per_frame(len(times)),
+        seconds=clock.per_frame(len(reel.times)),
         warnings=_warnings(plan.video, track),
     )
 
@@ -160,11 +167,13 @@ def write_run(finished: Run, folder: Path, progress: Progress) -> None:
         "video": job.called or str(job.video),
         "model": job.model,
         "smooth": job.smooth,
+        "anchors": job.anchors,
         "settings": job.settings.model_dump(mode="json"),
         "fps": finished.fps,
         "frames": finished.frames,
         "start": start_frame(job),
         "rate": finished.rate,
+        "camera": _camera(finished.track),
         "facing": "right" if finished.track.view.facing > 0 else "left",
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
         "warnings": finished.warnings,
@@ -195,46 +204,47 @@ def start_frame(job: Job) -> int:
     return job.start
 
 
-def _start(marks: Marks, frame: int, facing: int | None, size: tuple[int, int]) -> Start:
-    marked = marks[frame]
-    figure = marked_part(load_figure(), points(marked))
-    _check_in_picture(marked, figure.base, frame, size)
-    later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
-    return start_pose(figure, points(marked), facing or facing_of(points(marked), later))
+def _passage(plan: Plan, reel: Reel, way: int) -> Passage:
+    """The way ahead (+1) or back (-1) through the clip."""
+    here, other = (plan.tracker, lambda: plan.back) if way > 0 else (plan.back, lambda: plan.tracker)
+    frame = start_frame(plan.job)
+    marks = plan.job.marks if plan.job.anchors else {frame: plan.job.marks[frame]}
+    anchors = {t: Anchor.of(plan.start.figure, marked) for t, marked in marks.items()}
+    smooth = smoothed if plan.job.smooth else _as_they_are
+    return Passage(here, other, anchors, way, reel.span, smooth)
 
 
-def _check_in_picture(marked: dict[str, Mark], base: str, frame: int, size: tuple[int, int]) -> None:
-    width, height = size
-    outside = [
-        name
-        for name, mark in marked.items()
-        if not (-0.5 <= mark.x <= width - 0.5 and -0.5 <= mark.y <= height - 0.5)
-    ]
-    if base in outside or 2 * len(outside) > len(marked):
-        raise StartError(
-            f"the start pose of frame {frame} lies outside the picture of {width} x {height} px "
-            f"({', '.join(outside)}); mark it on the very video that is tracked"
-        )
+def _followed(
+    plan: Plan,
+    passage: Passage,
+    marked: Image,
+    images: Iterable[Image],
+    clock: "_Clock",
+    advance: Callable[[], None],
+    belief: Belief | None = None,
+) -> tuple[list[Estimate], Belief | None]:
+    """Estimates from the start frame on, and the belief there from which to go the other way.
+
+    Args:
+        marked: the start frame's picture.
+        images: those after it, in the passage's way.
+        belief: to begin with, None for what the marks say.
+    """
+    tracker, frame = passage.tracker, start_frame(plan.job)
+    state, estimate = tracker.begin(plan.start, marked, belief)
+    run = clock.timed("track", passage.run(frame, state, estimate, images))
+    found: list[Estimate] = []
+    turned = None
+    for estimate in clock.timed("smooth", passage.smooth(tracker, run)):
+        if len(found) == 1 and plan.job.smooth and estimate.outcome in (OK, HIDDEN):
+            turned = turned_belief(tracker.slds, state.belief, estimate.belief)
+        found.append(estimate.light())
+        advance()
+    return passage.joined(found, frame), turned
 
 
-def _images(video: Video, stop: int | None, times: list[float]) -> Iterator[Image]:
-    """Pictures up to frame `stop`; notes the time of each."""
-    for frame in video if stop is None else islice(video, stop + 1):
-        times.append(frame.time)
-        yield frame.image
-
-
-def _tracked(tracker: Tracker, plan: Plan, images: Iterable[Image], clock: "_Clock") -> Iterator[Estimate]:
-    """Estimates of all images, the first of which is the marked one."""
-    estimates = clock.timed("track", run(tracker, plan.start, images))
-    return clock.timed("smooth", smoothed(tracker, estimates)) if plan.job.smooth else estimates
-
-
-def _reversed(plan: Plan) -> Tracker:
-    """The tracker that goes backwards in time."""
-    # A constant velocity is one in either direction; conversion would only change its noise.
-    slds = plan.slds if plan.job.model == CONSTANT_VELOCITY else backwards(plan.slds)
-    return make_tracker(plan.start, slds, plan.tracker.settings)
+def _as_they_are(_: Tracker, estimates: Iterable[Estimate]) -> Iterable[Estimate]:
+    return estimates
 
 
 def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
@@ -246,18 +256,26 @@ def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) ->
         first=0,
         times=np.array(times) - times[0],
         q=np.stack([estimate.pose.mean for estimate in estimates]),
-        cov=np.stack([estimate.pose.cov for estimate in estimates]),
+        cov=np.stack([estimate.pose.cov for estimate in estimates], dtype=np.float64),
         s=np.array([estimate.s for estimate in estimates]),
         outcome=tuple(estimate.outcome for estimate in estimates),
+        shift=np.stack([estimate.shift for estimate in estimates]),
+        mark=plan.tracker.settings.mark,
     )
+
+
+def _camera(track: Track) -> dict[str, bool | float]:
+    """Whether the camera moved, and how far from the start at most, pixels."""
+    farthest = float(np.hypot(*track.shift.T).max())
+    return {"moves": farthest > 0.0, "pixels": round(farthest, 1)}
 
 
 def _rate(plan: Plan, track: Track) -> float:
     if plan.job.rate is not None:
         return plan.job.rate
-    rates = state_rates(plan.slds, plan.tracker.settings)[track.s]
-    known = rates[np.isfinite(rates)]
-    return float(np.median(known)) if len(known) else 1.0
+    poses = track.q[:, : len(POSE_COLUMNS)].copy()
+    poses[[outcome in UNSURE for outcome in track.outcome]] = np.nan
+    return playback_rate(plan.job.model, poses, plan.video.fps)
 
 
 def _warnings(video: Video, track: Track) -> list[str]:

@@ -32,6 +32,8 @@ class Score:
     """One track against the marks; the fields of compare.json.
 
     frame_errors : mean error of each marked frame after the start, leg lengths
+    mark_errors  : error of every mark in these frames, leg lengths
+    link_errors  : error of every visible leg link's direction in these frames, degrees
     """
 
     first_failure_frame: int | None
@@ -43,6 +45,8 @@ class Score:
     swaps: int
     angle_median_deg: float | None
     frame_errors: dict[int, float]
+    mark_errors: tuple[float, ...]
+    link_errors: tuple[float, ...]
 
     def summary(self) -> dict[str, float | int | None]:
         """What compare.json says of a model."""
@@ -94,6 +98,8 @@ def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
         swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg) for frame in frames[1:]),
         angle_median_deg=float(np.median(angles)) if angles else None,
         frame_errors=means,
+        mark_errors=tuple(everything.tolist()),
+        link_errors=tuple(angles),
     )
 
 

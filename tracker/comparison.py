@@ -17,11 +17,11 @@ def compare_models(
 ) -> str:
     """Follow the clip with every model, write all into `folder`, and give the table as text.
 
-    Only frames of the clip, up to `job.stop`, are scored.
+    Only frames of the clip, up to `job.stop`, are scored, and none whose marks were themselves anchors.
 
     Raises:
-        ValueError: a truth without marked frames after the start, or two models of one name; and whatever
-            `clip.follow` raises.
+        ValueError: a truth without marked frames after the start that are no anchors, or two models of one
+            name; and whatever `clip.follow` raises.
     """
     jobs = {_name(model): replace(job, model=model) for model in models}
     if len(jobs) < len(models):
@@ -30,6 +30,12 @@ def compare_models(
     for each in jobs.values():
         prepare(each)
     start = start_frame(job)
+    given = _anchors_of(job, _within(truth, job.stop), start)
+    truth = {frame: marks for frame, marks in truth.items() if frame not in given}
+    if given and not any(frame > start for frame in truth):
+        raise ValueError(
+            f"all {len(given)} truth frames after frame {start} are anchors; give --truth with other frames"
+        )
     score(_within(truth, job.stop), {}, start)
 
     runs: dict[str, Run] = {}
@@ -44,15 +50,22 @@ def compare_models(
         scores[name] = score(_within(truth, finished.frames - 1), places(finished.track), start)
     write_error_plot(scores, folder / "errors.png")
     write_sheet(runs, scores, folder / "failure.png")
-    write_page(job.video.name, runs, scores, folder, notes)
+    said = [f"{len(given)} anchors not scored"] if given else []
+    write_page(job.video.name, runs, scores, folder, [*said, *notes])
     summary = {"models": {name: result.summary() for name, result in scores.items()}}
     (folder / "compare.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    return text_table(scores)
+    return "\n".join([text_table(scores), *said])
 
 
 def _name(model: str) -> str:
     """What a model's folder is called: its name, or its file's."""
     return Path(model).name.removesuffix(".npz")
+
+
+def _anchors_of(job: Job, truth: Marks, start: int) -> set[int]:
+    """Frames after the start whose truth is what the tracker was given."""
+    told = job.marks if job.anchors else {}
+    return {frame for frame, marks in truth.items() if frame > start and marks == told.get(frame)}
 
 
 def _within(truth: Marks, last: int | None) -> Marks:

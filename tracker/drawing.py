@@ -34,7 +34,7 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     if not 0 <= t < len(track):
         return draw(image, caption=f"{title}frame {frame}: not tracked", scale=scale)
     places, covs = _joints_at(track, t)
-    starts = track.view.to_pixels(skeleton(track.figure, track.q[t]).start)
+    starts = track.view_at(t).to_pixels(skeleton(track.figure, track.q[t]).start)
     order = sorted(range(len(track.figure.links)), key=lambda i: track.figure.links[i].layer)
     shades = colours(track)
     segments = [Segment(starts[i], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5)) for i in order]
@@ -45,5 +45,6 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
 
 
 def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    one = replace(track, q=track.q[t : t + 1], cov=track.cov[t : t + 1])
+    now = slice(t, t + 1)
+    one = replace(track, q=track.q[now], cov=track.cov[now], shift=track.shift[now])
     return one.joints()[0], one.joint_covs()[0]

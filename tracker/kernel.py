@@ -15,76 +15,17 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
+from tracker.laid import Array, Behind, Laid, Lens, Noise, Points, Shape, Single
+
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
 WAYS = 5  # in which a link moves as a whole
+TOGETHER = 16  # robust weights whose product is above 1e-308 where each is above 1e-19
 
-
-class Points(NamedTuple):
-    """P template points, those of link l at first[l]:first[l + 1].
-
-    first : (L + 1,); along, across, weight : (P,); colours : (P, 3); known : (P,)
-    """
-
-    first: NDArray[np.intp]
-    along: Array
-    across: Array
-    weight: Array
-    colours: Single
-    known: NDArray[np.bool_]
-
-
-class Shape(NamedTuple):
-    """What of the links hides others: layer, width and taper (L,)."""
-
-    layer: NDArray[np.intp]
-    width: Array
-    taper: Array
-
-
-class Lens(NamedTuple):
-    """Body coordinates to pixels of a level's planes: origin + axes * point."""
-
-    origin_x: float
-    origin_y: float
-    axis_x: float
-    axis_y: float
-
-
-class Noise(NamedTuple):
-    """variance of a channel; scale (squared, in its units) of the robust weight, inf for plain squares; mean
-    match at which a link is out of sight and in full sight; how few points have no offset of light of their
-    own; whether nearer links hide farther ones, and how far beyond their outline, leg lengths."""
-
-    variance: float
-    scale: float
-    out_of_sight: float
-    in_sight: float
-    fewest: int
-    layered: bool
-    margin: float
-
-
-class Laid(NamedTuple):
-    """H poses laid on a picture.
-
-    moments  : (H, L, 5, 5) sum of weight * match * f f'
-    pull     : (H, L, 5) sum of weight * match * f residual
-    mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise
-    match    : (H, P) robust weight, 0 where not visible
-    residual : (H, P, 3) grey levels, offsets of light taken off, 0 where not visible
-    offset   : (H, L, 3) grey levels
-    inside   : (H, P) whether the point lies in the frame
-    """
-
-    moments: Array
-    pull: Array
-    mean: Array
-    match: Array
-    residual: Single
-    offset: Array
-    inside: NDArray[np.bool_]
+COMPILED = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
+# Where order does not matter, so that a processor adds up several points at a time.
+ANY_ORDER = numba.njit(
+    cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"}
+)
 
 
 def lay(
@@ -96,6 +37,7 @@ def lay(
     size: Array,
     points: Points,
     shape: Shape,
+    behind: Behind,
     noise: Noise,
 ) -> Laid:
     """Lay the templates on one level at H poses: start, direction (H, L, 2), length (H, L), size (H,)."""
@@ -104,6 +46,8 @@ def lay(
         moments=np.zeros((H, L, WAYS, WAYS)),
         pull=np.zeros((H, L, WAYS)),
         mean=np.zeros(H),
+        behind=np.zeros(H),
+        shown=np.zeros(H),
         match=np.zeros((H, P)),
         residual=np.zeros((H, P, 3), np.float32),
         offset=np.zeros((H, L, 3)),
@@ -112,106 +56,184 @@ def lay(
     # Plain tuples, and nothing returned: to take a named one or to give back an array compiled code runs
     # Python, where an interrupt crashes it.
     bones = start, direction, length, size
-    _fill(planes, bones, tuple(lens), tuple(points), tuple(shape), tuple(noise), tuple(laid))
+    _fill(planes, bones, tuple(lens), tuple(points), tuple(shape), tuple(behind), tuple(noise), tuple(laid))
     return laid
 
 
-@numba.njit(cache=True)
+class Row(NamedTuple):
+    """What the n visible points of one link see, side by side, so that a processor takes several at a time.
+
+    point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
+    channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the
+    robust scale; match : (n,) robust weight
+    """
+
+    point: NDArray[np.intp]
+    place: Array
+    residual: Single
+    along: Single
+    across: Single
+    excess: Array
+    match: Array
+
+
+@COMPILED
 def _fill(
     planes: Single,
     bones: tuple[Array, Array, Array, Array],
     of_lens: tuple[Any, ...],
     of_points: tuple[Any, ...],
     of_shape: tuple[Any, ...],
+    of_behind: tuple[Any, ...],
     of_noise: tuple[Any, ...],
     laid: tuple[Any, ...],
 ) -> None:
     start, direction, length, size = bones
     lens, points, shape, noise = Lens(*of_lens), Points(*of_points), Shape(*of_shape), Noise(*of_noise)
-    moments, pull, mean, match, residual, offset, inside = laid
-    (H, L), P = length.shape, len(points.along)
-    slope = np.empty((P, 3, 2), np.float32)
-    heap = np.empty(P, np.float32)
+    scenery = Behind(*of_behind)
+    moments, pull, mean, behind, shown, match, residual, offset, inside = laid
+    H, L = length.shape
+    within = float(np.sum(points.known & (points.weight == 1.0)))
+    most = np.max(np.diff(points.first))
+    row = Row(
+        np.empty(most, np.intp),
+        np.empty((3, most)),
+        np.empty((3, most), np.float32),
+        np.empty((3, most), np.float32),
+        np.empty((3, most), np.float32),
+        np.empty(most),
+        np.empty(most),
+    )
     for h in range(H):
-        total, count = 0.0, 0.0
+        total, count, differing, clear = 0.0, 0.0, 0.0, 0.0
+        pose = start[h], direction[h], length[h], size[h]
         for i in range(L):
-            first, end = points.first[i], points.first[i + 1]
-            pose = start[h], direction[h], length[h], size[h]
-            seen = _look(planes, lens, pose, points, shape, noise, i, slope, residual[h], match[h], inside[h])
-            if noise.layered and seen >= noise.fewest:
+            n, bare, different = _look(planes, lens, pose, points, shape, scenery, noise, i, row, inside[h])
+            differing += different
+            clear += bare
+            if noise.layered and n >= noise.fewest:
                 for c in range(3):
-                    offset[h, i, c] = _take_off_median(residual[h], match[h], heap, first, end, c)
-            weight, matched, rho = _doubt(points.weight, residual[h], match[h], noise, first, end)
+                    low, high = points.light[c] - noise.light, points.light[c] + noise.light
+                    offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
+            weight, matched, rho = _doubt(row, n, noise)
             total += rho
             count += weight
+            fair = 1.0
             if noise.layered and weight > 0.0:
                 fair = (matched / weight - noise.out_of_sight) / (noise.in_sight - noise.out_of_sight)
-                match[h, first:end] *= min(max(fair, 0.0), 1.0)
-            u, v = points.along * length[h, i], points.across * size[h]
-            _gather(points.weight, u, v, residual[h], match[h], slope, first, end, moments[h, i], pull[h, i])
+                fair = min(max(fair, 0.0), 1.0)
+            for k in range(n):
+                p = row.point[k]
+                match[h, p] = fair * row.match[k]
+                for c in range(3):
+                    residual[h, p, c] = row.residual[c, k]
+            if fair > 0.0:
+                _gather(row, n, fair, moments[h, i], pull[h, i])
         mean[h] = total / max(count, 1e-9)
+        behind[h], shown[h] = differing / max(clear, 1e-9), clear / max(within, 1e-9)
 
 
-@numba.njit(cache=True)
+@COMPILED
 def _look(
     planes: Single,
     lens: Lens,
     pose: Pose,
     points: Points,
     shape: Shape,
+    scenery: Behind,
     noise: Noise,
     link: int,
-    slope: Single,
-    residual: Single,
-    match: Array,
+    row: Row,
     inside: NDArray[np.bool_],
-) -> int:
-    """Residuals and slopes of one link's points; match is 1 where visible. Returns how many are."""
+) -> tuple[int, float, float]:
+    """Put what one link's visible points see into the row.
+
+    Returns how many points are, how many of those lie within the outline, and the sum of how much the picture
+    differs there from what lies behind.
+    """
     start, direction, length, size = pose
     rows, columns = planes.shape[0], planes.shape[1]
-    dx, dy = direction[link, 0], direction[link, 1]
-    half_x, half_y = np.float32(0.5 * lens.axis_x), np.float32(0.5 * lens.axis_y)
-    seen = 0
-    for p in range(points.first[link], points.first[link + 1]):
-        u, v = points.along[p] * length[link], size * points.across[p]
-        body_x = start[link, 0] + u * dx - v * dy
-        body_y = start[link, 1] + u * dy + v * dx
-        x = lens.origin_x + lens.axis_x * body_x
-        y = lens.origin_y + lens.axis_y * body_y
+    ox, oy, ax, ay = lens.origin_x, lens.origin_y, lens.axis_x, lens.axis_y
+    sx, sy, dx, dy = start[link, 0], start[link, 1], direction[link, 0], direction[link, 1]
+    long = length[link]
+    xu, yu = np.float32(0.5 * ax * dx), np.float32(0.5 * ay * dy)
+    xv, yv = np.float32(-0.5 * ax * dy), np.float32(0.5 * ay * dx)
+    first, end = points.first[link], points.first[link + 1]
+    nearer = np.empty(len(length), np.intp)
+    number = _may_hide(pose, points, shape, link, noise.margin, nearer) if noise.layered else 0
+    n, within, differing = 0, 0.0, 0.0
+    for p in range(first, end):
+        u, v = points.along[p] * long, size * points.across[p]
+        body_x = sx + u * dx - v * dy
+        body_y = sy + u * dy + v * dx
+        x = ox + ax * body_x
+        y = oy + ay * body_y
         inside[p] = 0 <= x <= columns - 1 and 0 <= y <= rows - 1
         if not inside[p] or not points.known[p]:
             continue
-        if noise.layered and _hidden(body_x, body_y, pose, shape, link, noise.margin):
+        if _hidden(body_x, body_y, pose, shape, nearer[:number], noise.margin):
             continue
-        match[p] = 1.0
-        seen += 1
+        w = points.weight[p]
+        if w == 1.0:
+            within += 1.0
+            r, s = int(y + scenery.corner_y + 0.5), int(x + scenery.corner_x + 0.5)
+            differing += scenery.differs[r // scenery.step, s // scenery.step]
         # Beyond its edge a picture goes on as it ends.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)
         above, below = max(i - 1, 0), min(i + 2, rows - 1)
         before, after = max(j - 1, 0), min(j + 2, columns - 1)
         fx, fy = np.float32(x - j), np.float32(y - i)
         gx, gy = np.float32(1) - fx, np.float32(1) - fy
+        row.point[n] = p
+        row.place[0, n], row.place[1, n], row.place[2, n] = u, v, w
         for c in range(3):
             a, b = planes[i, j, c], planes[i, j + 1, c]
             d, e = planes[i + 1, j, c], planes[i + 1, j + 1, c]
-            residual[p, c] = gy * (gx * a + fx * b) + fy * (gx * d + fx * e) - points.colours[p, c]
+            row.residual[c, n] = gy * (gx * a + fx * b) + fy * (gx * d + fx * e) - points.colours[p, c]
             # Central differences at the four neighbours, mixed as their values are.
             right = gy * (gx * (b - planes[i, before, c]) + fx * (planes[i, after, c] - a))
             right += fy * (gx * (e - planes[i + 1, before, c]) + fx * (planes[i + 1, after, c] - d))
             down = gx * (gy * (d - planes[above, j, c]) + fy * (planes[below, j, c] - a))
             down += fx * (gy * (e - planes[above, j + 1, c]) + fy * (planes[below, j + 1, c] - b))
-            slope[p, c, 0] = right * half_x * dx + down * half_y * dy
-            slope[p, c, 1] = down * half_y * dx - right * half_x * dy
-    return seen
+            row.along[c, n] = right * xu + down * yu
+            row.across[c, n] = right * xv + down * yv
+        n += 1
+    return n, within, differing
 
 
-@numba.njit(cache=True)
-def _hidden(x: float, y: float, pose: Pose, shape: Shape, link: int, margin: float) -> bool:
-    """Whether a link nearer to the camera lies over a body point of this one."""
+@COMPILED
+def _may_hide(
+    pose: Pose, points: Points, shape: Shape, link: int, margin: float, found: NDArray[np.intp]
+) -> int:
+    """Nearer links that reach into a circle around all of a link's points into found; returns how many."""
     start, direction, length, size = pose
+    least, most, wide = 0.0, 0.0, 0.0
+    for p in range(points.first[link], points.first[link + 1]):
+        least, most = min(least, points.along[p]), max(most, points.along[p])
+        wide = max(wide, abs(points.across[p]))
+    middle = 0.5 * (least + most) * length[link]
+    radius = np.hypot(0.5 * (most - least) * length[link], size * wide)
+    x = start[link, 0] + middle * direction[link, 0]
+    y = start[link, 1] + middle * direction[link, 1]
+    n = 0
     for j in range(len(length)):
-        if shape.layer[j] <= shape.layer[link]:
-            continue
+        if shape.layer[j] > shape.layer[link]:
+            away_x, away_y = x - start[j, 0], y - start[j, 1]
+            along = away_x * direction[j, 0] + away_y * direction[j, 1]
+            across = away_y * direction[j, 0] - away_x * direction[j, 1]
+            near = radius + margin
+            half = 0.5 * size * shape.width[j] * max(1.0, shape.taper[j])
+            if -near < along < length[j] + near and abs(across) < half + near:
+                found[n] = j
+                n += 1
+    return n
+
+
+@COMPILED
+def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: NDArray[np.intp], margin: float) -> bool:
+    """Whether one of some links lies over a body point."""
+    start, direction, length, size = pose
+    for j in nearer:
         away_x, away_y = x - start[j, 0], y - start[j, 1]
         along = away_x * direction[j, 0] + away_y * direction[j, 1]
         if -margin < along < length[j] + margin:
@@ -222,95 +244,120 @@ def _hidden(x: float, y: float, pose: Pose, shape: Shape, link: int, margin: flo
     return False
 
 
-@numba.njit(cache=True)
-def _take_off_median(residual: Single, match: Array, heap: Single, first: int, end: int, c: int) -> float:
-    """One channel's residuals of the visible points less their median, which is returned."""
-    n = 0
-    for p in range(first, end):
-        if match[p] > 0.0:
-            heap[n] = residual[p, c]
-            n += 1
-    middle = _select(heap, n, n // 2)
-    for p in range(first, end):
-        if match[p] > 0.0:
-            residual[p, c] -= middle
-    return float(middle)
+@ANY_ORDER
+def _take_off(residual: Single, low: float, high: float) -> float:
+    """Residuals less their median, within limits, which is returned."""
+    middle = min(max(float(_middle(residual, np.float32(low), np.float32(high))), low), high)
+    less = np.float32(middle)
+    for k in range(len(residual)):
+        residual[k] -= less
+    return middle
 
 
-@numba.njit(cache=True)
-def _select(values: Single, n: int, k: int) -> float:
-    """The k-th smallest of the first n values, whose order is lost (Hoare 1961)."""
-    low, high = 0, n - 1
-    while low < high:
-        pivot = values[k]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while values[j] > pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if j < k:
-            low = i
-        if k < i:
-            high = j
-    return float(values[k])
+@ANY_ORDER
+def _middle(values: Single, low: np.float32, high: np.float32) -> np.float32:
+    """The (n // 2)-th smallest of n values, or the limit it is beyond.
+
+    By halving: passes that count are many values at a time, a selection's jumps are not foreseen.
+    """
+    k = len(values) // 2
+    if _below(values, low) > k:
+        return low
+    if _below(values, high) <= k:
+        return high
+    while True:  # it lies from low up to high, which is no longer it
+        middle = np.float32(0.5) * (low + high)
+        if middle <= low or middle >= high:
+            return low
+        number = _below(values, middle)
+        if number == k:
+            break
+        if number > k:
+            high = middle
+        else:
+            low = middle
+    least = high
+    for k in range(len(values)):
+        least = min(least, values[k] if values[k] >= middle else high)
+    return least
 
 
-@numba.njit(cache=True)
-def _doubt(
-    weight: Array, residual: Single, match: Array, noise: Noise, first: int, end: int
-) -> tuple[float, float, float]:
+@ANY_ORDER
+def _below(values: Single, limit: np.float32) -> np.int32:
+    number = np.int32(0)
+    for k in range(len(values)):
+        number += np.int32(values[k] < limit)
+    return number
+
+
+@ANY_ORDER
+def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float, float]:
     """Robust weights into match; sums of weight, weight * match and weight * rho / 2."""
+    weight, match, excess = row.place[2, :n], row.match[:n], row.excess[:n]
+    r0, r1, r2 = row.residual[0, :n], row.residual[1, :n], row.residual[2, :n]
+    robust = noise.scale < np.inf
+    scale = 3.0 * noise.variance * (noise.scale if robust else 1.0)
     sum_weight, sum_match, sum_rho = 0.0, 0.0, 0.0
-    for p in range(first, end):
-        if match[p] == 0.0:
-            continue
-        square = 0.0
-        for c in range(3):
-            square += residual[p, c] * residual[p, c]
-        square /= 3.0 * noise.variance
-        rho = square
-        if noise.scale < np.inf:
-            match[p] = 1.0 / (1.0 + square / noise.scale)
-            rho = noise.scale * np.log1p(square / noise.scale)
-        sum_weight += weight[p]
-        sum_match += weight[p] * match[p]
-        sum_rho += 0.5 * weight[p] * rho
-    return sum_weight, sum_match, sum_rho
+    for k in range(n):
+        a, b, c = np.float64(r0[k]), np.float64(r1[k]), np.float64(r2[k])
+        e = (a * a + b * b + c * c) / scale
+        m = 1.0 / (1.0 + e) if robust else 1.0
+        excess[k] = e
+        match[k] = m
+        sum_weight += weight[k]
+        sum_match += weight[k] * m
+    if not robust:
+        for k in range(n):
+            sum_rho += weight[k] * excess[k]
+        return sum_weight, sum_match, 0.5 * sum_rho
+    k = 0
+    while k < n:
+        # One logarithm for many.
+        w, product, end = weight[k], 1.0, min(k + TOGETHER, n)
+        while k < end and weight[k] == w:
+            product *= match[k]
+            k += 1
+        sum_rho -= w * np.log(product)
+    return sum_weight, sum_match, 0.5 * noise.scale * sum_rho
 
 
-@numba.njit(cache=True)
-def _gather(
-    weight: Array,
-    u: Array,
-    v: Array,
-    residual: Single,
-    match: Array,
-    slope: Single,
-    first: int,
-    end: int,
-    moments: Array,
-    pull: Array,
-) -> None:
-    """Sums of w f f' into moments (5, 5) and of w f r into pull (5,)."""
-    f = np.empty(WAYS)
-    for p in range(first, end):
-        if match[p] == 0.0:
-            continue
-        w = weight[p] * match[p]
-        for c in range(3):
-            f[0], f[1] = slope[p, c, 0], slope[p, c, 1]
-            f[2] = u[p] * f[0]
-            f[3] = u[p] * f[1] - v[p] * f[0]
-            f[4] = f[2] + v[p] * f[1]
-            for i in range(WAYS):
-                pull[i] += w * f[i] * residual[p, c]
-                for j in range(i + 1):
-                    moments[i, j] += w * f[i] * f[j]
-    for i in range(WAYS):
-        for j in range(i):
-            moments[j, i] = moments[i, j]
+@ANY_ORDER
+def _gather(row: Row, n: int, fair: float, moments: Array, pull: Array) -> None:
+    """Sums of w f f' into moments (5, 5) and of w f r into pull (5,); weights count by a share `fair`."""
+    us, vs, weight, match = row.place[0, :n], row.place[1, :n], row.place[2, :n], row.match[:n]
+    for c in range(3):
+        along, across, residual = row.along[c, :n], row.across[c, :n], row.residual[c, :n]
+        m00, m10, m11, m20, m21, m22, m30, m31 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        m32, m33, m40, m41, m42, m43, m44 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        p0, p1, p2, p3, p4 = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(n):
+            u, v, w = us[k], vs[k], fair * weight[k] * match[k]
+            a, b, r = np.float64(along[k]), np.float64(across[k]), w * residual[k]
+            c2, c3, c4 = u * a, u * b - v * a, u * a + v * b
+            p0 += a * r
+            p1 += b * r
+            p2 += c2 * r
+            p3 += c3 * r
+            p4 += c4 * r
+            wa, wb, w2, w3 = w * a, w * b, w * c2, w * c3
+            m00 += wa * a
+            m10 += wa * b
+            m20 += wa * c2
+            m30 += wa * c3
+            m40 += wa * c4
+            m11 += wb * b
+            m21 += wb * c2
+            m31 += wb * c3
+            m41 += wb * c4
+            m22 += w2 * c2
+            m32 += w2 * c3
+            m42 += w2 * c4
+            m33 += w3 * c3
+            m43 += w3 * c4
+            m44 += w * c4 * c4
+        for i, value in enumerate((p0, p1, p2, p3, p4)):
+            pull[i] += value
+        rows = (m00, m10, m20, m30, m40), (m10, m11, m21, m31, m41), (m20, m21, m22, m32, m42)
+        for i, row_of in enumerate((*rows, (m30, m31, m32, m33, m43), (m40, m41, m42, m43, m44))):
+            for j, value in enumerate(row_of):
+                moments[i, j] += value

@@ -10,7 +10,7 @@ from dynamics.em import Infer, Options, anywhere, learn
 from dynamics.gaussian import collapse
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
-from dynamics.rate import at_rate
+from dynamics.rate import at_rate, backwards
 from dynamics.selection import choose
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
@@ -34,8 +34,9 @@ Report = Callable[[str, int, int], None]
 def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     """The model a user names, at this frame rate, as the tracker uses it.
 
-    A learned one stands there once for each playback speed that is tried, its noise inflated for people it
-    has not seen, beside one free state of constant velocity for what it does not foresee.
+    A learned one stands there once for each playback speed that is tried, and again with time running back
+    for those who walk backwards; its noise is inflated for people it has not seen. At second order one free
+    state of constant velocity joins it, for what it does not foresee.
 
     Args:
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
@@ -47,8 +48,11 @@ def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     """
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(fps, settings)
-    speeds = [replace(switching_model(name, fps / rate), fps=fps) for rate in settings.rates]
-    learned = combine(speeds, settings.rate_change)
+    ahead = [replace(switching_model(name, fps / rate), fps=fps) for rate in settings.rates]
+    learned = combine(ahead, settings.rate_change)
+    if settings.turn > 0.0:
+        back = combine([backwards(model) for model in ahead], settings.rate_change)
+        learned = combine([learned, back], settings.turn)
     inflated = replace(learned, Q=learned.Q * settings.inflation)
     if settings.surprise == 0.0 or learned.order == 1:
         return inflated
@@ -67,13 +71,6 @@ def motion_model(name: str, fps: float = 30.0) -> Model:
     """A model as it was learned: a file's, or the shipped one of this name whose rate is nearest to `fps`."""
     is_file = name.endswith(".npz") or Path(name).is_file()
     return load(name) if is_file else load_shipped(name, fps)
-
-
-def state_rates(slds: SLDS, settings: Settings) -> Array:
-    """(K,) the playback speed that each switching state of `find_model` stands for; NaN where it has none."""
-    learned = sum(label not in (CONSTANT_VELOCITY, FREE) for label in slds.labels)
-    rates = np.repeat(np.array(settings.rates), learned // len(settings.rates))
-    return np.concatenate([rates, np.full(slds.K - learned, np.nan)])
 
 
 def learn_motions(

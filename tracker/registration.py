@@ -11,26 +11,31 @@ The classic mode is the papers': grey templates of the first frame, plain square
 on the lengths, which the papers' figure did not leave free.
 
 n is tempered: neighbouring pixels err together, and only a share of them counts. The mean makes poses that
-hide different points comparable. What is handed on is the likelihood's own linearisation at the mode, so that
-the filter adds the prior once.
+hide different points comparable. Between hypotheses the image speaks by how much better the visible points
+match as the figure's than as what lies behind it or, where that is unknown, than they usually do. What is
+handed on is the likelihood's own linearisation at the mode, so that the filter adds the prior once.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply
+from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.figure import Figure
-from kinematics.spm import View, motions, skeleton, surface
-from tracker.kernel import Laid, Lens, Noise, Points, Shape, lay
+from kinematics.spm import Skeleton, View, motions, skeleton, surface
+from tracker.backdrop import UNSEEN, Scenery
+from tracker.kernel import lay
+from tracker.laid import Behind, Laid, Lens, Noise, Points, Shape
 from tracker.sampling import Level, sample
 from tracker.settings import Settings
 from tracker.template import Templates
 
 Rows = NDArray[np.intp] | slice
+COARSE = 2  # every so manieth point is looked at where the blur makes neighbours alike
 FEWEST = 6  # points of a link that an offset of light is worked out from
 SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
 SMALL_GAIN = 1e-2  # nats
@@ -43,7 +48,7 @@ class Outcome(Enum):
 
     CONVERGED = "converged"
     ITERATION_LIMIT = "hit the iteration limit"
-    OUTSIDE = "most template points left the frame"
+    OUTSIDE = "most template points left the part of the frame that was looked at"
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,9 @@ class Registration:
     q           : (D,) pose at the last step
     information : (D, D) tempered J'WJ / sigma^2; singular where nothing visible constrains q
     vector      : (D,) information times the likelihood's linearised mode
-    cost        : minus the tempered log likelihood at q, nats, over as many points for every pose
+    cost        : minus the tempered log likelihood at q, nats, against what lies behind
+    misfit      : mean over the visible points of half the robust squared residual, in units of the noise
+    shown       : share of the points within the outlines that nothing nearer hides, in the frame
     residual    : root-mean-square residual, grey levels
     match       : (P,) robust weight of each point without the rim's, 0 where not visible
     offset      : (L, 3) brightness offset of each link and channel, grey levels
@@ -65,6 +72,8 @@ class Registration:
     information: Array
     vector: Array
     cost: float
+    misfit: float
+    shown: float
     residual: float
     match: Array
     offset: Array
@@ -72,86 +81,119 @@ class Registration:
     outcome: Outcome
 
 
-def align(
-    templates: Templates,
-    levels: list[Level],
-    figure: Figure,
-    view: View,
-    priors: Gaussian,
-    settings: Settings,
-) -> list[Registration]:
-    """Climb from each prior's mean (H, D) to a mode, coarse to fine, and linearise the likelihood there."""
-    search = _Search(templates, figure, view, priors, settings)
-    q, outcomes = priors.mean, [Outcome.CONVERGED] * len(priors.mean)
-    for number, level in enumerate(levels):
-        q, outcomes = search.climb(number, level, q)
-    fit = search.compare(len(levels) - 1, levels[-1], q)
-    information, gradient = search.normal_equations(fit, slice(None))
-    inside = fit.laid.inside.mean(1)
-    weight = templates.weight * fit.laid.match
+@dataclass(frozen=True)
+class Field:
+    """What poses are compared with in one frame.
+
+    levels  : of the frame, coarse to fine, as many as the templates have colours for
+    scenery : how much the frame differs from what lies behind the figure
+    """
+
+    templates: Templates
+    levels: Sequence[Level]
+    figure: Figure
+    view: View
+    settings: Settings
+    scenery: Scenery = UNSEEN
+
+    def seen(self, found: Registration) -> Array:
+        """(levels, P, 3) what the frame shows where the points settled, the offsets of light taken off."""
+        shown = np.stack([sample(level, self._pixels(found))[0] for level in self.levels])
+        return np.asarray(shown - found.offset[self.templates.link])
+
+    def bare(self, found: Registration) -> float:
+        """Share of the points within the outlines at which the frame shows just what lies behind."""
+        inner = (self.templates.weight == 1.0) & self.templates.known
+        return self.scenery.plain(self._pixels(found)[inner])
+
+    def _pixels(self, found: Registration) -> Array:
+        """(P, 2) where the points settled."""
+        templates, bones = self.templates, skeleton(self.figure, found.q)
+        return self.view.to_pixels(surface(bones, templates.link, templates.along, templates.across))
+
+
+def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[Registration]:
+    """Climb to a mode, coarse to fine, and linearise the likelihood there.
+
+    From each prior's mean (H, D), or from `starts` (H, D) where given.
+    """
+    search = _Search(field, priors)
+    q = priors.mean if starts is None else starts
+    for number in range(len(field.levels)):
+        fit, outcomes = search.climb(number, q)
+        q = fit.q
+    information, gradient = search.normal_equations(fit)
+    inside, cost = fit.laid.inside.mean(1), search.evidence(fit)
+    weight = field.templates.weight * fit.laid.match
     square = (weight[..., None] * fit.laid.residual**2).sum((1, 2)) / np.maximum(3.0 * weight.sum(1), 1e-9)
     return [
         Registration(
             q=q[h],
             information=information[h],
             vector=information[h] @ q[h] - gradient[h],
-            cost=settings.image_weight * search.count * fit.laid.mean[h],
+            cost=float(field.settings.image_weight * cost[h]),
+            misfit=float(fit.laid.mean[h]),
+            shown=float(fit.laid.shown[h]),
             residual=float(np.sqrt(square[h])),
             match=fit.laid.match[h],
             offset=fit.laid.offset[h],
             inside=float(inside[h]),
-            outcome=Outcome.OUTSIDE if inside[h] < settings.least_inside else outcomes[h],
+            outcome=Outcome.OUTSIDE if inside[h] < field.settings.least_inside else outcomes[h],
         )
         for h in range(len(q))
     ]
 
 
-def seen(templates: Templates, levels: list[Level], figure: Figure, view: View, found: Registration) -> Array:
-    """(levels, P, 3) what the frame shows where the points settled, the offsets of light taken off."""
-    pixels = view.to_pixels(
-        surface(skeleton(figure, found.q), templates.link, templates.along, templates.across)
-    )
-    return np.stack([sample(level, pixels)[0] for level in levels]) - found.offset[templates.link]
+def scan(field: Field, poses: Array) -> Array:
+    """(H,) minus the tempered log likelihood of poses (H, D) at the coarsest blur, nats; none climbs."""
+    anything = Gaussian(poses[:1], np.eye(poses.shape[1])[None])
+    search = _Search(field, anything)
+    return search.evidence(search.compare(0, poses))
 
 
 @dataclass(frozen=True)
 class _Fit:
-    """The templates laid on one level at H poses q (H, D)."""
+    """The templates laid on one level at H poses q (H, D), the links as these lay them."""
 
     q: Array
+    bones: Skeleton
     laid: Laid
 
-    def with_rows(self, rows: NDArray[np.intp], other: Self, taken: NDArray[np.bool_]) -> Self:
-        """Some of these rows replaced by those of `other`, which has one for each of `rows`."""
-        to = rows[taken]
-        self.q[to] = other.q[taken]
-        for mine, theirs in zip(self.laid, other.laid, strict=True):
-            np.asarray(mine)[to] = np.asarray(theirs)[taken]
-        return self
+    def __getitem__(self, rows: NDArray[np.intp]) -> "_Fit":
+        """Those of some poses."""
+        q, *parts = (part[rows] for part in self._parts)
+        return _Fit(q, Skeleton(*parts[:4]), Laid(*parts[4:]))
+
+    def take(self, other: Self, mine: Sequence[int] | NDArray[np.intp], rows: NDArray[np.intp]) -> None:
+        """Put rows of another in the place of mine."""
+        for part, theirs in zip(self._parts, other._parts, strict=True):
+            part[mine] = theirs[rows]
+
+    @property
+    def _parts(self) -> tuple[NDArray[Any], ...]:
+        bones = self.bones
+        return self.q, bones.start, bones.direction, bones.length, bones.size, *self.laid
 
 
 class _Search:
-    """A climb's fixed data: templates, figure, view, priors, settings."""
+    """A climb's fixed data."""
 
-    def __init__(
-        self, templates: Templates, figure: Figure, view: View, priors: Gaussian, settings: Settings
-    ) -> None:
-        self.figure, self.view, self.settings = figure, view, settings
+    def __init__(self, field: Field, priors: Gaussian) -> None:
+        templates, figure, settings = field.templates, field.figure, field.settings
+        self.field, self.figure, self.settings = field, figure, settings
         self.full = settings.mode == "full"
         self.mean = priors.mean
         inverse = np.linalg.inv(priors.cov) if self.full else _lengths_only(priors.cov, figure)
         self.precision: Array = np.asarray(inverse, dtype=np.float64)
         self.count = settings.tempering * len(templates.link)
         self.low, self.high = figure.limits
+        self.stiffness = self.full / np.radians(settings.limit_give) ** 2
         layout = figure.layout
         self.shape = Shape(layout.layer, layout.width, layout.taper)
-        first = np.searchsorted(templates.link, np.arange(len(figure.links) + 1))
-        self.points = [
-            Points(first, templates.along, templates.across, templates.weight, colours, templates.known)
-            for colours in templates.colours
-        ]
+        self.points = [self.points_at(number) for number in range(len(templates.colours))]
         self.noise = Noise(
             variance=settings.noise**2,
+            light=settings.light,
             scale=settings.robust**2 if self.full else np.inf,
             out_of_sight=settings.out_of_sight,
             in_sight=settings.in_sight,
@@ -160,39 +202,60 @@ class _Search:
             margin=0.0,
         )
 
-    def climb(self, number: int, level: Level, q: Array) -> tuple[Array, list[Outcome]]:
+    def points_at(self, number: int) -> Points:
+        """The templates' points with their colours at one blur, of the coarser ones a part."""
+        templates = self.field.templates
+        coarse = self.full and number < len(templates.colours) - 1
+        kept = np.arange(0, len(templates.link), COARSE if coarse else 1)
+        return Points(
+            np.searchsorted(templates.link[kept], np.arange(len(self.figure.links) + 1)),
+            templates.along[kept],
+            templates.across[kept],
+            templates.weight[kept],
+            templates.colours[number][kept],
+            templates.known[kept],
+            templates.light,
+        )
+
+    def climb(self, number: int, q: Array) -> tuple[_Fit, list[Outcome]]:
         """Levenberg-Marquardt at one blur, all poses side by side."""
-        fit = self.compare(number, level, q.copy())
-        cost, damping = self.objective(fit, slice(None)), np.full(len(q), FIRST_DAMPING)
-        climbing = np.arange(len(q))
+        fit = found = self.compare(number, q.copy())
+        rows, damping = np.arange(len(q)), np.full(len(q), FIRST_DAMPING)
+        cost = self.objective(fit, rows)
         for _ in range(self.settings.iterations):
-            step = self.step(fit, climbing, damping[climbing])
-            trial = self.compare(number, level, fit.q[climbing] + step)
-            gain = cost[climbing] - self.objective(trial, climbing)
+            step = self.step(fit, rows, damping)
+            trial = self.compare(number, fit.q + step)
+            gain = cost - self.objective(trial, rows)
             better = gain > 0.0
-            fit = fit.with_rows(climbing, trial, better)
-            cost[climbing[better]] -= gain[better]
-            damping[climbing] = np.where(
-                better, 0.3 * damping[climbing], np.maximum(10.0 * damping[climbing], 1e-2)
-            )
+            if not better.all():
+                worse = np.flatnonzero(~better)
+                trial.take(fit, worse, worse)
+            fit, cost = trial, cost - np.maximum(gain, 0.0)
+            damping = np.where(better, 0.3 * damping, np.maximum(10.0 * damping, 1e-2))
             small = (gain < SMALL_GAIN) | (np.abs(step).max(1) < SMALL_STEP)
-            climbing = climbing[~np.where(better, small, damping[climbing] > HEAVIEST)]
-            if not len(climbing):
+            ended = np.where(better, small, damping > HEAVIEST)
+            if ended.any():
+                done, on = np.flatnonzero(ended), np.flatnonzero(~ended)
+                found.take(fit, rows[done], done)
+                rows, damping, cost, fit = rows[on], damping[on], cost[on], fit[on]
+            if not len(rows):
                 break
         outcomes = [Outcome.CONVERGED] * len(q)
-        for h in climbing:
+        for h in rows:
             outcomes[h] = Outcome.ITERATION_LIMIT
-        return fit.q, outcomes
+        found.take(fit, rows, np.arange(len(rows)))
+        return found, outcomes
 
     def step(self, fit: _Fit, rows: NDArray[np.intp], damping: Array) -> Array:
-        """Damped Gauss-Newton steps of some rows."""
-        information, gradient = self.normal_equations(fit, rows)
-        H = information + self.precision[rows]
-        slope = gradient + apply(self.precision[rows], fit.q[rows] - self.mean[rows])
+        """Damped Gauss-Newton steps (H, D) of a fit of some rows."""
+        H, gradient = self.normal_equations(fit)
+        precision = self.precision[rows]
+        H += precision
+        slope = gradient + apply(precision, fit.q - self.mean[rows])
         # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
-        diagonal = H.diagonal(axis1=1, axis2=2)
-        damped = H + (damping[:, None] * diagonal + 1e-9)[:, None] * np.eye(H.shape[-1])
-        step = -np.linalg.solve(damped, slope[..., None])[..., 0]
+        diagonal = np.einsum("hii->hi", H)
+        diagonal += damping[:, None] * diagonal + 1e-9
+        step = -np.linalg.solve(H, slope[..., None])[..., 0]
         return np.asarray(step * (LONGEST_STEP / np.maximum(np.abs(step).max(1), LONGEST_STEP))[:, None])
 
     def objective(self, fit: _Fit, rows: Rows) -> Array:
@@ -203,29 +266,34 @@ class _Search:
 
     def beyond(self, q: Array) -> tuple[Array, Array]:
         """How far each freedom is beyond its limits (H, D), and the stiffness that pulls it back, else 0."""
-        excess = q - np.clip(q, self.low, self.high)
-        stiffness = np.where(excess != 0.0, 1.0 / np.radians(self.settings.limit_give) ** 2, 0.0)
-        return excess, stiffness * self.full
+        excess = np.maximum(q - self.high, 0.0) + np.minimum(q - self.low, 0.0)
+        return excess, self.stiffness * (excess != 0.0)
 
-    def compare(self, number: int, level: Level, q: Array) -> _Fit:
+    def compare(self, number: int, q: Array) -> _Fit:
         """The templates laid on one level at poses."""
+        level, view, scenery = self.field.levels[number], self.field.view, self.field.scenery
         bones = skeleton(self.figure, q)
-        origin = np.asarray(self.view.origin) - level.corner
-        lens = Lens(*origin.tolist(), *self.view.axes.tolist())
+        origin = np.asarray(view.origin) - level.corner
+        lens = Lens(*origin.tolist(), *view.axes.tolist())
         parts = (bones.start, bones.direction, bones.length, bones.size)
-        noise = self.noise._replace(margin=self.settings.cover * level.sigma / self.view.unit)
-        return _Fit(q, lay(level.planes, lens, *parts, self.points[number], self.shape, noise))
+        behind = Behind(scenery.differs, scenery.step, *level.corner)
+        noise = self.noise._replace(margin=self.settings.cover * level.sigma / view.unit)
+        return _Fit(q, bones, lay(level.planes, lens, *parts, self.points[number], self.shape, behind, noise))
 
-    def normal_equations(self, fit: _Fit, rows: Rows) -> tuple[Array, Array]:
-        """Tempered J'WJ / sigma^2 and J'Wr / sigma^2 of some rows, and those of the limits of the joints."""
-        q = fit.q[rows]
-        ways = motions(self.figure, skeleton(self.figure, q))
-        scale = self.settings.tempering / (3.0 * self.settings.noise**2)
-        turned = np.swapaxes(ways, -1, -2)
-        information = scale * (turned @ fit.laid.moments[rows] @ ways).sum(1)
-        gradient = scale * apply(turned, fit.laid.pull[rows]).sum(1)
-        excess, stiffness = self.beyond(q)
-        information += stiffness[:, None] * np.eye(stiffness.shape[-1])
+    def evidence(self, fit: _Fit) -> Array:
+        """(H,) minus the tempered log likelihood of what is seen of the figure, against what is behind."""
+        return np.asarray(self.count * fit.laid.shown * (fit.laid.mean - fit.laid.behind))
+
+    def normal_equations(self, fit: _Fit) -> tuple[Array, Array]:
+        """Tempered J'WJ / sigma^2 (H, D, D) and J'Wr / sigma^2 (H, D), the limits of the joints in them."""
+        (H, D), moments = fit.q.shape, fit.laid.moments
+        ways = motions(self.figure, fit.bones)
+        scale = self.count / (fit.laid.match.shape[1] * 3.0 * self.settings.noise**2)
+        turned = transpose(ways.reshape(H, -1, D))
+        information = scale * (turned @ (moments @ ways).reshape(H, -1, D))
+        gradient = scale * apply(turned, fit.laid.pull.reshape(H, -1))
+        excess, stiffness = self.beyond(fit.q)
+        np.einsum("hii->hi", information)[...] += stiffness
         return information, gradient + stiffness * excess
 
 

@@ -52,12 +52,11 @@ def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
     x = np.clip(place[:, 0], 0, w - 1.001)
     y = np.clip(place[:, 1], 0, h - 1.001)
     i, j = y.astype(np.intp), x.astype(np.intp)
-    fy, fx = (y - i)[:, None], (x - j)[:, None]
-    planes = level.planes.reshape(h * w, 3)
-    at = i * w + j
-    top = planes[at] * (1 - fx) + planes[at + 1] * fx
-    bottom = planes[at + w] * (1 - fx) + planes[at + w + 1] * fx
-    return top * (1 - fy) + bottom * fy, inside
+    fy, fx = y - i, x - j
+    corners = (i * w + j) + np.array([[0], [1], [w], [w + 1]])
+    shares = np.stack([(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx])
+    around = level.planes.reshape(h * w, 3).take(corners, axis=0)
+    return np.einsum("kp,kpc->pc", shares, around), inside
 
 
 def _blurred(lab: Planes, sigma: float) -> Planes:

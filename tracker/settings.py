@@ -26,27 +26,45 @@ class Settings(BaseModel):
         (0.05, 0.025, 0.012), min_length=1, description="coarse to fine, leg lengths"
     )
     iterations: int = Field(6, ge=1, le=100, description="steps at each blur at most")
-    noise: float = Field(8.0, gt=0, description="of a pixel's match, grey levels")
+    noise: float = Field(6.0, gt=0, description="of a pixel's match, grey levels")
+    light: float = Field(
+        20.0,
+        gt=0,
+        description="of a link's offset of light from the common one at most, grey levels",
+    )
     robust: float = Field(2.5, gt=0, description="Cauchy scale, multiples of the noise")
     out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match at which a link is out of sight")
     in_sight: float = Field(0.6, gt=0, le=1, description="mean match from which a link is in full sight")
-    tempering: float = Field(0.04, gt=0, le=1, description="independent share of template points")
+    backdrop: bool = Field(True, description="whether what lies behind the figure weighs hypotheses")
+    tempering: float = Field(0.035, gt=0, le=1, description="independent share of template points")
     image_weight: float = Field(1.0, ge=0, description="of the image in weighing hypotheses")
-    blend: float = Field(0.1, ge=0, le=1, description="of what is seen into the template, a frame")
+    blend: float = Field(0.12, ge=0, le=1, description="of what is seen into the template, a frame")
+    camera: bool = Field(True, description="whether the camera may move: the root is then that of the scene")
+    hypotheses: int = Field(8, ge=1, description="priors that are tried a frame, at most")
     prune: float = Field(15.0, gt=0, description="priors dearer than the best by this are not tried, nats")
     margin: float = Field(
         0.3, ge=0, description="of the picture kept around the predicted joints, leg lengths"
     )
     least_inside: float = Field(
-        0.3, ge=0, le=1, description="share of the figure in the frame, or it is outside"
+        0.3, ge=0, le=1, description="share of the joints in the frame, or it is outside"
     )
     least_visible: float = Field(0.3, ge=0, le=1, description="share of every link in sight, or it is hidden")
     least_match: float = Field(
         0.25, ge=0, le=1, description="mean robust weight of what is in sight, or it is lost"
     )
+    doubtful_match: float = Field(
+        0.5, ge=0, le=1, description="the same where what lies behind explains the picture better"
+    )
+    found_match: float = Field(0.6, ge=0, le=1, description="the same after it was lost")
+    bare: float = Field(
+        0.5, ge=0, le=1, description="share of it where just what lies behind is seen, or it is lost"
+    )
     limit_give: float = Field(3.0, gt=0, description="how sharply a joint stops at its limit, degrees")
     rates: tuple[Annotated[float, Field(ge=0.25, le=4)], ...] = Field(
         (1.0, 0.5), min_length=1, description="playback speeds that are tried side by side, 1 as filmed"
+    )
+    turn: float = Field(
+        1e-6, ge=0, lt=1, description="probability a frame of walking backwards from now on, 0 for never"
     )
     rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
     inflation: float = Field(3.0, gt=0, description="of the learned Q, for people it has not seen")
@@ -64,6 +82,9 @@ class Settings(BaseModel):
     ankle: float = Field(25.0, gt=0, description="spread of an ankle, of which no model speaks, degrees")
     ankle_keep: float = Field(0.9, ge=0, lt=1, description="of an ankle's turn that is left a frame later")
     breath: float = Field(0.95, ge=0, lt=1, description="of a link's stretch that is left a frame later")
+    mark: float = Field(
+        0.03, ge=0, description="error of a marked joint's place, which tracking carries along, leg lengths"
+    )
     start_length: float = Field(0.01, gt=0, description="error of the marked log lengths")
     start_angle: float = Field(4.0, gt=0, description="error of the marked angles, degrees")
     start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")

@@ -23,13 +23,15 @@ VERSION = 1
 class Track:
     """A figure followed through the frames first .. first + T - 1 of a clip.
 
-    figure, view : with this person's lengths, and where it stood at the start
+    figure, view : with this person's lengths, and where it stood at the start, root in the scene's frame
     model   : name of the motion model; `labels` (K,) of its switching states
     first   : frame of the first row
     times   : (T,) seconds
     q, cov  : (T, D) and (T, D, D) belief over the pose
     s       : (T,) most probable switching state
-    outcome : (T,) ok, hidden, lost or outside
+    outcome : (T,) ok, hidden, lost, found or outside
+    shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
+    mark    : leg lengths, standard deviation of a marked joint's place on its links: no frame tells of it
     """
 
     figure: Figure
@@ -42,20 +44,26 @@ class Track:
     cov: Array
     s: NDArray[np.intp]
     outcome: tuple[str, ...]
+    shift: Array
+    mark: float
 
     def __len__(self) -> int:
         return len(self.q)
 
+    def view_at(self, t: int) -> View:
+        """How the picture of row t shows body coordinates."""
+        return self.view.shifted(self.shift[t])
+
     def joints(self) -> Array:
         """(T, J, 2) pixels, in the order of `figure.joints`."""
-        return np.stack([self.view.to_pixels(joints(self.figure, q)) for q in self.q])
+        return np.stack([self.view_at(t).to_pixels(joints(self.figure, q)) for t, q in enumerate(self.q)])
 
     def joint_covs(self) -> Array:
-        """(T, J, 2, 2) covariance of each joint, px^2."""
-        out = []
+        """(T, J, 2, 2) covariance of each joint, px^2: the pose's, and that of its mark on the links."""
+        out, marked = [], (self.mark * self.view.unit) ** 2 * np.eye(2)
         for q, cov in zip(self.q, self.cov, strict=True):
             J = joint_jacobian(self.figure, q) * self.view.axes[:, None]
-            out.append(J @ cov @ transpose(J))
+            out.append(J @ cov @ transpose(J) + marked)
         return np.stack(out)
 
 
@@ -82,6 +90,7 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         cov=track.cov,
         s=track.s,
         outcome=np.array(track.outcome),
+        shift=track.shift,
         joints=track.joints(),
         joint_covs=track.joint_covs(),
     )

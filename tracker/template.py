@@ -11,6 +11,8 @@ from kinematics.spm import Index, View, covering, skeleton, surface
 from tracker.sampling import Array, Level, Planes, sample
 from tracker.settings import Settings
 
+FAIR = 0.2  # mean trust of a link's points from which its offset of light counts
+
 
 @dataclass(frozen=True)
 class Templates:
@@ -20,6 +22,7 @@ class Templates:
     weight  : (P,) 1 within the link's outline, less on its rim
     colours : (levels, P, 3) Lab grey levels
     known   : (P,) whether the point has been seen yet
+    light   : (3,) offset of light of each channel, common to the links, grey levels
     """
 
     link: Index
@@ -28,18 +31,27 @@ class Templates:
     weight: Array
     colours: Planes
     known: NDArray[np.bool_]
+    light: Array
 
-    def refreshed(self, seen: Array, trust: Array, blend: float) -> Self:
+    def refreshed(self, seen: Array | Planes, trust: Array, blend: float, offset: Array) -> Self:
         """Blended into what is seen now; points never seen before take it whole.
 
         Args:
             seen: (levels, P, 3) colours at the settled pose, offsets of light taken off.
             trust: (P,) 0 where the point is hidden, out of the frame or does not match, up to 1.
             blend: share of what is seen.
+            offset: (L, 3) the offsets of light that were taken off.
         """
         share = np.where(self.known, blend * trust, np.where(trust > 0, 1.0, 0.0))
         colours = self.colours + share[None, :, None] * (seen - self.colours)
-        return replace(self, colours=colours.astype(np.float32), known=self.known | (trust > 0))
+        number = np.bincount(self.link[self.known], minlength=len(offset))
+        fair = np.bincount(self.link, trust * self.known, len(offset)) / np.maximum(number, 1)
+        return replace(
+            self,
+            colours=colours.astype(np.float32),
+            known=self.known | (trust > 0),
+            light=np.median(offset[fair > FAIR], axis=0) if (fair > FAIR).any() else self.light,
+        )
 
 
 def cut(figure: Figure, view: View, q: Array, levels: list[Level], settings: Settings) -> Templates:
@@ -51,7 +63,7 @@ def cut(figure: Figure, view: View, q: Array, levels: list[Level], settings: Set
     hidden = covering(figure, bones, points, link, margin=settings.cover * levels[-1].sigma / view.unit)
     found = [sample(level, pixels) for level in levels]
     colours = np.stack([values for values, _ in found]).astype(np.float32)
-    return Templates(link, along, across, weight, colours, found[0][1] & ~hidden)
+    return Templates(link, along, across, weight, colours, found[0][1] & ~hidden, np.zeros(3))
 
 
 def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:

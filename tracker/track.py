@@ -11,7 +11,8 @@ With a one-state constant-velocity model the same loop is the extended Kalman fi
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,14 +24,22 @@ from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
 from kinematics.spm import View, joints
-from tracker.registration import Registration, align, seen
+from tracker.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
+from tracker.camera import Box, Camera, first_camera
+from tracker.registration import Field, Outcome, Registration, align
 from tracker.sampling import Array, Level, pyramid
+from tracker.search import reach, sought
 from tracker.settings import Settings
 from tracker.template import Templates, cut
 
 Image = NDArray[np.uint8]
 
-OK, HIDDEN, LOST, OUTSIDE = "ok", "hidden", "lost", "outside"
+NOTHING = Belief(
+    Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
+)
+
+OK, HIDDEN, LOST, FOUND, OUTSIDE = "ok", "hidden", "lost", "found", "outside"
+UNSURE = (LOST, OUTSIDE)  # nothing was measured
 
 
 @dataclass(frozen=True)
@@ -39,28 +48,59 @@ class Estimate:
 
     pose    : belief over the full pose, mean (D,), cov (D, D)
     s       : most probable switching state
-    outcome : ok, hidden (a leg is covered), lost (nothing matches) or outside (most of it out of the frame)
+    outcome : ok, hidden (a link is covered), lost (nothing matches), outside (most of it out of the frame) or
+              found (the first frame after those that matches again)
     belief  : the hypotheses it was merged from
+    shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
+    misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
+    began   : whether the filter began here, so that nothing links it to the frame before
     """
 
     pose: Gaussian
     s: int
     outcome: str
     belief: Belief
+    shift: Array
+    misfit: float = 0.0
+    began: bool = False
+
+    def light(self) -> Self:
+        """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
+        cov = cast("Array", self.pose.cov.astype(np.float32))
+        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING)
 
 
 @dataclass(frozen=True)
 class State:
-    """What the loop carries from frame to frame."""
+    """What the loop carries from frame to frame.
+
+    camera   : None where it is taken for still
+    backdrop : None where what lies behind the figure is left out of account
+    outcome  : of the last frame
+    """
 
     belief: Belief
     templates: Templates
+    camera: Camera | None
+    backdrop: Backdrop | None
+    outcome: str = OK
+
+    @property
+    def shift(self) -> Array:
+        """(2,) pixels by which the camera has shifted the scene since the marked frame."""
+        return np.zeros(2) if self.camera is None else self.camera.shift
+
+    @property
+    def scenery(self) -> Scenery:
+        """How much the last frame differs from what lies behind the figure."""
+        return UNSEEN if self.backdrop is None else self.backdrop.scenery
 
 
 @dataclass(frozen=True)
 class Tracker:
     """A figure, where it stands in the picture, a motion model over its freedoms, and settings.
 
+    view   : of the scene in the marked frame
     slds   : speaks of every freedom of the figure
     offset : (D,) what the model's poses lack: the neck's own constant
     """
@@ -71,32 +111,76 @@ class Tracker:
     offset: Array
     settings: Settings
 
-    def begin(self, start: Start, image: Image) -> tuple[State, Estimate]:
-        """Belief and templates from the marked frame."""
+    def begin(self, start: Start, image: Image, belief: Belief | None = None) -> tuple[State, Estimate]:
+        """Templates from the marked frame, and a belief from its marks unless there is a better one."""
+        box, behind = self._box(start.q[None]), self.settings.backdrop and self.settings.mode == "full"
+        state = State(
+            belief or self.first_belief(start),
+            self.templates_at(start.q, image),
+            first_camera(image, box) if self.settings.camera else None,
+            first_backdrop(image, box, self.view.unit) if behind else None,
+        )
+        return state, replace(self._estimate(state), began=True)
+
+    def first_belief(self, start: Start) -> Belief:
+        """What the marks of the start frame say."""
         settings, D = self.settings, len(start.q)
         noise = np.full(D, np.radians(settings.start_angle))
         noise[:2] = settings.start_place
         noise[self.figure.index(SCALE) :] = settings.start_length
         y = np.where(start.known, start.q - self.offset, np.nan)
-        belief = first_belief(self.slds, y, np.diag(noise**2))
-        levels = self._levels(image, start.q[None])
-        templates = cut(self.figure, self.view, start.q, levels, settings)
-        return State(belief, templates), self._estimate(belief, OK)
+        return first_belief(self.slds, y, np.diag(noise**2))
+
+    def templates_at(self, q: Array, image: Image) -> Templates:
+        """Templates as a pose (D,) lays them on a picture."""
+        return cut(self.figure, self.view, q, self._levels(image, self._box(q[None])), self.settings)
 
     def step(self, state: State, image: Image) -> tuple[State, Estimate]:
         """One frame on."""
-        proposed = propose(self.slds, state.belief, prune=self.settings.prune)
+        proposed = self.proposed(state.belief)
         priors = self.pose(proposed.states)
-        levels = self._levels(image, priors.mean)
-        found = align(state.templates, levels, self.figure, self.view, priors, self.settings)
-        belief = self._fused(proposed, priors, found)
-        best = found[belief.best]
-        estimate = self._estimate(belief, self._outcome(state, best))
-        templates = state.templates
-        if self.settings.mode == "full" and estimate.outcome not in (LOST, OUTSIDE):
-            now = seen(templates, levels, self.figure, self.view, best)
-            templates = templates.refreshed(now, best.match, self.settings.blend)
-        return State(belief, templates), estimate
+        state = self.looked(state, image, priors)
+        here = self.shifted(state.shift)
+        levels = here._levels(image, here._box(priors.mean, reach(priors)))
+        field = Field(state.templates, levels, self.figure, here.view, self.settings, state.scenery)
+        starts = sought(field, priors, proposed.best) if state.outcome in UNSURE else None
+        found = align(field, priors, starts)
+        fused = self._fused(proposed, priors, found)
+        best = found[fused.best]
+        outcome = self._outcome(state, field, best, image.shape[:2])
+        if outcome in UNSURE:
+            # What matches nothing measures nothing.
+            state = replace(state, belief=proposed)
+        else:
+            state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
+        state = replace(state, outcome=outcome)
+        return state, replace(self._estimate(state), misfit=best.misfit)
+
+    def proposed(self, belief: Belief) -> Belief:
+        """The priors that are tried."""
+        return propose(self.slds, belief, prune=self.settings.prune, most=self.settings.hypotheses)
+
+    def looked(self, state: State, image: Image, priors: Gaussian) -> State:
+        """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""
+
+        def around() -> Box:
+            return self.shifted(state.shift)._box(priors.mean, reach(priors))
+
+        if state.camera is not None:
+            state = replace(state, camera=state.camera.follow(image, around()))
+        if state.backdrop is not None:
+            state = replace(state, backdrop=state.backdrop.follow(image, around(), state.shift))
+        return state
+
+    def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
+        """Freshened by what the frame shows where they settled."""
+        if self.settings.mode == "classic":
+            return templates
+        return templates.refreshed(field.seen(best), best.match, self.settings.blend, best.offset)
+
+    def shifted(self, shift: Array) -> Self:
+        """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""
+        return replace(self, view=self.view.shifted(shift))
 
     def pose(self, states: Gaussian) -> Gaussian:
         """Beliefs over the state as beliefs over the full pose."""
@@ -104,45 +188,53 @@ class Tracker:
         return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
     def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
-        C, eye = self.slds.C, np.eye(len(self.offset))
-        means, covs, costs = [], [], []
-        for h, r in enumerate(found):
-            vector = r.vector - r.information @ self.offset
-            posterior = update_information(proposed.states[h], C, r.information, vector)
-            away, P = r.q - priors.mean[h], priors.cov[h]
-            innovation = 0.5 * away @ np.linalg.solve(P, away)
-            spread = 0.5 * np.linalg.slogdet(eye + P @ r.information)[1]
-            means.append(posterior.mean)
-            covs.append(posterior.cov)
-            costs.append(proposed.cost[h] + r.cost + innovation + spread)
-        cost = np.array(costs)
-        return Belief(
-            Gaussian(np.stack(means), np.stack(covs)), cost - cost.min(), proposed.s, proposed.parent
-        )
+        information = np.stack([r.information for r in found])
+        vector = np.stack([r.vector for r in found]) - information @ self.offset
+        states = update_information(proposed.states, self.slds.C, information, vector)
+        away = np.stack([r.q for r in found]) - priors.mean
+        innovation = 0.5 * (away * np.linalg.solve(priors.cov, away[..., None])[..., 0]).sum(1)
+        spread = 0.5 * np.linalg.slogdet(np.eye(away.shape[1]) + priors.cov @ information)[1]
+        cost = proposed.cost + [r.cost for r in found] + innovation + spread
+        return replace(proposed, states=states, cost=cost - cost.min())
 
-    def _estimate(self, belief: Belief, outcome: str) -> Estimate:
-        return Estimate(self.pose(belief.merged()), int(belief.s[belief.best]), outcome, belief)
+    def _estimate(self, state: State) -> Estimate:
+        belief = state.belief
+        s = int(belief.s[belief.best])
+        return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.shift)
 
-    def _outcome(self, state: State, found: Registration) -> str:
+    def _outcome(self, state: State, field: Field, found: Registration, size: tuple[int, ...]) -> str:
         templates = state.templates
         inner = (templates.weight == 1.0) & templates.known
-        if found.inside < self.settings.least_inside:
+        H, W = size
+        pixels = field.view.to_pixels(joints(self.figure, found.q))
+        if ((pixels >= 0) & (pixels <= (W - 1, H - 1))).all(1).mean() < self.settings.least_inside:
             return OUTSIDE
         visible = inner & (found.match > 0)
-        if not visible.any() or found.match[visible].mean() < self.settings.least_match:
+        matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
+        fair = self.settings.found_match if state.outcome in UNSURE else self.settings.doubtful_match
+        gone = found.outcome is Outcome.OUTSIDE or matched < self.settings.least_match
+        if gone or (matched < fair and found.cost > 0.0) or field.bare(found) > self.settings.bare:
             return LOST
+        if state.outcome in UNSURE:
+            return FOUND
         share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
         return HIDDEN if min(share) < self.settings.least_visible else OK
 
-    def _levels(self, image: Image, poses: Array) -> list[Level]:
+    def _box(self, poses: Array, reach: Array | None = None) -> Box:
+        """Pixels around all of the poses (H, D), and what lies within reach (2,) leg lengths of them."""
         unit = self.view.unit
         pixels = self.view.to_pixels(joints(self.figure, poses)).reshape(-1, 2)
+        margin = unit * (self.settings.margin + (0.0 if reach is None else reach))
+        (x0, y0), (x1, y1) = pixels.min(0) - margin, pixels.max(0) + margin
+        return float(x0), float(y0), float(x1), float(y1)
+
+    def _levels(self, image: Image, around: Box) -> list[Level]:
         H, W = image.shape[:2]
-        low = np.clip(pixels.min(0) - self.settings.margin * unit, 0, (W - 2, H - 2)).astype(int)
-        high = np.clip(pixels.max(0) + self.settings.margin * unit, low + 2, (W, H)).astype(int)
+        low = np.clip(around[:2], 0, (W - 2, H - 2)).astype(int)
+        high = np.clip(around[2:], low + 2, (W, H)).astype(int)
         colour = self.settings.mode == "full"
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
-        return pyramid(image, box, [blur * unit for blur in self.settings.blurs], colour)
+        return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], colour)
 
 
 def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:

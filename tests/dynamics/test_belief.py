@@ -45,7 +45,7 @@ def test_a_first_pose_that_is_unknown_leaves_the_prior(rng):
 def test_every_state_is_proposed_from_its_best_predecessor(s, rng):
     slds = random_slds(3, order=2, rng=rng)
     belief = some_belief(slds, s, rng)
-    got = propose(slds, belief, prune=np.inf)
+    got = propose(slds, belief, prune=np.inf, most=9)
     assert_array_equal(got.s, [0, 1, 2])
     for j in range(3):
         costs = [belief.cost[h] - np.log(slds.Pi[i, j]) for h, i in enumerate(s)]
@@ -61,21 +61,36 @@ def test_every_state_is_proposed_from_its_best_predecessor(s, rng):
 def test_proposals_much_dearer_than_the_best_are_dropped(rng):
     slds = random_slds(4, rng=rng)
     belief = some_belief(slds, (0, 1, 2, 3), rng)
-    everything = propose(slds, belief, prune=np.inf)
+    everything = propose(slds, belief, prune=np.inf, most=9)
     sorted_costs = np.sort(everything.cost)
     for keep in (1, 2, 3):
         prune = 0.5 * (sorted_costs[keep - 1] + sorted_costs[keep]) - sorted_costs[0]
-        got = propose(slds, belief, prune=prune)
+        got = propose(slds, belief, prune=prune, most=9)
         want = np.sort(np.argsort(everything.cost)[:keep])
         assert_array_equal(got.s, want)
         assert_array_equal(got.cost, everything.cost[want])
         assert_array_equal(got.states.mean, everything.states.mean[want])
-    assert len(propose(slds, belief, prune=0.0).s) == 1
+    assert len(propose(slds, belief, prune=0.0, most=9).s) == 1
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 4, 7])
+def test_no_more_than_the_cheapest_few_are_proposed(most, rng):
+    slds = random_slds(4, rng=rng)
+    belief = some_belief(slds, (0, 1, 2, 3), rng)
+    everything = propose(slds, belief, prune=np.inf, most=4)
+    assert_array_equal(everything.s, np.arange(4))
+    got = propose(slds, belief, prune=np.inf, most=most)
+    want = np.sort(np.argsort(everything.cost)[:most])
+    assert_array_equal(got.s, want)
+    assert_array_equal(got.parent, everything.parent[want])
+    assert_array_equal(got.cost, everything.cost[want])
+    assert_array_equal(got.states.mean, everything.states.mean[want])
+    assert_array_equal(got.states.cov, everything.states.cov[want])
 
 
 def test_a_state_that_cannot_be_reached_is_not_proposed(rng):
     slds = replace(random_slds(3, rng=rng), Pi=[[0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 1.0]])
-    got = propose(slds, some_belief(slds, (0, 1), rng), prune=1e9)
+    got = propose(slds, some_belief(slds, (0, 1), rng), prune=1e9, most=9)
     assert_array_equal(got.s, [0, 1])
 
 
@@ -106,7 +121,7 @@ def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
     y = slds.sample(8, rng)[2]
     belief = first_belief(slds, y[0], slds.R)
     for t in range(1, 8):
-        prior = propose(slds, belief, prune=0.0)
+        prior = propose(slds, belief, prune=0.0, most=9)
         states, log_lik = update(prior.states, y[t], slds.C, slds.R)
         belief = Belief(states, prior.cost - log_lik, prior.s, prior.parent)
     want = viterbi(slds, y)

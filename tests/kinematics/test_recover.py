@@ -29,6 +29,13 @@ def marks_of(figure, q, *, facing=1, unit=100.0, origin=(320.0, 200.0), without=
     }
 
 
+def uneven(figure, rng):
+    """The figure with other lengths, each side its own, and one leg length to a leg on average."""
+    lengths = [link.length * rng.uniform(0.7, 1.3) for link in figure.links]
+    legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
+    return figure.with_lengths([length / (0.5 * sum(legs)) for length in lengths])
+
+
 def person(figure, rng):
     """The figure with other lengths, the same on both sides, and one leg length to a leg."""
     lengths = {link.name.split("_")[0]: link.length * rng.uniform(0.7, 1.3) for link in figure.links}
@@ -63,9 +70,10 @@ def test_recover_reads_the_angles_whatever_the_lengths(figure, rng):
 
 @every_figure
 @either_way
-def test_a_marked_frame_gives_back_pose_lengths_and_view(figure, facing, rng):
+@pytest.mark.parametrize("body", [person, uneven])
+def test_a_marked_frame_gives_back_pose_lengths_and_view(figure, body, facing, rng):
     for _ in range(5):
-        someone, q = person(figure, rng), random_pose(figure, rng, size=0.0)
+        someone, q = body(figure, rng), random_pose(figure, rng, size=0.0)
         start = start_pose(figure, marks_of(someone, q, facing=facing, unit=83.0), facing)
         assert_allclose(start.q, q, **ROUNDING)
         assert start.known.all()
@@ -78,14 +86,14 @@ def test_a_marked_frame_gives_back_pose_lengths_and_view(figure, facing, rng):
         assert_allclose(start.view.to_pixels(joints(start.figure, start.q)), want, atol=1e-10)
 
 
-def test_lengths_are_the_means_of_the_twins_and_the_unit_their_sum():
+def test_each_side_has_its_own_lengths_and_the_unit_is_the_mean_of_the_legs():
     sizes = {"torso": 60.0, "head": 30.0, "thigh_near": 52.0, "shank_near": 50.0}
     sizes |= {"thigh_far": 48.0, "shank_far": 42.0, "foot_near": 20.0, "foot_far": 24.0}
-    uneven = WALKER.with_lengths([sizes[link.name] for link in WALKER.links])
-    start = start_pose(WALKER, marks_of(uneven, upright(WALKER, hip_near=0.3), unit=1.0), 1)
-    assert start.view.unit == pytest.approx(50.0 + 46.0)
+    limping = WALKER.with_lengths([sizes[link.name] for link in WALKER.links])
+    start = start_pose(WALKER, marks_of(limping, upright(WALKER, hip_near=0.3), unit=1.0), 1)
+    assert start.view.unit == pytest.approx(0.5 * (52.0 + 50.0 + 48.0 + 42.0))
     found = [link.length * 96.0 for link in start.figure.links]
-    assert_allclose(found, [60.0, 30.0, 50.0, 46.0, 50.0, 46.0, 22.0, 22.0])
+    assert_allclose(found, [sizes[link.name] for link in WALKER.links])
 
 
 @pytest.mark.parametrize("without", [("far_ankle",), ("near_ankle",), ("far_ankle", "far_toe")])
@@ -109,10 +117,10 @@ def test_without_both_ankles_the_shank_is_the_proportion_of_what_was_seen():
     assert_allclose([a.length for a in start.figure.links], [b.length for b in WALKER.links], rtol=1e-12)
     unseen = [WALKER.freedoms[i] for i in np.flatnonzero(~start.known)]
     assert unseen == ["knee_near", "knee_far", "ankle_near", "ankle_far"]
-    # A long torso and head alone lengthen shanks by their share: 57 + 34 + 51 = 142 pixels, now 200.
+    # A long torso and head alone lengthen shanks by their share: 57 + 34 + 51 + 51 = 193 pixels, now 251.
     tall = WALKER.with_lengths([1.0, 0.49, 0.51, 0.49, 0.51, 0.49, 0.27, 0.27])
     start = start_pose(WALKER, marks_of(tall, upright(WALKER), without=ankles), 1)
-    assert start.view.unit == pytest.approx(51.0 + 49.0 * 200.0 / 142.0)
+    assert start.view.unit == pytest.approx(51.0 + 49.0 * 251.0 / 193.0)
 
 
 def test_toes_may_be_marked_or_not_where_the_figure_has_none(rng):

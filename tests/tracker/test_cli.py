@@ -102,7 +102,7 @@ def test_run_json_says_what_was_done(clip, done):
 
 
 def test_facing_is_reported_as_told(clip, track, tmp_path):
-    assert figtrack(*track(more=["--facing", "left", "--stop", 1])).exit_code == 0
+    assert figtrack(*track(more=["--facing", "left", "--start", 6, "--stop", 6])).exit_code == 0
     assert read_json(tmp_path / "out" / "run.json")["facing"] == "left"
 
 

@@ -13,9 +13,11 @@ from dynamics.store import ModelError, load_shipped
 from kinematics.recover import PoseError
 from tests.tracker.clips import FPS, read_csv, read_json, write_video
 from tracker import clip as clip_module
-from tracker.clip import Job, StartError, follow, prepare, write_run
-from tracker.keypoints import read_keypoints
+from tracker import reel as reel_module
+from tracker.clip import Job, follow, prepare, write_run
+from tracker.keypoints import Mark, read_keypoints
 from tracker.progress import Progress
+from tracker.start import StartError
 from videos.frames import Video, VideoError
 
 QUIET = Progress("quiet")
@@ -68,32 +70,96 @@ def test_frames_are_read_once_and_in_order(clip, job, frames_read):
     assert frames_read == [0, *range(len(clip))]
 
 
-@pytest.mark.parametrize("smooth", [False, True], ids=["as known then", "smoothed"])
-def test_frames_before_the_start_are_followed_as_a_clip_that_runs_backwards(smooth, clip, job, tmp_path):
+def test_frames_before_the_start_are_followed_as_a_clip_that_runs_backwards(clip, job, tmp_path):
     middle, T = 4, len(clip)
     forth = replace(
-        job, video=write_images(tmp_path / "forth", clip.images), start=middle, facing=1, smooth=smooth
+        job, video=write_images(tmp_path / "forth", clip.images), start=middle, facing=1, smooth=False
     )
     mirrored = {T - 1 - t: marks for t, marks in job.marks.items()}
     back = replace(
         forth, video=write_images(tmp_path / "back", clip.images[::-1]), marks=mirrored, start=T - 1 - middle
     )
     one, other = follow(forth, QUIET).track, follow(back, QUIET).track
-    # The start frame is smoothed by the frames on one side of it, which is not the same side.
-    same = np.delete(np.arange(T), middle) if smooth else np.arange(T)
     # Constant velocity knows no direction of time, so both see the same pictures in the same order.
-    assert_allclose(one.q[same], other.q[::-1][same], atol=1e-12)
+    assert_allclose(one.q, other.q[::-1], atol=1e-12)
     assert one.outcome == other.outcome[::-1]
 
 
-def test_what_is_tracked_after_the_start_does_not_depend_on_what_was_before(clip, job, tmp_path):
+def test_what_is_known_at_a_frame_after_the_start_does_not_depend_on_what_was_before(clip, job, tmp_path):
     start = 3
     whole = write_images(tmp_path / "whole", clip.images)
     late = write_images(tmp_path / "late", clip.images[start:])
-    one = follow(replace(job, video=whole, start=start), QUIET).track
+    one = follow(replace(job, video=whole, start=start, smooth=False), QUIET).track
     marks = {t - start: marks for t, marks in job.marks.items() if t >= start}
-    other = follow(replace(job, video=late, marks=marks, start=0), QUIET).track
+    other = follow(replace(job, video=late, marks=marks, start=0, smooth=False), QUIET).track
     assert_array_equal(one.q[start:], other.q)
+
+
+def test_a_smoothed_start_is_surer_than_what_either_side_of_it_tells(clip, job, tmp_path):
+    start = 4
+    late = write_images(tmp_path / "late", clip.images[start:])
+    marks = {t - start: marks for t, marks in job.marks.items() if t >= start}
+    both = follow(replace(job, start=start), QUIET).track
+    before = follow(replace(job, start=start, stop=start), QUIET).track
+    after = follow(replace(job, video=late, marks=marks, start=0), QUIET).track
+    angles = slice(2, 10)
+    spreads = [np.diag(cov)[angles] for cov in (both.cov[start], before.cov[start], after.cov[0])]
+    assert (spreads[0] < 0.999 * spreads[1]).all()
+    assert (spreads[0] < 0.999 * spreads[2]).all()
+
+
+@pytest.mark.parametrize("anchors", [False, True])
+def test_a_start_late_in_a_long_clip_keeps_few_pictures(anchors, clip, job, frames_read, monkeypatch):
+    plain = follow(replace(job, start=8, anchors=anchors), QUIET).track
+    alone = len(frames_read)
+    monkeypatch.setattr(reel_module, "HELD", 3 * clip.images[0].nbytes)
+    held = follow(replace(job, start=8, anchors=anchors), QUIET).track
+    assert_array_equal(held.q, plain.q)
+    # Frames 0 .. 4 are read again in blocks of three and two, each from the beginning.
+    assert len(frames_read) - alone >= alone + 5 + 2
+
+
+def broken_off(clip, folder):
+    """The clip with a cut in the film: from frame 4 on the figure stands a leg and a half further left."""
+    by = int(1.5 * clip.leg_px)
+    moved = [np.roll(image, -by, axis=1) for image in clip.images[4:]]
+    video = write_images(folder, [*clip.images[:4], *moved])
+    places = {name: at - np.outer(np.arange(len(at)) >= 4, [by, 0]) for name, at in clip.joints.items()}
+    marks = {t: {name: Mark(*at[t]) for name, at in places.items()} for t in (0, len(clip) - 1)}
+    return video, marks, places
+
+
+@pytest.mark.parametrize("model", ["cv", "walk-run"])
+@pytest.mark.parametrize("smooth", [True, False])
+def test_an_anchor_gets_a_lost_figure_back_and_the_frames_before_it_too(model, smooth, clip, job, tmp_path):
+    video, marks, places = broken_off(clip, tmp_path / "cut")
+    lost = replace(job, video=video, marks=marks, model=model, smooth=smooth)
+    away = {}
+    for anchors in (False, True):
+        track = follow(replace(lost, anchors=anchors), QUIET).track
+        truth = np.stack([places[name] for name in track.figure.joints], axis=1)
+        away[anchors] = np.linalg.norm(track.joints() - truth, axis=-1).mean(1) / clip.leg_px
+    assert away[False][5:].min() > 0.3
+    assert away[True].max() < 0.15
+    assert len(away[True]) == len(clip)
+
+
+def test_anchors_before_the_start_are_passed_through_as_well(clip, job):
+    spoiled = {t: dict(job.marks[t]) for t in (0, 5)}
+    spoiled[0] = {name: replace(mark, y=mark.y - 8.0) for name, mark in spoiled[0].items()}
+    tracks = [
+        follow(replace(job, marks=spoiled, start=5, anchors=anchors), QUIET).track
+        for anchors in (False, True)
+    ]
+    hip = tracks[0].figure.joints.index("hip")
+    plain, drawn = (track.joints()[:, hip, 1] for track in tracks)
+    assert drawn[0] < plain[0] - 4.0
+    assert_allclose(drawn[6:], plain[6:], atol=2.0)
+
+
+def test_without_anchors_other_marked_frames_are_not_looked_at(clip, job):
+    one = {0: job.marks[0]}
+    assert_array_equal(follow(replace(job, marks=one, facing=1), QUIET).track.q, follow(job, QUIET).track.q)
 
 
 @pytest.mark.parametrize("model", ["cv", "walk-run"])
@@ -170,11 +236,26 @@ def test_a_start_pose_outside_the_picture_is_refused(job, shift):
 
 def test_a_start_pose_may_leave_the_picture_but_not_with_its_hip(job):
     def moved(name):
-        return job.marks[0] | {name: replace(job.marks[0][name], x=-20.0)}
+        """All of it, until this joint is below the picture."""
+        by = 275.0 - job.marks[0][name].y
+        return {joint: replace(mark, y=mark.y + by) for joint, mark in job.marks[0].items()}
 
-    assert prepare(replace(job, marks={0: moved("far_ankle")})).start.known.all()
-    with pytest.raises(StartError, match=r"lies outside the picture .* \(hip\)"):
+    lowest = max(job.marks[0], key=lambda name: job.marks[0][name].y)
+    assert prepare(replace(job, marks={0: moved(lowest)})).start.known.all()
+    with pytest.raises(StartError, match=r"lies outside the picture .* \(.*hip.*\)"):
         prepare(replace(job, marks={0: moved("hip")}))
+
+
+def test_a_start_pose_that_cannot_be_right_is_refused_with_the_frame_and_the_reason(job):
+    knee = job.marks[4]["near_knee"]
+    wrong = job.marks[4] | {"near_knee": replace(knee, y=knee.y + 60.0)}
+    with pytest.raises(StartError, match=r"mark the start again at frame 4: thigh_near is .* times as long"):
+        prepare(replace(job, marks={4: wrong}))
+
+
+def test_a_figure_taken_to_face_the_wrong_way_is_told_of_facing(job):
+    with pytest.raises(StartError, match=r"frame 0: knee_\w+ is bent to -\d+ degrees.*give --facing right"):
+        prepare(replace(job, facing=-1))
 
 
 def test_a_start_pose_without_a_joint_that_it_needs_is_refused(job):
@@ -192,11 +273,15 @@ def test_what_cannot_be_opened_is_said_before_the_work(job, tmp_path):
 
 @pytest.mark.parametrize("facing", [1, -1, None])
 def test_facing_is_seen_from_the_marks_unless_told(job, facing):
-    assert prepare(replace(job, facing=facing)).start.view.facing == (facing or 1)
+    straight = {"head_top": 20.0, "neck": 40.0, "hip": 90.0}
+    legs = {f"{side}_{joint}": y for side in ("near", "far") for joint, y in (("knee", 140), ("ankle", 190))}
+    marks = {0: {name: Mark(200.0, y) for name, y in (straight | legs).items()}}
+    assert prepare(replace(job, marks=marks, facing=facing)).start.view.facing == (facing or 1)
 
 
 def test_half_speed_doubles_the_frame_rate_of_the_motion(job):
-    given = prepare(replace(job, model="walk-run-1", rate=0.5))
+    ahead = job.settings.model_copy(update={"turn": 0.0})
+    given = prepare(replace(job, model="walk-run-1", rate=0.5, settings=ahead))
     halved = replace(at_rate(load_shipped("walk-run-1", 2.0 * FPS), 2.0 * FPS), fps=FPS)
     assert_array_equal(given.slds.A[:-1], halved.A)
 

@@ -158,6 +158,30 @@ def test_only_frames_up_to_the_stop_are_scored(clip, job, tmp_path):
     assert (result["truth_frames"], result["first_failure_frame"]) == (4, None)
 
 
+def test_anchors_of_the_very_truth_leave_nothing_to_score(clip, job, tmp_path, monkeypatch):
+    monkeypatch.setattr(comparison, "follow", never)
+    every = replace(job, anchors=True)
+    with pytest.raises(ValueError, match=r"all 9 truth frames after frame 0 are anchors; give --truth"):
+        compare_models(every, job.marks, ["cv"], tmp_path, Progress("quiet"))
+    some = replace(every, marks={t: job.marks[t] for t in (0, 3, 6)})
+    monkeypatch.undo()
+    table = compare_models(some, job.marks, ["cv"], tmp_path, Progress("quiet"))
+    assert table.splitlines()[-1] == "2 anchors not scored"
+    assert "2 anchors not scored" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert read_json(tmp_path / "compare.json")["models"]["cv"]["truth_frames"] == len(job.marks) - 3
+    assert read_json(tmp_path / "cv" / "run.json")["anchors"] is True
+
+
+def test_anchors_marked_anew_for_the_truth_are_scored(clip, tmp_path):
+    marks, out = tmp_path / "some.csv", tmp_path / "out"
+    write_table(marks, [(t, name, x + 1.0, y, 1) for t, name, x, y, _ in clip.rows([0, 3, 6])])
+    words = ["compare", clip.video, "--keypoints", marks, "--truth", clip.keypoints, "--out", out]
+    result = figtrack(*words, "--model", "cv", "--anchors", "--quiet")
+    assert result.exit_code == 0, result.output
+    assert read_json(out / "compare.json")["models"]["cv"]["truth_frames"] == len(clip) - 1
+    assert "not scored" not in result.stdout
+
+
 def test_of_a_video_cut_short_what_was_read_is_compared_and_it_is_said(clip, tmp_path):
     write_video(tmp_path / "long.mp4", (clip.images + clip.images[::-1]) * 2)
     data = (tmp_path / "long.mp4").read_bytes()

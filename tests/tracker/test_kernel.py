@@ -14,16 +14,25 @@ from scipy.ndimage import map_coordinates
 from kinematics.spm import View, covering, joints, motions, skeleton, surface
 from tests.kinematics.figures import HORSE, WALKER, random_pose, upright
 from tests.oracles import central_difference
-from tracker.kernel import Laid, Lens, Noise, Points, Shape, lay
+from tracker.kernel import lay
+from tracker.laid import Behind, Laid, Lens, Noise, Points, Shape
 from tracker.sampling import pyramid
 
 ROOT = Path(__file__).parents[2]
 WIDTH, HEIGHT = 120, 110
 VIEW = View(origin=(58.0, 52.0), unit=42.0, facing=1)
-ROBUST = Noise(variance=64.0, scale=4.0, out_of_sight=0.2, in_sight=0.5, fewest=6, layered=True, margin=0.02)
-PLAIN = Noise(
-    variance=64.0, scale=np.inf, out_of_sight=0.2, in_sight=0.5, fewest=6, layered=False, margin=0.0
+ROBUST = Noise(
+    variance=64.0,
+    light=20.0,
+    scale=4.0,
+    out_of_sight=0.2,
+    in_sight=0.5,
+    fewest=6,
+    layered=True,
+    margin=0.02,
 )
+PLAIN = ROBUST._replace(scale=np.inf, layered=False, margin=0.0)
+NOWHERE = Behind(np.ones((1, 1), np.float32), 1 << 30, 0, 0)
 
 # Residuals and slopes are kept in float32: 6e-8 of 255 grey levels, of which differences are taken.
 SINGLE = {"rtol": 2e-6, "atol": 1e-4}
@@ -31,15 +40,17 @@ SINGLE = {"rtol": 2e-6, "atol": 1e-4}
 
 def scattered(figure, rng, counts=40):
     """Points on every link and around it, some unknown; `counts` a link, or one for each."""
-    counts = np.broadcast_to(counts, len(figure.links))
+    L = len(figure.links)
+    counts = np.broadcast_to(counts, L)
     P = counts.sum()
     return Points(
         first=np.r_[0, np.cumsum(counts)].astype(np.intp),
         along=rng.uniform(-0.1, 1.1, P),
         across=rng.uniform(-0.15, 0.15, P),
-        weight=rng.uniform(0.2, 1.0, P),
+        weight=np.where(rng.random(P) < 0.6, 1.0, rng.uniform(0.2, 1.0, P)),
         colours=rng.normal(128.0, 12.0, (P, 3)).astype(np.float32),
         known=rng.random(P) < 0.9,
+        light=np.zeros(3),
     )
 
 
@@ -51,12 +62,19 @@ def noise_picture(rng, spread=10.0):
     return rng.normal(128.0, spread, (HEIGHT, WIDTH, 3)).astype(np.float32)
 
 
-def laid(figure, q, points, planes, noise, view=VIEW) -> Laid:
+def noise_scenery(rng, step=7, corner=(3, 5)):
+    """How much a picture differs from what lies behind, of which the level is the part from a corner on."""
+    size = -(-(HEIGHT + corner[1]) // step), -(-(WIDTH + corner[0]) // step)
+    return Behind(rng.uniform(0.0, 3.0, size).astype(np.float32), step, *corner)
+
+
+def laid(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
     """The kernel at poses q (H, D)."""
     bones, layout = skeleton(figure, q), figure.layout
     shape = Shape(layout.layer, layout.width, layout.taper)
     lens = Lens(*view.origin, *view.axes.tolist())
-    return lay(planes, lens, bones.start, bones.direction, bones.length, bones.size, points, shape, noise)
+    parts = (bones.start, bones.direction, bones.length, bones.size)
+    return lay(planes, lens, *parts, points, shape, behind, noise)
 
 
 def between(plane, x, y):
@@ -70,7 +88,7 @@ def differences(plane):
     return 0.5 * (wide[1:-1, 2:] - wide[1:-1, :-2]), 0.5 * (wide[2:, 1:-1] - wide[:-2, 1:-1])
 
 
-def twin(figure, q, points, planes, noise, view=VIEW) -> Laid:
+def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
     """The same at one pose q (D,), by numpy and loops over links and points."""
     link, bones, P = link_of(points), skeleton(figure, q), len(points.along)
     body = surface(bones, link, points.along, points.across)
@@ -98,7 +116,8 @@ def twin(figure, q, points, planes, noise, view=VIEW) -> Laid:
     for i in range(L):
         own = np.flatnonzero(visible & (link == i))
         if noise.layered and len(own) >= noise.fewest:
-            offset[i] = np.sort(residual[own], axis=0)[len(own) // 2]
+            middle = np.sort(residual[own], axis=0)[len(own) // 2]
+            offset[i] = np.clip(middle, points.light - noise.light, points.light + noise.light)
             residual[own] -= offset[i]
         square = (residual[own] ** 2).sum(axis=1) / (3.0 * noise.variance)
         loss[own] = 0.5 * square
@@ -117,17 +136,36 @@ def twin(figure, q, points, planes, noise, view=VIEW) -> Laid:
                 moments[i] += points.weight[p] * match[p] * np.outer(f, f)
                 pull[i] += points.weight[p] * match[p] * f * residual[p, c]
     mean = np.average(loss[visible], weights=points.weight[visible]) if visible.any() else 0.0
-    return Laid(moments, pull, mean, match, residual, offset, inside)
+    inner = points.known & (points.weight == 1.0)
+    bare = np.flatnonzero(inner & visible)
+    differing = [
+        behind.differs[
+            int(np.floor(y[p] + behind.corner_y + 0.5)) // behind.step,
+            int(np.floor(x[p] + behind.corner_x + 0.5)) // behind.step,
+        ]
+        for p in bare
+    ]
+    return Laid(
+        moments=moments,
+        pull=pull,
+        mean=mean,
+        behind=np.mean(differing) if len(bare) else 0.0,
+        shown=len(bare) / inner.sum() if inner.any() else 0.0,
+        match=match,
+        residual=residual,
+        offset=offset,
+        inside=inside,
+    )
 
 
-def check(figure, poses, points, planes, noise, view=VIEW):
+def check(figure, poses, points, planes, noise, view=VIEW, behind=NOWHERE):
     """The kernel at all poses at once is the twin at each; returns what the kernel found."""
-    found = laid(figure, poses, points, planes, noise, view)
+    found = laid(figure, poses, points, planes, noise, view, behind)
     for h, q in enumerate(poses):
-        want = twin(figure, q, points, planes, noise, view)
+        want = twin(figure, q, points, planes, noise, view, behind)
         assert_array_equal(found.inside[h], want.inside)
         assert_array_equal(found.match[h] > 0, want.match > 0)
-        for name in ("mean", "match", "residual", "offset"):
+        for name in ("mean", "behind", "shown", "match", "residual", "offset"):
             assert_allclose(getattr(found, name)[h], getattr(want, name), **SINGLE, err_msg=name)
         for name in ("moments", "pull"):
             value, close = getattr(want, name), getattr(found, name)[h]
@@ -141,21 +179,27 @@ def check(figure, poses, points, planes, noise, view=VIEW):
 @pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
 def test_what_is_laid_is_what_a_walk_from_point_to_point_finds(figure, noise, facing, rng):
     points, planes = scattered(figure, rng), noise_picture(rng)
+    # A common light this far off is kept to on some links and channels, and come near to on others.
+    points = points._replace(light=np.array([-30.0, 18.0, 23.0]))
     poses = np.array([random_pose(figure, rng, size=0.1) for _ in range(6)])
     poses[4, 0] += 1.4 - joints(figure, poses[4])[:, 0].mean()  # its middle on the picture's edge
-    found = check(figure, poses, points, planes, noise, replace(VIEW, facing=facing))
+    view = replace(VIEW, facing=facing)
+    found = check(figure, poses, points, planes, noise, view, noise_scenery(rng))
     assert 0.2 < found.inside[4].mean() < 0.9
     hidden = found.inside & points.known & (found.match == 0)
     assert hidden.any() == noise.layered
+    followed = np.abs(found.offset - points.light) < 0.999 * noise.light
+    assert 0.2 < followed.mean() < 0.8 or not noise.layered
 
 
 def test_poses_at_once_are_those_one_at_a_time_to_the_last_bit(rng):
     points, planes = scattered(WALKER, rng), noise_picture(rng)
     poses = np.array([random_pose(WALKER, rng, size=0.2) for _ in range(5)])
     poses[2, :2] += 50.0
-    together = laid(WALKER, poses, points, planes, ROBUST)
+    behind = noise_scenery(rng)
+    together = laid(WALKER, poses, points, planes, ROBUST, behind=behind)
     for h in range(5):
-        alone = laid(WALKER, poses[h : h + 1], points, planes, ROBUST)
+        alone = laid(WALKER, poses[h : h + 1], points, planes, ROBUST, behind=behind)
         for one, all_of_them in zip(alone, together, strict=True):
             assert_array_equal(one[0], all_of_them[h])
 
@@ -167,7 +211,7 @@ def test_the_outermost_pixels_of_a_picture_are_read_like_all_others(noise, rng):
         # A tiny figure at a corner: its links lie within a few pixels.
         view = View(origin=corner, unit=4.0, facing=1)
         poses = np.array([random_pose(WALKER, rng, size=0.3) for _ in range(4)])
-        found = check(WALKER, poses, points, noise_picture(rng), noise, view)
+        found = check(WALKER, poses, points, noise_picture(rng), noise, view, noise_scenery(rng))
         x, y = np.moveaxis(
             view.to_pixels(surface(skeleton(WALKER, poses), link_of(points), *points[1:3])), -1, 0
         )
@@ -214,15 +258,18 @@ def test_the_light_of_a_link_is_the_upper_middle_of_its_residuals(visible, rng):
 def test_points_out_of_the_picture_or_unknown_or_hidden_count_for_nothing(rng):
     points, planes = scattered(WALKER, rng), noise_picture(rng)
     q = upright(WALKER, root_x=1.3, hip_near=0.2, hip_far=-0.1, torso=0.6)
-    before = laid(WALKER, q[None], points, planes, ROBUST)
+    behind = noise_scenery(rng)
+    before = laid(WALKER, q[None], points, planes, ROBUST, behind=behind)
     idle = before.match[0] == 0
     assert 0.3 < idle.mean() < 0.9
     assert not before.residual[0, idle].any()
+    # How many are known within the outline is what `shown` is a share of.
+    of_no_outline = (points.weight < 1.0) | ~points.known
     other = points._replace(
         colours=np.where(idle[:, None], np.float32(1e4), points.colours),
-        weight=np.where(idle, 77.0, points.weight),
+        weight=np.where(idle & of_no_outline, 77.0, points.weight),
     )
-    after = laid(WALKER, q[None], other, planes, ROBUST)
+    after = laid(WALKER, q[None], other, planes, ROBUST, behind=behind)
     for one, two in zip(before, after, strict=True):
         assert_array_equal(one, two)
 
@@ -236,15 +283,57 @@ def test_a_figure_wholly_out_of_the_picture_comes_to_nothing(rng):
 
 
 @pytest.mark.parametrize("light", [-60.0, 25.0])
-def test_light_that_falls_on_a_link_changes_nothing_but_its_offset(light, rng):
+def test_light_that_falls_on_a_link_within_limits_changes_nothing_but_its_offset(light, rng):
     points, planes = scattered(WALKER, rng), noise_picture(rng)
     q = random_pose(WALKER, rng, size=0.1)[None]
-    dark, lit = (laid(WALKER, q, points, picture, ROBUST) for picture in (planes, planes + np.float32(light)))
+    wide = ROBUST._replace(light=abs(light) + 20.0)
+    dark, lit = (laid(WALKER, q, points, picture, wide) for picture in (planes, planes + np.float32(light)))
     assert_allclose(lit.offset, dark.offset + light, atol=1e-4)
     for name in ("mean", "match", "residual"):
         assert_allclose(getattr(lit, name), getattr(dark, name), **SINGLE)
     blind = [laid(WALKER, q, points, picture, PLAIN).mean for picture in (planes, planes + np.float32(light))]
     assert blind[1] > 1.5 * blind[0]
+
+
+@pytest.mark.parametrize("light", [-60.0, 45.0])
+def test_light_beyond_the_limits_stays_in_the_residuals(light, rng):
+    points = scattered(WALKER, rng)
+    points = points._replace(colours=np.full_like(points.colours, 128.0))
+    common = np.array([-8.0, 3.0, 7.0])
+    planes = np.full((HEIGHT, WIDTH, 3), 128.0 + light, np.float32)
+    found = laid(WALKER, upright(WALKER)[None], points._replace(light=common), planes, ROBUST)
+    taken = common + np.sign(light) * ROBUST.light
+    seen = found.match[0] > 0
+    many = [(seen & (link_of(points) == i)).sum() >= ROBUST.fewest for i in range(len(WALKER.links))]
+    assert_allclose(found.offset[0][many], np.tile(taken, (sum(many), 1)), atol=1e-5)
+    clear = seen & np.array(many)[link_of(points)]
+    assert_allclose(found.residual[0, clear], np.tile(light - taken, (clear.sum(), 1)), atol=1e-4)
+
+
+def test_what_lies_behind_is_what_it_is_where_the_visible_points_of_the_outline_fall(rng):
+    points, q = scattered(WALKER, rng), upright(WALKER, hip_near=0.5, hip_far=-0.5)
+    planes = noise_picture(rng)
+    knee = VIEW.to_pixels(joints(WALKER, q))[WALKER.joints.index("near_knee")]
+    differs = np.zeros((HEIGHT, WIDTH), np.float32)
+    differs[int(knee[1]) :] = 2.0  # legs below the knee alone
+    found = laid(WALKER, q[None], points, planes, ROBUST, behind=Behind(differs, 1, 0, 0))
+    body = surface(skeleton(WALKER, q), link_of(points), points.along, points.across)
+    below = np.floor(VIEW.to_pixels(body)[:, 1] + 0.5) >= int(knee[1])
+    counted = (found.match[0] > 0) & (points.weight == 1.0)
+    # Who matches too badly is out of sight, but differs all the same.
+    assert found.match[0].astype(bool).sum() > 100
+    assert found.behind[0] == pytest.approx(2.0 * below[counted].mean(), abs=1e-9)
+    assert found.shown[0] == pytest.approx(counted.sum() / (points.known & (points.weight == 1.0)).sum())
+
+
+def test_the_share_that_is_shown_falls_as_links_are_hidden_or_leave_the_picture(rng):
+    points, planes = scattered(WALKER, rng), noise_picture(rng)
+    poses = [upright(WALKER, hip_near=0.7, hip_far=-0.7), upright(WALKER), upright(WALKER, root_x=1.6)]
+    apart, together, leaving = laid(WALKER, np.array(poses), points, planes, ROBUST).shown
+    assert apart > together + 0.05
+    assert together > leaving + 0.2
+    # Nothing hides anything.
+    assert laid(WALKER, poses[1][None], points, planes, PLAIN).shown[0] == 1.0
 
 
 def test_a_link_that_matches_too_badly_is_out_of_sight_and_pulls_at_nothing(rng):

@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.em import Options
-from dynamics.rate import at_rate
+from dynamics.rate import at_rate, backwards
 from dynamics.store import ModelError, load_shipped, save
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tests.tracker.painted import FULL
-from tracker.models import find_model, learn_motions, state_rates
+from tracker.models import find_model, learn_motions
 
 ONE = Options(states=1, order=2, rounds=3)
 LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
@@ -172,11 +172,10 @@ def test_a_learned_model_comes_once_for_each_playback_speed(sequences, tmp_path)
     slds = learned(sequences, replace(ONE, states=2))
     path = tmp_path / "mine.npz"
     save(slds, path, "tests")
-    settings = FULL.model_copy(update={"rates": (1.0, 0.5), "rate_change": 0.02})
+    settings = FULL.model_copy(update={"rates": (1.0, 0.5), "rate_change": 0.02, "turn": 0.0})
     both = find_model(str(path), 30.0, settings)
     assert both.fps == 30.0
     assert both.labels == (*slds.labels * 2, "free")
-    assert_array_equal(state_rates(both, settings), [1.0] * 4 + [0.5] * 4 + [np.nan])
     slow = at_rate(slds, 60.0)  # what takes 60 filmed frames takes 120 played at half speed
     for k in range(4):
         assert_array_equal(both.A[k], slds.A[k])
@@ -185,6 +184,28 @@ def test_a_learned_model_comes_once_for_each_playback_speed(sequences, tmp_path)
     assert_allclose(both.Pi[:4, 4:8].sum(axis=1), 0.02 * stay, rtol=1e-9)
     assert_allclose(both.Pi[4:8, :4].sum(axis=1), 0.02 * stay, rtol=1e-9)
     assert_allclose(both.Pi[8], [*[settings.surprise / 8] * 8, stay], rtol=1e-9)
+
+
+def test_a_learned_model_comes_once_more_with_time_running_back(sequences, tmp_path):
+    slds = learned(sequences, replace(ONE, states=2))
+    path = tmp_path / "mine.npz"
+    save(slds, path, "tests")
+    settings = FULL.model_copy(update={"turn": 1e-4, "surprise": 0.0, "rates": (1.0, 0.5)})
+    both = find_model(str(path), 30.0, settings)
+    assert both.labels == slds.labels * 4
+    for k, slow in enumerate((slds, at_rate(slds, 60.0))):
+        ahead, back = slice(4 * k, 4 * k + 4), slice(8 + 4 * k, 12 + 4 * k)
+        assert_array_equal(both.A[ahead], slow.A)
+        assert_array_equal(both.A[back], backwards(slow).A)
+        # Forward on one way, as far back on the other.
+        speed = [
+            (both.A[way] @ both.mean0[way][..., None])[:, 0, 0] + both.b[way][:, 0] for way in (ahead, back)
+        ]
+        assert (speed[0] > 0.0).all()
+        assert_allclose(speed[1], -speed[0], rtol=0.05)
+    assert_allclose(both.Pi[:8, 8:].sum(axis=1), 1e-4, rtol=1e-9)
+    assert_allclose(both.Pi[8:, :8].sum(axis=1), 1e-4, rtol=1e-9)
+    assert_allclose(both.Pi[:4, 4:8].sum(axis=1), settings.rate_change * (1.0 - 1e-4), rtol=1e-9)
 
 
 def test_the_free_state_goes_on_as_it_went_from_wherever_the_learned_ones_start(sequences, tmp_path):
@@ -216,7 +237,6 @@ def test_constant_velocity_knows_no_playback_speeds():
     settings = FULL.model_copy(update={"rates": (1.0, 0.5)})
     slds = find_model("cv", 30.0, settings)
     assert slds.K == 1
-    assert_array_equal(state_rates(slds, settings), [np.nan])
 
 
 def test_a_model_file_is_read_and_converted(sequences, tmp_path):

@@ -22,7 +22,17 @@ from tests.tracker.painted import (
     freedoms,
     placed,
 )
-from tracker.registration import FIRST_DAMPING, LONGEST_STEP, Outcome, Registration, align, seen
+from tracker.backdrop import UNKNOWN, UNSEEN, Scenery
+from tracker.registration import (
+    COARSE,
+    FIRST_DAMPING,
+    LONGEST_STEP,
+    Field,
+    Outcome,
+    Registration,
+    align,
+    scan,
+)
 from tracker.sampling import Level, pyramid, sample
 from tracker.template import cut
 
@@ -60,16 +70,16 @@ def registered(before, after, q, prior, settings, *, figure=WALKER, view=VIEW):
     return templates, settled(templates, levels, prior, settings, figure=figure, view=view)
 
 
-def settled(templates, levels, prior, settings, *, figure=WALKER, view=VIEW) -> Registration:
+def settled(templates, levels, prior, settings, *, figure=WALKER, view=VIEW, scenery=UNSEEN) -> Registration:
     """Where one prior leads."""
     alone = Gaussian(prior.mean[None], prior.cov[None])
-    (found,) = align(templates, levels, figure, view, alone, settings)
+    (found,) = align(Field(templates, levels, figure, view, settings, scenery), alone)
     return found
 
 
 def shown(templates, levels, found, *, view=VIEW):
     """(levels, P, 3) colours at the settled points."""
-    return seen(templates, levels, WALKER, view, found)
+    return Field(templates, levels, WALKER, view, FULL).seen(found)
 
 
 def pixel_errors(q, want, view=VIEW):
@@ -138,7 +148,10 @@ def test_a_picture_that_did_not_change_leaves_the_pose_where_it_was(rng):
     # Colours in float32 leave 1e-5 of a grey level; slopes are near 1000 a leg length or radian.
     assert_allclose(found.q, STRIDE, atol=1e-7)
     assert found.residual < 1e-3
-    assert found.cost < 1e-6
+    assert found.misfit < 1e-6
+    # What lies behind is not known; every known point that is shown speaks for the pose by as much.
+    count = FULL.tempering * len(templates.link)
+    assert found.cost == pytest.approx(-count * UNKNOWN, abs=1e-5)
     assert_allclose(shown(templates, levels_of(picture, FULL), found), templates.colours, atol=1e-3)
     assert_array_equal(found.match > 0, templates.known)
 
@@ -185,7 +198,7 @@ def test_priors_side_by_side_settle_as_each_alone(rng):
     covs = np.array([1.0, 1e-8, 1.0, 0.1, 1.0, 1.0])[:, None, None] * WEAK
     kept = means.copy()
     settings, levels = FULL.model_copy(update={"iterations": 5}), levels_of(after, FULL)
-    together = align(templates, levels, WALKER, VIEW, Gaussian(means, covs), settings)
+    together = align(Field(templates, levels, WALKER, VIEW, settings), Gaussian(means, covs))
     assert_array_equal(means, kept)
     assert {found.outcome for found in together} == set(Outcome)
     for found, mean, cov in zip(together, means, covs, strict=True):
@@ -415,36 +428,119 @@ def test_match_is_the_cauchy_weight_of_what_is_left_of_the_residual(rng):
     assert not found.match[hidden].any()
 
 
-def test_cost_is_the_tempered_cauchy_loss_of_the_visible_points_for_as_many_as_there_are(rng):
-    level = flat_level()
-    settings = FULL.model_copy(update={"image_weight": 0.4})
+def chequered(rng, step=5):
+    """What lies behind the figure differs by 0 here and 2 there."""
+    width, height = SIZE
+    differs = 2.0 * rng.integers(0, 2, (-(-height // step), -(-width // step)))
+    return Scenery(differs.astype(np.float32), step)
+
+
+def sight(templates, found):
+    """Points that are seen within the outline, and what share they are of those that are known."""
+    inner = (templates.weight == 1.0) & templates.known
+    seen = inner & (found.match > 0)
+    return seen, seen.sum() / inner.sum()
+
+
+def test_cost_is_by_how_much_the_visible_points_match_better_than_what_lies_behind_them(rng):
+    level, scenery = flat_level(), chequered(rng)
+    # No link so bad that it is out of sight.
+    settings = FULL.model_copy(update={"image_weight": 0.4, "out_of_sight": 0.0, "in_sight": 1e-6})
     templates = spoiled_templates(level, STRIDE, rng, settings)
-    found = settled(templates, [level], Gaussian(STRIDE, WEAK), settings)
+    found = settled(templates, [level], Gaussian(STRIDE, WEAK), settings, scenery=scenery)
     counted = found.match > 0
     residual = (shown(templates, [level], found)[0] - templates.colours[0])[counted]
     scale = settings.robust**2
     loss = 0.5 * scale * np.log1p((residual**2).sum(axis=1) / (3.0 * settings.noise**2) / scale)
     mean = np.average(loss, weights=templates.weight[counted])
+    seen, share = sight(templates, found)
+    x, y = np.floor(VIEW.to_pixels(placed(WALKER, found.q, templates)[seen]) + 0.5).astype(int).T
+    behind = scenery.differs[y // scenery.step, x // scenery.step].mean()
+    assert 0.5 < behind < 1.5
+    assert share < 0.95
     # Residuals are kept in float32.
-    assert found.cost == pytest.approx(0.4 * settings.tempering * len(counted) * mean, rel=1e-6)
+    assert found.misfit == pytest.approx(mean, rel=1e-6)
+    assert found.shown == pytest.approx(share, abs=1e-12)
+    count = settings.tempering * len(counted)
+    assert found.cost == pytest.approx(0.4 * count * share * (mean - behind), rel=1e-5)
     size = np.sqrt(np.average((residual**2).mean(axis=1), weights=(templates.weight * found.match)[counted]))
     assert found.residual == pytest.approx(size, rel=1e-6)
 
 
-def test_hiding_points_does_not_make_a_pose_cheaper(rng):
-    level = flat_level()
-    templates = spoiled_templates(level, STRIDE, rng, FULL)
+@pytest.mark.parametrize(("scale", "sign"), [(3.0, -1.0), (25.0, 1.0)], ids=["matching", "not matching"])
+def test_points_that_a_pose_hides_speak_neither_for_it_nor_against_it(scale, sign, rng):
+    level, settings = flat_level(), FULL.model_copy(update={"out_of_sight": 0.0, "in_sight": 1e-6})
+    templates = spoiled_templates(level, STRIDE, rng, settings, scale)
     crossed = upright(WALKER, hip_near=0.1, hip_far=0.1)
     open_pose, hiding = (
-        settled(templates, [level], Gaussian(q, 1e-12 * WEAK), FULL) for q in (STRIDE, crossed)
+        settled(templates, [level], Gaussian(q, 1e-12 * WEAK), settings) for q in (STRIDE, crossed)
     )
-    assert (hiding.match > 0).sum() < 0.9 * (open_pose.match > 0).sum()
+    shares = [sight(templates, found)[1] for found in (open_pose, hiding)]
+    assert shares[1] < 0.9 * shares[0]
+    assert np.sign([open_pose.cost, hiding.cost]).tolist() == [sign, sign]
     # A mean over some 1000 points each, the loss of each spread about as wide as its mean.
-    assert hiding.cost == pytest.approx(open_pose.cost, rel=4.0 / np.sqrt(1000))
+    count = settings.tempering * len(templates.link)
+    close = {"abs": count * open_pose.misfit * 4.0 / np.sqrt(1000)}
+    assert hiding.cost / shares[1] == pytest.approx(open_pose.cost / shares[0], **close)
+    # Points that are not known yet are none that are hidden.
     fewer = replace(templates, known=rng.random(len(templates.link)) < 0.5)
-    unseen = settled(fewer, [level], Gaussian(STRIDE, 1e-12 * WEAK), FULL)
-    assert unseen.cost == pytest.approx(open_pose.cost, rel=4.0 / np.sqrt(500))
+    unseen = settled(fewer, [level], Gaussian(STRIDE, 1e-12 * WEAK), settings)
+    assert unseen.cost / sight(fewer, unseen)[1] == pytest.approx(open_pose.cost / shares[0], **close)
     assert unseen.information.shape == (D, D)
+
+
+def test_a_pose_where_the_picture_shows_what_is_always_there_costs_more(rng):
+    picture = Painted(rng).picture(STRIDE)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(picture, FULL), FULL)
+    prior, levels = Gaussian(STRIDE, 1e-6 * WEAK), levels_of(picture, FULL)
+    step = 4
+    size = -(-SIZE[1] // step), -(-SIZE[0] // step)
+    same, other = (
+        settled(templates, levels, prior, FULL, scenery=Scenery(np.full(size, d, np.float32), step))
+        for d in (0.0, 3.0)
+    )
+    count = FULL.tempering * len(templates.link)
+    assert same.cost - other.cost == pytest.approx(3.0 * count * sight(templates, same)[1], rel=1e-6)
+    # It weighs hypotheses, and leads none.
+    assert_array_equal(same.q, other.q)
+    assert_array_equal(same.information, other.information)
+
+
+def test_a_climb_may_start_elsewhere_than_where_the_prior_leans(rng):
+    painted, want = Painted(rng), moved(root_x=0.4)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(painted.picture(STRIDE), FULL), FULL)
+    field = Field(templates, levels_of(painted.picture(want), FULL), WALKER, VIEW, FULL)
+    prior = Gaussian(STRIDE[None], WEAK[None])
+    (there,) = align(field, prior, want[None])
+    (away,) = align(field, prior)
+    assert pixel_errors(there.q, want).mean() < 0.5  # as from a planted motion
+    assert pixel_errors(away.q, want).mean() > 5.0
+    (same,) = align(field, prior, STRIDE[None])
+    assert_array_equal(same.q, away.q)
+    # Held by the prior, a start elsewhere is left.
+    (held,) = align(field, Gaussian(STRIDE[None], 1e-8 * WEAK[None]), want[None])
+    assert pixel_errors(held.q, STRIDE).max() < 0.5
+
+
+def test_a_scan_is_what_each_pose_costs_at_the_coarsest_blur_where_it_stands(rng):
+    painted, scenery = Painted(rng), chequered(rng)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(painted.picture(STRIDE), FULL), FULL)
+    levels = levels_of(painted.picture(MOTIONS["everything"], noise=NOISE, rng=rng), FULL)
+    poses = np.stack([STRIDE, MOTIONS["everything"], moved(root_x=0.5), moved(root_x=4.0)])
+    kept = poses.copy()
+    found = scan(Field(templates, levels, WALKER, VIEW, FULL, scenery), poses)
+    assert_array_equal(poses, kept)
+    part = slice(None, None, COARSE)
+    names = ("link", "along", "across", "weight", "known")
+    fewer = {name: getattr(templates, name)[part] for name in names}
+    coarse = replace(templates, **fewer, colours=templates.colours[:1, part])
+    each = len(templates.link) / len(coarse.link)  # points that one of them stands for
+    for q, cost in zip(poses, found, strict=True):
+        held = settled(coarse, levels[:1], Gaussian(q, 1e-14 * WEAK), FULL, scenery=scenery)
+        # Held to within 1e-7; slopes are near 1e3 a radian or leg length.
+        assert cost == pytest.approx(each * held.cost, abs=1e-3)
+    assert found.argmin() == 1
+    assert found[3] == 0.0  # out of the frame
 
 
 def test_points_not_seen_yet_measure_nothing(rng):

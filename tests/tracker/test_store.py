@@ -36,13 +36,13 @@ def header_of(path):
     return path.read_text(encoding="utf-8").splitlines()[0]
 
 
-def tip(track, q, joint):
-    """Where a joint lies, pixels, by the definition."""
+def tip(track, q, joint, shift=(0.0, 0.0)):
+    """Where a joint lies in a picture shifted by the camera, pixels, by the definition."""
     x, y = Puppet(WALKER, q).joints()[joint]
     return np.array(
         [
-            track.view.origin[0] + track.view.facing * track.view.unit * x,
-            track.view.origin[1] - track.view.unit * y,
+            track.view.origin[0] + shift[0] + track.view.facing * track.view.unit * x,
+            track.view.origin[1] + shift[1] - track.view.unit * y,
         ]
     )
 
@@ -81,16 +81,17 @@ def test_joints_come_back_to_a_thousandth_of_a_pixel(folder, track):
     for t, of_frame in found.items():
         assert set(of_frame) == set(WALKER.joints)
         for name, mark in of_frame.items():
-            assert_allclose((mark.x, mark.y), tip(track, track.q[t - FIRST], name), atol=0.5e-3 + 1e-9)
+            place = tip(track, track.q[t - FIRST], name, track.shift[t - FIRST])
+            assert_allclose((mark.x, mark.y), place, atol=0.5e-3 + 1e-9)
 
 
-def test_covariances_are_the_poses_carried_through_the_differenced_joints(folder, track):
+def test_covariances_are_the_poses_carried_through_the_differenced_joints_and_the_mark_s(folder, track):
     for row in rows_of(folder / "keypoints.csv"):
         if row["x"] == "":
             continue
         t = int(row["frame"]) - FIRST
         J = central_difference(lambda q, name=row["keypoint"]: tip(track, q, name), track.q[t], step=1e-6)
-        S = J @ track.cov[t] @ J.T
+        S = J @ track.cov[t] @ J.T + (0.02 * 70.0) ** 2 * np.eye(2)
         got = [float(row[column]) for column in ("sxx", "sxy", "syy")]
         # Four decimals are written; differencing coordinates of 200 px by 1e-6 leaves 1e-7 of J.
         assert_allclose(got, [S[0, 0], S[0, 1], S[1, 1]], atol=0.5e-4 + 1e-5)
@@ -139,7 +140,7 @@ def test_frames_keep_their_own_times(rng, tmp_path):
 def test_the_archive_holds_everything_unrounded(folder, track):
     with np.load(folder / "track.npz", allow_pickle=False) as archive:
         header = json.loads(str(archive["header"]))
-        for name in ("times", "q", "cov", "s"):
+        for name in ("times", "q", "cov", "s", "shift"):
             assert_allclose(archive[name], getattr(track, name), rtol=0.0, atol=0.0)
         assert tuple(archive["outcome"]) == track.outcome
         assert_allclose(archive["joints"], track.joints(), atol=0.0)

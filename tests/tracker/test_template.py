@@ -52,6 +52,11 @@ def test_the_classic_mode_has_no_rim(levels):
     assert (templates.weight == 1.0).all()
 
 
+def test_the_light_of_templates_just_cut_is_their_own(levels):
+    templates = cut(WALKER, VIEW, CROSSING, levels, FULL)
+    assert_array_equal(templates.light, np.zeros(3))
+
+
 def test_points_are_spread_evenly_over_every_link(levels):
     templates = cut(WALKER, VIEW, CROSSING, levels, BARE)
     for i, link in enumerate(WALKER.links):
@@ -94,10 +99,14 @@ def test_points_behind_a_nearer_link_or_out_of_the_frame_are_unknown(rng):
     assert_array_equal(templates.known[near], inside[near])
 
 
+DARK = np.zeros((1, 3))  # the light of one link
+
+
 def small(known):
     P = len(known)
     zero = np.zeros(P)
-    return Templates(np.zeros(P, np.intp), zero, zero, np.ones(P), np.zeros((2, P, 3)), np.array(known))
+    link, colours = np.zeros(P, np.intp), np.zeros((2, P, 3))
+    return Templates(link, zero, zero, np.ones(P), colours, np.array(known), np.zeros(3))
 
 
 @pytest.mark.parametrize("blurs", [0.5, 3.0])
@@ -115,23 +124,46 @@ def test_a_point_is_hidden_as_far_beyond_an_outline_as_the_finest_blur_carries_i
 
 def test_refreshed_moves_by_the_stated_share_where_the_point_is_trusted():
     seen = np.full((2, 3, 3), 100.0)
-    new = small([True] * 3).refreshed(seen, np.array([1.0, 0.5, 0.0]), blend=0.2)
+    new = small([True] * 3).refreshed(seen, np.array([1.0, 0.5, 0.0]), 0.2, DARK)
     assert_allclose(new.colours, np.broadcast_to([[20.0], [10.0], [0.0]], (2, 3, 3)), atol=1e-12)
     assert new.known.all()
 
 
 def test_refreshed_takes_what_comes_into_view_whole_and_leaves_what_stays_hidden():
     seen = np.full((2, 3, 3), 100.0)
-    new = small([False, False, True]).refreshed(seen, np.array([0.3, 0.0, 0.0]), blend=0.2)
+    new = small([False, False, True]).refreshed(seen, np.array([0.3, 0.0, 0.0]), 0.2, DARK)
     assert_array_equal(new.colours[:, :, 0], [[100.0, 0.0, 0.0]] * 2)
     assert_array_equal(new.known, [True, False, True])
 
 
 def test_refreshed_leaves_the_old_templates_as_they_were():
     old = small([True, False])
-    old.refreshed(np.ones((2, 2, 3)), np.ones(2), blend=0.5)
+    old.refreshed(np.ones((2, 2, 3)), np.ones(2), 0.5, np.ones((1, 3)))
     assert not old.colours.any()
+    assert not old.light.any()
     assert_array_equal(old.known, [True, False])
+
+
+def test_refreshed_takes_over_the_light_of_a_link_that_is_in_fair_sight_and_of_no_other():
+    known, trust = [True, True, True, False], np.array([0.5, 0.0, 0.0, 1.0])
+    light = np.array([[7.0, -2.0, 3.0]])
+
+    def lit(trust):
+        return small(known).refreshed(np.zeros((2, 4, 3)), trust, 0.2, light).light
+
+    # A sixth of what is known of it; what had never been seen before says nothing of the light there was.
+    assert_array_equal(lit(trust), 0.0)
+    assert_array_equal(lit(np.array([0.5, 0.5, 0.0, 1.0])), light[0])
+
+
+def test_the_common_light_is_the_median_of_the_links_in_fair_sight_channel_by_channel():
+    link, zero = np.repeat(np.arange(5), 2), np.zeros(10)
+    known, before = np.ones(10, bool), np.array([5.0, 6.0, 7.0])
+    old = Templates(link, zero, zero, np.ones(10), np.zeros((2, 10, 3)), known, before)
+    offset = np.array([[9.0, 1.0, 0.0], [11.0, 2.0, -9.0], [90.0, 3.0, 4.0], [-99.0, 50.0, 99.0], [99.0] * 3])
+    trust = np.repeat([1.0, 0.25, 0.5, 0.15, 0.0], 2)  # the last two links are hardly in sight, or not at all
+    assert_array_equal(old.refreshed(np.zeros((2, 10, 3)), trust, 0.2, offset).light, [11.0, 2.0, 0.0])
+    assert_array_equal(old.refreshed(np.zeros((2, 10, 3)), np.zeros(10), 0.2, offset).light, before)
 
 
 def test_a_template_cut_from_a_painted_link_is_its_cloth(rng):

@@ -15,13 +15,15 @@ from kinematics.spm import joint_jacobian, joints
 from tests.kinematics.figures import WALKER, upright
 from tests.oracles import condition
 from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted
+from tests.tracker.walls import behind_wall
+from tracker.backdrop import first_backdrop
 from tracker.models import find_model
-from tracker.registration import Registration, align, seen
+from tracker.registration import Field, Registration, align
 from tracker.sampling import Level, pyramid
 from tracker.scene.film import render
 from tracker.settings import Settings
 from tracker.template import Templates
-from tracker.track import Estimate, Tracker, make_tracker, run
+from tracker.track import Estimate, State, Tracker, make_tracker, run
 
 FRAMES = 20
 # A part of the frame that is always the whole frame: what lies outside is then the frame's own edge.
@@ -112,12 +114,17 @@ def levels_of(tracker: Tracker, image) -> list[Level]:
     return pyramid(image, (0, 0, width, height), blurs, colour=True)
 
 
+def field_of(tracker: Tracker, templates: Templates, state: State, image) -> Field:
+    """What the templates are laid on: the whole frame, before the scene as the loop has come to know it."""
+    view = tracker.view.shifted(state.shift)
+    return Field(templates, levels_of(tracker, image), tracker.figure, view, tracker.settings, state.scenery)
+
+
 def stepped(
-    tracker: Tracker, templates: Templates, before: list[Hypothesis], image
+    tracker: Tracker, field: Field, before: list[Hypothesis]
 ) -> tuple[list[Hypothesis], list[Registration]]:
     """One frame on by dense algebra, no hypothesis pruned."""
-    slds, settings, offset = tracker.slds, tracker.settings, tracker.offset
-    levels = levels_of(tracker, image)
+    slds, offset = tracker.slds, tracker.offset
     after, registrations = [], []
     for k in range(slds.K):
         price = [h.cost - np.log(slds.Pi[j, k]) for j, h in enumerate(before)]
@@ -127,7 +134,7 @@ def stepped(
         pose, spread = slds.C @ m + offset, slds.C @ P @ slds.C.T
         prior = Gaussian(pose, 0.5 * (spread + spread.T))
         alone = Gaussian(prior.mean[None], prior.cov[None])
-        (r,) = align(templates, levels, tracker.figure, tracker.view, alone, settings)
+        (r,) = align(field, alone)
         L = slds.C.T @ r.information @ slds.C
         h = slds.C.T @ (r.vector - r.information @ offset)
         # (P^-1 + L)^-1 (P^-1 m + h) without the inverse of P.
@@ -158,23 +165,29 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
     settings = WHOLE.model_copy(update={"prune": 1e9})
     tracker = make_tracker(walk.start, slds, settings)
     state, estimate = tracker.begin(walk.start, walk.images[0])
+    # A scene known everywhere, from when the walker had gone on.
+    beside = (-9.0, -9.0, -1.0, -1.0)
+    state = replace(state, backdrop=first_backdrop(walk.images[-1], beside, tracker.view.unit))
     hypotheses = began(tracker, walk.start)
     _, pose = mixture(tracker, hypotheses)
     # Both invert covariances whose axes differ by up to 1e6 in size: 1e6 * 2e-16 a step, a search between.
     assert_allclose(estimate.pose.mean, pose.mean, atol=1e-8)
     for image in walk.images[1:frames]:
-        hypotheses, found = stepped(tracker, state.templates, hypotheses, image)
-        weights, pose = mixture(tracker, hypotheses)
         old = state.templates
         state, estimate = tracker.step(state, image)
+        field = field_of(tracker, old, state, image)
+        hypotheses, found = stepped(tracker, field, hypotheses)
+        weights, pose = mixture(tracker, hypotheses)
         assert_allclose(state.belief.weights, weights, atol=1e-6)
         assert_allclose(estimate.pose.mean, pose.mean, atol=1e-7)
         assert_allclose(estimate.pose.cov, pose.cov, atol=1e-6 * pose.cov.max())
         assert estimate.s == state.belief.s[weights.argmax()]
         best = found[int(weights.argmax())]
-        colours = seen(old, levels_of(tracker, image), tracker.figure, tracker.view, best)
-        refreshed = old.refreshed(colours, best.match, settings.blend)
+        assert estimate.misfit == pytest.approx(best.misfit, abs=1e-6)
+        refreshed = old.refreshed(field.seen(best), best.match, settings.blend, best.offset)
         assert_allclose(state.templates.colours, refreshed.colours, atol=1e-3)
+        assert_allclose(state.templates.light, refreshed.light, atol=1e-3)
+        assert state.scenery.differs.max() > 1.0 > 0.1 > np.median(state.scenery.differs)
 
 
 @pytest.mark.parametrize("name", ["cv", "walk-run-1"])
@@ -203,10 +216,10 @@ def still(figure, q):
 
 @pytest.fixture(scope="module")
 def passing():
-    """A near leg that swings past a far one at rest, broad enough to hide it for four frames."""
+    """A near leg that swings past a far one at rest, broad enough to hide it for four frames; no feet."""
     broad = ("thigh_near", "shank_near")
     links = [replace(link, width=0.34, taper=1.0) if link.name in broad else link for link in WALKER.links]
-    figure = replace(WALKER, links=tuple(links))
+    figure = replace(WALKER, links=tuple(links)).without(["near_toe", "far_toe"])
     swing = [0.8, 0.72, 0.64, 0.5, 0.3, 0.08, 0.0, 0.0, 0.0, -0.08, -0.3, -0.5, -0.64, -0.72, -0.8]
     poses = [upright(figure, hip_near=angle, torso=0.05) for angle in swing]
     painted, noise = Painted(np.random.default_rng(3), figure), np.random.default_rng(4)
@@ -291,6 +304,26 @@ def test_a_figure_that_left_the_frame_is_outside_and_templates_are_kept(rng):
     after, estimate = tracker.step(gone, painted.picture(STRIDE))
     assert estimate.outcome == "outside"
     assert after.templates is state.templates
+
+
+@pytest.mark.parametrize("before", ["lost", "outside", "ok"])
+def test_only_after_a_loss_a_figure_is_sought_where_it_may_have_gone(before, rng):
+    painted, start = Painted(rng, size=(280, 190)), still(WALKER, STRIDE)
+    tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
+    state, _ = tracker.begin(start, painted.picture(STRIDE))
+    N, M = tracker.slds.C.shape[::-1]
+    aside = np.zeros(N)
+    aside[[0, N - M]] = 0.4  # legs, the pose and the one before it alike
+    states = state.belief.states
+    wide = replace(state.belief, states=Gaussian(states.mean, states.cov + np.outer(aside, aside)))
+    want = STRIDE + upright(WALKER, root_x=0.7)
+    _, estimate = tracker.step(replace(state, belief=wide, outcome=before), painted.picture(want))
+    away = np.linalg.norm(joints(WALKER, estimate.pose.mean) - joints(WALKER, want), axis=-1).mean()
+    if before == "ok":
+        assert away > 0.3
+    else:
+        assert estimate.outcome == "found"
+        assert away < 0.03
 
 
 def test_a_figure_that_stands_still_is_ok_and_its_templates_take_their_share(rng):
@@ -397,3 +430,112 @@ def test_a_model_of_other_freedoms_is_refused_with_what_to_do(models):
     renamed = replace(slds, names=("elbow", *slds.names[1:]))
     with pytest.raises(ValueError, match=r"elbow.*learn a model for this figure"):
         make_tracker(still(WALKER, STRIDE), renamed, FULL)
+
+
+UNSURE = ("lost", "outside")
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """A walk followed while a wall hides it.
+
+    covered : (T,) whether the walker is wholly behind the wall; `bare`: wholly in the open
+    away    : (T,) mean error of the joints, leg lengths
+    """
+
+    covered: np.ndarray
+    bare: np.ndarray
+    away: np.ndarray
+    estimates: list
+
+    @property
+    def outcomes(self):
+        return [e.outcome for e in self.estimates]
+
+
+@pytest.fixture(scope="module")
+def long_walk():
+    """Of a walker whom no shrub hides; what their body spans in each frame, pixels."""
+    scene = render(5, frames=90, size=(480, 270), shrubs=False)
+    x = np.stack([places[:, 0] for places in scene.joints.values()])
+    half = 0.12 * scene.leg_px  # of a trunk, and a head before its joints
+    return scene, x.min(0) - half, x.max(0) + half
+
+
+def followed(scene, images, name="walk-run"):
+    """Estimates, and their mean errors in leg lengths."""
+    start = start_of(scene.joints, scene.facing)
+    estimates = list(run(make_tracker(start, find_model(name, 30.0, Settings()), Settings()), start, images))
+    truth = np.stack([scene.joints[joint] for joint in start.figure.joints], axis=1)[: len(images)]
+    return estimates, np.linalg.norm(pixels(start, estimates) - truth, axis=-1).mean(1) / scene.leg_px
+
+
+@pytest.fixture(scope="module", params=["a curtain that falls", "a wall on the way"])
+def disturbed(request, long_walk):
+    """Ten frames and more behind a wall, which comes all at once or step by step."""
+    scene, low, high = long_walk
+    hidden = slice(20, 30) if "curtain" in request.param else slice(40, 50)
+    first, last = int(low[hidden].min()), int(np.ceil(high[hidden].max()))
+    T = 45 if "curtain" in request.param else 90
+    there = np.zeros(T, dtype=bool)
+    there[hidden if "curtain" in request.param else slice(None)] = True
+    images = [
+        behind_wall(image, first, last) if there[t] else image for t, image in enumerate(scene.images[:T])
+    ]
+    low, high = low[:T], high[:T]
+    return Disturbed(
+        there & (low >= first) & (high <= last),
+        ~there | (high < first) | (low > last),
+        *reversed(followed(scene, images)),
+    )
+
+
+def test_a_figure_behind_a_wall_is_lost_or_hidden_within_three_frames(disturbed):
+    covered = np.flatnonzero(disturbed.covered)
+    assert len(covered) >= 10
+    assert {disturbed.outcomes[t] for t in covered[3:]} <= {"lost", "hidden"}
+    assert "lost" in {disturbed.outcomes[t] for t in covered[:4]}
+    assert not set(disturbed.outcomes[: covered[0]]) & {"outside"}
+
+
+def test_a_lost_figure_grows_uncertain_from_frame_to_frame(disturbed):
+    root = np.array([np.trace(e.pose.cov[:2, :2]) for e in disturbed.estimates])
+    lost = np.array([outcome in UNSURE for outcome in disturbed.outcomes])
+    both = lost[1:] & lost[:-1]
+    assert both.sum() >= 5
+    assert (np.diff(root)[both] > 0.0).all()
+
+
+# Behind the wall on the way it is hidden for more than a stride, longer than a forecast of the gait holds.
+@pytest.mark.parametrize("disturbed", ["a curtain that falls"], indirect=True)
+def test_a_figure_that_comes_from_behind_a_wall_is_found_and_its_joints_are_right_again(disturbed):
+    back = np.flatnonzero(disturbed.covered)[-1] + 1
+    back += int(disturbed.bare[back:].argmax())
+    assert "found" in disturbed.outcomes[: back + 6]
+    assert set(disturbed.outcomes[back + 5 :]) <= {"ok", "hidden", "found"}
+    assert disturbed.away[back + 5 :].max() < 0.1
+
+
+def test_a_figure_in_the_open_before_a_wall_is_neither_lost_nor_found(disturbed):
+    open_before = disturbed.bare & (np.arange(len(disturbed.bare)) < np.flatnonzero(disturbed.covered)[0])
+    assert {disturbed.outcomes[t] for t in np.flatnonzero(open_before)} <= {"ok", "hidden"}
+    assert disturbed.away[open_before].max() < 0.1
+
+
+def test_a_figure_that_leaves_the_picture_is_outside_within_three_frames_and_stays_so(long_walk):
+    scene, _, _ = long_walk
+    assert scene.facing == -1
+    edge = int(scene.joints["hip"][40, 0])  # the picture begins where the hip is in this frame
+    cut = [np.ascontiguousarray(image[:, edge:]) for image in scene.images[:75]]
+    places = {name: at - [edge, 0] for name, at in scene.joints.items()}
+    estimates, away = followed(replace(scene, joints=places), cut)
+    outcomes = [e.outcome for e in estimates]
+    x = np.stack([at[:75, 0] for at in places.values()])
+    share = (x >= 0).mean(0)
+    gone = int((share < Settings().least_inside).argmax())
+    assert 40 <= gone < 60
+    assert set(outcomes[gone + 3 :]) <= set(UNSURE)
+    assert "outside" in outcomes[gone : gone + 4]
+    assert set(outcomes[: int((share < 1.0).argmax())]) <= {"ok", "hidden"}
+    assert "outside" not in outcomes[: int((share < 0.5).argmax())]
+    assert away[: int((share < 0.7).argmax())].max() < 0.1

@@ -26,6 +26,8 @@ def random_track(rng, T=4, *, first=0, facing=1, figure=WALKER):
         cov=np.stack([1e-4 * random_covariance(D, rng) for _ in range(T)]),
         s=rng.integers(0, 3, T),
         outcome=tuple(OUTCOMES[t % len(OUTCOMES)] for t in range(T)),
+        mark=0.02,
+        shift=rng.normal(scale=5.0, size=(T, 2)),
     )
 
 

@@ -1,0 +1,96 @@
+"""A walker of the open clips who is not seen is said to be lost, and found again; nobody else is lost."""
+
+import csv
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.evaluation.cases import band_of, marks_of
+from tests.evaluation.disturbances import Film, write_film
+from tests.tracker.walls import behind_wall
+from tracker.clip import Job, follow
+from tracker.keypoints import points
+from tracker.progress import Progress
+from tracker.store import Track
+from videos.frames import Video
+
+FIRST, LAST = 204, 337  # columns of the wall: the walker of markers_walk_lr is behind it for some ten frames
+BODY = 10.0  # pixels of body beyond the marked joints
+STRIDE = 0.8  # leg lengths that anything of the body may be behind the near knee
+
+
+def track_of(clip: Path) -> Track:
+    """The whole clip from its first marked frame, as the program does it."""
+    return follow(Job(clip, marks_of(clip), "walk-run", start=0), Progress("quiet")).track
+
+
+def missing(clip: Path) -> list[int]:
+    """Frames in which the figure was said to be lost or outside."""
+    return [t for t, outcome in enumerate(track_of(clip).outcome) if outcome in ("lost", "outside")]
+
+
+@pytest.fixture(scope="module")
+def film(data_dir: Path) -> Film:
+    clip = data_dir / "video" / "markers_walk_lr.mp4"
+    video = Video(clip)
+    return Film([behind_wall(frame.image, FIRST, LAST) for frame in video], video.fps, marks_of(clip))
+
+
+@pytest.fixture(scope="module")
+def walled(film: Film, tmp_path_factory: pytest.TempPathFactory) -> Track:
+    path = tmp_path_factory.mktemp("wall") / "walk.mov"
+    write_film(film, path)
+    return follow(Job(path, film.marks, "walk-run", start=0), Progress("quiet")).track
+
+
+def covered(film: Film) -> list[int]:
+    """Marked stretches in which all of the walker is behind the wall."""
+    frames = sorted(film.marks)
+    x = {t: [place[0] for place in points(film.marks[t]).values()] for t in frames}
+    every = np.arange(frames[-1] + 1)
+    low = np.interp(every, frames, [min(x[t]) for t in frames]) - BODY
+    high = np.interp(every, frames, [max(x[t]) for t in frames]) + BODY
+    return np.flatnonzero((low >= FIRST) & (high <= LAST)).tolist()
+
+
+def in_view(table: Path) -> dict[str, int]:
+    """The last frame of each clip that shows all of the figure."""
+    with table.open(newline="", encoding="utf-8") as file:
+        return {row["clip"]: int(row["usable_frames"].split("-")[1]) for row in csv.DictReader(file)}
+
+
+def test_a_walker_behind_a_wall_is_said_to_be_lost_or_hidden_within_three_frames(
+    film: Film, walled: Track
+) -> None:
+    behind = covered(film)
+    assert len(behind) >= 10
+    said = {t: walled.outcome[t] for t in range(behind[0], behind[-1] + 1)}
+    assert {said[t] for t in behind[3:]} <= {"lost", "hidden"}, said
+    assert "lost" in said.values(), said
+
+
+def test_a_walker_who_comes_from_behind_a_wall_is_found_again(
+    film: Film, walled: Track, data_dir: Path
+) -> None:
+    knee = band_of(data_dir / "video" / "markers_walk_lr.mp4")
+    leg = walled.view.unit
+    bare = min(t for t, (x, _) in knee.items() if x - STRIDE * leg > LAST)
+    after = [t for t in knee if t >= bare + 5]
+    assert len(after) >= 10
+    column = walled.figure.joints.index("near_knee")
+    away = [np.hypot(*(walled.joints()[t, column] - knee[t])) / leg for t in after]
+    assert "found" in walled.outcome[: bare + 6], walled.outcome
+    assert np.mean(away) < 0.15, away
+
+
+def test_no_open_clip_is_said_to_be_lost_or_outside_in_any_frame_in_full_view(data_dir: Path) -> None:
+    folder = data_dir / "video"
+    clips = sorted(folder.glob("*.mp4"))
+    with ProcessPoolExecutor(2) as pool:
+        said = dict(zip([clip.stem for clip in clips], pool.map(missing, clips), strict=True))
+    assert len(said) == 8
+    whole = in_view(folder / "clips.csv")
+    wrong = {name: [t for t in frames if t <= whole[name]] for name, frames in said.items()}
+    assert not any(wrong.values()), wrong

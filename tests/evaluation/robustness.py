@@ -1,0 +1,190 @@
+"""Write docs/robustness.md: what disturbed start marks and disturbed pictures do to the default model.
+
+    python -m tests.evaluation.robustness CLIPS docs/robustness.md [--draws N]
+
+CLIPS holds the videos, each with its NAME.keypoints.csv. Every disturbance comes alone. Two processes, of one
+thread each where the environment says so as in `make robustness`; about ten minutes.
+"""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from kinematics.recover import PoseError
+from tests.evaluation.cases import START, marks_of, measured
+from tests.evaluation.disturbances import DISTURBANCES, START_NOISE, moved, read_film, write_film
+from tests.evaluation.page import cell, written
+from tests.evaluation.targets import Target, target_table
+from tests.evaluation.ways import DEFAULT
+from tests.motion_page import table
+from tracker.clip import Job, StartError, follow
+from tracker.compare import Score, places, score
+from tracker.keypoints import Marks
+from tracker.progress import Progress
+
+Scores = dict[str, list[Score | None]]
+
+DRAWS = 30
+DROPPED = "every second frame"
+SEEN_WORSE = tuple(name for name in DISTURBANCES if name not in ("none", DROPPED))
+METHOD = f"""\
+Each disturbance comes alone, for `{DEFAULT}` with its default settings. A cell is a clip's mean error in leg
+lengths against the undisturbed marks after frame 0, and in brackets the frame where it was lost, as in
+[results.md](results.md).
+"""
+PICTURES = """\
+Every second frame: the others and the marks in them are dropped, the frame rate halves. Brightness falls
+linearly to a half over the first 20 frames and stays there. Noise is Gaussian, on every channel of every
+pixel.
+"""
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """A clip whose pictures are disturbed."""
+
+    clip: Path
+    disturbance: str
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A clip whose start marks are moved by noise; `draw` seeds it."""
+
+    clip: Path
+    draw: int
+
+
+def main() -> None:
+    """Measure everything and write the page."""
+    parser = argparse.ArgumentParser(prog="python -m tests.evaluation.robustness", description=__doc__)
+    parser.add_argument("clips", type=Path, help="folder of the marked clips")
+    parser.add_argument("out", type=Path, help="the page, Markdown")
+    parser.add_argument("--draws", type=int, default=DRAWS, help="of start marks a clip")
+    asked = parser.parse_args()
+    clips = sorted(asked.clips.glob("*.mp4"))
+    asked.out.write_text(page(clips, *measure(clips, asked.draws, Progress())), encoding="utf-8")
+
+
+def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores]:
+    """Scores by disturbance, one a clip, and by clip, one a draw of its start marks."""
+    pictures = [Disturbed(clip, name) for name in DISTURBANCES for clip in clips]
+    starts = [Moved(clip, draw) for clip in clips for draw in range(draws)]
+    of_pictures = iter(measured(followed, pictures, progress, "disturbed pictures"))
+    of_starts = iter(measured(followed, starts, progress, "disturbed starts"))
+    return (
+        {name: list(islice(of_pictures, len(clips))) for name in DISTURBANCES},
+        {clip.stem: list(islice(of_starts, draws)) for clip in clips},
+    )
+
+
+def followed(case: Disturbed | Moved) -> Score | None:
+    """The score of the track; None where the start pose was refused."""
+    return _with_pictures(case) if isinstance(case, Disturbed) else _with_start(case)
+
+
+def lost(found: Score | None) -> bool:
+    """Whether the figure was not followed to the last mark; a refusal is no better."""
+    return found is None or found.first_failure_frame is not None
+
+
+def page(clips: Sequence[Path], pictures: Scores, starts: Scores) -> str:
+    """The whole text; pictures by disturbance, one score a clip, and starts by clip, one a draw."""
+    draws = min(len(row) for row in starts.values())
+    return "\n".join(
+        [
+            "# Robustness on the open clips",
+            "",
+            f"Written by `make robustness` at commit {written()}.",
+            *([f"**A try with {draws} draws of the start marks a clip, not {DRAWS}.**"] * (draws < DRAWS)),
+            "",
+            METHOD,
+            "## What is wanted",
+            "",
+            *target_table(targets(clips, pictures, starts)),
+            "## Disturbed pictures",
+            "",
+            PICTURES,
+            *table(
+                ("", *(clip.stem for clip in clips), "followed"),
+                [
+                    [name, *(_cell(found) for found in row), f"{_kept(row)} of {len(row)}"]
+                    for name, row in pictures.items()
+                ],
+            ),
+            "## Disturbed start marks",
+            "",
+            f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
+            "",
+            *table(
+                ("", "runs", "lost", "mean error: median of runs", "worst"),
+                [[name, *_summary(row)] for name, row in starts.items()],
+            ),
+        ]
+    )
+
+
+def targets(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Target]:
+    """What the default model is to withstand."""
+    runs = [found for row in starts.values() for found in row]
+    walks = ["walk" in clip.stem for clip in clips]
+    return [
+        Target(
+            "share of runs lost from disturbed start marks", float(np.mean([lost(r) for r in runs])), 0.05
+        ),
+        Target(f"clips followed, {DROPPED}", _kept(pictures[DROPPED]), len(clips), 0.75 * len(clips)),
+        *(
+            Target(
+                f"walks lost, {name}",
+                sum(lost(found) for found, walk in zip(pictures[name], walks, strict=True) if walk),
+                0,
+            )
+            for name in SEEN_WORSE
+        ),
+    ]
+
+
+def _with_pictures(case: Disturbed) -> Score | None:
+    film = DISTURBANCES[case.disturbance](read_film(case.clip, marks_of(case.clip)))
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"{case.clip.stem}.mov"
+        write_film(film, path)
+        return _score(path, film.marks, film.marks)
+
+
+def _with_start(case: Moved) -> Score | None:
+    marks = marks_of(case.clip)
+    rng = np.random.default_rng([case.draw, *case.clip.stem.encode()])
+    return _score(case.clip, marks | {START: moved(marks[START], rng)}, marks)
+
+
+def _score(video: Path, given: Marks, truth: Marks) -> Score | None:
+    """Errors against the true marks of a track that starts from those given."""
+    job = Job(video, given, DEFAULT, start=START, stop=max(truth))
+    try:
+        return score(truth, places(follow(job, Progress("quiet")).track), START)
+    except (StartError, PoseError):
+        return None
+
+
+def _kept(row: Sequence[Score | None]) -> int:
+    return sum(not lost(found) for found in row)
+
+
+def _cell(found: Score | None) -> str:
+    return "refused" if found is None else cell(found)
+
+
+def _summary(row: Sequence[Score | None]) -> list[str]:
+    """The cells of a clip's runs."""
+    errors = [1.0 if found is None else found.mean_error_leg for found in row]
+    return [f"{len(row)}", f"{len(row) - _kept(row)}", f"{np.median(errors):.3f}", f"{max(errors):.3f}"]
+
+
+if __name__ == "__main__":
+    main()

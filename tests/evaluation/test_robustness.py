@@ -1,0 +1,79 @@
+"""Robustness: what is refused is lost, draws repeat, and a real clip goes through every disturbance."""
+
+import numpy as np
+import pytest
+
+from tests.evaluation import robustness
+from tests.evaluation.disturbances import DISTURBANCES
+from tests.evaluation.outcomes import outcome
+from tests.evaluation.robustness import DRAWS, DROPPED, Disturbed, Moved, followed, lost, page, targets
+from tracker.clip import StartError
+
+
+def score(mean, lost=None):
+    return outcome(mean, lost=lost).score
+
+
+@pytest.fixture
+def clips(tmp_path):
+    return [tmp_path / f"{name}.mp4" for name in ("a_walk_lr", "b_run_rl", "c_walk_lr", "d_run_lr")]
+
+
+def made_up(**rows):
+    """Scores by disturbance; what is not named is followed."""
+    return {name: rows.get(name, [score(0.05)] * 4) for name in DISTURBANCES}
+
+
+def test_only_walks_count_where_walks_are_wanted(clips):
+    noise = "noise of 10 grey levels"
+    pictures = made_up(**{noise: [score(0.3, lost=5), score(0.3, lost=5), None, score(0.1)]})
+    reached = {target.text: target for target in targets(clips, pictures, {"a": [score(0.1)]})}
+    assert reached[f"walks lost, {noise}"].value == 2
+    assert not reached[f"walks lost, {noise}"].reached
+    assert reached["walks lost, JPEG quality 30"].reached
+
+
+def test_three_of_four_clips_at_half_the_frames_are_enough(clips):
+    for missed, enough in ((1, True), (2, False)):
+        row = [score(0.3, lost=5)] * missed + [score(0.1)] * (4 - missed)
+        found = targets(clips, made_up(**{DROPPED: row}), {"a": [score(0.1)]})
+        assert {t.text: t.reached for t in found}[f"clips followed, {DROPPED}"] is enough
+
+
+def test_lost_runs_are_a_share_of_all_draws_and_a_refusal_is_one(clips):
+    starts = {"a": [score(0.1)] * 3, "b": [score(0.1), None, score(0.4, lost=10)]}
+    found = targets(clips, made_up(), starts)[0]
+    assert found.value == pytest.approx(2 / 6)
+    text = page(clips, made_up(), starts)
+    assert "| b | 3 | 2 | 0.400 | 1.000 |" in text
+    assert "A try with 3 draws" in text
+
+
+def test_a_page_of_all_draws_is_no_try(clips):
+    assert "A try" not in page(clips, made_up(), {"a": [score(0.1)] * DRAWS})
+
+
+def test_a_start_that_is_refused_is_an_answer(data_dir, monkeypatch):
+    def refuse(job, progress):
+        raise StartError("no")
+
+    monkeypatch.setattr(robustness, "follow", refuse)
+    assert followed(Moved(data_dir / "video" / "fence_run_lr.mp4", 0)) is None
+    assert lost(None)
+
+
+def test_draws_differ_and_repeat(data_dir):
+    clip = data_dir / "video" / "fence_run_lr.mp4"
+    first, second, again = (followed(Moved(clip, draw)).mean_error_leg for draw in (0, 1, 0))
+    assert first == again
+    assert first != second
+
+
+def test_a_real_clip_goes_through_every_disturbance(data_dir):
+    clip = data_dir / "video" / "fence_run_lr.mp4"
+    found = {name: followed(Disturbed(clip, name)) for name in DISTURBANCES}
+    frames = {name: max(one.frame_errors) for name, one in found.items()}
+    assert frames == {name: 9 if name == DROPPED else 21 for name in DISTURBANCES}
+    errors = [one.mean_error_leg for one in found.values()]
+    assert len(set(errors)) == len(errors)
+    assert np.max(errors) < 1.0

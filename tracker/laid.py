@@ -1,0 +1,92 @@
+"""What registration's inner loop takes and gives: template points, links, a picture and sums over points."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+
+
+class Points(NamedTuple):
+    """P template points, those of link l at first[l]:first[l + 1].
+
+    first : (L + 1,); along, across, weight : (P,); colours : (P, 3); known : (P,); light : (3,)
+    """
+
+    first: NDArray[np.intp]
+    along: Array
+    across: Array
+    weight: Array
+    colours: Single
+    known: NDArray[np.bool_]
+    light: Array
+
+
+class Shape(NamedTuple):
+    """What of the links hides others: layer, width and taper (L,)."""
+
+    layer: NDArray[np.intp]
+    width: Array
+    taper: Array
+
+
+class Lens(NamedTuple):
+    """Body coordinates to pixels of a level's planes: origin + axes * point."""
+
+    origin_x: float
+    origin_y: float
+    axis_x: float
+    axis_y: float
+
+
+class Behind(NamedTuple):
+    """How much each place of a picture differs from what lies behind the figure (h, w), as half the robust
+    square of `Laid.mean`; pixels from one place to the next; and the level's corner, pixels."""
+
+    differs: Single
+    step: int
+    corner_x: int
+    corner_y: int
+
+
+class Noise(NamedTuple):
+    """variance of a channel; how far an offset of light may be from the common one, grey levels; scale
+    (squared, in the noise's units) of the robust weight, inf for plain squares; mean match at which a link is
+    out of sight and in full sight; how few points have no offset of light of their own; whether nearer links
+    hide farther ones, and how far beyond their outline, leg lengths."""
+
+    variance: float
+    light: float
+    scale: float
+    out_of_sight: float
+    in_sight: float
+    fewest: int
+    layered: bool
+    margin: float
+
+
+class Laid(NamedTuple):
+    """H poses laid on a picture.
+
+    moments  : (H, L, 5, 5) sum of weight * match * f f'
+    pull     : (H, L, 5) sum of weight * match * f residual
+    mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise
+    behind   : (H,) mean over the visible points of how much the picture there differs from what lies behind
+    shown    : (H,) share of the points within the links' outlines that are visible
+    match    : (H, P) robust weight, 0 where not visible
+    residual : (H, P, 3) grey levels, offsets of light taken off, 0 where not visible
+    offset   : (H, L, 3) grey levels
+    inside   : (H, P) whether the point lies in the frame
+    """
+
+    moments: Array
+    pull: Array
+    mean: Array
+    behind: Array
+    shown: Array
+    match: Array
+    residual: Single
+    offset: Array
+    inside: NDArray[np.bool_]
