@@ -172,7 +172,7 @@ def write_run(finished: Run, folder: Path, progress: Progress) -> None:
         "fps": finished.fps,
         "frames": finished.frames,
         "start": start_frame(job),
-        "rate": finished.rate,
+        "rate": round(finished.rate, 2),
         "camera": _camera(finished.track),
         "facing": "right" if finished.track.view.facing > 0 else "left",
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},

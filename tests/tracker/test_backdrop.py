@@ -196,3 +196,14 @@ def test_every_pixel_of_a_picture_has_its_place(size, rng):
         rows, columns = (-(-n // scenery.step) for n in size)
         assert scenery.differs.shape == (rows, columns)
     assert UNSEEN.differs[max(size) // UNSEEN.step, 0] == UNKNOWN
+
+
+def test_plain_is_the_share_of_pixels_that_show_the_known_scene_itself(begun, image):
+    there = begun.follow(covered(image, THERE, by=80), THERE, STILL).scenery
+    inner, beside = np.array([[100.0, 60.0], [110.0, 70.0]]), np.array([[70.0, 10.0], [140.0, 20.0]])
+    assert there.plain(inner) == 0.0
+    shown = begun.follow(image, THERE, STILL).scenery
+    assert shown.plain(inner) == 1.0
+    assert shown.plain(np.concatenate([inner, np.array([[40.0, 60.0], [45.0, 80.0]])])) == 0.5
+    assert there.plain(beside) == 0.0  # out of the box nothing is asked
+    assert UNSEEN.plain(inner) == 0.0
