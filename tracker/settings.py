@@ -89,10 +89,10 @@ class Settings(BaseModel):
     start_angle: float = Field(4.0, gt=0, description="error of the marked angles, degrees")
     start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")
     cv_angle: float = Field(
-        4.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees"
+        6.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees"
     )
     cv_place: float = Field(
-        0.04, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths"
+        0.06, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths"
     )
 
     @model_validator(mode="after")
