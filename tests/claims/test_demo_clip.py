@@ -1,6 +1,7 @@
 """What the demo's rendered walk shows, over ten seeds."""
 
 from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -31,7 +32,7 @@ def followed(seed: int) -> tuple[bool, list[bool]]:
 
 
 def test_the_learned_model_follows_the_demo_walk_where_constant_velocity_at_its_best_noise_does_not() -> None:
-    with ProcessPoolExecutor(2) as pool:
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
         results = list(pool.map(followed, SEEDS))
     best = max(range(len(CV_NOISES)), key=lambda i: sum(rivals[i] for _, rivals in results))
     parted = [

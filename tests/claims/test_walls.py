@@ -2,6 +2,7 @@
 
 import csv
 from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -88,7 +89,7 @@ def test_a_walker_who_comes_from_behind_a_wall_is_found_again(
 def test_no_open_clip_is_said_to_be_lost_or_outside_in_any_frame_in_full_view(data_dir: Path) -> None:
     folder = data_dir / "video"
     clips = sorted(folder.glob("*.mp4"))
-    with ProcessPoolExecutor(2) as pool:
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
         said = dict(zip([clip.stem for clip in clips], pool.map(missing, clips), strict=True))
     assert len(said) == 8
     whole = in_view(folder / "clips.csv")

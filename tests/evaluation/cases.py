@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from itertools import islice
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TypeVar
 
@@ -116,7 +117,10 @@ def measured(
     function: Callable[[Asked], Answer], asked: Sequence[Asked], progress: Progress, name: str
 ) -> list[Answer]:
     """The function of everything asked, in order, two at a time."""
-    with ProcessPoolExecutor(PROCESSES) as pool, progress.task(name, len(asked)) as advance:
+    with (
+        ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool,
+        progress.task(name, len(asked)) as advance,
+    ):
         waiting = [pool.submit(function, item) for item in asked]
         answers = []
         for future in waiting:
