@@ -9,25 +9,19 @@ mean nothing.
 
 import argparse
 import subprocess
-from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TypeVar
 
 from dynamics.hmm import HMM
 from dynamics.slds import SLDS
 from tests import motion_ahead, motion_gaps, motion_splices, motion_synthesis
 from tests.motion_data import SAME, SPLICED, Job, Recipe, Source, captures, learn
 from tests.motion_page import CLAIM_HEADER, Results, table
+from tests.processes import each, spawned
 from tracker.learning import NOISE, STATES
 from tracker.progress import Progress
 
-PROCESSES = 2
 SECTIONS = (motion_splices, motion_ahead, motion_gaps, motion_synthesis)
-
-Item = TypeVar("Item")
-Answer = TypeVar("Answer")
 
 
 def main() -> None:
@@ -47,12 +41,12 @@ def measure(source: Source, progress: Progress) -> Results:
     jobs: list[Job] = list(dict.fromkeys(job for part in SECTIONS for job in part.jobs(source)))
     recipes = {job.recipe for job in jobs if job.recipe is not None}
     slowest = sorted(recipes, key=lambda recipe: -recipe.cost)
-    with ProcessPoolExecutor(PROCESSES) as pool:
-        learned = _each(pool, _learn, [(source, r) for r in slowest], progress, "learning")
+    with spawned() as pool:
+        learned = each(pool, _learn, [(source, r) for r in slowest], progress, "learning")
         models = dict(zip(slowest, learned, strict=True))
         jobs.sort(key=lambda job: -job.recipe.cost if job.recipe else 0)
         handed = [(source, job, models.get(job.recipe) if job.recipe else None) for job in jobs]
-        return dict(zip(jobs, _each(pool, _run, handed, progress, "measuring"), strict=True))
+        return dict(zip(jobs, each(pool, _run, handed, progress, "measuring"), strict=True))
 
 
 def page(source: Source, results: Results) -> list[str]:
@@ -98,23 +92,6 @@ def _learn(source: Source, recipe: Recipe) -> SLDS | HMM:
 
 def _run(source: Source, job: Job, model: SLDS | HMM | None) -> object:
     return job.run(source, model)
-
-
-def _each(
-    pool: ProcessPoolExecutor,
-    function: Callable[..., Answer],
-    items: Iterable[tuple[object, ...]],
-    progress: Progress,
-    name: str,
-) -> list[Answer]:
-    """The function of every item, in order."""
-    waiting = [pool.submit(function, *item) for item in items]
-    with progress.task(name, len(waiting)) as advance:
-        answers = []
-        for future in waiting:
-            answers.append(future.result())
-            advance()
-    return answers
 
 
 if __name__ == "__main__":

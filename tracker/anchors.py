@@ -21,8 +21,8 @@ from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.recover import recover
 from kinematics.spm import joint_jacobian, joints, skeleton
 from tracker.keypoints import Mark
-from tracker.sampling import Array
-from tracker.track import LOST, OK, OUTSIDE, Estimate, Image, State, Tracker
+from tracker.sampling import Array, Image
+from tracker.track import LOST, OK, OUTSIDE, Estimate, State, Tracker
 
 SEEN, HIDDEN = 1.5, 6.0  # pixels: how well marks repeat, and how well joints are guessed that are hidden
 ALONG = 4.0  # pixels along the limb: cloth hides at which height a hip or knee is

@@ -12,11 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.sampling import Array
-
-Image = NDArray[np.uint8]
-Planes = NDArray[np.float32]
-Box = tuple[float, float, float, float]
+from tracker.sampling import Array, Box, Image, Planes
 
 STEP = 0.03  # leg lengths from one place of the scene to the next
 NOISE = 8.0  # of a match, grey levels

@@ -1,9 +1,9 @@
 """A camera that moves: by how many pixels the scene behind the figure has shifted since the marked frame.
 
 Corners of the background, the best of every cell of a grid, are followed by pyramidal Lucas-Kanade (Bouguet
-2001) from a key frame into the present one, both small and rid of their light; the shift is the median of
-those that agree. Errors do not add up from frame to frame, as a key frame is kept until half of its corners
-are gone; then the frame before the present one takes its place.
+2001) from a key frame into the present one, both small and less their local mean; the shift is the median of
+those that agree. Errors do not add up from frame to frame, as a key frame is kept until too few of its
+corners are left to tell; then the frame before the present one takes its place.
 
 A camera is still, its shift exactly zero, until it is seen to move by more than STILL. A scene of few
 corners, such as a bare wall with a shadow on it, shows nothing of the camera, whose shift then stays.
@@ -16,34 +16,27 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.sampling import Array
+from tracker.sampling import Array, Box, Image
 
-Image = NDArray[np.uint8]
 Corners = NDArray[np.float32]
-Box = tuple[float, float, float, float]
 
 # Lengths are in pixels of the small picture.
 SIZE = 160  # of its longer side at most
 CELL = 10  # of the grid, no more than one corner in each
 WINDOW = 9  # that is compared around a corner
 HALVINGS = 2  # of the small picture, for long ways
-CONTRAST = 2.5  # levels a pixel along a corner's weaker direction, root mean square
-FEWEST = 20  # corners that a shift is believed of
-KEPT = 0.5  # share of a key frame's corners that it must be
+CONTRAST = 3.0  # grey levels a pixel along a corner's weaker direction, root mean square
+FEWEST = 30  # corners that a shift is believed of
 AGREE = 1.0  # from their median
 SPREAD = 0.125  # standard deviation across the picture, shares of its width: less may be one walker
 STILL = 0.25  # 1 pixel of 640: what the noise of video, clouds and leaves shift a still scene by
-
-# A change of light is a gain, which the logarithm turns into an offset; DARK keeps it from enlarging noise.
-DARK, STEEP = 30.0, 110.0
-LOG = (STEEP * np.log1p(np.arange(256) / DARK)).astype(np.uint8)
 
 
 @dataclass(frozen=True)
 class Scene:
     """A frame that others may be compared with.
 
-    image : (h, w) small and rid of its light
+    image : (h, w) small and grey, less its local mean
     box   : (x0, y0, x1, y1) around the figure, pixels of the small image
     shift : (2,) the scene's in this frame, pixels of the video
     """
@@ -112,9 +105,10 @@ def _scene(image: Image, box: Box, shift: Array) -> tuple[Scene, int]:
     h, w = max(H // factor, 1), max(W // factor, 1)
     # Means over whole blocks of pixels are fast, and move with the scene exactly.
     grey = cv2.cvtColor(image[: h * factor, : w * factor], cv2.COLOR_RGB2GRAY)
-    light = cv2.LUT(cv2.resize(grey, (w, h), interpolation=cv2.INTER_AREA), LOG)
-    around = cv2.boxFilter(light, -1, (2 * WINDOW + 1, 2 * WINDOW + 1))
-    plain = cv2.addWeighted(light, 1.0, around, -1.0, 128.0)
+    small = cv2.resize(grey, (w, h), interpolation=cv2.INTER_AREA)
+    # Less its surroundings, or a change of light would look like a way of every slope.
+    around = cv2.boxFilter(small, -1, (2 * WINDOW + 1, 2 * WINDOW + 1))
+    plain = cv2.addWeighted(small, 1.0, around, -1.0, 128.0)
     x0, y0, x1, y1 = (side / factor for side in box)
     return Scene(plain.astype(np.uint8, copy=False), (x0, y0, x1, y1), shift), factor
 
@@ -151,15 +145,11 @@ def _way(key: Key, now: Scene, factor: int) -> Array | None:
         maxLevel=HALVINGS,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
-    h, w = now.image.shape
-    inside = ((found >= 0) & (found <= (w - 1, h - 1))).all(1)
-    on_figure = ((found >= now.box[:2]) & (found <= now.box[2:])).all(1)
-    seen = (status[:, 0] > 0) & inside & ~on_figure
+    seen = status[:, 0] > 0
     if seen.sum() < FEWEST:
         return None
     found, ways = found[seen], (found - key.corners)[seen].astype(np.float64)
     agree = np.abs(ways - np.median(ways, axis=0)).max(1) < AGREE
-    enough = agree.sum() >= max(FEWEST, KEPT * len(key.corners))
-    if not enough or found[agree, 0].std() < SPREAD * w:
+    if agree.sum() < FEWEST or found[agree, 0].std() < SPREAD * now.image.shape[1]:
         return None
     return np.asarray(factor * np.median(ways[agree], axis=0))

@@ -25,13 +25,13 @@ from tracker.models import CONSTANT_VELOCITY, find_model
 from tracker.passage import Passage
 from tracker.progress import Progress
 from tracker.rate import playback_rate
-from tracker.reel import Image, Reel
+from tracker.reel import Reel
 from tracker.settings import Settings
 from tracker.smoothing import smoothed, turned_belief
 from tracker.start import StartError, marked_start
 from tracker.store import Track, write_tables
 from tracker.track import HIDDEN, LOST, OK, UNSURE, Estimate, Tracker, make_tracker
-from videos.frames import Video
+from videos.frames import Image, Video
 from videos.writer import Writer
 
 T = TypeVar("T")
@@ -47,7 +47,7 @@ class Job:
     start  : the marked frame to start from, None for the first there is
     stop   : the last frame to follow, None for the clip's end
     facing : +1 right, -1 left, None to see it from the start pose
-    rate   : playback speed: 1 as filmed, 0.5 half speed; None to find it among `settings.rates`
+    rate   : playback speed: 1 as filmed, 0.5 half speed; None to measure it afterwards
     called : what the results call the video, None for its path
     smooth : write each pose given the whole clip; False for what was known at its frame
     anchors: pass through every marked frame, not the start alone

@@ -202,15 +202,15 @@ def _reporter(progress: Report, name: str, options: Options) -> Callable[[int, f
 def _constant_velocity(fps: float, settings: Settings) -> SLDS:
     """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
     step = 30.0 / fps
-    noise = _by_freedom(POSE_COLUMNS, settings.cv_place, np.radians(settings.cv_angle))
-    speed = _by_freedom(POSE_COLUMNS, 0.0, FIRST_ANGLE_SPEED)
+    noise = by_freedom(POSE_COLUMNS, settings.cv_place, np.radians(settings.cv_angle))
+    speed = by_freedom(POSE_COLUMNS, 0.0, FIRST_ANGLE_SPEED)
     speed[: len(TRAVELLING)] = FIRST_ROOT_SPEED
     return constant_velocity(POSE_COLUMNS, noise * step**2, speed * step, fps)
 
 
 def _free(learned: SLDS, settings: Settings) -> SLDS:
     """One state of constant velocity that joins a learned model; it starts wherever the model's states do."""
-    noise = _by_freedom(learned.names, settings.free_place, np.radians(settings.free_angle))
+    noise = by_freedom(learned.names, settings.free_place, np.radians(settings.free_angle))
     free = constant_velocity(
         learned.names, noise * (30.0 / learned.fps) ** 2, np.zeros(len(noise)), learned.fps
     )
@@ -225,6 +225,6 @@ def _free(learned: SLDS, settings: Settings) -> SLDS:
     )
 
 
-def _by_freedom(names: Sequence[str], place: float, angle: float) -> Array:
+def by_freedom(names: Sequence[str], place: float, angle: float) -> Array:
     """(M,) one value for the root's freedoms and one for the angles."""
     return np.array([place if name in TRAVELLING else angle for name in names])

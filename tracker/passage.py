@@ -14,7 +14,8 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joints
 from tracker.anchors import FAR, Anchor, anew, passed
-from tracker.track import Estimate, Image, State, Tracker
+from tracker.sampling import Image
+from tracker.track import Estimate, State, Tracker
 
 
 @dataclass(frozen=True)

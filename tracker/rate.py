@@ -11,7 +11,7 @@ import numpy as np
 from dynamics.gpb2 import gpb2_all
 from dynamics.rate import backwards
 from dynamics.slds import SLDS
-from tracker.models import CONSTANT_VELOCITY, TRAVELLING, switching_model
+from tracker.models import CONSTANT_VELOCITY, TRAVELLING, by_freedom, switching_model
 from tracker.sampling import Array
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
@@ -29,25 +29,28 @@ def playback_rate(model: str, poses: Array, fps: float) -> float:
         fps: frames a second of the clip.
     """
     name = OTHERWISE if model == CONSTANT_VELOCITY else model
+    known = np.isfinite(poses).all(1)
+    if not known.any():
+        return 1.0
+    poses = poses[known.argmax() :][:ENOUGH]
     fits: dict[float, float] = {}
     for rate in RATES:
         try:
             slds = switching_model(name, fps / rate)
         except ValueError:  # further from its own frame rate than the model can go
             continue
-        fits[rate] = max(_evidence(way, poses[:ENOUGH]) for way in (slds, backwards(slds)))
+        fits[rate] = max(_evidence(way, poses) for way in (slds, backwards(slds)))
     return max(fits, key=lambda rate: fits[rate]) if fits else 1.0
 
 
 def _evidence(slds: SLDS, poses: Array) -> float:
-    """Of tracked poses, from where they begin and without the neck's own constant, nats."""
-    travelling = np.array([name in TRAVELLING for name in slds.names])
-    spread = np.where(travelling, PLACE, ANGLE)
+    """Of tracked poses, the first of them known, without the neck's own constant, nats."""
     y = poses.copy()
-    known = np.isfinite(y).all(1)
-    y[:, travelling] -= y[known.argmax(), travelling]
+    travelling = np.array([name in TRAVELLING for name in slds.names])
+    y[:, travelling] -= y[0, travelling]
     if "neck" in slds.names:
         neck = slds.names.index("neck")
         y[:, neck] -= np.nanmean(y[:, neck])
+    spread = by_freedom(slds.names, PLACE, ANGLE)
     (posterior,) = gpb2_all(replace(slds, R=np.diag(spread**2)), [y])
     return posterior.log_evidence

@@ -4,12 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 from itertools import islice
 
-import numpy as np
-from numpy.typing import NDArray
-
-from videos.frames import Video
-
-Image = NDArray[np.uint8]
+from videos.frames import Image, Video
 
 HELD = 96 * 2**20  # bytes of pictures that are kept, and as many again while going back
 

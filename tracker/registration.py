@@ -34,7 +34,6 @@ from tracker.sampling import Level, sample
 from tracker.settings import Settings
 from tracker.template import Templates
 
-Rows = NDArray[np.intp] | slice
 COARSE = 2  # every so manieth point is looked at where the blur makes neighbours alike
 FEWEST = 6  # points of a link that an offset of light is worked out from
 SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
@@ -103,8 +102,7 @@ class Field:
 
     def bare(self, found: Registration) -> float:
         """Share of the points within the outlines at which the frame shows just what lies behind."""
-        inner = (self.templates.weight == 1.0) & self.templates.known
-        return self.scenery.plain(self._pixels(found)[inner])
+        return self.scenery.plain(self._pixels(found)[self.templates.inner])
 
     def _pixels(self, found: Registration) -> Array:
         """(P, 2) where the points settled."""
@@ -258,7 +256,7 @@ class _Search:
         step = -np.linalg.solve(H, slope[..., None])[..., 0]
         return np.asarray(step * (LONGEST_STEP / np.maximum(np.abs(step).max(1), LONGEST_STEP))[:, None])
 
-    def objective(self, fit: _Fit, rows: Rows) -> Array:
+    def objective(self, fit: _Fit, rows: NDArray[np.intp]) -> Array:
         """(H,) what the climb lowers, nats."""
         away, (excess, stiffness) = fit.q - self.mean[rows], self.beyond(fit.q)
         leaning = (away * apply(self.precision[rows], away)).sum(1) + (stiffness * excess**2).sum(1)

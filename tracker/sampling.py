@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Image = NDArray[np.uint8]
 Planes = NDArray[np.float32]
+Box = tuple[float, float, float, float]
 LEAST = 4  # pixels that a gradient between pixels takes
 
 
@@ -27,7 +29,7 @@ class Level:
 
 
 def pyramid(
-    image: NDArray[np.uint8], box: tuple[int, int, int, int], sigmas: Sequence[float], colour: bool
+    image: Image, box: tuple[int, int, int, int], sigmas: Sequence[float], colour: bool
 ) -> list[Level]:
     """Levels of the part of an RGB frame within `box` (x0, y0, x1, y1), in the order of `sigmas`.
 
@@ -48,7 +50,7 @@ def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Bilinear values (P, 3) at (P, 2) pixels, and whether each lies in the frame's part (P,)."""
     h, w = level.planes.shape[:2]
     place = pixels - np.asarray(level.corner)
-    inside = ((place >= 0) & (place <= (w - 1, h - 1))).all(axis=-1)
+    inside = within(place, (h, w))
     x = np.clip(place[:, 0], 0, w - 1.001)
     y = np.clip(place[:, 1], 0, h - 1.001)
     i, j = y.astype(np.intp), x.astype(np.intp)
@@ -57,6 +59,11 @@ def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
     shares = np.stack([(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx])
     around = level.planes.reshape(h * w, 3).take(corners, axis=0)
     return np.einsum("kp,kpc->pc", shares, around), inside
+
+
+def within(pixels: Array | Planes, shape: Sequence[int]) -> NDArray[np.bool_]:
+    """Whether pixels (..., 2) lie in a picture of `shape` (height, width, ...)."""
+    return np.asarray(((pixels >= 0) & (pixels <= (shape[1] - 1, shape[0] - 1))).all(axis=-1))
 
 
 def _blurred(lab: Planes, sigma: float) -> Planes:

@@ -5,7 +5,7 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joints
 from tracker.registration import Field, scan
-from tracker.sampling import Array
+from tracker.sampling import Array, within
 
 STEP = 0.1  # leg lengths: within the reach of the coarsest blur
 SPREADS = 2.0  # standard deviations of the root either way
@@ -41,5 +41,4 @@ def _share_seen(field: Field, poses: Array) -> Array:
     """(H,) share of the joints of poses (H, D) that lie in the part of the picture that is looked at."""
     level = field.levels[0]
     place = field.view.to_pixels(joints(field.figure, poses)) - np.asarray(level.corner)
-    h, w = level.planes.shape[:2]
-    return np.asarray(((place >= 0) & (place <= (w - 1, h - 1))).all(-1).mean(-1))
+    return np.asarray(within(place, level.planes.shape).mean(-1))

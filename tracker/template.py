@@ -33,6 +33,11 @@ class Templates:
     known: NDArray[np.bool_]
     light: Array
 
+    @property
+    def inner(self) -> NDArray[np.bool_]:
+        """(P,) whether a point is known and within its link's outline."""
+        return np.asarray((self.weight == 1.0) & self.known)
+
     def refreshed(self, seen: Array | Planes, trust: Array, blend: float, offset: Array) -> Self:
         """Blended into what is seen now; points never seen before take it whole.
 

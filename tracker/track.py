@@ -10,12 +10,11 @@ of its measurement: with the likelihood linearised at the mode q* (Laplace),
 With a one-state constant-velocity model the same loop is the extended Kalman filter.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.belief import Belief, first_belief, propose
 from dynamics.gaussian import Gaussian, apply, symmetric, transpose
@@ -25,14 +24,12 @@ from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
 from kinematics.spm import View, joints
 from tracker.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
-from tracker.camera import Box, Camera, first_camera
+from tracker.camera import Camera, first_camera
 from tracker.registration import Field, Outcome, Registration, align
-from tracker.sampling import Array, Level, pyramid
+from tracker.sampling import Array, Box, Image, Level, pyramid, within
 from tracker.search import reach, sought
 from tracker.settings import Settings
 from tracker.template import Templates, cut
-
-Image = NDArray[np.uint8]
 
 NOTHING = Belief(
     Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
@@ -141,7 +138,7 @@ class Tracker:
         priors = self.pose(proposed.states)
         state = self.looked(state, image, priors)
         here = self.shifted(state.shift)
-        levels = here._levels(image, here._box(priors.mean, reach(priors)))
+        levels = here._levels(image, here._around(priors))
         field = Field(state.templates, levels, self.figure, here.view, self.settings, state.scenery)
         starts = sought(field, priors, proposed.best) if state.outcome in UNSURE else None
         found = align(field, priors, starts)
@@ -162,14 +159,12 @@ class Tracker:
 
     def looked(self, state: State, image: Image, priors: Gaussian) -> State:
         """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""
-
-        def around() -> Box:
-            return self.shifted(state.shift)._box(priors.mean, reach(priors))
-
         if state.camera is not None:
-            state = replace(state, camera=state.camera.follow(image, around()))
+            around = self.shifted(state.shift)._around(priors)
+            state = replace(state, camera=state.camera.follow(image, around))
         if state.backdrop is not None:
-            state = replace(state, backdrop=state.backdrop.follow(image, around(), state.shift))
+            around = self.shifted(state.shift)._around(priors)
+            state = replace(state, backdrop=state.backdrop.follow(image, around, state.shift))
         return state
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
@@ -204,10 +199,9 @@ class Tracker:
 
     def _outcome(self, state: State, field: Field, found: Registration, size: tuple[int, ...]) -> str:
         templates = state.templates
-        inner = (templates.weight == 1.0) & templates.known
-        H, W = size
+        inner = templates.inner
         pixels = field.view.to_pixels(joints(self.figure, found.q))
-        if ((pixels >= 0) & (pixels <= (W - 1, H - 1))).all(1).mean() < self.settings.least_inside:
+        if within(pixels, size).mean() < self.settings.least_inside:
             return OUTSIDE
         visible = inner & (found.match > 0)
         matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
@@ -220,11 +214,14 @@ class Tracker:
         share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
         return HIDDEN if min(share) < self.settings.least_visible else OK
 
-    def _box(self, poses: Array, reach: Array | None = None) -> Box:
+    def _around(self, priors: Gaussian) -> Box:
+        """Pixels that the figure may cover."""
+        return self._box(priors.mean, reach(priors))
+
+    def _box(self, poses: Array, reach: Array | float = 0.0) -> Box:
         """Pixels around all of the poses (H, D), and what lies within reach (2,) leg lengths of them."""
-        unit = self.view.unit
         pixels = self.view.to_pixels(joints(self.figure, poses)).reshape(-1, 2)
-        margin = unit * (self.settings.margin + (0.0 if reach is None else reach))
+        margin = self.view.unit * (self.settings.margin + np.asarray(reach))
         (x0, y0), (x1, y1) = pixels.min(0) - margin, pixels.max(0) + margin
         return float(x0), float(y0), float(x1), float(y1)
 
@@ -267,14 +264,3 @@ def _with_drifts(slds: SLDS, names: Sequence[str], settings: Settings) -> SLDS:
     noise = spread * np.sqrt(1.0 - keep**2)
     noise[ankles] = settings.scale_drift
     return slds.with_drifts(names, keep, noise, spread)
-
-
-def run(tracker: Tracker, start: Start, images: Iterable[Image]) -> Iterator[Estimate]:
-    """Follow the figure through images, the first of which is the marked one; one estimate an image."""
-    state: State | None = None
-    for image in images:
-        if state is None:
-            state, estimate = tracker.begin(start, image)
-        else:
-            state, estimate = tracker.step(state, image)
-        yield estimate

@@ -1,10 +1,9 @@
 """What the demo's rendered walk shows, over ten seeds."""
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tests.processes import spawned
 from tracker.clip import Job, follow
 from tracker.compare import places, score
 from tracker.demo import write_scene
@@ -32,7 +31,7 @@ def followed(seed: int) -> tuple[bool, list[bool]]:
 
 
 def test_the_learned_model_follows_the_demo_walk_where_constant_velocity_at_its_best_noise_does_not() -> None:
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+    with spawned() as pool:
         results = list(pool.map(followed, SEEDS))
     best = max(range(len(CV_NOISES)), key=lambda i: sum(rivals[i] for _, rivals in results))
     parted = [

@@ -4,8 +4,7 @@ Prediction is tried on the splices' six subjects, left out together.
 """
 
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from tests.motion_ahead import SHARE, Forecast, Rival
 from tests.motion_data import MOTIONS, SPLICED, Job, Recipe, Source, learn, rms
 from tests.motion_splices import FAR_TARGETS, MIDDLE, SEEN, SEEN_TARGETS, TARGETS, Segmentation
 from tests.motion_synthesis import OUT, RUN_STRIDE, STRIDE, Likeness, Making
+from tests.processes import spawned
 
 UNSEEN = Recipe(excluded=SPLICED)
 ALONE = {label: Recipe(motions=(label,)) for label in MOTIONS}
@@ -34,7 +34,7 @@ def source(data_dir: Path) -> Source:
 
 @pytest.fixture(scope="module")
 def pool() -> Iterator[Executor]:
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+    with spawned() as pool:
         yield pool
 
 

@@ -1,13 +1,12 @@
 """What the program promises on the hand-marked open clips, with one set of settings for all."""
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.evaluation.cases import Case, Ours, outcome
+from tests.processes import spawned
 from tracker.compare import Score
 
 Scores = dict[str, Score]
@@ -19,7 +18,7 @@ def scores(data_dir: Path) -> dict[str, Scores]:
     clips = sorted((data_dir / "video").glob("*.mp4"))
     by_model: dict[str, Scores] = {"walk-run": {}, "cv": {}}
     cases = [(model, Case(clip, Ours(model))) for model in by_model for clip in clips]
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+    with spawned() as pool:
         found = pool.map(outcome, [case for _, case in cases])
     for (model, case), result in zip(cases, found, strict=True):
         by_model[model][case.clip.stem] = result.score

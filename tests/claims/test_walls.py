@@ -1,8 +1,6 @@
 """A walker of the open clips who is not seen is said to be lost, and found again; nobody else is lost."""
 
 import csv
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +8,7 @@ import pytest
 
 from tests.evaluation.cases import band_of, marks_of
 from tests.evaluation.disturbances import Film, write_film
+from tests.processes import spawned
 from tests.tracker.walls import behind_wall
 from tracker.clip import Job, follow
 from tracker.keypoints import points
@@ -90,7 +89,7 @@ def test_a_walker_who_comes_from_behind_a_wall_is_found_again(
 def test_no_open_clip_is_said_to_be_lost_or_outside_in_any_frame_in_full_view(data_dir: Path) -> None:
     folder = data_dir / "video"
     clips = sorted(folder.glob("*.mp4"))
-    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+    with spawned() as pool:
         said = dict(zip([clip.stem for clip in clips], pool.map(missing, clips), strict=True))
     assert len(said) == 8
     whole = in_view(folder / "clips.csv")

@@ -1,10 +1,8 @@
 """One clip followed one way, and what came of it."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from itertools import islice
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TypeVar
 
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.evaluation.calibration import distances
+from tests.processes import each, spawned
 from tests.rivals import correlation, lucas_kanade
 from tests.rivals.body import body_at, by_frame
 from tracker.clip import Job, follow, prepare
@@ -24,7 +23,6 @@ Array = NDArray[np.float64]
 Answer = TypeVar("Answer")
 Asked = TypeVar("Asked")
 
-PROCESSES = 2
 START = 0
 BAND = "near_knee"
 
@@ -117,16 +115,8 @@ def measured(
     function: Callable[[Asked], Answer], asked: Sequence[Asked], progress: Progress, name: str
 ) -> list[Answer]:
     """The function of everything asked, in order, two at a time."""
-    with (
-        ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool,
-        progress.task(name, len(asked)) as advance,
-    ):
-        waiting = [pool.submit(function, item) for item in asked]
-        answers = []
-        for future in waiting:
-            answers.append(future.result())
-            advance()
-    return answers
+    with spawned() as pool:
+        return each(pool, function, [(item,) for item in asked], progress, name)
 
 
 def outcomes(

@@ -7,13 +7,12 @@ python -m tests.speed.tracked VIDEO --json       the cost by stage for a program
 import json
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
     os.environ[name] = "1"  # before numpy is imported, or it is too late
 
+from tests.processes import spawned  # noqa: E402
 from tests.speed import tracking  # noqa: E402
 
 FRAMES = 2000  # of the long run
@@ -43,7 +42,7 @@ def main() -> int:
         tracking.draw(hypotheses, points, Path(sys.argv[2]))
 
     # In a process of its own: what the runs above needed is not given back.
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with spawned(1) as pool:
         memory = pool.submit(tracking.memory, job, FRAMES).result()
     half = len(memory.frames) // 2
     print(f"\nresident: {memory.megabytes[half]:.0f} MB after {memory.frames[half]} frames, ", end="")

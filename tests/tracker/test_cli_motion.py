@@ -230,7 +230,9 @@ def test_one_or_two_frames_are_a_sequence(tmp_path, rng, model, command, frames)
 def test_the_model_that_ships_answers_all_four(tmp_path, poses):
     for command in ON_TABLES:
         done(command, poses, "--no-plot", "--out", tmp_path / f"{command}.csv")
+        assert (tmp_path / f"{command}.csv").is_file()
     done("synthesise", "--frames", 40, "--no-plot", "--no-clip", "--out", tmp_path / "s.csv")
+    assert (tmp_path / "s.csv").is_file()
 
 
 # What cannot be done, and what is said

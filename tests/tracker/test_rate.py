@@ -69,3 +69,13 @@ def test_where_the_neck_was_marked_does_not_matter(walked):
 
 def test_speeds_from_a_quarter_to_double_are_tried():
     assert_allclose([min(RATES), max(RATES)], [0.25, 2.0])
+
+
+def test_the_pace_is_that_of_the_frames_after_a_long_loss(walked):
+    poses = played(walked, 0.5)
+    late = np.concatenate([np.full((700, poses.shape[1]), np.nan), poses])
+    assert playback_rate("walk-run", late, 30.0) == playback_rate("walk-run", poses, 30.0)
+
+
+def test_a_figure_that_is_never_seen_is_taken_to_move_as_filmed(walked):
+    assert playback_rate("walk-run", np.full_like(walked, np.nan), 30.0) == 1.0

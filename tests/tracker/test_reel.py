@@ -46,20 +46,26 @@ def test_back_are_the_same_frames_the_other_way_however_few_are_held(held, first
     assert levels(ahead) == [10, 11]
 
 
-def test_frames_at_hand_are_not_read_again():
-    video = Counted(10)
+@pytest.fixture
+def video():
+    return Counted(10)
+
+
+@pytest.fixture
+def reel(video):
+    """All of it read, the last four at hand."""
     reel = Reel(video, held=4)
     list(reel.ahead())
     video.read.clear()
+    return reel
+
+
+def test_frames_at_hand_are_not_read_again(reel, video):
     assert levels(reel.span(9, 6)) == [9, 8, 7, 6]
     assert video.read == []
 
 
-def test_going_back_holds_a_block_at_a_time():
-    video = Counted(10)
-    reel = Reel(video, held=4)
-    list(reel.ahead())
-    video.read.clear()
+def test_going_back_holds_a_block_at_a_time(reel, video):
     back = reel.span(9, 0)
     assert levels(next(back) for _ in range(5)) == [9, 8, 7, 6, 5]
     assert video.read == [0, 1, 2, 3, 4, 5]
@@ -67,11 +73,7 @@ def test_going_back_holds_a_block_at_a_time():
     assert video.read[6:] == [0, 1]
 
 
-def test_a_span_ahead_is_read_again_one_picture_at_a_time():
-    video = Counted(10)
-    reel = Reel(video, held=4)
-    list(reel.ahead())
-    video.read.clear()
+def test_a_span_ahead_is_read_again_one_picture_at_a_time(reel, video):
     span = reel.span(3, 6)
     assert levels([next(span)]) == [3]
     assert video.read == [0, 1, 2, 3]

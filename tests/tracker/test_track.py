@@ -23,7 +23,7 @@ from tracker.sampling import Level, pyramid
 from tracker.scene.film import render
 from tracker.settings import Settings
 from tracker.template import Templates
-from tracker.track import Estimate, State, Tracker, make_tracker, run
+from tracker.track import Estimate, State, Tracker, make_tracker
 
 FRAMES = 20
 # A part of the frame that is always the whole frame: what lies outside is then the frame's own edge.
@@ -56,6 +56,16 @@ def walk():
 @pytest.fixture(scope="module")
 def models():
     return {name: find_model(name, 30.0, FULL) for name in ("walk-run", "walk-run-1", "cv")}
+
+
+def run(tracker, start, images):
+    """One estimate an image, the first of which is the marked one."""
+    images = iter(images)
+    state, estimate = tracker.begin(start, next(images))
+    yield estimate
+    for image in images:
+        state, estimate = tracker.step(state, image)
+        yield estimate
 
 
 def pixels(start, estimates):
