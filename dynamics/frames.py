@@ -51,24 +51,28 @@ class Frames:
             stop = start
 
 
+def batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
+    """Which sequences are worked on together: as many at a time as fit the cache, longest first."""
+    order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
+    size = max(1, PAIRS // slds.K**2)
+    return [order[begin : begin + size] for begin in range(0, len(order), size)]
+
+
 def in_batches(
     slds: SLDS,
     ys: Sequence[Array],
     hints: Sequence[Array] | None,
     infer: Callable[[Frames], list[Result]],
 ) -> list[Result]:
-    """What `infer` makes of each sequence, in the order given; it sees so many at a time as fit the cache.
+    """What `infer` makes of each sequence, in the order given; it sees a batch at a time.
 
     Raises:
         ValueError: hints that do not fit the sequences.
     """
     if hints is not None:
         _check(slds, ys, hints)
-    order = np.argsort([-len(y) for y in ys], kind="stable")
-    size = max(1, PAIRS // slds.K**2)
     results: dict[int, Result] = {}
-    for begin in range(0, len(ys), size):
-        chosen = [int(n) for n in order[begin : begin + size]]
+    for chosen in batches(slds, ys):
         frames = _frames(slds, [ys[n] for n in chosen], None if hints is None else [hints[n] for n in chosen])
         results |= dict(zip(chosen, infer(frames), strict=True))
     return [results[n] for n in range(len(ys))]

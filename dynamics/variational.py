@@ -69,15 +69,25 @@ def variational_all(
         raise ValueError(f"rounds must be at least 1; got {rounds}")
     system = whitened(slds)
     begin = viterbi_all(slds, ys, hints) if start is None else start
-    order = np.argsort([-len(y) for y in ys], kind="stable")
     posteriors: dict[int, Posterior] = {}
-    while len(order):
-        fit = LARGEST // (len(ys[order[0]]) * system.white_A.size)
-        chosen, order = np.split(order, [min(max(fit, 1), BATCH)])
+    for chosen in variational_batches(slds, ys):
         data = beside(slds, [ys[n] for n in chosen], None if hints is None else [hints[n] for n in chosen])
         for n, posterior in _settled(slds, system, data, [begin[n] for n in chosen], rounds, tolerance):
-            posteriors[int(chosen[n])] = posterior
+            posteriors[chosen[n]] = posterior
     return [posteriors[n] for n in range(len(ys))]
+
+
+def variational_batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
+    """Which sequences are worked on together, longest first; by how a posterior rounds they are not alone."""
+    order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
+    numbers = slds.A[:, : len(slds.names)].size
+    batches = []
+    while order:
+        fit = LARGEST // (len(ys[order[0]]) * numbers)
+        size = min(max(fit, 1), BATCH)
+        batches.append(order[:size])
+        order = order[size:]
+    return batches
 
 
 def variational_rounds(

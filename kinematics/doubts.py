@@ -1,81 +1,122 @@
-"""What speaks against a start pose: limbs of impossible length, joints bent too far, too small a figure.
+"""What speaks against marked joints: limbs of impossible length, joints bent too far, exchanged marks.
 
-Marks of people in motion were measured: twins differ by up to 1.4, proportions by up to 1.5, and joints go 5
-degrees beyond their limits; marks that are 3 px off add to each. Feet are left out: pointing towards the
-camera, they have any length and direction. Near and far exchanged cannot be seen in one frame.
+Judged from whatever is marked so far, in the figure's own proportions and limits. Marks of people in motion
+were measured: twins differ by up to 1.4, proportions by up to 1.5, and joints go 5 degrees beyond their
+limits; marks that are 3 px off add to each. What does not breathe, a foot, turns out of the picture plane: it
+may be short, and only a long one has a direction. Legs exchanged as a whole are not seen: one frame does not
+tell which is nearer.
 """
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from kinematics.figure import Figure
-from kinematics.recover import Start
+from kinematics.figure import Array, Figure, Link
+from kinematics.recover import Marks, recover, span
 
-TWINS = 1.6  # how many times as long as its twin a link may seem, whatever the marks' error
-PROPORTION = 1.8  # how many times as long, or short, as the rest of the figure has it
-MARK = 4.0  # pixels: error of a length between two marks
-BEYOND = float(np.radians(30.0))  # of a joint's limits
 SMALLEST = 25.0  # pixels of a leg: below, templates have too few pixels to be registered
+TWINS = 1.6  # how many times as long as its twin a limb may seem
+PROPORTION = 1.8  # how many times as long, or short, as the median limb has it
+LONGEST_FOOT, SHORTEST_FOOT = 2.0, 4.0  # the same of what does not breathe
+MARK = 3.0  # pixels: error of a length between two marks
+FEWEST = 3  # limbs that suggest a size
+BEYOND = np.radians(17.0)  # of a joint's limits, and by what the marks' error turns its link
+LONG = 0.6  # of the length that others suggest, from which on a foot has a direction
 
 
-def doubts(figure: Figure, marks: Mapping[str, tuple[float, float]], start: Start) -> list[str]:
-    """Why a start pose cannot be right, a clause each; none if it can.
+def doubts(figure: Figure, marks: Marks, facing: int) -> list[str]:
+    """Why marked joints cannot be right, a clause each; none if they can be.
 
     Args:
-        figure: at rest, before it took the lengths of the marks.
-        marks: pixels of the marked joints.
-        start: the pose they made.
+        figure: at rest.
+        marks: pixel of each marked joint, as many as there are; all of them finite.
+        facing: +1 right, -1 left.
     """
-    if start.view.unit < SMALLEST:
-        return [f"a leg is {start.view.unit:.0f} px long, and {SMALLEST:.0f} are needed; enlarge the video"]
-    return [*_uneven(start, marks), *_out_of_proportion(figure, start), *beyond_limits(start)]
+    spans = _spans(figure, marks)
+    legs = [i for i in spans if figure.is_leg(figure.links[i])]
+    leg = sum(spans[i] for i in legs) / max(sum(figure.links[i].length for i in legs), 1e-9)
+    if len(spans) >= FEWEST and legs and leg < SMALLEST:
+        return [f"a leg is {leg:.0f} px long, and {SMALLEST:.0f} are needed; enlarge the video"]
+    wrong = _wrong(figure, marks, facing)
+    if not wrong or not _wrong(figure, marks, -facing):  # nothing is exchanged if only the facing is wrong
+        return wrong
+    cures = [pair for pair in _pairs(figure, marks) if _cured(figure, marks, facing, pair)]
+    names = [f"{one} and {other}" for one, other in cures]
+    return [f"{', or '.join(names)} look exchanged: {wrong[0]}"] if names else wrong
 
 
-def beyond_limits(start: Start) -> list[str]:
+def beyond_limits(figure: Figure, marks: Marks, facing: int) -> list[str]:
     """Joints bent further than they go, a clause each."""
-    found = []
-    for link in start.figure.links:
-        if link.freedom is None or not link.breathes:
+    if figure.base not in marks:
+        return []
+    q, known = recover(figure, {name: np.array([facing * x, -y]) for name, (x, y) in marks.items()})
+    spans, found = _spans(figure, marks), []
+    size = _usual(figure, spans)
+    for i, link in enumerate(figure.links):
+        if link.freedom is None or not known[figure.index(link.freedom)]:
             continue
-        i = start.figure.index(link.freedom)
-        low, high = link.limits
-        if not low - BEYOND <= start.q[i] <= high + BEYOND:
-            angle, least, most = np.degrees([start.q[i], low, high]).round()
-            found.append(f"{link.freedom} is bent to {angle:.0f} degrees, beyond {least:.0f} to {most:.0f}")
+        if not link.breathes and (size is None or spans[i] < LONG * size * link.length):
+            continue
+        angle = q[figure.index(link.freedom)]
+        beyond = max(angle - link.limits[1], link.limits[0] - angle)
+        if beyond > BEYOND + MARK / max(spans[i], MARK):
+            by = f"{np.degrees(beyond):.0f} degrees more than a body can"
+            found.append(f"{link.joint} is turned about {_start(figure, link)} by {by}")
     return found
 
 
-def _uneven(start: Start, marks: Mapping[str, tuple[float, float]]) -> list[str]:
-    """Twins of unlike lengths."""
-    lengths = _marked_lengths(start, marks)
-    found = []
-    for near, length in lengths.items():
-        far = near.removesuffix("_near") + "_far"
-        if not near.endswith("_near") or far not in lengths:
-            continue
-        if _unlike(length, lengths[far], TWINS):
-            (short, less), (long, more) = sorted([(near, length), (far, lengths[far])], key=lambda e: e[1])
-            found.append(f"{long} is {more / less:.1f} times as long as {short}")
-    return found
-
-
-def _out_of_proportion(figure: Figure, start: Start) -> list[str]:
-    """Links of another length than the figure at rest has beside its other links."""
-    # How uneven twins are is another question: each counts with the mean of both.
-    twins: dict[str, list[tuple[float, float]]] = {}
-    for own in start.figure.links:
-        if own.breathes:
-            rest = figure.links[figure.link_of(own.joint)]
-            name = own.name.removesuffix("_near").removesuffix("_far")
-            twins.setdefault(name, []).append((own.length, rest.length))
-    means = {name: np.mean(lengths, axis=0) for name, lengths in twins.items()}
-    middle = np.median([means[name][0] / means[name][1] for name in twins for _ in twins[name]])
+def _wrong(figure: Figure, marks: Marks, facing: int) -> list[str]:
+    spans = _spans(figure, marks)
     return [
-        f"the {name} is {length / (middle * rest):.1f} times as long as the rest has it"
-        for name, (length, rest) in means.items()
-        if _unlike(length * start.view.unit, middle * rest * start.view.unit, PROPORTION)
+        *_uneven(figure, spans),
+        *_out_of_proportion(figure, spans),
+        *beyond_limits(figure, marks, facing),
     ]
+
+
+def _spans(figure: Figure, marks: Marks) -> dict[int, float]:
+    """Pixels of each link whose both ends are marked."""
+    points: dict[str, Array] = {name: np.asarray(at, dtype=np.float64) for name, at in marks.items()}
+    along = {i: span(figure, i, points) for i in range(len(figure.links))}
+    return {i: float(np.hypot(*way)) for i, way in along.items() if way is not None}
+
+
+def _usual(figure: Figure, spans: Mapping[int, float]) -> float | None:
+    """Pixels of a leg as the median limb suggests; None where too few are marked."""
+    sizes = [length / figure.links[i].length for i, length in spans.items() if figure.links[i].breathes]
+    return float(np.median(sizes)) if len(sizes) >= FEWEST else None
+
+
+def _uneven(figure: Figure, spans: Mapping[int, float]) -> list[str]:
+    """Twins of unlike lengths."""
+    of = {figure.links[i].name: (figure.links[i], length) for i, length in spans.items()}
+    found = []
+    for name, near in of.items():
+        far = of.get(name.removesuffix("_near") + "_far")
+        if far is None or not near[0].breathes:
+            continue
+        (less, short), (more, long) = sorted((near, far), key=lambda limb: limb[1])
+        if _unlike(long, short, TWINS):
+            found.append(
+                f"{_way(figure, more)} is {_times(long, short)} times as far as {_way(figure, less)}"
+            )
+    return found
+
+
+def _out_of_proportion(figure: Figure, spans: Mapping[int, float]) -> list[str]:
+    """Limbs of another length than the others suggest."""
+    size, found = _usual(figure, spans), []
+    if size is None:
+        return []
+    for i, length in spans.items():
+        link = figure.links[i]
+        expected = size * link.length
+        most, least = (PROPORTION, PROPORTION) if link.breathes else (LONGEST_FOOT, SHORTEST_FOOT)
+        if _unlike(length, expected, most if length > expected else least):
+            found.append(
+                f"{_way(figure, link)} is {_times(length, expected)} times as far as the other limbs suggest"
+            )
+    return found
 
 
 def _unlike(one: float, other: float, factor: float) -> bool:
@@ -83,12 +124,29 @@ def _unlike(one: float, other: float, factor: float) -> bool:
     return max(one, other) - MARK > factor * (min(one, other) + MARK)
 
 
-def _marked_lengths(start: Start, marks: Mapping[str, tuple[float, float]]) -> dict[str, float]:
-    """Pixels of each link whose both ends are marked."""
-    figure = start.figure
-    found = {}
-    for link, parent in zip(figure.links, figure.parents, strict=True):
-        begin = figure.base if parent < 0 else figure.links[parent].joint
-        if link.breathes and link.at == 1.0 and {begin, link.joint} <= marks.keys():
-            found[link.name] = float(np.hypot(*np.subtract(marks[link.joint], marks[begin])))
-    return found
+def _times(one: float, other: float) -> str:
+    return f"{one / max(other, 1.0):.1f}"
+
+
+def _way(figure: Figure, link: Link) -> str:
+    return f"from {_start(figure, link)} to {link.joint}"
+
+
+def _start(figure: Figure, link: Link) -> str:
+    """The joint at or before the place where a link begins."""
+    return next((other.joint for other in figure.links if other.name == link.parent), figure.base)
+
+
+def _pairs(figure: Figure, marks: Marks) -> list[tuple[str, str]]:
+    """Joints that are easily taken for each other: of the near side and the far, and the ends of a limb."""
+    nears = [name for name in figure.joints if name.startswith("near_")]
+    pairs = [(name, "far_" + name.removeprefix("near_")) for name in nears]
+    pairs += [(_start(figure, link), link.joint) for link in figure.links]
+    return [(one, other) for one, other in pairs if one in marks and other in marks]
+
+
+def _cured(figure: Figure, marks: Marks, facing: int, pair: tuple[str, str]) -> bool:
+    """Whether nothing speaks against the marks once two are exchanged."""
+    one, other = pair
+    better = {**marks, one: marks[other], other: marks[one]}
+    return not _wrong(figure, better, facing)

@@ -79,6 +79,13 @@ def marked_part(figure: Figure, marks: Marks) -> Figure:
     return figure.without([link.joint for link in ends if _twin_name(link) in unseen])
 
 
+def needed_joints(figure: Figure) -> list[str]:
+    """Joints that a start pose cannot do without: what has no twin, and of a leg all but its last link."""
+    inner = {link.parent for link in figure.links if figure.is_leg(link)}
+    alone = [link.joint for link in figure.links if _twin_name(link) == link.name or link.name in inner]
+    return [figure.base, *alone]
+
+
 def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
     """The pose whose links point the way the joints lie.
 
@@ -97,7 +104,7 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
         if link.freedom is None:
             continue
         column = figure.index(link.freedom)
-        along = _along(figure, i, points)
+        along = span(figure, i, points)
         known[column] = along is not None
         if along is None:
             q[column] = np.clip(0.0, *link.limits)
@@ -110,23 +117,31 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
     return q, known
 
 
+def span(figure: Figure, i: int, points: Mapping[str, Array]) -> Array | None:
+    """(2,) from the start of link i to its tip; None where one of the two is not known."""
+    start, tip = _start_point(figure, i, points), points.get(figure.links[i].joint)
+    return None if start is None or tip is None else tip - start
+
+
 def facing_of(marks: Marks, later: Marks | None = None) -> int:
     """Which way the figure faces: +1 right, -1 left.
 
-    From the feet where toes are marked, else from knees that bend forwards, else from the way the hip goes,
-    else from a bend too slight to be sure of. Right where nothing tells.
+    From the feet where both toes are marked, else from knees that bend forwards, else from the one foot, else
+    from the way the hip goes, else from a bend too slight to be sure of. Right where nothing tells.
     """
     seen = _positions(marks)
     sides = ("near", "far")
     feet = [(f"{side}_ankle", f"{side}_toe") for side in sides]
-    toes = sum(np.sign(seen[toe][0] - seen[ankle][0]) for ankle, toe in feet if {ankle, toe} <= seen.keys())
+    ways = [np.sign(seen[toe][0] - seen[ankle][0]) for ankle, toe in feet if {ankle, toe} <= seen.keys()]
+    # One foot alone may mislead: pushing off it points down, and its toe may lie behind its ankle.
+    toes, toe = (sum(ways), 0.0) if len(ways) == len(feet) else (0.0, sum(ways))
     legs = [("hip", f"{side}_knee", f"{side}_ankle") for side in sides]
     bend = sum(_knee_ahead(*(seen[joint] for joint in leg)) for leg in legs if seen.keys() >= set(leg))
     travel = 0.0
     if later is not None:
         after = _positions(later)
         travel = after["hip"][0] - seen["hip"][0] if "hip" in seen and "hip" in after else 0.0
-    for vote in (toes, bend if abs(bend) > STRAIGHT else 0.0, travel, bend):
+    for vote in (toes, bend if abs(bend) > STRAIGHT else 0.0, toe, travel, bend):
         if vote != 0.0:
             return 1 if vote > 0 else -1
     return 1
@@ -146,10 +161,7 @@ def _knee_ahead(hip: Array, knee: Array, ankle: Array) -> float:
 
 
 def _check_complete(figure: Figure, marks: Marks, pixels: Mapping[str, Array]) -> None:
-    """What has no twin must be marked, and of a leg all but its last link."""
-    inner = {link.parent for link in figure.links if figure.is_leg(link)}
-    needed = [figure.base]
-    needed += [link.joint for link in figure.links if _twin_name(link) == link.name or link.name in inner]
+    needed = needed_joints(figure)
     for name in needed:
         if name not in marks:
             raise PoseError(f"the start pose lacks {name}; mark {', '.join(needed)} at least")
@@ -161,7 +173,7 @@ def _start_point(figure: Figure, i: int, points: Mapping[str, Array]) -> Array |
     """Where link i starts, if that is known."""
     parent, at = figure.parents[i], figure.links[i].at
     if parent < 0:
-        return points[figure.base]
+        return points.get(figure.base)
     tip = points.get(figure.links[parent].joint)
     if at == 1.0:
         return tip
@@ -171,17 +183,11 @@ def _start_point(figure: Figure, i: int, points: Mapping[str, Array]) -> Array |
     return None if tip is None or start is None else at * tip + (1.0 - at) * start
 
 
-def _along(figure: Figure, i: int, points: Mapping[str, Array]) -> Array | None:
-    """From the start of link i to its tip, if both are known."""
-    start, tip = _start_point(figure, i, points), points.get(figure.links[i].joint)
-    return None if start is None or tip is None else tip - start
-
-
 def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
     """(L,) pixels: what was seen, else the twin's, else the rest length at the scale of the others."""
     seen: dict[str, float] = {}
     for i, link in enumerate(figure.links):
-        along = _along(figure, i, pixels)
+        along = span(figure, i, pixels)
         if along is not None:
             length = float(np.linalg.norm(along))
             if length < 1.0:

@@ -2,15 +2,28 @@
 
 import signal
 from collections import Counter
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tracker import __version__
+from tracker.cli_annotate import annotate
+from tracker.cli_files import batch, export, settings
 from tracker.cli_motion import classify, interpolate, learn, predict, reproduce, synthesise
-from tracker.cli_options import Overwrite, ProgressStyle, Quiet, Style, beside, plain_errors, shown_progress
+from tracker.cli_options import (
+    Facing,
+    FacingOption,
+    Overwrite,
+    ProgressStyle,
+    Quiet,
+    Style,
+    Video,
+    beside,
+    plain_errors,
+    shown_progress,
+    towards,
+)
 
 if TYPE_CHECKING:
     from tracker.clip import Job
@@ -24,14 +37,6 @@ app = typer.Typer(
 )
 
 
-class Facing(StrEnum):
-    """Which way the figure faces."""
-
-    LEFT = "left"
-    RIGHT = "right"
-
-
-Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
 Keypoints = Annotated[
     Path, typer.Option("--keypoints", help="Table of marked joints: frame,keypoint,x,y,visible.")
 ]
@@ -39,9 +44,6 @@ Start = Annotated[
     int | None, typer.Option(min=0, help="The marked frame to start from [default: the first marked].")
 ]
 Stop = Annotated[int | None, typer.Option(min=0, help="The last frame to follow [default: the clip's last].")]
-FacingOption = Annotated[
-    Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
-]
 Rate = Annotated[
     float | None,
     typer.Option(
@@ -69,7 +71,6 @@ def figtrack(
         raise typer.Exit
 
 
-@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("figtrack-demo"),
     seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 9,
@@ -89,7 +90,6 @@ def demo(
         print(f"\nopen {page}")
 
 
-@app.command()
 def track(
     video: Video,
     keypoints: Keypoints,
@@ -131,7 +131,6 @@ def track(
         print(f"see {folder / 'overlay.mp4'}, {folder / 'keypoints.csv'}, {folder / 'pose.csv'}")
 
 
-@app.command()
 def compare(
     video: Video,
     keypoints: Keypoints,
@@ -171,7 +170,11 @@ def compare(
         print(f"\nopen {folder / 'report.html'}")
 
 
-for command in (learn, classify, predict, interpolate, synthesise, reproduce):
+COMMANDS = (
+    *(demo, annotate, learn, track, compare, classify, predict, interpolate, synthesise, reproduce),
+    *(export, batch, settings),
+)
+for command in COMMANDS:
     app.command()(command)
 
 
@@ -205,7 +208,7 @@ def _job(
         settings=Settings() if settings is None else read_settings(settings),
         start=start,
         stop=stop,
-        facing=None if facing is None else (1 if facing is Facing.RIGHT else -1),
+        facing=towards(facing),
         rate=rate,
         smooth=smooth,
         anchors=anchors,

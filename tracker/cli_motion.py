@@ -80,6 +80,10 @@ def learn(
     restarts: Annotated[
         int, typer.Option(min=1, max=100, help="Starts to learn from; the best is kept.")
     ] = 1,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Address of a Dask scheduler whose workers do the E-steps, tcp://HOST:PORT."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),
     overwrite: Overwrite = False,
     quiet: Quiet = False,
@@ -111,6 +115,7 @@ def learn(
             start=start.value,
             restarts=restarts,
             choose=choose,
+            scheduler=scheduler,
         )
         print(learn_model(request, out, overwrite=overwrite, progress=shown_progress(quiet, progress)))
 

@@ -21,11 +21,27 @@ class Style(StrEnum):
     JSON = "json"
 
 
+class Facing(StrEnum):
+    """Which way the figure faces."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace complete results once the new ones are complete.")
 ]
+Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
+FacingOption = Annotated[
+    Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Show no progress.")]
 ProgressStyle = Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")]
+
+
+def towards(facing: Facing | None) -> int | None:
+    """+1 right, -1 left, None where it is not said."""
+    return None if facing is None else (1 if facing is Facing.RIGHT else -1)
 
 
 def beside(source: Path, what: str) -> Path:
@@ -47,16 +63,13 @@ def plain_errors() -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         _fail("interrupted; nothing was written")
-    except OSError as error:
-        _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
     except Exception as error:
-        from dynamics.store import ModelError
-        from tracker.folder import FolderError
-        from videos.frames import VideoError
+        from tracker.faults import fault
 
-        if not isinstance(error, ModelError | FolderError | VideoError | ValueError):
+        said = fault(error)
+        if said is None:
             raise
-        _fail(str(error))
+        _fail(said)
 
 
 def _fail(text: str) -> None:

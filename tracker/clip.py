@@ -89,6 +89,7 @@ class Run:
     """A finished run: the track and what is to be said of it.
 
     frames  : how many frames were read
+    size    : (width, height) of each, pixels
     rate    : playback speed, as given or as `tracker.rate` finds it
     seconds : spent a frame, by stage
     """
@@ -97,6 +98,7 @@ class Run:
     track: Track
     fps: float
     frames: int
+    size: tuple[int, int]
     rate: float
     seconds: dict[str, float]
     warnings: list[str]
@@ -149,14 +151,15 @@ def follow(job: Job, progress: Progress) -> Run:
         track=track,
         fps=plan.video.fps,
         frames=len(reel.times),
+        size=(plan.video.width, plan.video.height),
         rate=_rate(plan, track),
         seconds=clock.per_frame(len(reel.times)),
         warnings=_warnings(plan.video, track),
     )
 
 
-def write_run(finished: Run, folder: Path, progress: Progress) -> None:
-    """keypoints.csv, pose.csv, track.npz, overlay.mp4 and, last, run.json."""
+def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") -> None:
+    """keypoints.csv, pose.csv, track.npz, overlay.mp4 and, last, run.json; `key` tells a batch's job."""
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)
     write_overlay(finished, folder / "overlay.mp4", progress)
@@ -171,13 +174,14 @@ def write_run(finished: Run, folder: Path, progress: Progress) -> None:
         "settings": job.settings.model_dump(mode="json"),
         "fps": finished.fps,
         "frames": finished.frames,
+        "size": finished.size,
         "start": start_frame(job),
         "rate": round(finished.rate, 2),
         "camera": _camera(finished.track),
         "facing": "right" if finished.track.view.facing > 0 else "left",
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
         "warnings": finished.warnings,
-    }
+    } | ({"job": key} if key else {})
     (folder / "run.json").write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
 
 

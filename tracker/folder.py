@@ -4,8 +4,9 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 
 # The file that a complete run leaves last, and a key in it that says it is ours.
@@ -15,26 +16,45 @@ MARKERS = {
     "demo.json": "figtrack",
     "reproduce.json": "figtrack",
 }
+PART = ".part"  # how folders aside end
 
 
 class FolderError(Exception):
     """A folder or file that results cannot be written to."""
 
 
+def holds_run(path: Path) -> bool:
+    """Whether a command of figtrack left its results in this folder."""
+    for name, key in MARKERS.items():
+        # Another program's run.json may be missing, binary or no object.
+        with suppress(OSError, ValueError):
+            news = json.loads((path / name).read_text(encoding="utf-8"))
+            if isinstance(news, dict) and key in news:
+                return True
+    return False
+
+
 @contextmanager
-def fresh_folder(path: Path, *, overwrite: bool, inputs: Iterable[Path] = ()) -> Iterator[Path]:
+def fresh_folder(
+    path: Path,
+    *,
+    overwrite: bool,
+    inputs: Iterable[Path] = (),
+    replaceable: Callable[[Path], bool] = holds_run,
+) -> Iterator[Path]:
     """A new folder to write into, which becomes `path` when the block ends well or vanishes if it does not.
 
     Args:
         path: the final place; a link is followed.
         overwrite: whether a complete run may be replaced. Anything else is never replaced.
         inputs: files that the work reads, which must not lie in the folder that is replaced.
+        replaceable: tells a complete run.
 
     Raises:
         FolderError: a file in its place, a folder that cannot be written, a complete run without `overwrite`,
             a folder that holds something else or one of the inputs.
     """
-    _check_folder(path, overwrite)
+    _check_folder(path, overwrite, replaceable)
     place = _real(path)
     for kept, what in [(Path.cwd(), "the folder you are in"), *((Path(i), str(i)) for i in inputs)]:
         if _real(kept).is_relative_to(place):
@@ -43,7 +63,7 @@ def fresh_folder(path: Path, *, overwrite: bool, inputs: Iterable[Path] = ()) ->
         new = workshop / "new"
         new.mkdir()
         yield new
-        _check_folder(path, overwrite)  # another run may have been quicker
+        _check_folder(path, overwrite, replaceable)  # another run may have been quicker
         _exchange(new, place, workshop / "old")
 
 
@@ -63,7 +83,25 @@ def fresh_file(path: Path, *, overwrite: bool) -> Iterator[Path]:
         new.replace(place)
 
 
-def _check_folder(path: Path, overwrite: bool) -> None:
+@contextmanager
+def swept(paths: Iterable[Path]) -> Iterator[None]:
+    """Other processes make `paths` in this block; what those that are killed leave beside is gone after it.
+
+    A complete run that was just being replaced comes back.
+    """
+    before = {path: _workshops(path) for path in paths}
+    try:
+        yield
+    finally:
+        for path, known in before.items():
+            place = _real(path)
+            for workshop in _workshops(path) - known:
+                if (workshop / "old").exists() and not place.exists():
+                    (workshop / "old").rename(place)
+                shutil.rmtree(workshop, ignore_errors=True)
+
+
+def _check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool]) -> None:
     if not path.exists():
         return
     if not path.is_dir():
@@ -74,7 +112,7 @@ def _check_folder(path: Path, overwrite: bool) -> None:
         )
     if not any(path.iterdir()):
         return
-    if not _holds_run(path):
+    if not replaceable(path):
         raise FolderError(f"{path} holds files that are no run of figtrack; choose another --out")
     if not overwrite:
         raise FolderError(
@@ -89,23 +127,13 @@ def _check_file(path: Path, overwrite: bool) -> None:
         raise FolderError(f"{path} exists; choose another --out, or replace it with --overwrite")
 
 
-def _holds_run(path: Path) -> bool:
-    for name, key in MARKERS.items():
-        # Another program's run.json may be missing, binary or no object.
-        with suppress(OSError, ValueError):
-            news = json.loads((path / name).read_text(encoding="utf-8"))
-            if isinstance(news, dict) and key in news:
-                return True
-    return False
-
-
 @contextmanager
 def _workshop(place: Path) -> Iterator[Path]:
     """A hidden folder beside `place`, gone afterwards; so are the parents made for it that hold nothing."""
     made = [parent for parent in place.parents if not parent.exists()]
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        workshop = Path(tempfile.mkdtemp(prefix=f".{place.name}.", suffix=".part", dir=place.parent))
+        workshop = Path(tempfile.mkdtemp(prefix=f".{place.name}.", suffix=PART, dir=place.parent))
     except OSError as error:
         raise FolderError(
             f"cannot write into {place.parent} ({error.strerror}); choose another --out"
@@ -117,6 +145,12 @@ def _workshop(place: Path) -> Iterator[Path]:
         for parent in made:
             with suppress(OSError):
                 parent.rmdir()
+
+
+def _workshops(path: Path) -> set[Path]:
+    place = _real(path)
+    # The name between the dots is what mkdtemp draws.
+    return set(place.parent.glob(f".{escape(place.name)}.{'?' * 8}{PART}"))
 
 
 def _exchange(new: Path, place: Path, old: Path) -> None:

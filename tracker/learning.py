@@ -1,7 +1,8 @@
 """From a table of captures to a model's file."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from dynamics.slds import SLDS
 from dynamics.store import Model, save
 from kinematics.mocap import POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
 from tracker.folder import fresh_file
-from tracker.models import learn_hmms, learn_motions
+from tracker.models import Spread, learn_hmms, learn_motions
 from tracker.poses import read_poses
 from tracker.progress import Progress
 from tracker.sampling import Array
@@ -36,6 +37,7 @@ class Request:
     labels    : activities to learn; () for walk and run, or for all that the pose tables name
     inference : of the E-step, or "hmm" for hidden Markov models of the angles
     choose    : let subjects held out say how many states, `states` at most, each activity is learned with
+    scheduler : address of a Dask scheduler whose workers do the E-steps; None does them here
     """
 
     trials: Path | None
@@ -54,6 +56,7 @@ class Request:
     start: str = "kmeans"
     restarts: int = 1
     choose: bool = False
+    scheduler: str | None = None
 
 
 def gait_options(**changes: Any) -> Options:
@@ -128,6 +131,8 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
     if request.inference == HMM:
         if request.pooled or request.choose:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
+        if request.scheduler is not None:
+            raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
         hmm_options = HMMOptions(states=request.states, rounds=request.rounds, seed=request.seed)
         return learn_hmms(data, fps=request.fps, options=hmm_options, noise=noise)
     options = gait_options(
@@ -139,7 +144,8 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
         seed=request.seed,
     )
     groups = 1 if request.pooled else len({label for _, label, _ in data})
-    with progress.task("learning", groups * request.rounds * request.restarts) as advance:
+    steps = groups * request.rounds * request.restarts
+    with _spread(request) as spread, progress.task("learning", steps) as advance:
         return learn_motions(
             data,
             fps=request.fps,
@@ -148,8 +154,21 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
             noise=noise,
             inference=request.inference,
             choose_from=[n for n in CHOICE if n <= request.states] if request.choose else (),
+            spread=spread,
             progress=lambda *_: advance(),
         )
+
+
+@contextmanager
+def _spread(request: Request) -> Iterator[Spread | None]:
+    """What sends E-steps to a cluster, if the request names one."""
+    if request.scheduler is None:
+        yield None
+        return
+    from tracker.cluster import Cluster, cluster_at
+
+    with cluster_at(request.scheduler) as client:
+        yield Cluster(client)
 
 
 def _described(model: Model) -> str:

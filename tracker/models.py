@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from dynamics.em import Infer, Options, anywhere, learn
+from dynamics.frames import batches
 from dynamics.gaussian import collapse
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
@@ -14,7 +15,7 @@ from dynamics.rate import at_rate, backwards
 from dynamics.selection import choose
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
-from dynamics.variational import Variational
+from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tracker.sampling import Array
@@ -25,9 +26,12 @@ CONSTANT_VELOCITY = "cv"
 FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
 FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
-INFERENCES = ("viterbi", "gpb2", "variational")
+VITERBI = "viterbi"
+INFERENCES = (VITERBI, "gpb2", "variational")
 
 Labelled = tuple[str, str, Array]
+Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
+Spread = Callable[[Callable[[], Infer], Batches], Infer]
 Report = Callable[[str, int, int], None]
 
 
@@ -80,8 +84,9 @@ def learn_motions(
     options: Options,
     pooled: bool = False,
     noise: float = 0.0,
-    inference: str = "viterbi",
+    inference: str = VITERBI,
     choose_from: Sequence[int] = (),
+    spread: Spread | None = None,
     progress: Report | None = None,
 ) -> SLDS:
     """One model of several motions: each learned by itself, then joined.
@@ -98,6 +103,7 @@ def learn_motions(
         inference: of the E-step, one of INFERENCES.
         choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
             (`dynamics.selection`); empty takes those of the options.
+        spread: makes an E-step one that works elsewhere (`tracker.cluster`); None works here.
         progress: called with the motion, the round and the rounds in all.
 
     Raises:
@@ -105,7 +111,7 @@ def learn_motions(
     """
     models = []
     for motion in _motions(sequences, pooled, noise, options.seed):
-        chosen = _chosen(motion, fps, options, choose_from) if choose_from else options
+        chosen = _chosen(motion, fps, options, choose_from, spread) if choose_from else options
         fit = learn(
             motion.poses,
             names=POSE_COLUMNS,
@@ -114,7 +120,7 @@ def learn_motions(
             label=motion.name,
             options=chosen,
             weights=motion.weights,
-            infer=_e_step(inference),
+            infer=_e_step(inference, spread),
             progress=None if progress is None else _reporter(progress, motion.name, options),
         )
         models.append(anywhere(fit.slds, viterbi_all(fit.slds, motion.poses)))
@@ -145,7 +151,9 @@ class _Motion:
     weights: Array
 
 
-def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]) -> Options:
+def _chosen(
+    motion: _Motion, fps: float, options: Options, states: Sequence[int], spread: Spread | None
+) -> Options:
     """The simplest candidate that subjects held out do not speak against."""
     return choose(
         motion.poses,
@@ -154,13 +162,19 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
         names=POSE_COLUMNS,
         travelling=TRAVELLING,
         fps=fps,
+        infer=_e_step(VITERBI, spread),
     ).best
 
 
-def _e_step(inference: str) -> Infer:
+def _e_step(inference: str, spread: Spread | None) -> Infer:
     """A fresh one: variational inference keeps its posterior from round to round."""
-    steps: dict[str, Infer] = {"viterbi": viterbi_all, "gpb2": gpb2_all, "variational": Variational()}
-    return steps[inference]
+    steps: dict[str, tuple[Callable[[], Infer], Batches]] = {
+        VITERBI: (lambda: viterbi_all, batches),
+        "gpb2": (lambda: gpb2_all, batches),
+        "variational": (Variational, variational_batches),
+    }
+    make, own = steps[inference]
+    return make() if spread is None else spread(make, own)
 
 
 def _motions(sequences: Sequence[Labelled], pooled: bool, noise: float, seed: int) -> Iterator[_Motion]:

@@ -1,11 +1,21 @@
 """Every tracker setting, its unit, range and default."""
 
+import json
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
 from pydantic_core import ErrorDetails
+
+# Words for the bounds of a JSON schema.
+BOUNDS = {
+    "minimum": "at least",
+    "exclusiveMinimum": "above",
+    "maximum": "at most",
+    "exclusiveMaximum": "below",
+}
 
 
 class SettingsError(ValueError):
@@ -104,6 +114,17 @@ class Settings(BaseModel):
         return self
 
 
+def settings_toml() -> str:
+    """Every setting at its default as a TOML file, which says of each what it means and its range."""
+    defaults = Settings().model_dump(mode="json")
+    blocks = ["# Settings of figtrack's tracker, for --settings. What is left out keeps its default."]
+    for name, schema in Settings.model_json_schema()["properties"].items():
+        notes = [f"{name}: {schema['description']}", _range(schema), f"default {json.dumps(defaults[name])}"]
+        # A number, a text or a list of numbers is the same in JSON and TOML.
+        blocks.append(f"# {'; '.join(note for note in notes if note)}\n{name} = {json.dumps(defaults[name])}")
+    return "\n\n".join(blocks) + "\n"
+
+
 def read_settings(path: Path) -> Settings:
     """Settings from a TOML file; what it does not name keeps its default.
 
@@ -118,6 +139,19 @@ def read_settings(path: Path) -> Settings:
         raise SettingsError(f"{path} is no TOML file: {error}") from error
     except ValidationError as error:
         raise SettingsError(f"{path}: {'; '.join(map(_fault, error.errors()))}") from error
+
+
+def _range(schema: Mapping[str, Any]) -> str:
+    """What values the JSON schema of a setting allows, in words."""
+    if "enum" in schema:
+        return " or ".join(json.dumps(value) for value in schema["enum"])
+    if schema["type"] == "boolean":
+        return "true or false"
+    if schema["type"] == "array":
+        return f"a list of {schema['minItems']} or more, each {_range(schema['items'])}"
+    bounds = [f"{word} {schema[key]:g}" for key, word in BOUNDS.items() if key in schema]
+    whole = "a whole number " if schema["type"] == "integer" else ""
+    return whole + " and ".join(bounds)
 
 
 def _fault(details: ErrorDetails) -> str:

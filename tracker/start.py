@@ -1,5 +1,7 @@
 """The start pose that a marked frame makes, and what is wrong with it."""
 
+from collections.abc import Mapping
+
 from kinematics.doubts import beyond_limits, doubts
 from kinematics.figure import Figure, load_figure
 from kinematics.recover import Marks as Places
@@ -20,39 +22,48 @@ def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, 
 
     Raises:
         StartError: marks outside the picture, or a pose that cannot be right.
-        PoseError: a joint that the figure cannot do without is missing.
+        PoseError: a joint that the figure cannot do without is missing, or two joints fall together.
     """
-    marked, whole = marks[frame], load_figure()
-    places = points(marked)
-    figure = marked_part(whole, places)
+    marked, figure = marks[frame], load_figure()
+    places, way = points(marked), facing or facing_at(marks, frame)
     _check_in_picture(marked, figure.base, frame, size)
-    later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
-    start = start_pose(figure, places, facing or facing_of(places, later))
-    _check_likely(whole, places, start, frame)
+    start = start_pose(marked_part(figure, places), places, way)
+    wrong = objections(figure, places, way)
+    if wrong:
+        raise StartError(f"mark the start again at frame {frame}: {'; '.join(wrong)}")
     return start
 
 
-def _check_likely(figure: Figure, places: Places, start: Start, frame: int) -> None:
-    reasons = doubts(figure, places, start)
-    if not reasons:
-        return
-    told = f"mark the start again at frame {frame}: {'; '.join(reasons)}"
-    side = "right" if start.view.facing < 0 else "left"
-    turned = start_pose(start.figure, places, -start.view.facing)
-    if beyond_limits(start) and not beyond_limits(turned):
-        told += f"; or give --facing {side} if that is where the figure faces"
-    raise StartError(told)
+def objections(figure: Figure, places: Places, facing: int) -> list[str]:
+    """Why joints marked so far cannot be right, a clause each; none if they can be."""
+    wrong = doubts(figure, places, facing)
+    if wrong and beyond_limits(figure, places, facing) and not beyond_limits(figure, places, -facing):
+        side = "right" if facing < 0 else "left"
+        wrong.append(f"or give --facing {side} if that is where the figure faces")
+    return wrong
 
 
-def _check_in_picture(marked: dict[str, Mark], base: str, frame: int, size: tuple[int, int]) -> None:
+def facing_at(marks: Marks, frame: int) -> int:
+    """Which way the figure faces in a marked frame, seen from it and the next: +1 right, -1 left."""
+    later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
+    return facing_of(points(marks[frame]), later)
+
+
+def outside(marked: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
+    """Joints that are not marked in the picture; `size` is its width and height in pixels."""
     width, height = size
-    outside = [
+    return [
         name
         for name, mark in marked.items()
         if not (-0.5 <= mark.x <= width - 0.5 and -0.5 <= mark.y <= height - 0.5)
     ]
-    if base in outside or 2 * len(outside) > len(marked):
+
+
+def _check_in_picture(marked: Mapping[str, Mark], base: str, frame: int, size: tuple[int, int]) -> None:
+    names = outside(marked, size)
+    if base in names or 2 * len(names) > len(marked):
+        width, height = size
         raise StartError(
             f"the start pose of frame {frame} lies outside the picture of {width} x {height} px "
-            f"({', '.join(outside)}); mark it on the very video that is tracked"
+            f"({', '.join(names)}); mark it on the very video that is tracked"
         )

@@ -231,6 +231,15 @@ def test_all_evidence_agrees_on_a_pose_and_its_mirror_image(facing, rng):
         assert votes == [facing] * 4
 
 
+@either_way
+def test_a_lone_foot_that_points_down_and_back_does_not_outvote_bent_knees(facing):
+    marks = marks_of(
+        WALKER, upright(WALKER, hip_near=0.4, knee_near=0.6, knee_far=0.3), facing=facing, without=TOES
+    )
+    x, y = marks["near_ankle"]
+    assert facing_of(marks | {"near_toe": (x - facing * 4.0, y + 25.0)}) == facing
+
+
 def test_who_walks_backwards_faces_as_toes_and_knees_say():
     marks = marks_of(WALKER, upright(WALKER, hip_near=0.4, knee_near=0.6, knee_far=0.3), without=TOES)
     back = {"hip": (marks["hip"][0] - 9.0, marks["hip"][1])}

@@ -102,7 +102,13 @@ def test_run_json_says_what_was_done(clip, done):
 
 
 def test_facing_is_reported_as_told(clip, track, tmp_path):
-    assert figtrack(*track(more=["--facing", "left", "--start", 6, "--stop", 6])).exit_code == 0
+    more = ["--facing", "left", "--start", 6, "--stop", 6]
+    result = figtrack(*track(more=more))
+    assert result.exit_code == 1
+    assert "; or give --facing right" in result.stderr
+    # Without feet, legs as straight as in frame 6 may face either way.
+    write_table(tmp_path / "k.csv", [row for row in clip.rows([6]) if "toe" not in row[1]])
+    assert figtrack(*track(keypoints=tmp_path / "k.csv", more=more)).exit_code == 0
     assert read_json(tmp_path / "out" / "run.json")["facing"] == "left"
 
 

@@ -1,13 +1,14 @@
 """Results appear whole or not at all, and replace nothing that they should not."""
 
 import os
+import tempfile
 from functools import partial
 from pathlib import Path
 
 import pytest
 
 from tests.tracker.clips import everything
-from tracker.folder import FolderError, fresh_file, fresh_folder
+from tracker.folder import FolderError, fresh_file, fresh_folder, swept
 
 
 def complete_run(path, text="old"):
@@ -222,3 +223,47 @@ def test_a_file_is_kept_unless_overwrite_says_otherwise(tmp_path):
 def test_a_file_does_not_replace_a_folder(tmp_path):
     with pytest.raises(FolderError, match="is a folder; --out wants a file"):
         write_file_into(tmp_path, overwrite=True)
+
+
+def stop_between_the_renames(place):
+    """What a process leaves that is killed when the old run is aside and the new one not in place."""
+    workshop = Path(tempfile.mkdtemp(prefix=f".{place.name}.", suffix=".part", dir=place.parent))
+    (workshop / "new").mkdir()
+    place.rename(workshop / "old")
+
+
+def test_what_killed_processes_leave_is_swept_up_and_what_they_put_aside_comes_back(tmp_path):
+    out = tmp_path / "out [a] *"
+    complete_run(out)
+    before = everything(tmp_path)
+    with swept([out]):
+        stop_between_the_renames(out)
+        assert not out.exists()
+    assert everything(tmp_path) == before
+    assert names(tmp_path) == [out.name]
+
+
+def test_what_others_make_is_not_swept_up(tmp_path):
+    others = [tmp_path / ".out.before00.part", tmp_path / ".out.b.during00.part", tmp_path / "out.txt"]
+    others[0].mkdir()
+    with swept([tmp_path / "out"]):
+        for other in others[1:]:
+            other.mkdir()
+        (tmp_path / ".out.during00.part").mkdir()
+    assert names(tmp_path) == sorted(other.name for other in others)
+
+
+def test_a_folder_that_may_be_replaced_is_told_by_the_caller(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.json").write_text("old")
+    for ours, overwrite in ((lambda path: False, True), (lambda path: True, False)):
+        with (
+            pytest.raises(FolderError),
+            fresh_folder(out, overwrite=overwrite, replaceable=ours) as aside,
+        ):
+            (aside / "new").write_text("")
+    assert names(out) == ["mine.json"]
+    with fresh_folder(out, overwrite=True, replaceable=lambda path: True) as aside:
+        (aside / "new").write_text("")
+    assert names(out) == ["new"]

@@ -1,11 +1,12 @@
 """The settings file."""
 
-import json
 import re
+import tomllib
 
 import pytest
 
-from tracker.settings import Settings, SettingsError, read_settings
+from tests.tracker.clips import figtrack
+from tracker.settings import Settings, SettingsError, read_settings, settings_toml
 
 
 @pytest.fixture
@@ -52,9 +53,42 @@ def test_every_setting_says_what_it_is():
 
 
 def test_defaults_survive_the_file_that_holds_them(toml):
-    def literal(value):
-        # Of what the settings hold, JSON writes everything as TOML does.
-        return json.dumps(value)
+    assert read_settings(toml(settings_toml())) == Settings()
+    assert tomllib.loads(settings_toml()).keys() == Settings.model_fields.keys()
 
-    lines = [f"{name} = {literal(value)}" for name, value in Settings().model_dump().items()]
-    assert read_settings(toml("\n".join(lines))) == Settings()
+
+def test_the_file_says_what_each_setting_means_its_range_and_its_default():
+    blocks = dict(re.findall(r"# (\w+): (.*)\n\1 = ", settings_toml()))
+    assert blocks.keys() == Settings.model_fields.keys()
+    for name, field in Settings.model_fields.items():
+        assert blocks[name].startswith(f"{field.description}; ")
+        assert "; default " in blocks[name]
+    assert blocks["spacing"].endswith("leg lengths; above 0 and at most 0.2; default 0.022")
+    assert blocks["iterations"].endswith("; a whole number at least 1 and at most 100; default 6")
+    assert blocks["mode"].endswith('; "full" or "classic"; default "full"')
+    assert "; a list of 1 or more, each at least 0.25 and at most 4; default [" in blocks["rates"]
+
+
+def test_a_range_that_the_file_names_is_the_one_that_is_kept(toml):
+    for name, low, high in re.findall(r"# (\w+): .*; at least (\S+) and at most (\d\S*);", settings_toml()):
+        if "list" in name or isinstance(getattr(Settings(), name), tuple):
+            continue
+        read_settings(toml(f"{name} = {low}\n"))
+        with pytest.raises(SettingsError, match=name):
+            read_settings(toml(f"{name} = {float(high) + 1}\n"))
+        with pytest.raises(SettingsError, match=name):
+            read_settings(toml(f"{name} = {float(low) - 1}\n"))
+
+
+def test_the_command_writes_the_file_and_replaces_none_unasked(tmp_path):
+    assert figtrack("settings").stdout == settings_toml()
+    path = tmp_path / "neue Werte" / "s.toml"
+    assert figtrack("settings", "--out", path).exit_code == 0
+    assert read_settings(path) == Settings()
+    path.write_text("mine = 1\n")
+    result = figtrack("settings", "--out", path)
+    assert result.exit_code == 1
+    assert result.stderr.startswith("error: ")
+    assert path.read_text() == "mine = 1\n"
+    assert figtrack("settings", "--out", path, "--overwrite").exit_code == 0
+    assert read_settings(path) == Settings()

@@ -1,0 +1,39 @@
+"""Frames by their number: the very pixels, in any order, and the end said."""
+
+import cv2
+import numpy as np
+import pytest
+
+from tracker.annotate import frames as module
+from tracker.annotate.frames import Frames, NoFrameError
+from videos.frames import Video
+
+
+def pixels(png):
+    return cv2.cvtColor(cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
+
+
+@pytest.mark.parametrize("kept", [0, 10**9], ids=["one frame kept", "all kept"])
+def test_every_frame_in_any_order_is_what_tracking_sees(clip, monkeypatch, kept):
+    monkeypatch.setattr(module, "KEPT_BYTES", kept)
+    wanted = [frame.image for frame in Video(clip.video)]
+    frames = Frames(clip.video)
+    for index in (3, 3, 9, 0, 4, 8, 2, 9):
+        assert np.array_equal(pixels(frames.png(index)), wanted[index]), index
+
+
+def test_stepping_back_a_little_decodes_nothing_again(clip):
+    frames = Frames(clip.video)
+    frames.png(9)
+    frames._coming = iter(())
+    frames.png(2)
+
+
+def test_a_frame_beyond_the_end_is_refused_and_the_others_still_come(clip):
+    frames = Frames(clip.video)
+    with pytest.raises(NoFrameError, match=r"frame 10 is not in walk\.mp4, which ends with frame 9"):
+        frames.png(10)
+    assert frames.count_hint == 10
+    assert frames.png(0)
+    with pytest.raises(NoFrameError):
+        frames.png(10**8)

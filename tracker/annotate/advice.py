@@ -1,0 +1,61 @@
+"""What a frame's marks lack and what cannot be right about them, in plain words."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kinematics.figure import Figure
+from kinematics.recover import PoseError, Start, marked_part, needed_joints, start_pose
+from tracker.keypoints import Mark, points
+from tracker.start import objections, outside
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The judgement of one frame.
+
+    missing : joints that a start frame needs and that are not marked
+    faults  : what cannot be right, one line each
+    notes   : what tracking will make of the marks
+    """
+
+    missing: tuple[str, ...]
+    faults: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], facing: int) -> Advice:
+    """Judge the marks of one frame, complete or not: whatever `figtrack track` refuses is said.
+
+    Args:
+        size: width and height of the picture, pixels.
+        facing: +1 right, -1 left.
+    """
+    places = points(marks)
+    missing = tuple(name for name in needed_joints(figure) if name not in marks)
+    wrong, notes = [*_outside(marks, size), *objections(figure, places, facing)], list[str]()
+    if not missing:
+        try:
+            start = start_pose(marked_part(figure, places), places, facing)
+            notes = [_facing(start), *_left_out(figure, start.figure, places)]
+        except PoseError as error:
+            wrong = [str(error), *wrong]
+    return Advice(missing, tuple(wrong), tuple(notes))
+
+
+def _outside(marks: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
+    width, height = size
+    return [
+        f"{name} lies outside the picture of {width} x {height} px; move it in, or delete it"
+        for name in outside(marks, size)
+    ]
+
+
+def _facing(start: Start) -> str:
+    way, other = ("right", "left") if start.view.facing > 0 else ("left", "right")
+    return f"The figure seems to face {way}; if it does not, give figtrack track --facing {other}."
+
+
+def _left_out(whole: Figure, used: Figure, places: Mapping[str, object]) -> list[str]:
+    """Marked joints that tracking does not use, for want of their twins."""
+    unused = [name for name in whole.joints if name in places and name not in used.joints]
+    return [f"{name} alone is not used: feet are followed where both toes are marked." for name in unused]

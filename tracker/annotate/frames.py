@@ -1,0 +1,64 @@
+"""The frames of a video by their number, as the very pixels that tracking sees."""
+
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Lock
+
+import cv2
+
+from videos.frames import Frame, Video, VideoError
+
+KEPT_BYTES = 128 * 2**20  # of the frames passed last: stepping back a little decodes nothing again
+
+
+class NoFrameError(VideoError):
+    """A frame beyond the end of the video."""
+
+
+class Frames:
+    """A video that is leafed through; one thread at a time is let in.
+
+    Decoding always begins at frame 0, which is slower than a seek but counts frames exactly as `track` does.
+
+    width, height : pixels
+    count_hint    : about how many frames there are; exact once the end was met; None where nothing tells
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Raises VideoError where the video cannot be read."""
+        self._video = Video(path)
+        self.width, self.height = self._video.width, self._video.height
+        self.count_hint = self._video.count_hint
+        self._coming: Iterator[Frame] = iter(self._video)
+        kept = KEPT_BYTES // (3 * self.width * self.height)
+        self._passed: deque[Frame] = deque(maxlen=max(kept, 1))
+        self._lock = Lock()
+
+    def png(self, index: int) -> bytes:
+        """One frame, losslessly.
+
+        Raises:
+            NoFrameError: the video ends before it.
+            VideoError: the video cannot be decoded.
+        """
+        with self._lock:
+            image = self._frame(index).image
+        quick = [cv2.IMWRITE_PNG_COMPRESSION, 1]
+        return cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), quick)[1].tobytes()
+
+    def _frame(self, index: int) -> Frame:
+        if self._passed and index < self._passed[0].index:
+            self._coming = iter(self._video)
+            self._passed.clear()
+        for frame in self._passed:
+            if frame.index == index:
+                return frame
+        for frame in self._coming:
+            self._passed.append(frame)
+            if frame.index == index:
+                return frame
+        self.count_hint = self._passed[-1].index + 1
+        raise NoFrameError(
+            f"frame {index} is not in {self._video.path.name}, which ends with frame {self.count_hint - 1}"
+        )

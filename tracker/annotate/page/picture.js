@@ -1,0 +1,239 @@
+/* The picture under the marks: zoomed, moved, drawn on, clicked. Coordinates are pixels of the frame, the
+   centre of its top-left one being 0, 0. */
+const SVG = "http://www.w3.org/2000/svg";
+const CLOSEST = 40;
+const REACH = { mouse: 9, pen: 12, touch: 22 };
+const STILL = { mouse: 3, pen: 5, touch: 8 };
+
+class Picture {
+  /**
+   * @param svg the element.
+   * @param heard what happens on it: tap(place, joint or null), drag(joint, place, done), moved().
+   */
+  constructor(svg, heard) {
+    this.svg = svg;
+    this.heard = heard;
+    this.size = { width: 1, height: 1 };
+    this.view = { x: 0, y: 0, scale: 1 };
+    this.fitted = true;
+    this.fingers = new Map();
+    this.gesture = null;
+    this.points = {};
+    this.pointer = null;
+    svg.addEventListener("pointerdown", (event) => this.press(event));
+    svg.addEventListener("pointermove", (event) => this.move(event));
+    svg.addEventListener("pointerup", (event) => this.release(event, true));
+    svg.addEventListener("pointercancel", (event) => this.release(event, false));
+    svg.addEventListener("pointerleave", () => { this.pointer = null; });
+    svg.addEventListener("contextmenu", (event) => event.preventDefault());
+    svg.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    new ResizeObserver(() => this.resized()).observe(svg);
+  }
+
+  show({ image, width, height }) {
+    const element = this.svg.querySelector("image");
+    element.setAttribute("href", image);
+    element.setAttribute("width", width);
+    element.setAttribute("height", height);
+    const same = width === this.size.width && height === this.size.height;
+    this.size = { width, height };
+    if (same) return;
+    this.svg.parentElement.style.setProperty("--ratio", height / width);
+    this.fit();
+  }
+
+  get box() {
+    return this.svg.getBoundingClientRect();
+  }
+
+  fit() {
+    const { width, height } = this.box;
+    if (!width || !height) return;
+    const scale = Math.min(width / this.size.width, height / this.size.height);
+    this.fitted = true;
+    const [beside, above] = [this.size.width - width / scale, this.size.height - height / scale];
+    this.look(beside / 2 - 0.5, above / 2 - 0.5, scale);
+  }
+
+  look(x, y, scale) {
+    this.view = { x, y, scale };
+    const { width, height } = this.box;
+    this.svg.setAttribute("viewBox", `${x} ${y} ${width / scale} ${height / scale}`);
+    this.svg.classList.toggle("near", scale >= 2);
+    this.heard.moved();
+  }
+
+  resized() {
+    if (this.fitted) this.fit();
+    else this.look(this.view.x, this.view.y, this.view.scale);
+  }
+
+  /** The place in the frame under a place in the window. */
+  under(event) {
+    const box = this.box;
+    return {
+      x: this.view.x + (event.clientX - box.left) / this.view.scale,
+      y: this.view.y + (event.clientY - box.top) / this.view.scale,
+    };
+  }
+
+  /** Zoom by a factor; what is under the pointer, or else in the middle, stays there. */
+  zoom(factor, event = null) {
+    const box = this.box;
+    const middle = { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
+    const at = event ?? this.pointer ?? middle;
+    const least = 0.5 * Math.min(box.width / this.size.width, box.height / this.size.height);
+    const scale = Math.min(Math.max(this.view.scale * factor, least), CLOSEST);
+    const kept = this.under(at);
+    this.fitted = false;
+    this.look(kept.x - (at.clientX - box.left) / scale, kept.y - (at.clientY - box.top) / scale, scale);
+  }
+
+  wheel(event) {
+    event.preventDefault();
+    const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 30 : 1;
+    this.zoom(Math.exp(-0.0015 * Math.max(-400, Math.min(400, lines * event.deltaY))), event);
+  }
+
+  pan(dx, dy) {
+    this.fitted = false;
+    this.look(this.view.x - dx / this.view.scale, this.view.y - dy / this.view.scale, this.view.scale);
+  }
+
+  /** Move the view until a place is in it, off its rim. */
+  reveal({ x, y }) {
+    const { width, height } = this.box;
+    const rim = Math.min(40, width / 4, height / 4);
+    const [px, py] = [(x - this.view.x) * this.view.scale, (y - this.view.y) * this.view.scale];
+    const dx = Math.max(rim - px, 0) + Math.min(width - rim - px, 0);
+    const dy = Math.max(rim - py, 0) + Math.min(height - rim - py, 0);
+    if (dx || dy) this.pan(dx, dy);
+  }
+
+  get middle() {
+    const { width, height } = this.box;
+    return { x: this.view.x + width / 2 / this.view.scale, y: this.view.y + height / 2 / this.view.scale };
+  }
+
+  press(event) {
+    this.svg.setPointerCapture(event.pointerId);
+    this.fingers.set(event.pointerId, { clientX: event.clientX, clientY: event.clientY });
+    if (this.fingers.size > 1) {
+      this.giveUp();
+      return;
+    }
+    const joint = event.button === 0 ? this.nearest(event) : null;
+    const [at, hand] = [this.points[joint], this.under(event)];
+    const offset = joint && { x: at.x - hand.x, y: at.y - hand.y };
+    this.gesture = { joint, offset, from: event, taps: event.button === 0, moved: false };
+  }
+
+  move(event) {
+    const before = this.fingers.get(event.pointerId);
+    if (event.pointerType === "mouse") this.pointer = { clientX: event.clientX, clientY: event.clientY };
+    if (!before) return;
+    const after = { clientX: event.clientX, clientY: event.clientY };
+    if (this.fingers.size === 2) this.pinch(event.pointerId, before, after);
+    this.fingers.set(event.pointerId, after);
+    const gesture = this.gesture;
+    if (!gesture) return;
+    const way = Math.hypot(event.clientX - gesture.from.clientX, event.clientY - gesture.from.clientY);
+    const starts = !gesture.moved && way > (STILL[event.pointerType] ?? 3);
+    if (!gesture.moved && !starts) return;
+    gesture.moved = true;
+    if (gesture.joint) this.heard.drag(gesture.joint, this.dragged(event, gesture), false);
+    else if (starts) this.pan(event.clientX - gesture.from.clientX, event.clientY - gesture.from.clientY);
+    else this.pan(after.clientX - before.clientX, after.clientY - before.clientY);
+  }
+
+  release(event, done) {
+    const gesture = this.gesture;
+    this.fingers.delete(event.pointerId);
+    if (!gesture) return;
+    if (!done) {
+      this.giveUp();
+      return;
+    }
+    this.gesture = null;
+    if (gesture.moved && gesture.joint) this.heard.drag(gesture.joint, this.dragged(event, gesture), true);
+    else if (!gesture.moved && gesture.taps) this.heard.tap(this.under(event), gesture.joint);
+  }
+
+  /** A second finger or a cancelled touch: what was begun is not done. */
+  giveUp() {
+    const gesture = this.gesture;
+    this.gesture = null;
+    if (gesture?.moved && gesture.joint) this.heard.drag(gesture.joint, null, true);
+  }
+
+  /** Where a joint goes that was not grabbed at its very centre. */
+  dragged(event, gesture) {
+    const place = this.under(event);
+    return { x: place.x + gesture.offset.x, y: place.y + gesture.offset.y };
+  }
+
+  pinch(id, before, after) {
+    const [, other] = [...this.fingers].find(([finger]) => finger !== id);
+    const apart = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
+    this.pan((after.clientX - before.clientX) / 2, (after.clientY - before.clientY) / 2);
+    const between = (side) => (after[side] + other[side]) / 2;
+    const middle = { clientX: between("clientX"), clientY: between("clientY") };
+    this.zoom(apart(after) / Math.max(apart(before), 1), middle);
+  }
+
+  /** The joint within reach of a pointer, or null. */
+  nearest(event) {
+    const place = this.under(event);
+    const reach = (REACH[event.pointerType] ?? 9) / this.view.scale;
+    const away = (name) => Math.hypot(this.points[name].x - place.x, this.points[name].y - place.y);
+    const [first] = Object.keys(this.points).sort((one, other) => away(one) - away(other));
+    return first && away(first) <= reach ? first : null;
+  }
+
+  /** Draw the figure: its joints' marks, the chosen one, and the keyboard's aim where there is one. */
+  draw(joints, marks, chosen, aim) {
+    this.points = marks;
+    const px = 1 / this.view.scale;
+    const seen = joints.filter((joint) => marks[joint.name]);
+    const limbs = seen.filter((joint) => marks[joint.before]);
+    const lines = limbs.flatMap((joint) => ["halo", "bone"].map((kind) => this.line(joint, marks, kind)));
+    const circles = seen.map((joint) => this.circle(joint, marks[joint.name], 5 * px));
+    const cross = aim && `M${aim.x - 14 * px} ${aim.y}h${28 * px}M${aim.x} ${aim.y - 14 * px}v${28 * px}`;
+    this.svg.querySelector("#limbs").replaceChildren(...lines);
+    this.svg.querySelector("#points").replaceChildren(...circles);
+    this.svg.querySelector("#aim").setAttribute("d", cross ?? "");
+    const ring = marks[chosen] ? this.ring(chosen, marks[chosen], px) : [];
+    this.svg.querySelector("#chosen").replaceChildren(...ring);
+  }
+
+  line(joint, marks, kind) {
+    const [from, to] = [marks[joint.before], marks[joint.name]];
+    const unseen = kind === "bone" && !to.visible ? "unseen" : "";
+    const ends = { x1: from.x, y1: from.y, x2: to.x, y2: to.y };
+    return node("line", { ...ends, class: `${joint.side}-side ${kind} ${unseen}` });
+  }
+
+  circle(joint, mark, r) {
+    const kind = `${joint.side}-side ${mark.visible ? "" : "unseen"}`;
+    const circle = node("circle", { cx: mark.x, cy: mark.y, r, class: kind, "data-joint": joint.name });
+    circle.append(node("title", {}, label(joint.name)));
+    return circle;
+  }
+
+  /** What sets the chosen joint off: a ring and its name. */
+  ring(name, { x, y }, px) {
+    const words = node("text", { x: x + 13 * px, y: y - 9 * px, "font-size": 14 * px }, label(name));
+    return [node("circle", { cx: x, cy: y, r: 9 * px }), words];
+  }
+}
+
+function node(kind, attributes, words = "") {
+  const element = document.createElementNS(SVG, kind);
+  element.textContent = words;
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  return element;
+}
+
+function label(name) {
+  return name.replaceAll("_", " ");
+}

@@ -1,0 +1,121 @@
+/* The side of the page: what is asked for, the joints, the marked frames and what is said of them. */
+const HINTS = {
+  head_top: "the top of the head, hair included",
+  neck: "the base of the neck, between the shoulders",
+  hip: "the hip joint, one point for both legs",
+  near_knee: "the knee of the leg towards the camera",
+  near_ankle: "the ankle of the leg towards the camera",
+  near_toe: "the tip of the foot towards the camera",
+  far_knee: "the knee of the leg away from the camera",
+  far_ankle: "the ankle of the leg away from the camera",
+  far_toe: "the tip of the foot away from the camera",
+};
+const NEAREST = 12; // marked frames that have a button
+
+function draw() {
+  picture.draw(joints, here(), chosen, aim);
+}
+
+function changed() {
+  refresh();
+  clearTimeout(timer);
+  timer = setTimeout(judge, PAUSE);
+}
+
+function refresh() {
+  draw();
+  const joint = joints.find(({ name }) => name === chosen);
+  $("guide").replaceChildren(...guidance(joint));
+  document.querySelectorAll("#joints button").forEach(showRow);
+  $("undo").disabled = !marks.canUndo(shown.index);
+  $("redo").disabled = !marks.canRedo(shown.index);
+  $("hidden").disabled = $("skip").disabled = !chosen;
+  $("delete").disabled = !here()[chosen];
+  $("hidden").setAttribute("aria-pressed", String(here()[chosen] ? !here()[chosen].visible : hides));
+  showMarkedFrames();
+  const open = Object.keys(marks.changed()).length;
+  document.title = `${open ? "* " : ""}${opening.video}, figtrack annotate`;
+  if (open) say(`${open === 1 ? "One frame is" : `${open} frames are`} not saved yet.`, "open");
+  else if ($("saved").className === "open") say("");
+}
+
+function guidance(joint) {
+  if (!joint) {
+    const open = joints.filter(({ name }) => !here()[name]).map(({ name }) => label(name));
+    const rest = open.length ? ` Left out: ${open.join(", ")}.` : "";
+    return [text("strong", "All done in this frame."), `${rest} Drag points that are not right, then save.`];
+  }
+  const what = `: ${HINTS[joint.name]}.`;
+  const name = text("strong", label(joint.name));
+  if (here()[joint.name]) return [name, `${what} Drag it, or move it with the arrow keys.`];
+  const may = joint.needed ? "" : " It may be left out (Skip).";
+  return ["Click the ", name, `${what}${may} If it cannot be seen, press Hidden and guess.`];
+}
+
+function row(joint) {
+  const button = document.createElement("button");
+  button.type = "button";
+  button.dataset.joint = joint.name;
+  button.className = `${joint.side}-side`;
+  const [dot, state, place] = ["dot", "state", "place"].map((name) => classed("span", name));
+  button.append(dot, text("span", label(joint.name)), " ", state, " ", place);
+  button.addEventListener("click", () => choose(joint.name));
+  const item = document.createElement("li");
+  item.append(button);
+  return item;
+}
+
+/** Rows are kept, not made anew: the keyboard's focus may be on one. */
+function showRow(button) {
+  const name = button.dataset.joint;
+  const mark = here()[name];
+  button.setAttribute("aria-current", String(name === chosen));
+  button.classList.toggle("placed", Boolean(mark));
+  const state = mark ? (mark.visible ? "" : "hidden") : left().has(name) ? "left out" : "";
+  button.querySelector(".state").textContent = state;
+  button.querySelector(".place").textContent = mark ? `${mark.x}, ${mark.y}` : "";
+}
+
+/** Buttons of the marked frames that are nearest. */
+function showMarkedFrames() {
+  const away = (frame) => Math.abs(frame - shown.index);
+  const nearest = marks.marked().sort((a, b) => away(a) - away(b)).slice(0, NEAREST).sort((a, b) => a - b);
+  const focused = document.activeElement.closest("#marked") && document.activeElement.textContent;
+  const buttons = nearest.map((frame) => {
+    const button = text("button", String(frame));
+    button.type = "button";
+    button.setAttribute("aria-label", `Marked frame ${frame}`);
+    button.setAttribute("aria-current", String(frame === shown.index));
+    button.addEventListener("click", () => go(frame));
+    return button;
+  });
+  $("marked").replaceChildren(...(buttons.length ? [text("span", "Marked frames"), ...buttons] : []));
+  buttons.find((button) => button.textContent === focused)?.focus();
+}
+
+function showAdvice() {
+  const begun = Object.keys(here()).length > 0 && chosen === null;
+  const lacks = begun && advice.missing.length
+    ? [`Tracking cannot start from this frame without ${advice.missing.map(label).join(", ")}.`] : [];
+  const wrong = [...lacks, ...advice.faults].map((line) => classed("p", "wrong", label(line)));
+  const notes = advice.notes.map((line) => classed("p", "note", label(line)));
+  $("advice").replaceChildren(...wrong, ...notes);
+}
+
+/** One line beside the buttons; its kind is "wrong", "open" (something is not saved) or none. */
+function say(line, kind = "") {
+  $("saved").textContent = line;
+  $("saved").className = kind;
+}
+
+function classed(kind, name, words = "") {
+  const element = text(kind, words);
+  element.className = name;
+  return element;
+}
+
+function text(kind, words) {
+  const element = document.createElement(kind);
+  element.textContent = words;
+  return element;
+}

@@ -1,0 +1,187 @@
+"""What the page is told and what it may ask, without a word of HTTP."""
+
+import base64
+import shlex
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from threading import Lock
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from kinematics.figure import Figure, load_figure
+from kinematics.recover import needed_joints
+from tracker.annotate.advice import Advice, advise
+from tracker.annotate.frames import Frames
+from tracker.annotate.table import Table
+from tracker.foreign.start import Taken
+from tracker.keypoints import KEYPOINTS, Mark, Marks
+from tracker.start import facing_at
+
+FARTHEST = 1e5  # pixels; nobody marks a joint beyond it
+
+Reply = dict[str, Any]
+
+
+def _known(name: str) -> str:
+    if name not in KEYPOINTS:
+        raise ValueError(f"unknown joint {name!r}; known are {', '.join(KEYPOINTS)}")
+    return name
+
+
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
+Index = Annotated[int, Field(ge=0, le=10**8)]
+Joint = Annotated[str, AfterValidator(_known)]
+
+
+class Placed(BaseModel):
+    """One joint as the page sends it."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    x: Coordinate
+    y: Coordinate
+    visible: bool = True
+
+    def mark(self) -> Mark:
+        return Mark(self.x, self.y, self.visible)
+
+
+class CheckRequest(BaseModel):
+    """The marks of one frame, to be judged."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    frame: Index
+    marks: dict[Joint, Placed]
+
+
+class SaveRequest(BaseModel):
+    """All marks of the frames that changed; a frame without any loses those it had.
+
+    close : end the session, unless something is still wrong
+    anyway: end it all the same
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    frames: dict[Index, dict[Joint, Placed]]
+    close: bool = False
+    anyway: bool = False
+
+
+class Session:
+    """One video, one table, and a page that is open on both.
+
+    saved : whether anything was saved
+    """
+
+    def __init__(
+        self, video: Path, table: Table, first: int, taken: Taken | None = None, facing: int | None = None
+    ) -> None:
+        """Open the video.
+
+        Args:
+            first: the frame that the page shows first.
+            facing: +1 right, -1 left, None to see it from the marks.
+
+        Raises:
+            VideoError: the video cannot be read, or ends before `first`.
+        """
+        self.video, self.table, self.first, self.taken, self.facing = video, table, first, taken, facing
+        self.saved = False
+        self._frames = Frames(video)
+        self._figure = load_figure()
+        self._lock = Lock()
+        self._opening = self.frame(first)
+
+    def opening(self) -> Reply:
+        """What the page starts with."""
+        taken = self.taken
+        return {
+            "video": self.video.name,
+            "table": str(self.table.path),
+            "joints": _joints(self._figure),
+            "marks": {frame: _told(marks) for frame, marks in self.table.marks.items()},
+            "frame": self._opening,
+            "taken": taken and {"frame": taken.frame, "marks": _told(taken.marks), "told": taken.told},
+        }
+
+    def frame(self, index: int) -> Reply:
+        """One frame; raises VideoError."""
+        png = base64.b64encode(self._frames.png(index)).decode("ascii")
+        return {
+            "index": index,
+            "count": self._frames.count_hint,
+            "width": self._frames.width,
+            "height": self._frames.height,
+            "image": f"data:image/png;base64,{png}",
+        }
+
+    def check(self, request: CheckRequest) -> Reply:
+        """What is missing and what cannot be right."""
+        marks = {name: placed.mark() for name, placed in request.marks.items()}
+        return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame))
+
+    def save(self, request: SaveRequest) -> Reply:
+        """Write the table; `closed` tells whether the session is over.
+
+        Raises:
+            FolderError, OSError: nothing was written.
+        """
+        changed = {
+            frame: {name: placed.mark() for name, placed in marks.items()}
+            for frame, marks in request.frames.items()
+        }
+        with self._lock:
+            if changed or not self.table.marks:
+                self.table.save(changed)
+                self.saved = True
+            wrong = self._wrong(set(changed) | {min(self.table.marks)})
+        closed = request.close and (request.anyway or not wrong)
+        return {
+            "saved": str(self.table.path),
+            "frames": len(self.table.marks),
+            "wrong": wrong,
+            "closed": closed,
+            "next": self.next_command(),
+        }
+
+    def next_command(self) -> str:
+        """What to type in the terminal to follow the figure from the saved marks."""
+        words = ["figtrack", "track", str(self.video), "--keypoints", str(self.table.path)]
+        if self.facing is not None:
+            words += ["--facing", "right" if self.facing > 0 else "left"]
+        return shlex.join([*words, "--anchors"] if len(self.table.marks) > 1 else words)
+
+    def _wrong(self, frames: set[int]) -> list[str]:
+        """What cannot be right in these frames, and what the first one, where tracking starts, lacks."""
+        start, out = min(self.table.marks), []
+        for frame in sorted(frames & self.table.marks.keys()):
+            advice = self._advise(self.table.marks, frame)
+            lacks = [f"lacks {', '.join(advice.missing)}"] if advice.missing and frame == start else []
+            out += [f"frame {frame}: {text}" for text in [*lacks, *advice.faults]]
+        return out
+
+    def _advise(self, marks: Marks, frame: int) -> Advice:
+        size = (self._frames.width, self._frames.height)
+        return advise(self._figure, marks[frame], size, self.facing or facing_at(marks, frame))
+
+
+def _joints(figure: Figure) -> list[Reply]:
+    """The joints in the order they are marked in: where their limb comes from, its side, whether needed."""
+    tips = {link.joint: link for link in figure.links}
+    names = {link.name: link.joint for link in figure.links}
+    needed = needed_joints(figure)
+    out: list[Reply] = []
+    for name in KEYPOINTS:
+        link = tips.get(name)
+        before = None if link is None else names.get(link.parent or "", figure.base)
+        side = next((side for side in ("near", "far") if name.startswith(side)), "trunk")
+        out.append({"name": name, "before": before, "side": side, "needed": name in needed})
+    return out
+
+
+def _told(marks: Mapping[str, Mark]) -> Reply:
+    return {name: asdict(mark) for name, mark in marks.items()}

@@ -1,0 +1,81 @@
+"""COCO's keypoints JSON: a data set's annotations, or a detector's list of results."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tracker.foreign.people import People, Person, frame_number, sighting, triples
+from tracker.foreign.text import ForeignError, load_json
+
+COCO_17 = (
+    *("nose", "left_eye", "right_eye", "left_ear", "right_ear"),
+    *("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist"),
+    *("left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle"),
+)
+OCCLUDED, LABELLED = 1, 2  # a data set's third number; 0 is no point
+
+
+def is_coco(content: Any) -> bool:
+    """Whether parsed JSON is of one of the two layouts."""
+    if isinstance(content, Mapping):
+        return "annotations" in content
+    return isinstance(content, list) and any(
+        "keypoints" in one for one in content if isinstance(one, Mapping)
+    )
+
+
+def read_people(path: Path) -> People:
+    """Everybody in the file, by frame.
+
+    A data set's frames are numbered by its images' file names, a list of results by `image_id`. Names of
+    points are the category's own where it gives them. Crowds and annotations without points are left out.
+
+    Raises:
+        ForeignError: not such a file, or an annotation that does not fit it.
+    """
+    content = load_json(path)
+    if not is_coco(content):
+        raise ForeignError(f"{path} is no COCO keypoints file: it has no annotations; export it again")
+    try:
+        return _labelled(content) if isinstance(content, Mapping) else _detected(content)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ForeignError(
+            f"{path} is no COCO keypoints file that can be read ({error}); export it again"
+        ) from error
+
+
+def _labelled(content: Mapping[str, Any]) -> People:
+    names = {
+        category["id"]: category.get("keypoints") or COCO_17 for category in content.get("categories", [])
+    }
+    frames = {}
+    for image in content.get("images", []):
+        number = frame_number(str(image["file_name"]))
+        frames[image["id"]] = image["id"] if number is None else number
+    people: People = {}
+    for one in content["annotations"]:
+        if one.get("iscrowd") or not any(one.get("keypoints") or []):
+            continue
+        points = triples(names.get(one.get("category_id"), COCO_17), one["keypoints"])
+        person = {
+            name: sighting(x, y, 1.0 if flag in (OCCLUDED, LABELLED) else 0.0, flag == LABELLED)
+            for name, (x, y, flag) in points.items()
+        }
+        frame = frames.get(one["image_id"], one["image_id"])
+        people.setdefault(int(frame), []).append(_there(person))
+    return people
+
+
+def _detected(content: list[Any]) -> People:
+    people: People = {}
+    for one in content:
+        points = triples(COCO_17, one["keypoints"])
+        person = {name: sighting(*numbers) for name, numbers in points.items()}
+        image = one["image_id"]
+        frame = frame_number(image) if isinstance(image, str) else int(image)
+        people.setdefault(frame or 0, []).append(_there(person))
+    return people
+
+
+def _there(person: Mapping[str, Any]) -> Person:
+    return {name: point for name, point in person.items() if point is not None}

@@ -1,0 +1,100 @@
+"""DeepLabCut's CSV: rows scorer, (individuals,) bodyparts, coords, then one row a frame or labelled image."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from tracker.foreign.people import People, Person, frame_number, sighting
+from tracker.foreign.points import Points
+from tracker.foreign.text import ForeignError, opened
+from tracker.sampling import Array
+
+SCORER = "figtrack"
+COORDS = ("x", "y", "likelihood")
+HEADS = ("scorer", "individuals", "bodyparts", "coords")
+
+Column = tuple[str, str, str]  # individual ("" where there are none), body part, coordinate
+
+
+def write_dlc(points: Points, path: Path) -> None:
+    """Every point of every frame; empty cells where there is none."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        J = len(points.names)
+        writer.writerow(("scorer", *[SCORER] * (J * len(COORDS))))
+        writer.writerow(("bodyparts", *(name for name in points.names for _ in COORDS)))
+        writer.writerow(("coords", *COORDS * J))
+        for t, (places, sure) in enumerate(zip(points.places, points.likelihood, strict=True)):
+            row = [cell for place, p in zip(places, sure, strict=True) for cell in _cells(place, p)]
+            writer.writerow([t, *row])
+
+
+def is_dlc(head: str) -> bool:
+    """Whether a file's first line is of this layout."""
+    return head.partition(",")[0].strip('" \r\n') == HEADS[0]
+
+
+def read_people(path: Path) -> People:
+    """Everybody in the table, by frame: the number in front of a row, or in its image's name.
+
+    Raises:
+        ForeignError: not such a table, a row that does not fit its header, or a frame that comes twice.
+    """
+    with opened(path) as file:
+        rows = [row for row in csv.reader(file) if row]
+    heads = {row[0]: row for row in rows[: len(HEADS)] if row[0] in HEADS}
+    if not {"scorer", "bodyparts", "coords"} <= heads.keys():
+        raise ForeignError(
+            f"{path} is no DeepLabCut table: its first rows must begin with scorer, bodyparts, coords"
+        )
+    columns, front = _columns(heads, path)
+    people: People = {}
+    for row in rows[len(heads) :]:
+        frame = _frame(row[:front], path)
+        if frame in people:
+            raise ForeignError(f"{path} has two rows of frame {frame}; give a table of one video")
+        try:
+            numbers = [float(cell or "nan") for cell in row[front:]]
+            cells = dict(zip(columns, numbers, strict=True))
+        except ValueError as error:
+            raise ForeignError(f"{path}, frame {frame}: {error}; export it again") from error
+        found = [_person(cells, who) for who in dict.fromkeys(who for who, _, _ in columns)]
+        people[frame] = [person for person in found if person]
+    return people
+
+
+def _cells(place: Array, p: float) -> tuple[str, str, str]:
+    x, y = place
+    return (f"{x:.3f}", f"{y:.3f}", f"{p:.4f}") if np.isfinite(x) else ("", "", "")
+
+
+def _columns(heads: dict[str, list[str]], path: Path) -> tuple[list[Column], int]:
+    """What each column holds, and how many stand in front of the first: labelled images have two more."""
+    parts, coords = heads["bodyparts"], heads["coords"]
+    whose = heads.get("individuals", [""] * len(parts))
+    if not len(parts) == len(coords) == len(whose):
+        raise ForeignError(f"{path}: its header rows differ in length; export it again")
+    front = next((i for i, cell in enumerate(parts) if i and cell), len(parts))
+    columns = list(zip(whose[front:], parts[front:], coords[front:], strict=True))
+    wanted = {(who, part, axis) for who, part, _ in columns for axis in "xy"}
+    if len(set(columns)) < len(columns) or not wanted <= set(columns):
+        raise ForeignError(f"{path}: every body part needs one column x and one y; export it again")
+    return columns, front
+
+
+def _frame(front: list[str], path: Path) -> int:
+    cell = next((cell for cell in reversed(front) if cell), "")
+    frame = None if cell.startswith("-") else frame_number(cell)
+    if frame is None:
+        raise ForeignError(f"{path}: a row begins with {front[0]!r}, which names no frame; export it again")
+    return frame
+
+
+def _person(cells: dict[Column, float], who: str) -> Person:
+    found = {
+        part: sighting(x, cells[who, part, "y"], cells.get((who, part, "likelihood"), 1.0))
+        for (owner, part, axis), x in cells.items()
+        if owner == who and axis == "x"
+    }
+    return {part: point for part, point in found.items() if point is not None}

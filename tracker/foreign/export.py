@@ -1,0 +1,125 @@
+"""A run's folder as the file of another program."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tracker.folder import fresh_file, fresh_folder
+from tracker.foreign import dlc, mot, myogait, openpose, trc
+from tracker.foreign.points import HALPE, JOINTS, named_points
+from tracker.foreign.scale import Scale, scale_by_height, scale_by_points
+from tracker.foreign.text import ForeignError
+from tracker.progress import Progress
+from tracker.runs import Record, read_run
+
+PIXELS = "_px"  # what Sports2D wants in the name of a file in pixels
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How to export a run.
+
+    to     : a name in FORMATS
+    height : of the person, metres; or
+    points : x1, y1, x2, y2 in pixels and the metres between them; neither: no scale
+    facing : +1 right, -1 left, None as the run has it
+    """
+
+    to: str
+    height: float | None = None
+    points: tuple[float, float, float, float, float] | None = None
+    facing: int | None = None
+
+
+def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress: Progress) -> str:
+    """Write the run as `out`, a folder for OpenPose and a file for the others; says what is not in it.
+
+    Raises:
+        RunError: no complete run in the folder, or one in which the figure was followed in no frame.
+        ForeignError: a format that needs what the run or the wish has not.
+        FolderError: a place that cannot be written, or something is there already.
+    """
+    if wish.to == "openpose":
+        ours = openpose.holds_frames
+        place = fresh_folder(out, overwrite=overwrite, inputs=[folder], replaceable=ours)
+    else:
+        place = fresh_file(out, overwrite=overwrite)
+    with place as aside, progress.task(f"{folder.name} for {wish.to}", 2) as advance:
+        record = read_run(folder)
+        advance()
+        said = FORMATS[wish.to].write(record, wish, wish.facing or record.facing, aside)
+        advance()
+    return said
+
+
+def export_name(folder: Path, to: str) -> str:
+    """What the file or folder is called unless told."""
+    return folder.absolute().name + FORMATS[to].ending
+
+
+@dataclass(frozen=True)
+class Format:
+    """How a format's files end, and what writes one and gives what must be said of it."""
+
+    ending: str
+    write: Callable[[Record, Wish, int, Path], str]
+
+
+def _dlc(record: Record, wish: Wish, facing: int, path: Path) -> str:
+    dlc.write_dlc(named_points(record, JOINTS, facing), path)
+    return ""
+
+
+def _trc(record: Record, wish: Wish, facing: int, path: Path) -> str:
+    scene = record.in_scene()
+    scale = _scale(scene, wish, facing)
+    if scale is None:
+        raise ForeignError(
+            "a TRC is in metres; give --height METRES of the person, or --scale-points x1,y1,x2,y2,METRES"
+        )
+    trc.write_trc(named_points(scene, HALPE, facing), record.times, record.news.fps, scale, path)
+    return ""
+
+
+def _sports2d(record: Record, wish: Wish, facing: int, path: Path) -> str:
+    if PIXELS not in path.name:
+        raise ForeignError(
+            f"Sports2D takes a file in pixels only with {PIXELS!r} in its name; got {path.name}"
+        )
+    trc.write_px_trc(named_points(record, HALPE, facing), record.times, record.news.fps, path)
+    return ""
+
+
+def _mot(record: Record, wish: Wish, facing: int, path: Path) -> str:
+    scene = record.in_scene()
+    return mot.write_mot(scene, facing, _scale(scene, wish, facing), path)
+
+
+def _openpose(record: Record, wish: Wish, facing: int, path: Path) -> str:
+    prefix = Path(record.news.video).stem or "frame"
+    openpose.write_openpose(named_points(record, openpose.NAMES, facing), path, prefix)
+    return ""
+
+
+def _myogait(record: Record, wish: Wish, facing: int, path: Path) -> str:
+    if record.news.size is None:
+        raise ForeignError("run.json does not say how large a frame is; track the clip again")
+    points = named_points(record, myogait.NAMES, facing)
+    myogait.write_myogait(points, record.times, record.news, record.news.size, facing, path)
+    return ""
+
+
+FORMATS = {
+    "dlc": Format(".dlc.csv", _dlc),
+    "trc": Format(".trc", _trc),
+    "mot": Format(".mot", _mot),
+    "sports2d": Format(f"{PIXELS}.trc", _sports2d),
+    "openpose": Format("-openpose", _openpose),
+    "myogait": Format(".myogait.json", _myogait),
+}
+
+
+def _scale(record: Record, wish: Wish, facing: int) -> Scale | None:
+    if wish.points is not None:
+        return scale_by_points(record, wish.points, facing)
+    return None if wish.height is None else scale_by_height(record, wish.height, facing)

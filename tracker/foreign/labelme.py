@@ -1,0 +1,46 @@
+"""labelme's JSON: one image a file, points as shapes, people told apart by their group.
+
+labelme counts from the picture's top-left corner: the centre of the top-left pixel is (0.5, 0.5) there.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tracker.foreign.people import People, Sighting, frame_number, sighting
+from tracker.foreign.text import ForeignError, load_json
+
+CORNER = 0.5
+HIDDEN_FLAGS = ("hidden", "occluded")
+
+
+def is_labelme(content: Any) -> bool:
+    """Whether parsed JSON is of this layout."""
+    return isinstance(content, Mapping) and isinstance(content.get("shapes"), list)
+
+
+def read_people(path: Path) -> People:
+    """Everybody in the file; its frame is the number in the image's name, or in the file's own, else 0.
+
+    Raises:
+        ForeignError: not such a file.
+    """
+    content = load_json(path)
+    if not is_labelme(content):
+        raise ForeignError(f"{path} is no labelme file: it has no shapes; save it again")
+    groups: dict[Any, dict[str, Sighting]] = {}
+    try:
+        for shape in content["shapes"]:
+            if shape.get("shape_type", "point") != "point":
+                continue
+            x, y = shape["points"][0]
+            flags = shape.get("flags") or {}
+            point = sighting(x, y, visible=not any(flags.get(flag) for flag in HIDDEN_FLAGS))
+            if point is not None:
+                placed = Sighting(point.x - CORNER, point.y - CORNER, visible=point.visible)
+                groups.setdefault(shape.get("group_id"), {})[str(shape["label"])] = placed
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise ForeignError(f"{path} is no labelme file that can be read ({error}); save it again") from error
+    numbers = (frame_number(str(content.get("imagePath") or "")), frame_number(path.name))
+    frame = next((number for number in numbers if number is not None), 0)
+    return {frame: list(groups.values())} if groups else {}

@@ -1,0 +1,87 @@
+"""MOT, OpenSim's table of joint angles, with the signs of its gait models (gait2354, gait2392).
+
+Their pelvis is upright here, since nothing is known of its tilt: hip flexion is the thigh's angle from the
+vertical, ahead +; knee flexion is negative; lumbar extension is the trunk's lean from the vertical, ahead
+negative, and `trunk_angle` the same with ahead +. Where a scale is
+given, the pelvis stands at the hip, metres.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.mocap import POSE_COLUMNS
+from tracker.foreign.points import side_seen
+from tracker.foreign.scale import Scale
+from tracker.foreign.text import ForeignError
+from tracker.runs import Record
+from tracker.sampling import Array
+
+Frames = NDArray[np.bool_]  # (T,)
+
+NOTES = (
+    "Units are S.I. units (second, meters, Newtons, ...)",
+    "Angles are in degrees, with the signs of gait2354 and gait2392: hip flexion +, knee flexion -.",
+    "trunk_angle is the lean from the vertical, ahead +, lumbar_extension its negative; pelvis upright.",
+)
+
+
+def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> str:
+    """Every tracked frame; says what of the clip is not in it, or not measured.
+
+    Raises:
+        ForeignError: no frame has a pose.
+    """
+    columns = _columns(record, facing, scale)
+    there = np.isfinite(np.sum(list(columns.values()), axis=0))
+    if not there.any():
+        raise ForeignError("no frame of this run has a pose; track the clip again")
+    said = _said(record, there, scale)
+    table = np.stack([record.times, *columns.values()], axis=1)[there]
+    header = (
+        "Coordinates",
+        "version=1",
+        f"nRows={len(table)}",
+        f"nColumns={table.shape[1]}",
+        "inDegrees=yes",
+        "",
+        *NOTES,
+        *([said] if said else []),
+        "",
+        "endheader",
+        "\t".join(["time", *columns]),
+    )
+    rows = ("\t".join(f"{number:.6f}" for number in row) for row in table)
+    path.write_text("\n".join([*header, *rows]) + "\n", encoding="utf-8")
+    return said
+
+
+def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Array]:
+    # Seen to face the other way, every angle in the picture's plane turns the other way.
+    sign = facing * record.facing
+    degrees = {name: sign * np.degrees(record.poses[:, i]) for i, name in enumerate(POSE_COLUMNS) if i >= 2}
+    columns: dict[str, Array] = {}
+    if scale is not None:
+        ahead, up = scale.to_metres(record.place("hip")).T
+        columns |= {"pelvis_tx": ahead, "pelvis_ty": up}
+    columns["trunk_angle"] = degrees["torso"]
+    for letter, side in (("r", "right"), ("l", "left")):
+        own = side_seen(side, facing)
+        columns[f"hip_flexion_{letter}"] = degrees[f"hip_{own}"]
+        columns[f"knee_angle_{letter}"] = -degrees[f"knee_{own}"]
+    columns["lumbar_extension"] = -degrees["torso"]
+    return columns
+
+
+def _said(record: Record, there: Frames, scale: Scale | None) -> str:
+    """What a reader of the table must know."""
+    said = []
+    if not there.all():
+        said.append(f"{int((~there).sum())} frames without a pose are left out")
+    unseen = int((there & ~record.sure).sum())
+    if unseen:
+        said.append(f"{unseen} frames were lost or out of the picture: their angles are the model's forecast")
+    if scale is None:
+        said.append("no pelvis position, since no --height or --scale-points was given")
+    return "; ".join(said)

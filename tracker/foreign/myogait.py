@@ -1,0 +1,71 @@
+"""myogait's JSON: landmarks under MediaPipe's names, x and y as shares of the frame's width and height."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from tracker.foreign.points import Points
+from tracker.runs import News
+from tracker.sampling import Array
+
+VERSION = "0.9.2"  # of myogait, whose layout this is
+NAMES = {
+    f"{side}_{landmark}": joint.replace("*", side.lower())
+    for side in ("LEFT", "RIGHT")
+    for landmark, joint in (
+        ("SHOULDER", "neck"),
+        ("HIP", "hip"),
+        ("KNEE", "*_knee"),
+        ("ANKLE", "*_ankle"),
+        ("FOOT_INDEX", "*_toe"),
+    )
+}
+
+
+def write_myogait(
+    points: Points, times: Array, news: News, size: tuple[int, int], facing: int, path: Path
+) -> None:
+    """Every frame of the clip; landmarks of likelihood 0 are left out.
+
+    Args:
+        points: under `NAMES`.
+        times: (T,) seconds.
+        size: (width, height) of a frame, pixels.
+        facing: +1 right, -1 left.
+    """
+    width, height = size
+    table = {
+        "myogait_version": VERSION,
+        "meta": {
+            "source": "video",
+            "video_path": news.video,
+            "fps": news.fps,
+            "width": width,
+            "height": height,
+            "n_frames": len(points),
+            "duration_s": round(len(points) / news.fps, 3),
+        },
+        "subject": None,
+        "extraction": {"model": "slds", "direction_detected": "right" if facing > 0 else "left"},
+        "frames": [_frame(points, t, float(time), size) for t, time in enumerate(times)],
+        "normalization": None,
+        "angles": None,
+        "events": None,
+    }
+    path.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+
+
+def _frame(points: Points, t: int, time: float, size: tuple[int, int]) -> dict[str, object]:
+    shares = points.places[t] / size
+    seen = np.flatnonzero(points.likelihood[t] > 0)
+    landmarks = {
+        points.names[j]: {
+            "x": round(float(shares[j, 0]), 6),
+            "y": round(float(shares[j, 1]), 6),
+            "visibility": round(float(points.likelihood[t, j]), 4),
+        }
+        for j in seen
+    }
+    sure = float(points.likelihood[t].mean()) if len(points.names) else 0.0
+    return {"frame_idx": t, "time_s": round(time, 6), "landmarks": landmarks, "confidence": round(sure, 4)}

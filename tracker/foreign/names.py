@@ -1,0 +1,88 @@
+"""What other programs' points are called here, in any spelling, and which leg is near.
+
+Points are matched by their names' words (`RKnee`, `right_knee`, `knee_r`): the table is `PARTS` and `SIDES`.
+The near leg is the right one of somebody who faces right. What the figure needs and a file has not is
+derived: the hip and the neck midway between both hips and both shoulders, the head's top above the ears (else
+the nose), and that is an estimate.
+"""
+
+import re
+from collections.abc import Mapping
+
+from kinematics.recover import facing_of
+from tracker.foreign.people import Person, Sighting
+from tracker.foreign.points import near_far
+from tracker.keypoints import KEYPOINTS
+
+PARTS = {
+    **dict.fromkeys(("headtop", "topofhead", "head", "vertex", "crown"), "head_top"),
+    **dict.fromkeys(("neck", "c7"), "neck"),
+    **dict.fromkeys(("hip", "hips", "midhip", "pelvis"), "hip"),
+    **dict.fromkeys(("toe", "toes", "bigtoe", "toetip", "foottip", "footindex"), "toe"),
+    **{part: part for part in ("knee", "ankle", "shoulder", "ear", "nose")},
+}
+SIDES = {"right": "right", "r": "right", "left": "left", "l": "left", "near": "near", "far": "far"}
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+
+CROWN = 1.5  # from the neck, in multiples of the way from there to the ears
+
+Parts = Mapping[tuple[str, str], Sighting]  # by side ("" for none) and part
+
+
+def parts_of(person: Person) -> Parts:
+    """Those of a person's points that are named like one of ours, or one that ours are derived from."""
+    out: dict[tuple[str, str], Sighting] = {}
+    for name, point in person.items():
+        words = [word.lower() for word in WORD.findall(name)]
+        if len(words) == 1 and words[0] not in PARTS and words[0][0] in "rl":
+            words = [words[0][0], words[0][1:]]
+        side = next((SIDES[word] for word in words if word in SIDES), "")
+        part = PARTS.get("".join(word for word in words if word not in SIDES))
+        if part is not None:
+            out[side, part] = point
+    return out
+
+
+def joints_of(parts: Parts, facing: int) -> tuple[dict[str, Sighting], list[str]]:
+    """Our joints, in our order, and the names of those that were derived rather than seen.
+
+    Args:
+        facing: +1 right, -1 left.
+    """
+    seen: dict[str, Sighting] = {}
+    for (side, part), point in parts.items():
+        name = near_far(f"{side}_{part}" if side else part, facing)
+        if name in KEYPOINTS:
+            seen[name] = point
+    every = _derived(parts, seen) | seen
+    joints = {name: every[name] for name in KEYPOINTS if name in every}
+    return joints, [name for name in joints if name not in seen]
+
+
+def facing_seen(parts: Parts) -> int:
+    """Which way a figure faces: by its toes, else by its nose, else as `facing_of` has it."""
+    head, nose = _middle(parts, "ear"), parts.get(("", "nose"))
+    toes = any(part == "toe" for _, part in parts)
+    if not toes and head is not None and nose is not None and nose.x != head.x:
+        return 1 if nose.x > head.x else -1
+    return facing_of({name: (point.x, point.y) for name, point in joints_of(parts, 1)[0].items()})
+
+
+def _derived(parts: Parts, seen: Mapping[str, Sighting]) -> dict[str, Sighting]:
+    """What follows from other points."""
+    middles = {"hip": _middle(parts, "hip"), "neck": _middle(parts, "shoulder")}
+    out = {name: point for name, point in middles.items() if point is not None}
+    neck, head = seen.get("neck") or out.get("neck"), _middle(parts, "ear") or parts.get(("", "nose"))
+    if neck is not None and head is not None:
+        x, y = (a + CROWN * (b - a) for a, b in ((neck.x, head.x), (neck.y, head.y)))
+        out["head_top"] = Sighting(x, y, min(neck.confidence, head.confidence), visible=False)
+    return out
+
+
+def _middle(parts: Parts, part: str) -> Sighting | None:
+    """Midway between a part's right and left, or the one that is there; as sure as the less sure."""
+    pair = [point for (side, other), point in parts.items() if side and other == part]
+    if not pair:
+        return None
+    x, y = (sum(values) / len(pair) for values in zip(*((p.x, p.y) for p in pair), strict=True))
+    return Sighting(x, y, min(p.confidence for p in pair), all(p.visible for p in pair))

@@ -1,0 +1,98 @@
+"""OpenPose's JSON: one file a frame, all people in it, a point as x, y, confidence; 0, 0, 0 where none."""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tracker.foreign.people import People, Person, frame_number, sighting, triples
+from tracker.foreign.points import HIPS, JOINTS, SHOULDERS, Points
+from tracker.foreign.text import ForeignError, load_json
+
+BODY_25 = (
+    *("Nose", "Neck", "RShoulder", "RElbow", "RWrist", "LShoulder", "LElbow", "LWrist"),
+    *("MidHip", "RHip", "RKnee", "RAnkle", "LHip", "LKnee", "LAnkle"),
+    *("REye", "LEye", "REar", "LEar"),
+    *("LBigToe", "LSmallToe", "LHeel", "RBigToe", "RSmallToe", "RHeel"),
+)
+COCO_18 = (
+    *("Nose", "Neck", "RShoulder", "RElbow", "RWrist", "LShoulder", "LElbow", "LWrist"),
+    *("RHip", "RKnee", "RAnkle", "LHip", "LKnee", "LAnkle", "REye", "LEye", "REar", "LEar"),
+)
+LAYOUTS = {3 * len(names): names for names in (BODY_25, COCO_18)}
+# The head's top is not among the 25, and no nose is tracked.
+NAMES = {"MidHip" if name == "Hip" else name: joint for name, joint in JOINTS.items() if name != "Head"}
+NAMES |= HIPS | SHOULDERS
+OTHERS = ("face", "hand_left", "hand_right")
+FILE = re.compile(r"(.*_)?(\d+)_keypoints\.json")
+
+
+def write_openpose(points: Points, folder: Path, prefix: str) -> None:
+    """PREFIX_000000000000_keypoints.json and so on, one person in each."""
+    for t in range(len(points)):
+        person = {"person_id": [-1], "pose_keypoints_2d": _numbers(points, t)}
+        person |= {f"{part}_keypoints_2d": [] for part in OTHERS}
+        person |= {f"{part}_keypoints_3d": [] for part in ("pose", *OTHERS)}
+        path = folder / f"{prefix}_{t:012d}_keypoints.json"
+        path.write_text(json.dumps({"version": 1.3, "people": [person]}) + "\n", encoding="utf-8")
+
+
+def holds_frames(folder: Path) -> bool:
+    """Whether the folder holds one frame's file or more, and nothing else."""
+    return folder.is_dir() and all(FILE.fullmatch(path.name) for path in folder.iterdir())
+
+
+def is_openpose(content: Any) -> bool:
+    """Whether parsed JSON is of this layout."""
+    return isinstance(content, Mapping) and isinstance(content.get("people"), list)
+
+
+def read_people(path: Path) -> People:
+    """Everybody in a file, or in all files of a folder; the frame is the number in a file's name, else 0.
+
+    Raises:
+        ForeignError: not such a file, or a folder without one.
+    """
+    if not path.is_dir():
+        return {_frame(path): _people(path)}
+    files = sorted(file for file in path.iterdir() if FILE.fullmatch(file.name))
+    if not files:
+        raise ForeignError(f"{path} holds no files NAME_000000000000_keypoints.json; give OpenPose's folder")
+    people = {_frame(file): _people(file) for file in files}
+    if len(people) < len(files):
+        raise ForeignError(f"{path} has two files of a frame; give a folder of one video")
+    return people
+
+
+def _numbers(points: Points, t: int) -> list[float]:
+    numbers = np.zeros((len(BODY_25), 3))
+    for j, name in enumerate(points.names):
+        if points.likelihood[t, j] > 0:
+            numbers[BODY_25.index(name)] = [*points.places[t, j], points.likelihood[t, j]]
+    return [round(float(number), 4) for number in numbers.ravel()]
+
+
+def _frame(path: Path) -> int:
+    named = FILE.fullmatch(path.name)
+    return int(named[2]) if named else frame_number(path.name) or 0
+
+
+def _people(path: Path) -> list[Person]:
+    content = load_json(path)
+    if not is_openpose(content):
+        raise ForeignError(f"{path} is no OpenPose file: it has no people; export it again")
+    people: list[Person] = []
+    try:
+        for one in content["people"]:
+            numbers = one["pose_keypoints_2d"]
+            points = triples(LAYOUTS.get(len(numbers), BODY_25), numbers)
+            found = {name: sighting(*values) for name, values in points.items()}
+            people.append({name: point for name, point in found.items() if point is not None})
+    except (KeyError, TypeError, ValueError) as error:
+        raise ForeignError(
+            f"{path} is no OpenPose file that can be read ({error}); export it again"
+        ) from error
+    return people

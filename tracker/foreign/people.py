@@ -1,0 +1,63 @@
+"""People in frames as other programs saw them, before it is said who is ours and which leg is near."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """One point of one person.
+
+    x, y       : pixels, (0, 0) the centre of the top-left one
+    confidence : 0 to 1
+    visible    : False where the program says that the point is hidden
+    """
+
+    x: float
+    y: float
+    confidence: float = 1.0
+    visible: bool = True
+
+
+Person = Mapping[str, Sighting]  # by the program's own names of points
+People = dict[int, list[Person]]  # by frame
+
+
+def sighting(x: object, y: object, confidence: object = 1.0, visible: bool = True) -> Sighting | None:
+    """A point from a file's numbers; None where there is none: not finite, or no confidence in it."""
+    try:
+        numbers = [float(value) for value in (x, y, confidence)]  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
+    if not all(map(math.isfinite, numbers)) or numbers[2] <= 0.0:
+        return None
+    return Sighting(numbers[0], numbers[1], min(numbers[2], 1.0), visible)
+
+
+def triples(names: Sequence[str], numbers: Sequence[Any]) -> dict[str, tuple[Any, Any, Any]]:
+    """Numbers x, y, c, x, y, c, .. by point; ValueError where they are not three a name."""
+    if len(numbers) != 3 * len(names):
+        raise ValueError(f"{len(names)} points need {3 * len(names)} numbers; got {len(numbers)}")
+    return {name: tuple(numbers[3 * i : 3 * i + 3]) for i, name in enumerate(names)}
+
+
+def largest(people: Sequence[Person]) -> int:
+    """Which of the people in a frame is the tallest in the picture and the surest."""
+    return max(range(len(people)), key=lambda i: _weight(people[i]))
+
+
+def frame_number(name: str) -> int | None:
+    """The last number in a file's name: img0012.png is frame 12."""
+    numbers = re.findall(r"\d+", Path(name.replace("\\", "/")).stem)
+    return int(numbers[-1]) if numbers and len(numbers[-1].lstrip("0")) < 10 else None
+
+
+def _weight(person: Person) -> float:
+    if not person:
+        return 0.0
+    heights = [point.y for point in person.values()]
+    return (max(heights) - min(heights)) * sum(point.confidence for point in person.values())

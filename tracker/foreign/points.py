@@ -1,0 +1,111 @@
+"""Named points of one figure, as other programs hold them, and their way from a run.
+
+Other programs say right and left, we say near and far: of someone who faces right the camera sees the right
+side. A point that other programs ask for and the figure has not is put where its neighbour is: both hips at
+the hip, both shoulders at the neck. A joint with covariance S has the likelihood
+
+    1 - exp(-r^2 / tr S),   r = 0.1 leg lengths,
+
+which for a round S is the probability that it lies within r of where it is said to be. Where the figure is
+lost or out of the picture it is 0.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracker.runs import Record, RunError
+from tracker.sampling import Array
+
+WITHIN = 0.1  # leg lengths
+
+# Of each side's joints; HALPE_26 and BODY_25 agree on these.
+LEGS = {
+    f"{letter}{part}": f"{side}_{joint}"
+    for letter, side in (("R", "right"), ("L", "left"))
+    for part, joint in (("Knee", "knee"), ("Ankle", "ankle"), ("BigToe", "toe"))
+}
+HIPS = {"RHip": "hip", "LHip": "hip"}
+SHOULDERS = {"RShoulder": "neck", "LShoulder": "neck"}
+JOINTS = {"Head": "head_top", "Neck": "neck", "Hip": "hip"} | LEGS
+HALPE = JOINTS | HIPS | SHOULDERS
+
+
+@dataclass(frozen=True)
+class Points:
+    """Named points in T frames.
+
+    names      : (J,)
+    places     : (T, J, 2) pixels; NaN where there is none
+    likelihood : (T, J) 0 to 1; 0 where there is none
+    """
+
+    names: tuple[str, ...]
+    places: Array
+    likelihood: Array
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    @property
+    def known(self) -> Array:
+        """(T, J, 2) places; NaN where the likelihood is 0."""
+        return np.where(self.likelihood[..., None] > 0, self.places, np.nan)
+
+
+def side_seen(side: str, facing: int) -> str:
+    """Whether the "right" or "left" side is near or far, of a figure that faces right (+1) or left (-1)."""
+    return "near" if (side == "right") == (facing > 0) else "far"
+
+
+def near_far(joint: str, facing: int) -> str:
+    """Our keypoint for one of the right or the left side; for one of neither, that one."""
+    side, _, part = joint.partition("_")
+    return f"{side_seen(side, facing)}_{part}" if side in ("right", "left") else joint
+
+
+def named_points(record: Record, names: Mapping[str, str], facing: int) -> Points:
+    """A run's joints under other names, as `HALPE` gives them; names of joints that it has not are left out.
+
+    Raises:
+        RunError: the figure was followed in no frame.
+    """
+    own = {name: near_far(joint, facing) for name, joint in names.items()}
+    kept = {name: joint for name, joint in own.items() if np.isfinite(record.place(joint)).any()}
+    columns = [record.names.index(joint) for joint in kept.values()]
+    spread = np.trace(record.covs[:, columns], axis1=2, axis2=3)
+    far = (WITHIN * leg_pixels(record)) ** 2 / np.maximum(spread, 1e-9)
+    likelihood = np.where(record.sure[:, None] & np.isfinite(far), -np.expm1(-far), 0.0)
+    return Points(tuple(kept), record.places[:, columns], likelihood)
+
+
+def leg_pixels(record: Record) -> float:
+    """Thigh and shank, pixels: the median over legs and frames.
+
+    Raises:
+        RunError: the figure was followed in no frame.
+    """
+    legs = [
+        apart(record, "hip", f"{side}_knee") + apart(record, f"{side}_knee", f"{side}_ankle")
+        for side in ("near", "far")
+    ]
+    return middle(np.stack(legs), record)
+
+
+def apart(record: Record, one: str, other: str) -> Array:
+    """(T,) pixels between two keypoints."""
+    x, y = (record.place(one) - record.place(other)).T
+    return np.asarray(np.hypot(x, y))
+
+
+def middle(numbers: Array, record: Record) -> float:
+    """The median of (..., T) numbers over the frames in which the figure was surely seen.
+
+    Raises:
+        RunError: there is no such frame.
+    """
+    seen = numbers[..., record.sure & np.isfinite(numbers).all(tuple(range(numbers.ndim - 1)))]
+    if not seen.size:
+        raise RunError("the figure was followed in no frame of this run; track the clip again")
+    return float(np.median(seen))

@@ -1,0 +1,67 @@
+"""From pixels to metres in the plane in which the figure walks, seen by a camera that stays (`in_scene`).
+
+x points the way the figure faces, from where its hip first was; y points up from the floor, which is taken to
+lie under the lower foot, at the median over the frames. How long a pixel is comes from two points a known way
+apart, or from the person's height H. The tracked links reach from the head's top to the ankles, and ankles
+are 0.039 H above the floor (Winter 2009, figure 4.1), so
+
+    0.961 H = head top to neck + neck to hip + hip to knee + knee to ankle,
+
+at the median over the frames; it is one number for the whole clip.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracker.foreign.points import apart, leg_pixels, middle
+from tracker.runs import Record
+from tracker.sampling import Array
+
+ANKLE_HEIGHT = 0.039  # of the person's height
+
+
+@dataclass(frozen=True)
+class Scale:
+    """metre = (facing (x - origin), floor - y) times `pixel`, the length of one in metres."""
+
+    pixel: float
+    origin: float
+    floor: float
+    facing: int
+
+    def to_metres(self, places: Array) -> Array:
+        """(..., 2) pixels to metres, x ahead and y up."""
+        ahead, up = self.facing * (places[..., 0] - self.origin), self.floor - places[..., 1]
+        return np.stack([ahead, up], axis=-1) * self.pixel
+
+
+def scale_by_height(record: Record, metres: float, facing: int) -> Scale:
+    """The scale at which the figure is so tall; RunError if it was followed in no frame."""
+    return _scale(record, metres / _height(record), facing)
+
+
+def scale_by_points(record: Record, points: tuple[float, float, float, float, float], facing: int) -> Scale:
+    """The scale of x1, y1, x2, y2 in pixels and the metres between; ValueError if they lie together."""
+    x1, y1, x2, y2, metres = points
+    pixels = float(np.hypot(x2 - x1, y2 - y1))
+    if not (pixels >= 1.0 and metres > 0.0):
+        raise ValueError(
+            f"two points apart and the metres between them give the scale; got {pixels:g} px and {metres:g} m"
+        )
+    return _scale(record, metres / pixels, facing)
+
+
+def _height(record: Record) -> float:
+    """How tall the figure is, pixels."""
+    trunk = apart(record, "head_top", "neck") + apart(record, "neck", "hip")
+    return (middle(trunk, record) + leg_pixels(record)) / (1.0 - ANKLE_HEIGHT)
+
+
+def _scale(record: Record, pixel: float, facing: int) -> Scale:
+    feet, below = ("near_toe", "far_toe"), 0.0
+    if not all(np.isfinite(record.place(name)).any() for name in feet):
+        feet, below = ("near_ankle", "far_ankle"), ANKLE_HEIGHT * _height(record)
+    lower = np.maximum(*(record.place(name)[:, 1] for name in feet))
+    floor = middle(lower, record) + below
+    return Scale(pixel, float(record.place("hip")[record.sure][0, 0]), floor, facing)

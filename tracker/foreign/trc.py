@@ -1,0 +1,93 @@
+"""TRC, the marker table of OpenSim: metres for OpenSim itself, pixels for Sports2D.
+
+Five rows of header, then a row a frame: its number from 1, its time, x, y, z of every marker. What is missing
+is three times `nan`. In metres x points ahead and y up (`tracker.foreign.scale`), in pixels x right and y
+down; z is 0.
+"""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from tracker.foreign.people import People, Person, sighting, triples
+from tracker.foreign.points import Points
+from tracker.foreign.scale import Scale
+from tracker.foreign.text import ForeignError, opened
+from tracker.sampling import Array
+
+KEYS = (
+    "DataRate",
+    "CameraRate",
+    "NumFrames",
+    "NumMarkers",
+    "Units",
+    "OrigDataRate",
+    "OrigDataStartFrame",
+    "OrigNumFrames",
+)
+MAGIC = "PathFileType"
+HEADER = 5  # rows
+
+
+def write_trc(points: Points, times: Array, fps: float, scale: Scale, path: Path) -> None:
+    """Markers in metres; those of likelihood 0 are missing."""
+    _write(points.names, scale.to_metres(points.known), times, fps, "m", path)
+
+
+def write_px_trc(points: Points, times: Array, fps: float, path: Path) -> None:
+    """Markers in pixels; those of likelihood 0 are missing."""
+    _write(points.names, points.known, times, fps, "px", path)
+
+
+def is_trc(head: str) -> bool:
+    """Whether a file begins as this layout does."""
+    return head.startswith(MAGIC)
+
+
+def read_people(path: Path) -> People:
+    """The markers of a TRC in pixels, one person a row, frames from 0.
+
+    Raises:
+        ForeignError: not that layout, or in metres.
+    """
+    with opened(path) as file:
+        rows = list(csv.reader(file, delimiter="\t"))
+    if len(rows) <= HEADER or not rows[0] or rows[0][0] != MAGIC:
+        raise ForeignError(f"{path} is no TRC file: it must begin with {MAGIC} and hold a frame")
+    units = dict(zip(rows[1], rows[2], strict=False)).get("Units", "")
+    if units.strip().lower() != "px":
+        raise ForeignError(f"{path} is in {units or 'no'} units; markers on a picture must be in px")
+    names = [name.strip() for name in rows[3][2:] if name.strip()]
+    body = [row[2 : 2 + 3 * len(names)] for row in rows[HEADER:] if any(cell.strip() for cell in row)]
+    try:
+        return {t: [_person(names, [float(cell or "nan") for cell in row])] for t, row in enumerate(body)}
+    except ValueError as error:
+        raise ForeignError(f"{path}: {error}; a row is a frame, a time and three numbers a marker") from error
+
+
+def _person(names: list[str], numbers: list[float]) -> Person:
+    found = {name: sighting(x, y) for name, (x, y, _) in triples(names, numbers).items()}
+    return {name: point for name, point in found.items() if point is not None}
+
+
+def _write(names: tuple[str, ...], places: Array, times: Array, fps: float, units: str, path: Path) -> None:
+    T, rate = len(times), f"{fps:.6f}"
+    header = (
+        (MAGIC, "4", "(X/Y/Z)", path.name),
+        KEYS,
+        (rate, rate, T, len(names), units, rate, 1, T),
+        ("Frame#", "Time", *(cell for name in names for cell in (name, "", "")), ""),
+        ("", "", *(f"{axis}{n}" for n in range(1, len(names) + 1) for axis in "XYZ"), ""),
+    )
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, delimiter="\t", lineterminator="\n")
+        writer.writerows(header)
+        for t, row in enumerate(places):
+            cells = (cell for place in row for cell in _cells(place))
+            writer.writerow((t + 1, f"{times[t]:.6f}", *cells))
+
+
+def _cells(place: Array) -> tuple[str, str, str]:
+    x, y = place
+    return (f"{x:.6f}", f"{y:.6f}", f"{0.0:.6f}") if np.isfinite(x) else ("nan", "nan", "nan")
