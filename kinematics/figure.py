@@ -59,6 +59,11 @@ class Link:
     taper: float
     layer: int
 
+    @property
+    def kind(self) -> str:
+        """Its name without the side: the links of one kind are twins."""
+        return self.name.removesuffix("_near").removesuffix("_far")
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -177,6 +182,13 @@ class Figure:
         """Each link's parent as a position in `links`, -1 at the base."""
         index = {link.name: i for i, link in enumerate(self.links)}
         return tuple(-1 if link.parent is None else index[link.parent] for link in self.links)
+
+    @cached_property
+    def twins(self) -> dict[int, int]:
+        """For each link that has one, its twin on the other side; positions in `links`."""
+        kinds = [link.kind for link in self.links]
+        pairs = ((i, j) for i, kind in enumerate(kinds) for j, other in enumerate(kinds) if other == kind)
+        return {i: j for i, j in pairs if i != j}
 
     @cached_property
     def reach(self) -> Array:

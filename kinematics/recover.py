@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.figure import Array, Figure, Link
+from kinematics.figure import Array, Figure
 from kinematics.spm import View
 
 Marks = Mapping[str, tuple[float, float]]
@@ -66,23 +66,10 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     return Start(fitted, view, q, known)
 
 
-def marked_part(figure: Figure, marks: Marks) -> Figure:
-    """The figure less its ends, feet or hands, where these are not marked on both sides."""
-    pixels = _positions(marks)
-    unseen = {_twin_name(link) for link in figure.links if link.joint not in pixels}
-    inner = {link.parent for link in figure.links}
-    ends = [
-        link
-        for link in figure.links
-        if link.name not in inner and not figure.is_leg(link) and _twin_name(link) != link.name
-    ]
-    return figure.without([link.joint for link in ends if _twin_name(link) in unseen])
-
-
 def needed_joints(figure: Figure) -> list[str]:
     """Joints that a start pose cannot do without: what has no twin, and of a leg all but its last link."""
     inner = {link.parent for link in figure.links if figure.is_leg(link)}
-    alone = [link.joint for link in figure.links if _twin_name(link) == link.name or link.name in inner]
+    alone = [link.joint for i, link in enumerate(figure.links) if i not in figure.twins or link.name in inner]
     return [figure.base, *alone]
 
 
@@ -193,17 +180,13 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
             if length < 1.0:
                 raise PoseError(f"{link.joint} lies on the joint before it; mark the two apart")
             seen[link.name] = length
-    twins = {_twin_name(link): seen[link.name] for link in figure.links if link.name in seen}
+    twins = {link.kind: seen[link.name] for link in figure.links if link.name in seen}
     scale = sum(seen.values()) / sum(link.length for link in figure.links if link.name in seen)
-    return [seen.get(link.name, twins.get(_twin_name(link), scale * link.length)) for link in figure.links]
+    return [seen.get(link.name, twins.get(link.kind, scale * link.length)) for link in figure.links]
 
 
 def _leg_length(figure: Figure, lengths: list[float]) -> float:
     """Pixels: the mean of the legs."""
     legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
     names = [link for link in figure.links if figure.is_leg(link)]
-    return sum(legs) * len({_twin_name(link) for link in names}) / len(names)
-
-
-def _twin_name(link: Link) -> str:
-    return link.name.removesuffix("_near").removesuffix("_far")
+    return sum(legs) * len({link.kind for link in names}) / len(names)

@@ -65,7 +65,6 @@ class Settings(BaseModel):
     doubtful_match: float = Field(
         0.5, ge=0, le=1, description="the same where what lies behind explains the picture better"
     )
-    found_match: float = Field(0.6, ge=0, le=1, description="the same after it was lost")
     bare: float = Field(
         0.5, ge=0, le=1, description="share of it where just what lies behind is seen, or it is lost"
     )

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from kinematics.doubts import beyond_limits, doubts
 from kinematics.figure import Figure, load_figure
 from kinematics.recover import Marks as Places
-from kinematics.recover import Start, facing_of, marked_part, start_pose
+from kinematics.recover import Start, facing_of, start_pose
 from tracker.keypoints import Mark, Marks, points
 
 
@@ -27,7 +27,7 @@ def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, 
     marked, figure = marks[frame], load_figure()
     places, way = points(marked), facing or facing_at(marks, frame)
     _check_in_picture(marked, figure.base, frame, size)
-    start = start_pose(marked_part(figure, places), places, way)
+    start = start_pose(figure, places, way)
     wrong = objections(figure, places, way)
     if wrong:
         raise StartError(f"mark the start again at frame {frame}: {'; '.join(wrong)}")

@@ -58,9 +58,39 @@ class Templates:
             light=np.median(offset[fair > FAIR], axis=0) if (fair > FAIR).any() else self.light,
         )
 
+    def completed(self, figure: Figure, reach: float) -> Self:
+        """What is not known of a link is taken from its twin, within reach: legs are mostly dressed alike."""
+        colours, known = self.colours.copy(), self.known.copy()
+        for i, twin in figure.twins.items():
+            mine = np.flatnonzero((self.link == i) & ~self.known)
+            theirs = np.flatnonzero((self.link == twin) & self.known)
+            if len(mine) and len(theirs):
+                nearest, apart = self.nearest(figure, mine, theirs)
+                colours[:, mine[apart <= reach]] = self.colours[:, nearest[apart <= reach]]
+                known[mine[apart <= reach]] = True
+        return replace(self, colours=colours, known=known)
 
-def cut(figure: Figure, view: View, q: Array, levels: list[Level], settings: Settings) -> Templates:
-    """Templates of every link as the pose lays them on the frame."""
+    def nearest(self, figure: Figure, points: Index, others: Index) -> tuple[Index, Array]:
+        """The nearest of others to each point (N,), each in its own link's coordinates, and how far it is."""
+        place = np.stack([self.along * figure.layout.length[self.link], self.across], axis=1)
+        apart = np.linalg.norm(place[points, None] - place[others], axis=-1)
+        nearest = apart.argmin(axis=1)
+        return others[nearest], apart[np.arange(len(points)), nearest]
+
+
+def cut(
+    figure: Figure,
+    view: View,
+    q: Array,
+    levels: list[Level],
+    settings: Settings,
+    placed: NDArray[np.bool_] | None = None,
+) -> Templates:
+    """Templates of every link as the pose lays them on the frame.
+
+    Args:
+        placed: (L,) whether it is known where each link lies; None for all. Of the others nothing is known.
+    """
     link, along, across, weight = _grid(figure, settings)
     bones = skeleton(figure, q)
     points = surface(bones, link, along, across)
@@ -68,7 +98,10 @@ def cut(figure: Figure, view: View, q: Array, levels: list[Level], settings: Set
     hidden = covering(figure, bones, points, link, margin=settings.cover * levels[-1].sigma / view.unit)
     found = [sample(level, pixels) for level in levels]
     colours = np.stack([values for values, _ in found]).astype(np.float32)
-    return Templates(link, along, across, weight, colours, found[0][1] & ~hidden, np.zeros(3))
+    known = found[0][1] & ~hidden
+    if placed is not None:
+        known &= placed[link]
+    return Templates(link, along, across, weight, colours, known, np.zeros(3))
 
 
 def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:

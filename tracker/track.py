@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Self, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynamics.belief import Belief, first_belief, propose
 from dynamics.gaussian import Gaussian, apply, symmetric, transpose
@@ -113,7 +114,7 @@ class Tracker:
         box, behind = self._box(start.q[None]), self.settings.backdrop and self.settings.mode == "full"
         state = State(
             belief or self.first_belief(start),
-            self.templates_at(start.q, image),
+            self._first_templates(start, image),
             first_camera(image, box) if self.settings.camera else None,
             first_backdrop(image, box, self.view.unit) if behind else None,
         )
@@ -128,9 +129,9 @@ class Tracker:
         y = np.where(start.known, start.q - self.offset, np.nan)
         return first_belief(self.slds, y, np.diag(noise**2))
 
-    def templates_at(self, q: Array, image: Image) -> Templates:
-        """Templates as a pose (D,) lays them on a picture."""
-        return cut(self.figure, self.view, q, self._levels(image, self._box(q[None])), self.settings)
+    def templates_at(self, q: Array, image: Image, placed: NDArray[np.bool_] | None = None) -> Templates:
+        """Templates as a pose (D,) lays them on a picture, see `tracker.template.cut`."""
+        return cut(self.figure, self.view, q, self._levels(image, self._box(q[None])), self.settings, placed)
 
     def step(self, state: State, image: Image) -> tuple[State, Estimate]:
         """One frame on."""
@@ -167,11 +168,20 @@ class Tracker:
             state = replace(state, backdrop=state.backdrop.follow(image, around, state.shift))
         return state
 
+    def _first_templates(self, start: Start, image: Image) -> Templates:
+        if self.settings.mode == "classic":
+            return self.templates_at(start.q, image)
+        layout = self.figure.layout
+        # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
+        turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
+        placed = np.array([turned[chain].all() for chain in self.figure.chain])
+        return self.templates_at(start.q, image, placed).completed(self.figure, 2.0 * self.settings.spacing)
+
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
         """Freshened by what the frame shows where they settled."""
         if self.settings.mode == "classic":
             return templates
-        return templates.refreshed(field.seen(best), best.match, self.settings.blend, best.offset)
+        return templates.refreshed(field.seen(best), field.trust(best), self.settings.blend, best.offset)
 
     def shifted(self, shift: Array) -> Self:
         """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""
@@ -205,9 +215,9 @@ class Tracker:
             return OUTSIDE
         visible = inner & (found.match > 0)
         matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
-        fair = self.settings.found_match if state.outcome in UNSURE else self.settings.doubtful_match
         gone = found.outcome is Outcome.OUTSIDE or matched < self.settings.least_match
-        if gone or (matched < fair and found.cost > 0.0) or field.bare(found) > self.settings.bare:
+        doubtful = matched < self.settings.doubtful_match or state.outcome in UNSURE
+        if gone or (doubtful and found.cost > 0.0) or field.bare(found) > self.settings.bare:
             return LOST
         if state.outcome in UNSURE:
             return FOUND

@@ -90,6 +90,18 @@ def test_the_layout_says_of_every_link_what_the_tree_says(figure):
         assert (layout.width[i], layout.taper[i], layout.layer[i]) == (link.width, link.taper, link.layer)
 
 
+def test_twins_are_the_links_of_the_other_side_and_what_is_alone_has_none():
+    names = [link.name for link in WALKER.links]
+    assert {names[i]: names[twin] for i, twin in WALKER.twins.items()} == {
+        "thigh_near": "thigh_far",
+        "shank_near": "shank_far",
+        "foot_near": "foot_far",
+        "thigh_far": "thigh_near",
+        "shank_far": "shank_near",
+        "foot_far": "foot_near",
+    }
+
+
 def test_a_figure_without_some_ends_is_the_rest_of_it():
     bare = WALKER.without(["near_toe", "far_toe"])
     assert bare.links == WALKER.links[:6]

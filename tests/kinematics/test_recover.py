@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.figure import ROOT
-from kinematics.recover import PoseError, facing_of, marked_part, recover, start_pose
+from kinematics.recover import PoseError, facing_of, recover, start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import FIGURES, HORSE, WALKER, Puppet, random_pose, upright
 
@@ -131,19 +131,6 @@ def test_toes_may_be_marked_or_not_where_the_figure_has_none(rng):
     with_toes, without = start_pose(footless, {**marks, **toes}, 1), start_pose(footless, marks, 1)
     assert with_toes.figure == without.figure
     assert_array_equal(with_toes.q, without.q)
-
-
-@pytest.mark.parametrize("missing", [TOES, ("near_toe",), ("far_toe",)])
-def test_feet_that_are_not_marked_on_both_sides_are_left_out(missing):
-    marks = marks_of(WALKER, upright(WALKER))
-    nowhere = {joint: (float("nan"), 3.0) for joint in missing}
-    for seen in ({**marks, **nowhere}, marks_of(WALKER, upright(WALKER), without=missing)):
-        assert marked_part(WALKER, seen) == WALKER.without(TOES)
-
-
-@pytest.mark.parametrize("missing", [(), ("near_ankle",), ("far_ankle", "near_ankle"), ("head_top",)])
-def test_whatever_else_is_not_marked_stays_part_of_the_figure(missing):
-    assert marked_part(WALKER, marks_of(WALKER, upright(WALKER), without=missing)) == WALKER
 
 
 def test_an_ankle_without_a_position_counts_as_missing(rng):

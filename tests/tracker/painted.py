@@ -36,7 +36,6 @@ FULL = Settings(
     least_visible=0.3,
     least_match=0.25,
     doubtful_match=0.5,
-    found_match=0.6,
     bare=0.5,
     limit_give=3.0,
     rates=(1.0,),

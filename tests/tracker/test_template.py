@@ -99,6 +99,41 @@ def test_points_behind_a_nearer_link_or_out_of_the_frame_are_unknown(rng):
     assert_array_equal(templates.known[near], inside[near])
 
 
+def test_a_link_that_lies_nobody_knows_where_has_a_template_of_nothing(levels):
+    placed_links = np.array([link.name != "shank_far" for link in WALKER.links])
+    templates = cut(WALKER, VIEW, CROSSING, levels, FULL, placed_links)
+    shank = templates.link == WALKER.link_of("far_ankle")
+    assert not templates.known[shank].any()
+    assert_array_equal(templates.known[~shank], cut(WALKER, VIEW, CROSSING, levels, FULL).known[~shank])
+
+
+def test_what_is_not_known_of_a_leg_is_taken_from_the_same_place_of_the_other(levels):
+    uneven = WALKER.with_lengths(
+        [link.length * (1.1 if link.name == "shank_far" else 1.0) for link in WALKER.links]
+    )
+    before = cut(uneven, VIEW, CROSSING, levels, FULL)
+    shank = before.link == uneven.link_of("far_ankle")
+    before = replace(before, known=before.known & ~shank)
+    after = before.completed(uneven, FULL.spacing)
+    place = np.stack([before.along * uneven.layout.length[before.link], before.across], axis=1)
+    theirs = np.flatnonzero((before.link == uneven.link_of("near_ankle")) & before.known)
+    for p in np.flatnonzero(shank):
+        apart = np.linalg.norm(place[theirs] - place[p], axis=1)
+        assert after.known[p] == (apart.min() <= FULL.spacing)
+        if after.known[p]:
+            assert_array_equal(after.colours[:, p], before.colours[:, theirs[apart.argmin()]])
+    assert 0.5 < after.known[shank].mean() < 1.0  # the longer one's end has no counterpart
+
+
+def test_what_is_known_and_what_has_no_twin_is_not_taken_from_another_link(levels):
+    before = cut(WALKER, VIEW, CROSSING, levels, FULL)
+    trunk = np.isin(before.link, [0, 1])
+    before = replace(before, known=before.known & ~trunk)
+    after = before.completed(WALKER, 1.0)
+    assert_array_equal(after.known[trunk], False)
+    assert_array_equal(after.colours[:, before.known], before.colours[:, before.known])
+
+
 DARK = np.zeros((1, 3))  # the light of one link
 
 

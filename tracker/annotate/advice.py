@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kinematics.figure import Figure
-from kinematics.recover import PoseError, Start, marked_part, needed_joints, start_pose
+from kinematics.recover import PoseError, Start, needed_joints, start_pose
 from tracker.keypoints import Mark, points
 from tracker.start import objections, outside
 
@@ -35,8 +35,8 @@ def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], fac
     wrong, notes = [*_outside(marks, size), *objections(figure, places, facing)], list[str]()
     if not missing:
         try:
-            start = start_pose(marked_part(figure, places), places, facing)
-            notes = [_facing(start), *_left_out(figure, start.figure, places)]
+            start = start_pose(figure, places, facing)
+            notes = [_facing(start)]
         except PoseError as error:
             wrong = [str(error), *wrong]
     return Advice(missing, tuple(wrong), tuple(notes))
@@ -53,9 +53,3 @@ def _outside(marks: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
 def _facing(start: Start) -> str:
     way, other = ("right", "left") if start.view.facing > 0 else ("left", "right")
     return f"The figure seems to face {way}; if it does not, give figtrack track --facing {other}."
-
-
-def _left_out(whole: Figure, used: Figure, places: Mapping[str, object]) -> list[str]:
-    """Marked joints that tracking does not use, for want of their twins."""
-    unused = [name for name in whole.joints if name in places and name not in used.joints]
-    return [f"{name} alone is not used: feet are followed where both toes are marked." for name in unused]
