@@ -26,11 +26,11 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.figure import Figure
-from kinematics.spm import Skeleton, View, covering, motions, skeleton, surface
+from kinematics.spm import Skeleton, View, motions, skeleton, surface
 from tracker.backdrop import UNSEEN, Scenery
 from tracker.kernel import lay
 from tracker.laid import Behind, Laid, Lens, Noise, Points, Shape
-from tracker.sampling import Level, sample, within
+from tracker.sampling import Level, sample
 from tracker.settings import Settings
 from tracker.template import Templates
 
@@ -100,36 +100,9 @@ class Field:
         shown = np.stack([sample(level, self._pixels(found))[0] for level in self.levels])
         return np.asarray(shown - found.offset[self.templates.link])
 
-    def trust(self, found: Registration) -> Array:
-        """(P,) how surely the frame shows the figure at each point, 0 where it is hidden.
-
-        That of a known point is its match. A point that was never seen before and now lies open is as sure as
-        the nearest known one of its link, if that matches well.
-        """
-        templates = self.templates
-        emerged = ~templates.known & self._open(found)
-        trust = found.match.copy()
-        for i in np.unique(templates.link[emerged]):
-            mine = np.flatnonzero(emerged & (templates.link == i))
-            seen = np.flatnonzero((found.match > 0.0) & (templates.link == i))
-            if len(seen):
-                nearest, _ = templates.nearest(self.figure, mine, seen)
-                trust[mine] = np.where(
-                    found.match[nearest] >= self.settings.in_sight, found.match[nearest], 0.0
-                )
-        return trust
-
     def bare(self, found: Registration) -> float:
         """Share of the points within the outlines at which the frame shows just what lies behind."""
         return self.scenery.plain(self._pixels(found)[self.templates.inner])
-
-    def _open(self, found: Registration) -> NDArray[np.bool_]:
-        """(P,) whether a point lies in the picture, and nothing nearer over it."""
-        templates, bones, finest = self.templates, skeleton(self.figure, found.q), self.levels[-1]
-        points = surface(bones, templates.link, templates.along, templates.across)
-        margin = self.settings.cover * finest.sigma / self.view.unit
-        there = within(self.view.to_pixels(points) - np.asarray(finest.corner), finest.planes.shape)
-        return there & ~covering(self.figure, bones, points, templates.link, margin)
 
     def _pixels(self, found: Registration) -> Array:
         """(P, 2) where the points settled."""

@@ -59,23 +59,18 @@ class Templates:
         )
 
     def completed(self, figure: Figure, reach: float) -> Self:
-        """What is not known of a link is taken from its twin, within reach: legs are mostly dressed alike."""
+        """A link of which nothing is known is taken to look as its twin does, no further off than reach."""
+        place = np.stack([self.along * figure.layout.length[self.link], self.across], axis=1)
         colours, known = self.colours.copy(), self.known.copy()
         for i, twin in figure.twins.items():
-            mine = np.flatnonzero((self.link == i) & ~self.known)
+            mine = np.flatnonzero(self.link == i)
             theirs = np.flatnonzero((self.link == twin) & self.known)
-            if len(mine) and len(theirs):
-                nearest, apart = self.nearest(figure, mine, theirs)
-                colours[:, mine[apart <= reach]] = self.colours[:, nearest[apart <= reach]]
-                known[mine[apart <= reach]] = True
+            if len(theirs) and not self.known[mine].any():
+                apart = np.linalg.norm(place[mine, None] - place[theirs], axis=-1)
+                near = apart.min(axis=1) <= reach
+                colours[:, mine[near]] = self.colours[:, theirs[apart.argmin(axis=1)[near]]]
+                known[mine[near]] = True
         return replace(self, colours=colours, known=known)
-
-    def nearest(self, figure: Figure, points: Index, others: Index) -> tuple[Index, Array]:
-        """The nearest of others to each point (N,), each in its own link's coordinates, and how far it is."""
-        place = np.stack([self.along * figure.layout.length[self.link], self.across], axis=1)
-        apart = np.linalg.norm(place[points, None] - place[others], axis=-1)
-        nearest = apart.argmin(axis=1)
-        return others[nearest], apart[np.arange(len(points)), nearest]
 
 
 def cut(

@@ -181,7 +181,7 @@ class Tracker:
         """Freshened by what the frame shows where they settled."""
         if self.settings.mode == "classic":
             return templates
-        return templates.refreshed(field.seen(best), field.trust(best), self.settings.blend, best.offset)
+        return templates.refreshed(field.seen(best), best.match, self.settings.blend, best.offset)
 
     def shifted(self, shift: Array) -> Self:
         """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""

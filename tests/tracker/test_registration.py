@@ -53,7 +53,6 @@ BROAD = replace(
         replace(link, width=0.7, taper=1.0) if link.name.endswith("_near") else link for link in WALKER.links
     ),
 )
-CROSSING = upright(WALKER, hip_near=0.1, knee_near=0.2, hip_far=-0.1, knee_far=0.1)
 BEHIND = upright(BROAD, hip_near=0.1, hip_far=0.2, knee_far=0.2, ankle_far=0.5)
 FAR_FREEDOMS = ("hip_far", "knee_far", "ankle_far", "thigh_far", "shank_far")
 
@@ -542,35 +541,6 @@ def test_a_scan_is_what_each_pose_costs_at_the_coarsest_blur_where_it_stands(rng
         assert cost == pytest.approx(each * held.cost, abs=1e-3)
     assert found.argmin() == 1
     assert found[3] == 0.0  # out of the frame
-
-
-def test_a_point_that_comes_into_sight_is_as_sure_as_its_nearest_neighbour_on_the_link(rng):
-    picture = Painted(rng).picture(STRIDE)
-    levels = levels_of(picture, FULL)
-    templates = cut(WALKER, VIEW, STRIDE, levels, FULL)
-    forgotten = templates.known & (rng.random(len(templates.link)) < 0.2)
-    templates = replace(templates, known=templates.known & ~forgotten)
-    field = Field(templates, levels, WALKER, VIEW, FULL)
-    (found,) = align(field, Gaussian(STRIDE[None], WEAK[None] * 1e-4))
-    spoiled = found.match * np.where(rng.random(len(found.match)) < 0.3, 0.2, 1.0)
-    trust = field.trust(replace(found, match=spoiled))
-    assert_array_equal(trust[templates.known], spoiled[templates.known])
-    place = np.stack([templates.along * WALKER.layout.length[templates.link], templates.across], axis=1)
-    for p in np.flatnonzero(forgotten):
-        seen = np.flatnonzero((spoiled > 0.0) & (templates.link == templates.link[p]))
-        nearest = seen[np.linalg.norm(place[seen] - place[p], axis=1).argmin()]
-        assert trust[p] == (spoiled[nearest] if spoiled[nearest] >= FULL.in_sight else 0.0)
-    assert 0.4 < (trust[forgotten] > 0.0).mean() < 0.9
-
-
-def test_a_point_that_stays_covered_or_out_of_the_picture_is_not_trusted(rng):
-    view = replace(VIEW, origin=(90.0, 130.0))  # the feet stand below the picture
-    levels = levels_of(Painted(rng, view=view).picture(CROSSING), FULL)
-    templates = cut(WALKER, view, CROSSING, levels, FULL)
-    field = Field(templates, levels, WALKER, view, FULL)
-    (found,) = align(field, Gaussian(CROSSING[None], WEAK[None] * 1e-6))
-    assert (~templates.known).sum() > 40
-    assert field.trust(found)[~templates.known].max() == 0.0
 
 
 def test_points_not_seen_yet_measure_nothing(rng):

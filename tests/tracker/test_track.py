@@ -194,7 +194,7 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
         assert estimate.s == state.belief.s[weights.argmax()]
         best = found[int(weights.argmax())]
         assert estimate.misfit == pytest.approx(best.misfit, abs=1e-6)
-        refreshed = old.refreshed(field.seen(best), field.trust(best), settings.blend, best.offset)
+        refreshed = old.refreshed(field.seen(best), best.match, settings.blend, best.offset)
         assert_allclose(state.templates.colours, refreshed.colours, atol=1e-3)
         assert_allclose(state.templates.light, refreshed.light, atol=1e-3)
         assert state.scenery.differs.max() > 1.0 > 0.1 > np.median(state.scenery.differs)
