@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
-.PHONY: demo test models rivals evaluate robustness motion bench clean
+.PHONY: demo test models rivals evaluate robustness measure motion trial bench clean
 
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
@@ -39,9 +39,17 @@ evaluate: $(VENV)/installed-dev rivals
 robustness: $(VENV)/installed-dev
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation.robustness $(FIGTRACK_DATA)/video docs/robustness.md
 
+# The tables of docs/measure.md, from the same clips.
+measure: $(VENV)/installed-dev
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation.points $(FIGTRACK_DATA)/video docs/measure.md
+
 # The tables of docs/motion.md, from the captures and splices in $FIGTRACK_DATA.
 motion: $(VENV)/installed-dev
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.motion $(FIGTRACK_DATA) docs/motion.md
+
+# A new user's first minutes in a clone of what is committed, in a real browser: how long they take.
+trial: $(VENV)/installed-dev
+	$(BIN)/python -m tests.trial
 
 # How fast filters, learning and, where there are clips, tracking are beside others.
 bench: $(VENV)/installed-bench

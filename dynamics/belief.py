@@ -4,7 +4,8 @@ Pavlović et al. (1999), section 4.2: of the S^2 transitions the tracker follows
 one from the predecessor j* = argmin_j J_j - log Pi(j, i).
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,3 +60,17 @@ def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
     s = np.sort(cheapest[cost[cheapest] <= cost.min() + prune])
     states = predict(belief.states[parent[s]], slds.A[s], slds.b[s], slds.Q[s])
     return Belief(states, cost[s], s, parent[s])
+
+
+def either(beliefs: Sequence[Belief]) -> Belief:
+    """One belief of several that exclude each other and differ in their measurement alone.
+
+    Each hypothesis becomes the one Gaussian with the moments of what it is in all of them, and weighs their
+    sum.
+    """
+    costs = np.stack([belief.cost for belief in beliefs], axis=1)
+    cost = -np.logaddexp.reduce(-costs, axis=1)
+    means = np.stack([belief.states.mean for belief in beliefs], axis=1)
+    covs = np.stack([belief.states.cov for belief in beliefs], axis=1)
+    states = collapse(np.exp(cost[:, None] - costs), Gaussian(means, covs))
+    return replace(beliefs[0], states=states, cost=cost)

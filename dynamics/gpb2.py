@@ -1,6 +1,6 @@
 """Generalised pseudo-Bayes of second order (GPB2): the filter, then one Gaussian a switching state smoothed.
 
-Kim (1994) and Murphy (1998), as in Pavlović et al. (2000), section 3.2; the filter is in
+Kim (1994) and Murphy (1998), as in Pavlović et al. (2000), section 3.3; the filter is in
 `dynamics.gpb2_filter`. Backwards in t, for the pairs k = s_{t+1}, j = s_t, with P_kj = A_k P_j A_k' + Q_k:
 
     J_kj    = P_j A_k' P_kj^-1,    x_kj|T = x_j + J_kj (x_k|T - x_kj),

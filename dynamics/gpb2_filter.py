@@ -1,6 +1,6 @@
 """The GPB2 filter: one Gaussian a switching state, collapsed over the state before.
 
-Pavlović et al. (2000), section 3.2 (generalised pseudo-Bayes of second order), read with these corrections:
+Pavlović et al. (2000), section 3.3 (generalised pseudo-Bayes of second order), read with these corrections:
 the first frame is updated like any other, the collapse over predecessors comes after all of them are known,
 and it counts the spread of their means. Here j is the state before, i the state now.
 

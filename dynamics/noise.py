@@ -1,6 +1,6 @@
 """Measurements noisier than those a model was learned from."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,9 +14,10 @@ from dynamics.viterbi import viterbi_all
 LEAST, MOST = 1e-3, 0.5  # standard deviations that are tried, radians or leg lengths
 STEP = 0.05  # of the logarithm of a deviation: what the search stops within
 FRAMES = 1500  # as many tell the noise well enough
+SEARCHES = 5  # of the noise at most: both kinds together, then each in turn, twice
 
 
-def at_noise(slds: SLDS, ys: Sequence[Array]) -> SLDS:
+def at_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda: None) -> SLDS:
     """The model with R raised to the noise of these sequences: what makes them most likely.
 
     One variance is added to the freedoms that stay, another to those that travel; a model that was learned at
@@ -25,6 +26,7 @@ def at_noise(slds: SLDS, ys: Sequence[Array]) -> SLDS:
 
     Args:
         ys: sequences (T, M); NaN entries were not measured.
+        tick: called SEARCHES times, as the work goes on.
     """
     if not len(ys):
         return slds
@@ -32,11 +34,12 @@ def at_noise(slds: SLDS, ys: Sequence[Array]) -> SLDS:
     travels = np.array([name in slds.travelling for name in slds.names])
     measured = np.asarray(np.isfinite(np.concatenate(some)).any(0))
     kinds = [kind for kind in (~travels & measured, travels & measured) if kind.any()]
-    if not kinds:
-        return slds
+    searches = [measured, *kinds, *kinds] if len(kinds) > 1 else kinds
     variance = np.zeros(len(slds.names))
-    for freedoms in [measured, *kinds, *kinds] if len(kinds) > 1 else kinds:
-        variance = _likeliest(slds, some, variance, freedoms)
+    for n in range(SEARCHES):
+        if n < len(searches):
+            variance = _likeliest(slds, some, variance, searches[n])
+        tick()
     return replace(slds, R=slds.R + np.diag(variance)) if variance.any() else slds
 
 

@@ -17,13 +17,15 @@ from dynamics.gpb2 import gpb2_all, gpb2_filter_all
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update
-from dynamics.noise import at_noise
+from dynamics.noise import SEARCHES, at_noise
 from dynamics.posterior import Posterior
 from dynamics.region import POSE, Regions, pose_hints, pose_regions, regions
 from dynamics.slds import SLDS
 
 InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]
+Tick = Callable[[], None]
 
+CLASSIFY_TICKS = SEARCHES + 1
 NOISE_KNOWN = (5, 15, 45, 135)  # frames after which forecasts go by the noise so far
 PULL = 1.5  # of a state's region on every step of synthesis; much more and no two strides differ
 INSIDE = 0.995  # share of a state's own poses within the distance that synthesis keeps to
@@ -47,7 +49,12 @@ class Labelling:
 
 
 def classify(
-    slds: SLDS, ys: Sequence[Array], *, infer: InferWithHints = gpb2_all, pose: float = POSE
+    slds: SLDS,
+    ys: Sequence[Array],
+    *,
+    infer: InferWithHints = gpb2_all,
+    pose: float = POSE,
+    tick: Tick = lambda: None,
 ) -> list[Labelling]:
     """The motion of every frame: the one whose switching states are the most probable together.
 
@@ -57,10 +64,13 @@ def classify(
         ys: sequences (T, M) in body units; NaN entries were not measured.
         infer: viterbi_all, gpb2_all, variational_all.
         pose: weight of the pose's term; 0 leaves it out, as in the papers.
+        tick: called CLASSIFY_TICKS times, as the work goes on.
     """
-    noisy = at_noise(slds, ys)
+    noisy = at_noise(slds, ys, tick)
     hints = [pose_hints(noisy, y, pose) for y in ys] if pose > 0 else None
-    return [_labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
+    found = [_labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
+    tick()
+    return found
 
 
 def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
@@ -68,7 +78,7 @@ def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
     return [_labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
 
 
-def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
+def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lambda: None) -> list[Gaussian]:
     """Forecasts `horizon` frames ahead by the GPB2 filter: one Gaussian a switching state, collapsed.
 
     R is raised to the noise of the frames so far, anew at each of NOISE_KNOWN frames into the sequences.
@@ -76,6 +86,7 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]
     Args:
         ys: sequences (T, M) in body units; NaN entries were not measured.
         horizon: at least 1.
+        tick: called `predict_ticks(ys)` times, as the work goes on.
 
     Returns:
         For each sequence mean (T + horizon, M) and cov of the pose without measurement noise: entry t from
@@ -85,16 +96,21 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]
         ValueError: a horizon below 1.
     """
     found = forecasts(slds, ys, horizon)
-    longest = max(map(len, ys), default=0)
-    edges = [known for known in NOISE_KNOWN if known < longest]
-    for known, until in pairwise([*edges, longest]):
+    tick()
+    for known, until in pairwise([*_edges(ys), max(map(len, ys), default=0)]):
         longer = [i for i, y in enumerate(ys) if len(y) > known]
-        fitted = at_noise(slds, [y[:known] for y in ys])
+        fitted = at_noise(slds, [y[:known] for y in ys], tick)
         later = forecasts(fitted, [ys[i][:until] for i in longer], horizon)
+        tick()
         for i, ahead in zip(longer, later, strict=True):
             rows = slice(known + horizon, len(ahead.mean))
             found[i].mean[rows], found[i].cov[rows] = ahead.mean[rows], ahead.cov[rows]
     return found
+
+
+def predict_ticks(ys: Sequence[Array]) -> int:
+    """How often `predict` ticks for these sequences."""
+    return 1 + len(_edges(ys)) * (SEARCHES + 1)
 
 
 def forecasts(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
@@ -147,6 +163,12 @@ def synthesise(
             following = _kept_in(near, poses, k)
         x[t] = rng.multivariate_normal(following.mean, following.cov, method="svd")
     return s, apply(slds.C, x)
+
+
+def _edges(ys: Sequence[Array]) -> list[int]:
+    """Frames after which the noise of these sequences is measured anew."""
+    longest = max(map(len, ys), default=0)
+    return [known for known in NOISE_KNOWN if known < longest]
 
 
 def _kept_in(following: Gaussian, poses: Regions, k: int) -> Gaussian:

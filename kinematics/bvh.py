@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+LARGEST = 1e9  # of any number; beyond, numbers swamp one another
 
 
 class MotionError(ValueError):
@@ -94,6 +95,8 @@ def read_numbers(path: str | Path, line: int, words: list[str], count: int) -> l
     for word in words:
         if not _is_finite(word):
             raise MotionError(f"{path}, line {line}: finite numbers wanted, {word!r} found; mend or drop it")
+        if abs(float(word)) > LARGEST:
+            raise MotionError(f"{path}, line {line}: {word} is out of all range; mend or drop it")
     return [float(word) for word in words]
 
 

@@ -81,7 +81,9 @@ def read_trials(path: str | Path) -> list[Trial]:
             if missing:
                 raise MotionError(f"{path} lacks the column {missing[0]!r}; add it, its cells may be empty")
             return [_read_trial(path, table.line_num, row) for row in table]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except OSError as error:
+        raise MotionError(f"cannot read {path} ({error.strerror}); check its name") from error
+    except (UnicodeDecodeError, csv.Error) as error:
         raise MotionError(f"cannot read {path} ({error}); give a UTF-8 CSV table of trials") from error
 
 

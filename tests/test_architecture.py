@@ -25,7 +25,7 @@ SEE_VIDEOS = {
     "comparison",
     "demo",
     "drawing",
-    "report",
+    "report.pictures",
     "annotate.frames",
     "annotate.server",
     "faults",

@@ -1,7 +1,10 @@
 """The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
 
+import io
 import signal
+import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,7 +46,9 @@ Keypoints = Annotated[
 Start = Annotated[
     int | None, typer.Option(min=0, help="The marked frame to start from [default: the first marked].")
 ]
-Stop = Annotated[int | None, typer.Option(min=0, help="The last frame to follow [default: the clip's last].")]
+Stop = Annotated[
+    int | None, typer.Option(min=0, max=10**9, help="The last frame to follow [default: the clip's last].")
+]
 Rate = Annotated[
     float | None,
     typer.Option(
@@ -57,6 +62,17 @@ Smooth = Annotated[
 ]
 Anchors = Annotated[
     bool, typer.Option("--anchors", help="Pass through every marked frame, not the start alone.")
+]
+Measure = Annotated[
+    Path | None,
+    typer.Option(
+        "--measure",
+        help="A pose network's points of every frame, as a further, doubted measurement: "
+        "DeepLabCut CSV, OpenPose JSON (file or folder) or TRC in pixels.",
+    ),
+]
+Templates = Annotated[
+    bool, typer.Option("--templates/--no-templates", help="Follow looks, or with --measure points alone.")
 ]
 SettingsFile = Annotated[Path | None, typer.Option("--settings", help="TOML file of tracker settings.")]
 
@@ -78,7 +94,9 @@ def demo(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Render a walk whose joints are known, follow it with constant velocity and with the learned model.
+    """Render a walk, follow it with two models and compare them.
+
+    The models are the learned one and constant velocity; where the joints are is known.
 
     Example: figtrack demo --out my-demo
     """
@@ -100,6 +118,8 @@ def track(
     ] = "walk-run",
     facing: FacingOption = None,
     anchors: Anchors = False,
+    measure: Measure = None,
+    templates: Templates = True,
     rate: Rate = None,
     smooth: Smooth = True,
     settings: SettingsFile = None,
@@ -111,6 +131,8 @@ def track(
     """Follow the figure marked in one frame through the whole clip.
 
     Example: figtrack track walk.mp4 --keypoints walk.keypoints.csv
+
+    Or: figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates
     """
     with plain_errors():
         from tracker.clip import follow, write_run
@@ -118,8 +140,9 @@ def track(
 
         shown = shown_progress(quiet, progress)
         job = _job(video, keypoints, start, stop, facing, anchors, rate, smooth, settings, model)
+        job = _with_points(job, measure, templates)
         folder = out or beside(video, "track")
-        inputs = _inputs(video, keypoints, settings, model)
+        inputs = _inputs(video, keypoints, measure, settings, model)
         with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
             finished = follow(job, shown)
             write_run(finished, aside, shown)
@@ -128,7 +151,9 @@ def track(
         counts = Counter(finished.track.outcome)
         outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
         print(f"{finished.frames} frames of {video.name} with {model}: {outcomes}")
-        print(f"see {folder / 'overlay.mp4'}, {folder / 'keypoints.csv'}, {folder / 'pose.csv'}")
+        if finished.points is not None:
+            print(finished.points)
+        print(f"see {folder / 'report.html'}, {folder / 'keypoints.csv'}, {folder / 'pose.csv'}")
 
 
 def compare(
@@ -142,6 +167,8 @@ def compare(
     stop: Stop = None,
     facing: FacingOption = None,
     anchors: Anchors = False,
+    measure: Measure = None,
+    templates: Templates = True,
     rate: Rate = None,
     smooth: Smooth = True,
     settings: SettingsFile = None,
@@ -150,7 +177,7 @@ def compare(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Follow a clip with several models and compare them with marked joints.
+    """Follow a clip with several models and score each by marks.
 
     Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
     """
@@ -160,10 +187,11 @@ def compare(
         from tracker.keypoints import read_keypoints
 
         job = _job(video, keypoints, start, stop, facing, anchors, rate, smooth, settings, "")
+        job = _with_points(job, measure, templates)
         marks = job.marks if truth is None else read_keypoints(truth)
         folder = out or beside(video, "compare")
         names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
-        inputs = _inputs(video, keypoints, truth, settings, *names)
+        inputs = _inputs(video, keypoints, truth, measure, settings, *names)
         with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
             table = compare_models(job, marks, names, aside, shown_progress(quiet, progress))
         print(table)
@@ -182,6 +210,9 @@ def main() -> None:
     """Entry point of the command line."""
     # What a scheduler stops cleans up behind it as after Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # A file's name may have letters that this terminal has not, which is no reason to fail.
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
     app(prog_name="figtrack")
 
 
@@ -215,6 +246,14 @@ def _job(
     )
 
 
+def _with_points(job: "Job", measure: Path | None, templates: bool) -> "Job":
+    settings = job.settings if templates else job.settings.model_copy(update={"templates": False})
+    return replace(job, measure=measure, settings=settings)
+
+
 def _inputs(video: Path, *others: Path | str | None) -> list[Path]:
-    """The files that a command reads; a model may also be a mere name."""
-    return [video, *(Path(other) for other in others if other is not None and Path(other).is_file())]
+    """The files and folders that a command reads; a model may also be a mere name."""
+    return [
+        video,
+        *(Path(other) for other in others if isinstance(other, Path) or (other and Path(other).is_file())),
+    ]

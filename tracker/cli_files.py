@@ -63,7 +63,9 @@ def export(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Write a run for another program: joints with right and left, angles, metres.
+    """Write a run for another program.
+
+    Joints are told right and left; some programs take angles or metres.
 
     Example: figtrack export walk-track --to trc --height 1.75
     """
@@ -77,7 +79,7 @@ def export(
         wish = Wish(to.value, height, points, towards(facing))
         shown = shown_progress(quiet, progress)
         said = export_run(folder, wish, place, overwrite=overwrite, progress=shown)
-        print(f"{place}: {folder} for {to.value}{f'; {said}' if said else ''}")
+        print(f"wrote {place} from {folder}{f'; {said}' if said else ''}")
 
 
 def batch(
@@ -103,7 +105,9 @@ def batch(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Follow many clips, each by itself; those that are done and complete are skipped.
+    """Follow many clips, each by itself.
+
+    Those that are done and complete are skipped.
 
     Example: figtrack batch jobs.csv --out results --workers 4
     """
@@ -130,7 +134,9 @@ def settings(
     out: Annotated[Path | None, typer.Option(help="The TOML file to write [default: printed].")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write every setting of the tracker as TOML: what it means, its unit, range and default.
+    """Write every setting of the tracker as a TOML file.
+
+    Of each it is told what it means, its unit, range and default.
 
     Example: figtrack settings --out mine.toml
     """

@@ -176,7 +176,7 @@ def predict(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Forecast every frame of a pose table from the frames before it.
+    """Forecast every frame of a pose table from those before it.
 
     Row t is the forecast of frame t from the frames up to t - HORIZON; HORIZON rows follow the table's last.
     Columns NAME_sd are standard deviations.
@@ -245,9 +245,11 @@ def synthesise(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Make up a motion of the model's own: a pose table, a picture and an animated clip.
+    """Make up a motion of the model's own.
 
-    Example: figtrack synthesise --model gait.npz --frames 500 --seed 1
+    It leaves a pose table, a picture and an animated clip.
+
+    Example: figtrack synthesise --model gait.npz --frames 120 --seed 1
     """
     with plain_errors():
         from tracker.motion.jobs import synthesise_table
@@ -268,7 +270,9 @@ def reproduce(
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
 ) -> None:
-    """Repeat the papers' experiments on motion captures, and set the papers' claims beside what comes out.
+    """Repeat the papers' experiments on motion captures.
+
+    One page sets the papers' claims beside what comes out.
 
     Example: figtrack reproduce --trials trials.csv --out reproduced
     """

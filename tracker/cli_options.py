@@ -1,5 +1,6 @@
 """What the commands share: options, where results go unless told, and errors as one line."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -61,8 +62,12 @@ def plain_errors() -> Iterator[None]:
     """One line on stderr and exit status 1 for whatever keeps the work from being done."""
     try:
         yield
+        sys.stdout.flush()  # onto a full disk, or to a reader that hung up
     except KeyboardInterrupt:
         _fail("interrupted; nothing was written")
+    except BrokenPipeError:
+        _drop_output()
+        raise typer.Exit(1) from None
     except Exception as error:
         from tracker.faults import fault
 
@@ -74,4 +79,13 @@ def plain_errors() -> Iterator[None]:
 
 def _fail(text: str) -> None:
     print(f"error: {text}", file=sys.stderr)
+    try:
+        sys.stdout.flush()
+    except OSError:
+        _drop_output()
     raise typer.Exit(1)
+
+
+def _drop_output() -> None:
+    """Let what is still to be printed go nowhere, or Python would complain of it as it ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

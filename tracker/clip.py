@@ -4,7 +4,7 @@ import json
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
@@ -20,12 +20,16 @@ from kinematics.recover import Start
 from tracker import __version__
 from tracker.anchors import Anchor
 from tracker.drawing import enlargement, paint
+from tracker.gait import gait_of
 from tracker.keypoints import Marks
+from tracker.measure import Judged, Measured, read_measured
 from tracker.models import CONSTANT_VELOCITY, find_model
 from tracker.passage import Passage
 from tracker.progress import Progress
 from tracker.rate import playback_rate
 from tracker.reel import Reel
+from tracker.report.chapter import Chapter
+from tracker.report.page import write_report
 from tracker.settings import Settings
 from tracker.smoothing import smoothed, turned_belief
 from tracker.start import StartError, marked_start
@@ -35,6 +39,8 @@ from videos.frames import Image, Video
 from videos.writer import Writer
 
 T = TypeVar("T")
+
+OVERLAY = "overlay.mp4"
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,7 @@ class Job:
     called : what the results call the video, None for its path
     smooth : write each pose given the whole clip; False for what was known at its frame
     anchors: pass through every marked frame, not the start alone
+    measure: another program's points of every frame, a further measurement; None for none
     """
 
     video: Path
@@ -64,6 +71,7 @@ class Job:
     called: str | None = None
     smooth: bool = True
     anchors: bool = False
+    measure: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +83,7 @@ class Plan:
     start: Start
     slds: SLDS
     tracker: Tracker
+    measured: Measured | None
 
     @cached_property
     def back(self) -> Tracker:
@@ -92,6 +101,7 @@ class Run:
     size    : (width, height) of each, pixels
     rate    : playback speed, as given or as `tracker.rate` finds it
     seconds : spent a frame, by stage
+    points  : what is to be said of those of `Job.measure`
     """
 
     job: Job
@@ -102,16 +112,19 @@ class Run:
     rate: float
     seconds: dict[str, float]
     warnings: list[str]
+    points: Judged | None = None
 
 
 def prepare(job: Job) -> Plan:
     """Read what the job names and check that it fits together, before any work.
 
     Raises:
-        VideoError, ModelError: a file that cannot be used.
+        VideoError, ModelError, ForeignError: a file that cannot be used.
         StartError, PoseError: no pose to start from.
         ValueError: a model for another figure or frame rate.
     """
+    if job.measure is None and not job.settings.templates:
+        raise ValueError("without templates there is nothing to follow; give --measure FILE")
     frame = start_frame(job)
     if job.stop is not None and job.stop < frame:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
@@ -120,7 +133,10 @@ def prepare(job: Job) -> Plan:
     rates = job.settings.rates if job.rate is None else (job.rate,)
     settings = job.settings.model_copy(update={"rates": rates})
     slds = find_model(job.model, video.fps, settings)
-    return Plan(job, video, start, slds, make_tracker(start, slds, settings))
+    measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
+    if measured is not None:
+        settings = measured.known_by(settings)
+    return Plan(job, video, start, slds, make_tracker(start, slds, settings), measured)
 
 
 def follow(job: Job, progress: Progress) -> Run:
@@ -146,6 +162,7 @@ def follow(job: Job, progress: Progress) -> Run:
         ahead, _ = _followed(plan, _passage(plan, reel, 1), marked, images, clock, advance, belief)
     reel.forget()
     track = _track(plan, reel.times, behind[:0:-1] + ahead)
+    points = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
     return Run(
         job=job,
         track=track,
@@ -154,15 +171,25 @@ def follow(job: Job, progress: Progress) -> Run:
         size=(plan.video.width, plan.video.height),
         rate=_rate(plan, track),
         seconds=clock.per_frame(len(reel.times)),
-        warnings=_warnings(plan.video, track),
+        warnings=_warnings(plan.video, track, points),
+        points=points,
     )
 
 
-def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") -> None:
-    """keypoints.csv, pose.csv, track.npz, overlay.mp4 and, last, run.json; `key` tells a batch's job."""
+def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") -> Chapter:
+    """Tables, overlay.mp4, gait.json, report.html and, last, run.json; what the report tells.
+
+    Args:
+        key: tells a batch's job.
+    """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)
-    write_overlay(finished, folder / "overlay.mp4", progress)
+    write_overlay(finished, folder / OVERLAY, progress)
+    told = _chapter(finished, folder / OVERLAY)
+    if told.gait is not None:
+        figures = json.dumps(told.gait.summary(), indent=2)
+        (folder / "gait.json").write_text(figures + "\n", encoding="utf-8")
+    write_report(folder / "report.html", told)
     write = (time.perf_counter() - began) / finished.frames
     job = finished.job
     news = {
@@ -171,6 +198,7 @@ def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") ->
         "model": job.model,
         "smooth": job.smooth,
         "anchors": job.anchors,
+        "measure": None if finished.points is None else asdict(finished.points),
         "settings": job.settings.model_dump(mode="json"),
         "fps": finished.fps,
         "frames": finished.frames,
@@ -183,18 +211,19 @@ def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") ->
         "warnings": finished.warnings,
     } | ({"job": key} if key else {})
     (folder / "run.json").write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
+    return told
 
 
 def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
-    """The clip with the figure drawn on every frame."""
+    """The clip with the figure drawn on every frame, from time 0 on."""
     job = finished.job
     video = Video(job.video)
     scale = enlargement(video.height)
     size = (video.width * scale, video.height * scale)
     drawing = progress.task(f"{job.video.name} overlay", finished.frames)
     with drawing as advance, Writer(path, finished.fps, size) as writer:
-        for frame in islice(video, finished.frames):
-            writer.write(paint(frame.image, finished.track, frame.index, f"{job.model}  "), frame.time)
+        for frame, moment in zip(islice(video, finished.frames), finished.track.times, strict=True):
+            writer.write(paint(frame.image, finished.track, frame.index, f"{job.model}  "), float(moment))
             advance()
 
 
@@ -215,7 +244,8 @@ def _passage(plan: Plan, reel: Reel, way: int) -> Passage:
     marks = plan.job.marks if plan.job.anchors else {frame: plan.job.marks[frame]}
     anchors = {t: Anchor.of(plan.start.figure, marked) for t, marked in marks.items()}
     smooth = smoothed if plan.job.smooth else _as_they_are
-    return Passage(here, other, anchors, way, reel.span, smooth)
+    detections = {} if plan.measured is None else plan.measured.frames
+    return Passage(here, other, anchors, way, reel.span, smooth, detections)
 
 
 def _followed(
@@ -268,6 +298,23 @@ def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) ->
     )
 
 
+def _chapter(finished: Run, overlay: Path) -> Chapter:
+    job = finished.job
+    return Chapter(
+        name=job.model,
+        video=job.video.name,
+        overlay=overlay,
+        track=finished.track,
+        frames=finished.frames,
+        fps=finished.fps,
+        rate=finished.rate,
+        given=job.rate is not None,
+        # A speed that was only found would pull every walker towards the model's own.
+        gait=gait_of(finished.track, 1.0 if job.rate is None else job.rate),
+        warnings=finished.warnings,
+    )
+
+
 def _camera(track: Track) -> dict[str, bool | float]:
     """Whether the camera moved, and how far from the start at most, pixels."""
     farthest = float(np.hypot(*track.shift.T).max())
@@ -282,11 +329,13 @@ def _rate(plan: Plan, track: Track) -> float:
     return playback_rate(plan.job.model, poses, plan.video.fps)
 
 
-def _warnings(video: Video, track: Track) -> list[str]:
+def _warnings(video: Video, track: Track, points: Judged | None) -> list[str]:
     warnings = [video.cut_short] if video.cut_short else []
     lost = [t for t, outcome in enumerate(track.outcome) if outcome == LOST]
     if lost:
         warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")
+    if points is not None and 2 * points.frames < len(track):
+        warnings.append(f"{points.file} has points in {points.frames} of {len(track)} frames")
     return warnings
 
 

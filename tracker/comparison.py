@@ -5,11 +5,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tracker.clip import Job, Run, follow, prepare, start_frame, write_run
+from tracker.clip import Job, follow, prepare, start_frame, write_run
 from tracker.compare import SCORED, Score, places, score
 from tracker.keypoints import Marks
 from tracker.progress import Progress
-from tracker.report import text_table, write_error_plot, write_page, write_sheet
+from tracker.report.chapter import Chapter
+from tracker.report.page import write_comparison
+from tracker.report.pictures import write_error_plot, write_sheet
+from tracker.report.tables import text_table
 
 
 def compare_models(
@@ -38,20 +41,21 @@ def compare_models(
         )
     score(_within(truth, job.stop), {}, start)
 
-    runs: dict[str, Run] = {}
+    chapters: dict[str, Chapter] = {}
     scores: dict[str, Score] = {}
     for name, each in jobs.items():
         finished = follow(each, progress)
         (folder / name).mkdir()
-        write_run(finished, folder / name, progress)
+        chapters[name] = replace(write_run(finished, folder / name, progress), name=name)
         for warning in finished.warnings:
             progress.warn(f"{name}: {warning}")
-        runs[name] = finished
         scores[name] = score(_within(truth, finished.frames - 1), places(finished.track), start)
     write_error_plot(scores, folder / "errors.png")
-    write_sheet(runs, scores, folder / "failure.png")
+    sheet = folder / "failure.png"
+    write_sheet(job.video, {name: each.track for name, each in chapters.items()}, scores, sheet)
     said = [f"{len(given)} anchors not scored"] if given else []
-    write_page(job.video.name, runs, scores, folder, [*said, *notes])
+    page, told = folder / "report.html", list(chapters.values())
+    write_comparison(page, job.video.name, told, scores, sheet, [*said, *notes])
     summary = {"models": {name: result.summary() for name, result in scores.items()}}
     (folder / "compare.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return "\n".join([text_table(scores), *said])

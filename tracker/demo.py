@@ -36,9 +36,8 @@ def run_demo(
 ) -> tuple[Path, str]:
     """Render, track, compare; gives the page to open and the table."""
     with fresh_folder(out, overwrite=overwrite) as aside:
-        with progress.task("rendering a walk", None) as advance:
-            scene = render(seed, frames=frames)
-            advance()
+        with progress.task("rendering a walk", frames) as advance:
+            scene = render(seed, frames=frames, advance=advance)
         video, marks = write_scene(scene, aside)
         job = Job(video, read_keypoints(marks), models[0], called=str(out / video.name))
         table = compare_models(job, job.marks, models, aside, progress, [NOTE])

@@ -68,14 +68,22 @@ def fresh_folder(
 
 
 @contextmanager
-def fresh_file(path: Path, *, overwrite: bool) -> Iterator[Path]:
+def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     """A name to write to, which becomes `path` when the block ends well or vanishes if it does not.
 
+    Args:
+        path: the final place; a link is followed.
+        overwrite: whether a file that is there may be replaced.
+        inputs: files that the work reads, none of which is replaced.
+
     Raises:
-        FolderError: a folder in its place, a folder that cannot be written, or a file without `overwrite`.
+        FolderError: a folder, a device or an input in its place, a folder that cannot be written, or a file
+            without `overwrite`.
     """
-    _check_file(path, overwrite)
     place = _real(path)
+    if place.exists() and place in map(_real, inputs):
+        raise FolderError(f"{path} is what the work reads; choose another --out")
+    _check_file(path, overwrite)
     with _workshop(place) as workshop:
         new = workshop / place.name
         yield new
@@ -123,6 +131,8 @@ def _check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], boo
 def _check_file(path: Path, overwrite: bool) -> None:
     if path.is_dir():
         raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
+    if path.exists() and not path.is_file():
+        raise FolderError(f"{path} is no ordinary file and cannot be replaced; choose another --out")
     if path.exists() and not overwrite:
         raise FolderError(f"{path} exists; choose another --out, or replace it with --overwrite")
 

@@ -11,6 +11,7 @@ from tracker.clip import Job
 from tracker.keypoints import read_keypoints
 from tracker.progress import Progress
 from tracker.settings import Settings, read_settings
+from tracker.tables import misread, unreadable
 
 NEEDED = ("video", "keypoints")
 COLUMNS = (*NEEDED, "start", "model", "out", "stop", "facing", "rate", "smooth", "anchors", "settings")
@@ -90,7 +91,7 @@ def read_jobs(table: Path, place: Path, progress: Progress) -> list[Row]:
     except FileNotFoundError as error:
         raise JobsError(f"no table of jobs {table}; check its name") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise JobsError(f"cannot read {table} as a UTF-8 CSV table: {error}") from error
+        raise JobsError(unreadable(table, error)) from error
     if not rows:
         raise JobsError(f"{table} has no jobs; write a row for each clip below {HEADER}")
     _check_apart(rows, table, place)
@@ -98,6 +99,8 @@ def read_jobs(table: Path, place: Path, progress: Progress) -> list[Row]:
 
 
 def _check_columns(names: list[str], table: Path, progress: Progress) -> None:
+    if (fault := misread(table, names)) is not None:
+        raise JobsError(fault)
     for name in NEEDED:
         if name not in names:
             raise JobsError(
@@ -153,7 +156,7 @@ def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row
 
 
 def _frame(text: str, name: str, where: str) -> int | None:
-    if text and not (text.isascii() and text.isdigit()):
+    if text and not (text.isascii() and text.isdigit() and len(text) < 10):
         raise JobsError(f"{where}: {name} must be a whole number from 0, or empty; got {text!r}")
     return int(text) if text else None
 

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from tracker.tables import misread, unreadable
+
 KEYPOINTS = (
     "head_top",
     "neck",
@@ -18,6 +20,8 @@ KEYPOINTS = (
     "far_toe",
 )
 COLUMNS = ("frame", "keypoint", "x", "y")
+FARTHEST = 1e6  # pixels; no picture is as large
+LAST = 10**8  # frame; no clip is as long
 
 
 class KeypointsError(ValueError):
@@ -47,7 +51,10 @@ def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
     try:
         with Path(path).open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file)
-            missing = [column for column in COLUMNS if column not in (reader.fieldnames or ())]
+            header = reader.fieldnames or ()
+            if (fault := misread(path, header)) is not None:
+                raise KeypointsError(fault)
+            missing = [column for column in COLUMNS if column not in header]
             if missing:
                 raise KeypointsError(
                     f"{path} is no keypoints table: column {missing[0]!r} is missing; "
@@ -60,7 +67,7 @@ def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
             f"no keypoints file {path}; mark the joints and give the table's name"
         ) from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise KeypointsError(f"cannot read {path} as a UTF-8 CSV table: {error}") from error
+        raise KeypointsError(unreadable(path, error)) from error
     if not marks:
         raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
     return marks
@@ -83,6 +90,9 @@ def _read_row(marks: Marks, row: Mapping[str, str | None], known: tuple[str, ...
     frame = int(numbers["frame"])
     if frame != numbers["frame"] or frame < 0:
         raise KeypointsError(f"{where}: frame must be a whole number from 0; got {cells['frame']!r}")
+    for column, most in (("frame", LAST), ("x", FARTHEST), ("y", FARTHEST)):
+        if abs(numbers[column]) > most:
+            raise KeypointsError(f"{where}: {column} {cells[column]} is out of all range; correct it")
     if numbers["visible"] not in (0.0, 1.0):
         raise KeypointsError(f"{where}: visible must be 1, 0 or empty; got {cells['visible']!r}")
     of_frame = marks.setdefault(frame, {})

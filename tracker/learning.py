@@ -58,6 +58,11 @@ class Request:
     choose: bool = False
     scheduler: str | None = None
 
+    @property
+    def tables(self) -> tuple[Path, ...]:
+        """The tables that are read."""
+        return self.poses if self.trials is None else (self.trials,)
+
 
 def gait_options(**changes: Any) -> Options:
     """How gait is learned: the settings that did best on captured walks and runs of subjects held out."""
@@ -72,14 +77,16 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         ValueError: nothing left to learn from.
         FolderError: a place that cannot be written, or a model of that name is there already.
     """
-    with fresh_file(out, overwrite=overwrite) as aside:
+    with fresh_file(out, overwrite=overwrite, inputs=request.tables) as aside:
         if request.trials is None:
             data, terms = _read_tables(request)
         else:
             data, terms = _read_captures(request.trials, request, progress)
         model = _learn(data, request, progress)
         subjects = sorted({subject for subject, _, _ in data})
-        origin = f"{len(data)} sequences of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
+        origin = (
+            f"{_counted(len(data), 'sequence')} of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
+        )
         save(model, aside, origin)
     return f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
 
@@ -176,4 +183,8 @@ def _described(model: Model) -> str:
     counts = Counter(model.labels)
     each = "" if len(set(counts.values())) == 1 else f" ({', '.join(f'{n} {m}' for m, n in counts.items())})"
     kind = f"order {model.order}" if isinstance(model, SLDS) else "hidden Markov"
-    return f"{len(model.labels)} states{each}, {kind}"
+    return f"{_counted(len(model.labels), 'state')}{each}, {kind}"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -14,6 +14,7 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joints
 from tracker.anchors import FAR, Anchor, anew, passed
+from tracker.detections import Detections
 from tracker.sampling import Image
 from tracker.track import Estimate, State, Tracker
 
@@ -28,6 +29,7 @@ class Passage:
     way     : +1 ahead, -1 back
     span    : pictures of the frames from one to another, both included, in that order
     smooth  : makes of the estimates of a run those given all of it
+    detections : by frame, where joints were detected
     """
 
     tracker: Tracker
@@ -36,6 +38,7 @@ class Passage:
     way: int
     span: Callable[[int, int], Iterable[Image]]
     smooth: Callable[[Tracker, Iterable[Estimate]], Iterable[Estimate]]
+    detections: Mapping[int, Detections] = field(default_factory=dict)
     _returns: dict[int, list[Estimate]] = field(default_factory=dict)
 
     def run(
@@ -51,7 +54,7 @@ class Passage:
                 self._returns[frame] = self._return(frame, last, state, image)
                 last = frame
             else:
-                state, estimate = self.tracker.step(state, image)
+                state, estimate = self.tracker.step(state, image, self.detections.get(frame))
             yield estimate
 
     def joined(self, estimates: Sequence[Estimate], start: int) -> list[Estimate]:
@@ -71,10 +74,11 @@ class Passage:
             there, estimate = anew(other, state, self.anchors[frame], image)
             yield estimate
             for t, picture in enumerate(self.span(frame - self.way, last), start=1):
-                if frame - t * self.way == last:
+                now = frame - t * self.way
+                if now == last:
                     _, estimate = passed(other, there, estimate.outcome, self.anchors[last], picture)
                 else:
-                    there, estimate = other.step(there, picture)
+                    there, estimate = other.step(there, picture, self.detections.get(now))
                 yield estimate
 
         return [estimate.light() for estimate in self.smooth(other, run())][-2:0:-1]

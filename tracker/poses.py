@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kinematics.mocap import POSE_COLUMNS
 from tracker.sampling import Array
+from tracker.tables import misread, unreadable
 
 ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
 READ = ("seq", "frame", *POSE_COLUMNS, "label", "time_s")
@@ -90,7 +91,7 @@ def read_poses(path: str | Path) -> list[PoseSequence]:
     except FileNotFoundError as error:
         raise PosesError(f"no pose table {path}; check its name") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise PosesError(f"cannot read {path} as a UTF-8 CSV table ({error}); save it as one") from error
+        raise PosesError(unreadable(path, error)) from error
     if not rows:
         raise PosesError(f"{path} has no poses; give a table with one row a frame")
     return [_sequence(name, frames, path) for name, frames in rows.items()]
@@ -139,11 +140,8 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
 def _columns(header: Sequence[str], path: str | Path) -> dict[str, int]:
     """Where each column that is read stands."""
     names = [name.strip() for name in header]
-    for mark, word in ((";", "semicolons"), ("\t", "tabs")):
-        if len(names) == 1 and mark in names[0]:
-            raise PosesError(
-                f"{path} has {word} between its columns; write commas, and points within numbers"
-            )
+    if (fault := misread(path, names)) is not None:
+        raise PosesError(fault)
     for name in ("frame", *POSE_COLUMNS[ROOT_COLUMNS:]):
         if name not in names:
             raise PosesError(

@@ -56,7 +56,8 @@ class _Lines:
     def write(self) -> None:
         self.written = time.monotonic()
         seconds, left = self.written - self.began, None
-        if self.total is not None and self.done:
+        # The first step alone tells little: it may wait for a compiler or for processes.
+        if self.total is not None and self.done > 1:
             left = seconds / self.done * max(self.total - self.done, 0)
         news = {
             "task": self.name,

@@ -3,19 +3,21 @@
 import csv
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, Self
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
+from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, ValidationError
 
 from kinematics.mocap import POSE_COLUMNS
 from tracker.sampling import Array
+from tracker.tables import why
 from tracker.track import LOST, OUTSIDE
 
+RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
 POINT_COLUMNS = ("x", "y", "sxx", "sxy", "syy")
 
 
@@ -25,6 +27,8 @@ class RunError(ValueError):
 
 class News(BaseModel):
     """What run.json says that others read; a frame's `size` is (width, height) in pixels."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
 
     figtrack: str
     video: str
@@ -108,48 +112,72 @@ def read_run(folder: Path) -> Record:
     """A complete run.
 
     Raises:
-        RunError: no complete run in this folder, or files in it that are damaged.
+        RunError: no complete run in this folder, or a file in it that is damaged.
     """
     news = read_news(folder)
-    try:
-        points, poses = list(_rows(folder / "keypoints.csv")), list(_rows(folder / "pose.csv"))
-        return _record(news, points, poses, _shift(folder / "track.npz", news.frames))
-    except (OSError, ValueError, KeyError, IndexError, TypeError, csv.Error, BadZipFile) as error:
-        raise RunError(
-            f"the files in {folder} are damaged ({type(error).__name__}: {error}); track the clip again"
-        ) from error
-
-
-def _record(news: News, points: list[dict[str, str]], poses: list[dict[str, str]], shift: Array) -> Record:
-    names = tuple(dict.fromkeys(row["keypoint"] for row in points))
-    T, J = news.frames, len(names)
-    wanted = [(t, name) for t in range(T) for name in names]
-    if not J or len(points) != T * J or [(int(row["frame"]), row["keypoint"]) for row in points] != wanted:
-        raise ValueError(f"keypoints.csv should hold every keypoint of {T} frames, in order")
-    if [int(row["frame"]) for row in poses] != list(range(T)):
-        raise ValueError(f"pose.csv should hold {T} frames, in order")
-    numbers = _numbers(points, POINT_COLUMNS).reshape(T, J, len(POINT_COLUMNS))
-    times = _numbers(poses, ["time_s"])[:, 0]
-    if not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
-        raise ValueError("the time in pose.csv should rise from row to row")
-    body = _numbers(poses, POSE_COLUMNS)
-    body[:, 2:] = np.radians(body[:, 2:])
+    with _sound(folder / "keypoints.csv") as path:
+        names, numbers = _points(path, news.frames)
+    with _sound(folder / "pose.csv") as path:
+        times, poses, outcome = _poses(path, news.frames)
+    with _sound(folder / "track.npz") as path:
+        shift = _shift(path, news.frames)
     return Record(
         news=news,
         times=times,
         names=names,
         places=numbers[..., :2],
-        covs=numbers[..., [2, 3, 3, 4]].reshape(T, J, 2, 2),
-        poses=body,
-        outcome=tuple(row["outcome"] for row in poses),
+        covs=numbers[..., [2, 3, 3, 4]].reshape(*numbers.shape[:2], 2, 2),
+        poses=poses,
+        outcome=outcome,
         shift=shift,
     )
 
 
+@contextmanager
+def _sound(path: Path) -> Iterator[Path]:
+    """A file that is to be read; RunError if what is in it is not what a run leaves."""
+    try:
+        yield path
+    except (OSError, ValueError, KeyError, IndexError, TypeError, csv.Error) as error:
+        lacks = f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else why(error)
+        raise RunError(f"{path} is damaged ({lacks}); track the clip again") from error
+
+
+def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
+    """Names (J,) and numbers (T, J, 5) of keypoints.csv."""
+    rows = list(_rows(path))
+    names = tuple(dict.fromkeys(row["keypoint"] for row in rows))
+    whole = bool(rows) and len(rows) == T * len(names)
+    wanted = ((t, name) for t in range(T) for name in names)
+    if not whole or any(
+        (int(row["frame"]), row["keypoint"]) != one for row, one in zip(rows, wanted, strict=True)
+    ):
+        raise ValueError(f"it should hold every keypoint of {T} frames, in order")
+    return names, _numbers(rows, POINT_COLUMNS).reshape(T, len(names), len(POINT_COLUMNS))
+
+
+def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[str, ...]]:
+    """Times (T,), poses (T, 8) in body units and outcomes (T,) of pose.csv."""
+    rows = list(_rows(path))
+    if len(rows) != T or any(int(row["frame"]) != t for t, row in enumerate(rows)):
+        raise ValueError(f"it should hold {T} frames, in order")
+    times = _numbers(rows, ["time_s"])[:, 0]
+    if not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+        raise ValueError("time_s should rise from row to row")
+    poses = _numbers(rows, POSE_COLUMNS)
+    poses[:, 2:] = np.radians(poses[:, 2:])
+    return times, poses, tuple(row["outcome"] for row in rows)
+
+
 def _shift(path: Path, frames: int) -> Array:
     """(T, 2), zero in frames that were not followed."""
-    with path.open("rb") as file, np.load(file) as track:
-        first, followed = json.loads(str(track["header"]))["first"], track["shift"]
+    try:
+        with path.open("rb") as file, np.load(file) as track:
+            first, followed = json.loads(str(track["header"]))["first"], track["shift"]
+    except OSError:
+        raise
+    except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
+        raise ValueError("it is no archive that can be read") from error
     shift = np.zeros((frames, 2))
     shift[first : first + len(followed)] = followed
     return shift

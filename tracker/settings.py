@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
+
+from tracker.tables import why
 
 # Words for the bounds of a JSON schema.
 BOUNDS = {
@@ -28,32 +30,38 @@ class Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     mode: Literal["full", "classic"] = Field("full", description="classic: the papers' registration")
-    spacing: float = Field(0.022, gt=0, le=0.2, description="between template points, leg lengths")
+    templates: bool = Field(True, description="whether looks are followed; if not, --measure must tell")
+    spacing: float = Field(0.022, ge=0.005, le=0.2, description="between template points, leg lengths")
     rim: float = Field(0.05, ge=0, le=0.5, description="of template beyond a link's outline, leg lengths")
-    cover: float = Field(1.0, ge=0, description="how far beyond its outline a link hides others, blurs")
+    cover: float = Field(
+        1.0, ge=0, le=10, description="how far beyond its outline a link hides others, blurs"
+    )
     rim_weight: float = Field(0.3, ge=0, le=1, description="of the rim's pixels against the link's own")
-    blurs: tuple[PositiveFloat, ...] = Field(
+    blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
         (0.05, 0.025, 0.012), min_length=1, description="coarse to fine, leg lengths"
     )
     iterations: int = Field(6, ge=1, le=100, description="steps at each blur at most")
-    noise: float = Field(6.0, gt=0, description="of a pixel's match, grey levels")
+    noise: float = Field(6.0, ge=0.1, le=255, description="of a pixel's match, grey levels")
     light: float = Field(
         20.0,
         gt=0,
+        le=255,
         description="of a link's offset of light from the common one at most, grey levels",
     )
-    robust: float = Field(2.5, gt=0, description="Cauchy scale, multiples of the noise")
+    robust: float = Field(2.5, gt=0, le=1000, description="Cauchy scale, multiples of the noise")
     out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match at which a link is out of sight")
     in_sight: float = Field(0.6, gt=0, le=1, description="mean match from which a link is in full sight")
     backdrop: bool = Field(True, description="whether what lies behind the figure weighs hypotheses")
     tempering: float = Field(0.035, gt=0, le=1, description="independent share of template points")
-    image_weight: float = Field(1.0, ge=0, description="of the image in weighing hypotheses")
+    image_weight: float = Field(1.0, ge=0, le=100, description="of the image in weighing hypotheses")
     blend: float = Field(0.12, ge=0, le=1, description="of what is seen into the template, a frame")
     camera: bool = Field(True, description="whether the camera may move: the root is then that of the scene")
-    hypotheses: int = Field(8, ge=1, description="priors that are tried a frame, at most")
-    prune: float = Field(15.0, gt=0, description="priors dearer than the best by this are not tried, nats")
+    hypotheses: int = Field(8, ge=1, le=1000, description="priors that are tried a frame, at most")
+    prune: float = Field(
+        15.0, gt=0, le=1000, description="priors dearer than the best by this are not tried, nats"
+    )
     margin: float = Field(
-        0.3, ge=0, description="of the picture kept around the predicted joints, leg lengths"
+        0.3, ge=0, le=10, description="of the picture kept around the predicted joints, leg lengths"
     )
     least_inside: float = Field(
         0.3, ge=0, le=1, description="share of the joints in the frame, or it is outside"
@@ -68,7 +76,9 @@ class Settings(BaseModel):
     bare: float = Field(
         0.5, ge=0, le=1, description="share of it where just what lies behind is seen, or it is lost"
     )
-    limit_give: float = Field(3.0, gt=0, description="how sharply a joint stops at its limit, degrees")
+    limit_give: float = Field(
+        3.0, gt=0, le=360, description="how sharply a joint stops at its limit, degrees"
+    )
     rates: tuple[Annotated[float, Field(ge=0.25, le=4)], ...] = Field(
         (1.0, 0.5), min_length=1, description="playback speeds that are tried side by side, 1 as filmed"
     )
@@ -76,32 +86,52 @@ class Settings(BaseModel):
         1e-6, ge=0, lt=1, description="probability a frame of walking backwards from now on, 0 for never"
     )
     rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
-    inflation: float = Field(3.0, gt=0, description="of the learned Q, for people it has not seen")
+    inflation: float = Field(3.0, gt=0, le=1000, description="of the learned Q, for people it has not seen")
     surprise: float = Field(
         0.01, ge=0, lt=1, description="probability a frame of a motion that the model does not foresee"
     )
     free_angle: float = Field(
-        3.0, gt=0, description="such a motion: change of an angle's speed a frame, degrees"
+        3.0, gt=0, le=360, description="such a motion: change of an angle's speed a frame, degrees"
     )
     free_place: float = Field(
-        0.02, gt=0, description="such a motion: change of the root's speed a frame, leg lengths"
+        0.02, gt=0, le=10, description="such a motion: change of the root's speed a frame, leg lengths"
     )
-    scale_drift: float = Field(0.001, ge=0, description="of the common log scale, a frame")
-    breathing: float = Field(0.06, ge=0, description="spread of a link's log length")
-    ankle: float = Field(25.0, gt=0, description="spread of an ankle, of which no model speaks, degrees")
+    scale_drift: float = Field(0.001, ge=0, le=1, description="of the common log scale, a frame")
+    breathing: float = Field(0.06, gt=0, le=1, description="spread of a link's log length")
+    ankle: float = Field(
+        25.0, gt=0, le=360, description="spread of an ankle, of which no model speaks, degrees"
+    )
     ankle_keep: float = Field(0.9, ge=0, lt=1, description="of an ankle's turn that is left a frame later")
     breath: float = Field(0.95, ge=0, lt=1, description="of a link's stretch that is left a frame later")
     mark: float = Field(
-        0.03, ge=0, description="error of a marked joint's place, which tracking carries along, leg lengths"
+        0.03,
+        ge=0,
+        le=1,
+        description="error of a marked joint's place, which tracking carries along, leg lengths",
     )
-    start_length: float = Field(0.01, gt=0, description="error of the marked log lengths")
-    start_angle: float = Field(4.0, gt=0, description="error of the marked angles, degrees")
-    start_place: float = Field(0.02, gt=0, description="error of the marked hip, leg lengths")
+    point: float = Field(
+        0.03,
+        gt=0,
+        le=1,
+        description="least spread of a point of --measure, leg lengths; more where they jitter",
+    )
+    point_likelihood: float = Field(
+        0.3, ge=0, le=1, description="likelihood below which a point of --measure is taken for absent"
+    )
+    exchange: float = Field(
+        0.1, gt=0, lt=0.5, description="probability that --measure names the legs of a frame wrongly"
+    )
+    one_leg: float = Field(
+        0.02, gt=0, lt=0.5, description="probability that --measure puts both legs of a frame on one"
+    )
+    start_length: float = Field(0.01, gt=0, le=10, description="error of the marked log lengths")
+    start_angle: float = Field(4.0, gt=0, le=360, description="error of the marked angles, degrees")
+    start_place: float = Field(0.02, gt=0, le=10, description="error of the marked hip, leg lengths")
     cv_angle: float = Field(
-        6.0, gt=0, description="constant velocity: change of an angle's speed a frame, degrees"
+        6.0, gt=0, le=360, description="constant velocity: change of an angle's speed a frame, degrees"
     )
     cv_place: float = Field(
-        0.06, gt=0, description="constant velocity: change of the root's speed a frame, leg lengths"
+        0.06, gt=0, le=10, description="constant velocity: change of the root's speed a frame, leg lengths"
     )
 
     @model_validator(mode="after")
@@ -134,10 +164,12 @@ def read_settings(path: Path) -> Settings:
         return Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError as error:
         raise SettingsError(f"no settings file {path}; check its name") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SettingsError(f"{path} is no TOML file: {error}") from error
     except ValidationError as error:
         raise SettingsError(f"{path}: {'; '.join(map(_fault, error.errors()))}") from error
+    except (OSError, ValueError, RecursionError) as error:  # the parser has several ways to fail
+        raise SettingsError(
+            f"{path} is no TOML file ({why(error)}); 'figtrack settings --out {path}' writes one"
+        ) from error
 
 
 def _range(schema: Mapping[str, Any]) -> str:
@@ -155,6 +187,8 @@ def _range(schema: Mapping[str, Any]) -> str:
 
 def _fault(details: ErrorDetails) -> str:
     name = ".".join(map(str, details["loc"]))
+    if details["type"] == "value_error":  # of the settings together
+        return str(details["ctx"]["error"])
     if details["type"] == "extra_forbidden":
         return f"{name}: no such setting"
     return f"{name}: {details['msg'].lower()}, got {details['input']!r}"

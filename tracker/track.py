@@ -17,7 +17,7 @@ from typing import Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.belief import Belief, first_belief, propose
+from dynamics.belief import Belief, either, first_belief, propose
 from dynamics.gaussian import Gaussian, apply, symmetric, transpose
 from dynamics.kalman import update_information
 from dynamics.slds import SLDS
@@ -26,6 +26,7 @@ from kinematics.recover import Start
 from kinematics.spm import View, joints
 from tracker.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
 from tracker.camera import Camera, first_camera
+from tracker.detections import Detections, Detector, Likelihood
 from tracker.registration import Field, Outcome, Registration, align
 from tracker.sampling import Array, Box, Image, Level, pyramid, within
 from tracker.search import reach, sought
@@ -111,11 +112,12 @@ class Tracker:
 
     def begin(self, start: Start, image: Image, belief: Belief | None = None) -> tuple[State, Estimate]:
         """Templates from the marked frame, and a belief from its marks unless there is a better one."""
-        box, behind = self._box(start.q[None]), self.settings.backdrop and self.settings.mode == "full"
+        settings, box = self.settings, self._box(start.q[None])
+        behind = settings.backdrop and settings.templates and settings.mode == "full"
         state = State(
             belief or self.first_belief(start),
             self._first_templates(start, image),
-            first_camera(image, box) if self.settings.camera else None,
+            first_camera(image, box) if settings.camera else None,
             first_backdrop(image, box, self.view.unit) if behind else None,
         )
         return state, replace(self._estimate(state), began=True)
@@ -133,14 +135,37 @@ class Tracker:
         """Templates as a pose (D,) lays them on a picture, see `tracker.template.cut`."""
         return cut(self.figure, self.view, q, self._levels(image, self._box(q[None])), self.settings, placed)
 
-    def step(self, state: State, image: Image) -> tuple[State, Estimate]:
-        """One frame on."""
-        proposed = self.proposed(state.belief)
-        priors = self.pose(proposed.states)
-        state = self.looked(state, image, priors)
+    def step(
+        self, state: State, image: Image, detections: Detections | None = None
+    ) -> tuple[State, Estimate]:
+        """One frame on; what was detected in it narrows the priors that templates climb from."""
+        proposed, before = self.proposed(state.belief), state.outcome
+        state = self.looked(state, image, self.pose(proposed.states))
         here = self.shifted(state.shift)
-        levels = here._levels(image, here._around(priors))
-        field = Field(state.templates, levels, self.figure, here.view, self.settings, state.scenery)
+        if detections is not None:
+            proposed = here.detected(proposed, detections)
+        if self.settings.templates:
+            state, misfit = here._registered(state, image, proposed)
+        else:
+            pose = self.pose(proposed.merged()).mean
+            gone = here._inside(pose, image.shape[:2]) < self.settings.least_inside
+            state, misfit = replace(state, belief=proposed, outcome=OUTSIDE if gone else LOST), 0.0
+        if detections is not None and state.outcome == LOST:
+            state = replace(state, outcome=here._detected_outcome(state.belief, detections, before))
+        return state, replace(self._estimate(state), misfit=misfit)
+
+    def detected(self, belief: Belief, detections: Detections) -> Belief:
+        """The belief given the points of this frame, of which near and far leg may be exchanged."""
+        priors = self.pose(belief.states)
+        ways = self._detector.namings(detections, priors)
+        given = either([self._conditioned(belief, priors, way) for way in ways])
+        return replace(given, cost=given.cost - given.cost.min())
+
+    def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, float]:
+        """The state after the templates were laid on the picture, and their misfit."""
+        priors = self.pose(proposed.states)
+        levels = self._levels(image, self._around(priors))
+        field = Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
         starts = sought(field, priors, proposed.best) if state.outcome in UNSURE else None
         found = align(field, priors, starts)
         fused = self._fused(proposed, priors, found)
@@ -151,8 +176,7 @@ class Tracker:
             state = replace(state, belief=proposed)
         else:
             state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
-        state = replace(state, outcome=outcome)
-        return state, replace(self._estimate(state), misfit=best.misfit)
+        return replace(state, outcome=outcome), best.misfit
 
     def proposed(self, belief: Belief) -> Belief:
         """The priors that are tried."""
@@ -193,14 +217,23 @@ class Tracker:
         return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
     def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
-        information = np.stack([r.information for r in found])
-        vector = np.stack([r.vector for r in found]) - information @ self.offset
-        states = update_information(proposed.states, self.slds.C, information, vector)
-        away = np.stack([r.q for r in found]) - priors.mean
+        told = Likelihood(
+            np.stack([r.q for r in found]),
+            np.stack([r.information for r in found]),
+            np.stack([r.vector for r in found]),
+            np.array([r.cost for r in found]),
+        )
+        fused = self._conditioned(proposed, priors, told)
+        return replace(fused, cost=fused.cost - fused.cost.min())
+
+    def _conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
+        """Every hypothesis given its own likelihood, which it pays for."""
+        vector = told.vector - told.information @ self.offset
+        states = update_information(belief.states, self.slds.C, told.information, vector)
+        away = told.q - priors.mean
         innovation = 0.5 * (away * np.linalg.solve(priors.cov, away[..., None])[..., 0]).sum(1)
-        spread = 0.5 * np.linalg.slogdet(np.eye(away.shape[1]) + priors.cov @ information)[1]
-        cost = proposed.cost + [r.cost for r in found] + innovation + spread
-        return replace(proposed, states=states, cost=cost - cost.min())
+        spread = 0.5 * np.linalg.slogdet(np.eye(away.shape[1]) + priors.cov @ told.information)[1]
+        return replace(belief, states=states, cost=belief.cost + told.cost + innovation + spread)
 
     def _estimate(self, state: State) -> Estimate:
         belief = state.belief
@@ -210,8 +243,7 @@ class Tracker:
     def _outcome(self, state: State, field: Field, found: Registration, size: tuple[int, ...]) -> str:
         templates = state.templates
         inner = templates.inner
-        pixels = field.view.to_pixels(joints(self.figure, found.q))
-        if within(pixels, size).mean() < self.settings.least_inside:
+        if self._inside(found.q, size) < self.settings.least_inside:
             return OUTSIDE
         visible = inner & (found.match > 0)
         matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
@@ -223,6 +255,24 @@ class Tracker:
             return FOUND
         share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
         return HIDDEN if min(share) < self.settings.least_visible else OK
+
+    def _detected_outcome(self, belief: Belief, detections: Detections, before: str) -> str:
+        """Of a frame in which no template matches."""
+        pose = self.pose(belief.states[belief.best]).mean
+        agree, whole = self._detector.agreement(detections, pose)
+        if agree < self.settings.least_match:
+            return LOST
+        if before in UNSURE:
+            return FOUND
+        return OK if whole else HIDDEN
+
+    @property
+    def _detector(self) -> Detector:
+        return Detector(self.figure, self.view, self.settings)
+
+    def _inside(self, q: Array, size: tuple[int, ...]) -> float:
+        """Share of the joints of a pose (D,) that lie in a picture of this height and width."""
+        return float(within(self.view.to_pixels(joints(self.figure, q)), size).mean())
 
     def _around(self, priors: Gaussian) -> Box:
         """Pixels that the figure may cover."""

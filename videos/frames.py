@@ -5,6 +5,7 @@ rotation that phones write beside the picture is applied. A container's own fram
 what counts is what decodes. Pixels are taken as stored, square or not.
 """
 
+import io
 import os
 import re
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 Image = NDArray[np.uint8]
 
 FOLDER_FPS = 30.0
+PNG = b"\x89PNG\r\n\x1a\n"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
@@ -117,12 +119,11 @@ class Video:
 
     def _folder_frames(self) -> Iterator[Frame]:
         for index, path in enumerate(self._images):
-            # imread cannot open every file name on every system; bytes always work.
-            stored = np.frombuffer(path.read_bytes(), np.uint8)
-            image = cv2.imdecode(stored, cv2.IMREAD_COLOR) if stored.size else None
-            if image is None:
-                raise VideoError(f"cannot read {path} as an image; replace it or remove it")
-            yield Frame(index, index / self.fps, cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8))
+            try:
+                image = _decoded_image(path.read_bytes())
+            except (OSError, av.FFmpegError, cv2.error, ValueError) as error:
+                raise VideoError(f"cannot read {path} as an image; replace it or remove it") from error
+            yield Frame(index, index / self.fps, image)
 
     def _file_frames(self) -> Iterator[Frame]:
         index, time, broken = 0, -1.0 / self.fps, False
@@ -164,6 +165,8 @@ def _opened(path: Path) -> InputContainer:
 
 def _video_stream(container: InputContainer, path: Path) -> VideoStream:
     streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
+    if streams and streams[0].codec_context is None:  # PyAV would crash on it
+        raise VideoError(f"{path} does not say how its pictures are coded; copy or convert it again")
     # FFmpeg renders any text as a terminal's screen, which is nobody's video.
     text = container.format.name == "tty"
     if text or not streams:
@@ -224,6 +227,19 @@ def _upright(picture: VideoFrame) -> Image:
         right, down = (c, b) if sideways else (a, d)
         image = image[:: -1 if down < 0 else 1, :: -1 if right < 0 else 1]
     return np.ascontiguousarray(image)
+
+
+def _decoded_image(stored: bytes) -> Image:
+    """A picture as RGB, upright; FFmpegError, cv2.error or ValueError for what is none."""
+    if stored.startswith(PNG):
+        # OpenCV would have libpng print its own complaints of a damaged one.
+        with av.open(io.BytesIO(stored), mode="r", format="png_pipe") as container:
+            for picture in container.decode(video=0):
+                return _upright(picture)
+    image = cv2.imdecode(np.frombuffer(stored, np.uint8), cv2.IMREAD_COLOR) if stored else None
+    if image is None:
+        raise ValueError("no picture")
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8)
 
 
 def _numbered_images(folder: Path) -> list[Path]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.belief import Belief, first_belief, propose
+from dynamics.belief import Belief, either, first_belief, propose
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
 from dynamics.viterbi import viterbi
@@ -128,3 +128,32 @@ def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
     assert -belief.cost[0] == pytest.approx(want.log_evidence, rel=1e-12)  # the same sums
     assert_allclose(belief.states.mean[0], want.states.mean[-1], atol=1e-12)
     assert_allclose(belief.states.cov[0], want.states.cov[-1], atol=1e-12)
+
+
+def test_of_measurements_that_exclude_each_other_each_hypothesis_is_the_mixture(rng):
+    slds = random_slds(2, rng=rng)
+    first = some_belief(slds, [0, 1], rng)
+    second = replace(some_belief(slds, [0, 1], rng), s=first.s, parent=first.parent)
+    one = either([first, second])
+    parts = [Gaussian(b.states.mean[h], b.states.cov[h]) for h in (0, 1) for b in (first, second)]
+    weight = np.exp(-np.array([[first.cost[h], second.cost[h]] for h in (0, 1)]))
+    assert_allclose(np.exp(-one.cost), weight.sum(1), rtol=1e-12)
+    for h, share in enumerate(weight / weight.sum(1, keepdims=True)):
+        a, b = parts[2 * h : 2 * h + 2]
+        assert_allclose(one.states.mean[h], share[0] * a.mean + share[1] * b.mean, rtol=1e-12)
+        second_moment = sum(
+            p * (g.cov + np.outer(g.mean, g.mean)) for p, g in zip(share, (a, b), strict=True)
+        )
+        mean = one.states.mean[h]
+        assert_allclose(one.states.cov[h], second_moment - np.outer(mean, mean), atol=1e-12)
+    assert_array_equal(one.s, [0, 1])
+
+
+def test_a_measurement_that_cannot_be_changes_nothing(rng):
+    slds = random_slds(2, rng=rng)
+    first = some_belief(slds, [0, 1], rng)
+    never = replace(some_belief(slds, [0, 1], rng), cost=np.full(2, 1e4))
+    one = either([first, never])
+    assert_allclose(one.states.mean, first.states.mean, rtol=1e-12)
+    assert_allclose(one.states.cov, first.states.cov, rtol=1e-12)
+    assert_allclose(one.cost, first.cost, rtol=1e-12)

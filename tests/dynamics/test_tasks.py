@@ -12,10 +12,10 @@ from scipy.stats import multivariate_normal
 from dynamics import tasks
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
-from dynamics.noise import at_noise
+from dynamics.noise import SEARCHES, at_noise
 from dynamics.region import pose_hints
 from dynamics.slds import combine
-from dynamics.tasks import classify, classify_hmm, predict, synthesise
+from dynamics.tasks import CLASSIFY_TICKS, classify, classify_hmm, predict, predict_ticks, synthesise
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from tests.oracles import enumerated, given_path, random_covariance, random_slds
@@ -630,3 +630,16 @@ def test_the_same_seed_makes_the_same_motion_and_another_another(recurrent, rng)
     assert_array_equal(s, again_s)
     assert_array_equal(y, again)
     assert np.abs(y - other).min() > 0.0
+
+
+@pytest.mark.parametrize("travelling", [(), ("b",)])
+def test_the_work_ticks_as_often_as_it_says(rng, travelling):
+    slds = random_slds(2, travelling=travelling, rng=rng)
+    ys = [rng.normal(size=(T, len(slds.names))) for T in (4, 60)]
+    ticks = []
+    at_noise(slds, ys, lambda: ticks.append("noise"))
+    assert len(ticks) == SEARCHES
+    classify(slds, ys, tick=lambda: ticks.append("classify"))
+    assert ticks.count("classify") == CLASSIFY_TICKS
+    predict(slds, ys, 2, tick=lambda: ticks.append("predict"))
+    assert ticks.count("predict") == predict_ticks(ys) > predict_ticks([ys[0]]) >= 1

@@ -13,6 +13,7 @@ from tracker.settings import Settings
 # Every setting, so that tuning the defaults does not move the tests.
 FULL = Settings(
     mode="full",
+    templates=True,
     spacing=0.03,
     rim=0.04,
     cover=1.0,
@@ -51,6 +52,10 @@ FULL = Settings(
     ankle_keep=0.9,
     breath=0.9,
     mark=0.03,
+    point=0.03,
+    point_likelihood=0.3,
+    exchange=0.1,
+    one_leg=0.02,
     start_length=0.01,
     start_angle=4.0,
     start_place=0.02,

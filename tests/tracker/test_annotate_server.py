@@ -6,6 +6,7 @@ import threading
 from http.client import HTTPConnection
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.tracker.clips import everything
@@ -366,3 +367,72 @@ def test_the_joints_come_in_order_with_the_limb_they_end(client, clip):
         "far_knee",
     }
     assert {joint["side"] for joint in joints} == {"near", "far", "trunk"}
+
+
+@pytest.mark.parametrize(
+    "what", ["../save", "save/../../k2.csv", "save?out=/tmp/k.csv", "%2e%2e/save", "Save", "save/"]
+)
+def test_no_path_leads_to_another_file_to_write(client, table, what):
+    assert client.post(what, {"frames": {"0": told(GOOD)}})[0] == 404
+    assert everything(table.parent.parent) == {}
+
+
+def test_a_request_with_two_hosts_is_judged_by_the_first(client):
+    request = f"GET /{client.key}/ HTTP/1.1\r\nHost: evil.example\r\nHost: {client.host}\r\n\r\n"
+    assert answer(client, request.encode()).startswith(b"HTTP/1.0 403 ")
+
+
+def answer(client, request):
+    """What comes back for raw bytes."""
+    with socket.create_connection(("127.0.0.1", client.server.server_port), timeout=10.0) as connection:
+        connection.sendall(request)
+        connection.shutdown(socket.SHUT_WR)
+        parts = iter(lambda: connection.recv(65536), b"")
+        return b"".join(parts)
+
+
+@pytest.mark.parametrize(
+    ("request_line", "status"),
+    [
+        (b"GET /" + b"a" * 70_000 + b" HTTP/1.1", b"414"),
+        (b"GET / HTTP/1.1\r\n" + b"\r\n".join(b"X-%d: 1" % i for i in range(200)), b"431"),
+        (b"GET / HTTP/1.1\r\nX: " + b"a" * 70_000, b"431"),
+        (b"<script>alert(1)</script>", b"400"),
+        (b"GET / HTTP/9.9", b"505"),
+    ],
+    ids=["long path", "many headers", "long header", "no request", "another version"],
+)
+def test_what_is_no_request_of_bounded_size_is_refused_and_the_page_goes_on(client, request_line, status):
+    reply = answer(client, request_line + b"\r\n\r\n")
+    assert status in reply[:900]
+    assert b"<script>" not in reply
+    assert client.key.encode() not in reply
+    assert client.ask("GET", "")[0] == 200
+
+
+def test_a_hundred_connections_that_say_nothing_do_not_keep_the_page_from_answering(client, monkeypatch):
+    assert module.Handler.timeout <= 60.0
+    monkeypatch.setattr(module.Handler, "timeout", 0.5)
+    address = ("127.0.0.1", client.server.server_port)
+    silent = [socket.create_connection(address, timeout=10.0) for _ in range(100)]
+    try:
+        silent[0].sendall(b"GET /")
+        assert client.ask("GET", "")[0] == 200
+        assert [connection.recv(1) for connection in silent] == [b""] * len(silent)  # hung up on
+    finally:
+        for connection in silent:
+            connection.close()
+
+
+def test_marks_however_wild_are_judged_and_nothing_is_printed_of_them(client, rng, capfd):
+    for _ in range(200):
+        scale = 10.0 ** rng.integers(-3, 6)
+        places = np.clip(np.round(rng.normal(scale=scale, size=(len(KEYPOINTS), 2)), 2), -1e5, 1e5)
+        kept = rng.random(len(KEYPOINTS)) < 0.8
+        marks = {
+            n: {"x": x, "y": y}
+            for n, (x, y), keep in zip(KEYPOINTS, places.tolist(), kept, strict=True)
+            if keep
+        }
+        assert client.post("check", {"frame": 0, "marks": marks})[0] == 200
+    assert capfd.readouterr().err == ""

@@ -22,7 +22,7 @@ from tracker.progress import Progress
 from tracker.settings import Settings
 
 HEADER = ("video", "keypoints", "start", "model", "out")
-RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json"}
+RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
 QUIET = Progress("quiet")
 
 
@@ -65,7 +65,7 @@ def test_a_failed_clip_does_not_stop_the_others_and_a_second_run_skips_what_is_d
         assert "\n" not in error
         assert (status, frames) == (("failed", "") if words else ("done", "10"))
     for name in ("été #1", "走る 1-track"):
-        assert {inner.name for inner in (path.parent / name).iterdir()} - {"report.html"} == RUN_FILES
+        assert {inner.name for inner in (path.parent / name).iterdir()} == RUN_FILES
     before = everything(path.parent)
 
     (path.parent / "absent.mp4").write_bytes((path.parent / CLIP[0]).read_bytes())
@@ -135,6 +135,7 @@ def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
         "rate": 1.0,
         "smooth": False,
         "anchors": True,
+        "measure": clip.keypoints,
     }
     keys = {job_key(replace(job, **{name: value})) for name, value in others.items()} | {job_key(job)}
     assert len(keys) == len(others) + 1
@@ -205,7 +206,7 @@ def test_a_process_killed_in_the_middle_loses_nothing(table, clip, tmp_path, clu
         ("done", 10),
     ]
     for name in "abc":
-        assert {inner.name for inner in (tmp_path / name).iterdir()} - {"report.html"} == RUN_FILES
+        assert {inner.name for inner in (tmp_path / name).iterdir()} == RUN_FILES
     assert not list(tmp_path.rglob("*.part"))
     cluster.wait_for_workers(2, timeout=60)
 

@@ -27,10 +27,11 @@ from tests.tracker.clips import (
     write_video,
 )
 from tracker import __version__
+from tracker.cli import COMMANDS
 from tracker.keypoints import KEYPOINTS
 
 ROOT = Path(__file__).parents[2]
-RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json"}
+RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
 
 
@@ -67,7 +68,7 @@ def done(clip, tmp_path_factory):
 
 def test_a_run_leaves_the_files_it_promises_and_no_others(done):
     out, _ = done
-    assert {path.name for path in out.iterdir()} - {"report.html"} == RUN_FILES
+    assert {path.name for path in out.iterdir()} == RUN_FILES
     assert [path.name for path in out.parent.iterdir()] == ["out"]
 
 
@@ -143,7 +144,7 @@ def test_names_with_spaces_and_other_letters_work(clip, tmp_path):
     keypoints.write_bytes(clip.keypoints.read_bytes())
     words = [video, "--keypoints", keypoints, "--out", out, "--stop", 2, "--model", "cv"]
     assert figtrack("track", *words).exit_code == 0
-    assert {path.name for path in out.iterdir()} - {"report.html"} == RUN_FILES
+    assert {path.name for path in out.iterdir()} == RUN_FILES
     assert figtrack("compare", *words, "--overwrite").exit_code == 0
     assert "走る 1:2%.mp4" in (out / "report.html").read_text(encoding="utf-8")
 
@@ -361,7 +362,7 @@ def test_of_two_runs_into_one_folder_at_once_one_is_refused_and_the_other_whole(
     (line,) = "".join(errors).splitlines()
     assert line.startswith("error: ")
     assert "holds a complete run" in line
-    assert {path.name for path in (tmp_path / "out").iterdir()} - {"report.html"} == RUN_FILES
+    assert {path.name for path in (tmp_path / "out").iterdir()} == RUN_FILES
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
@@ -433,6 +434,20 @@ def test_help_and_version_end_with_status_zero(words):
     assert result.stderr == ""
 
 
+def test_what_a_command_does_is_told_in_full_where_they_are_listed():
+    ran = subprocess.run(
+        command("--help"),
+        cwd=ROOT,
+        env=os.environ | {"COLUMNS": "80"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    _, listed = ran.stdout.split("Commands:")
+    assert len(listed.split("\n  ")) == len(COMMANDS) + 1
+    assert "..." not in listed
+
+
 def test_it_also_runs_as_a_module():
     ran = subprocess.run(command("--version"), cwd=ROOT, capture_output=True, text=True, check=True)
     assert (ran.stdout, ran.stderr) == (f"figtrack {__version__}\n", "")
@@ -452,3 +467,23 @@ def test_help_answers_at_once():
         return time.perf_counter() - began
 
     assert statistics.median(seconds() for _ in range(5)) < 0.5
+
+
+def test_the_shell_completes_commands_and_options():
+    def completed(*words):
+        asked = {"_FIGTRACK_COMPLETE": "complete_bash", "COMP_CWORD": str(len(words))}
+        environment = os.environ | asked | {"COMP_WORDS": " ".join(["figtrack", *words])}
+        ran = subprocess.run(command(), cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+        return ran.stdout.split()
+
+    assert completed("tra") == ["track"]
+    assert completed("track", "walk.mp4", "--keyp") == ["--keypoints"]
+    assert completed("track", "walk.mp4", "--facing", "r") == ["right"]
+
+
+def test_what_makes_the_shell_complete_can_be_shown():
+    environment = os.environ | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    words = command("--show-completion", "zsh")
+    ran = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert "#compdef figtrack" in ran.stdout
+    assert "_FIGTRACK_COMPLETE=complete_zsh" in ran.stdout

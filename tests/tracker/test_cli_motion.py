@@ -1,5 +1,6 @@
 """classify, predict, interpolate, synthesise: what they leave, what they say, and how they fail."""
 
+import json
 import sys
 from dataclasses import replace
 from types import ModuleType
@@ -432,3 +433,14 @@ def test_captured_walks_and_runs_are_told_apart_and_their_gaps_filled(data_dir, 
     ((found,), (want,)) = (read_poses(tmp_path / name) for name in ("i.csv", "t.csv"))
     assert np.degrees(np.abs(found.y - want.y)[gap, 2:]).mean() < 8.0
     assert_allclose(np.delete(found.y, gap, 0), np.delete(want.y, gap, 0))
+
+
+@pytest.mark.parametrize("command", ON_TABLES)
+def test_a_command_shows_how_far_it_is_in_steps(tmp_path, poses, model, command):
+    words = ["--no-plot", "--progress", "json", "--out", tmp_path / "p.csv"]
+    result = figtrack(command, poses, "--model", model, *words)
+    assert result.exit_code == 0, result.output
+    news = [json.loads(line) for line in result.stderr.splitlines()]
+    ended = [line for line in news if line["done"] == line["total"]]
+    assert len(ended) == (2 if command == "interpolate" else 1)
+    assert ended[0]["total"] > 4

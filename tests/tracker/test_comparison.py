@@ -55,8 +55,8 @@ def test_a_comparison_leaves_a_run_a_model_and_one_page(done):
         *MODELS, "compare.json", "failure.png", "errors.png", "report.html",
     }  # fmt: skip
     for name in MODELS:
-        assert {path.name for path in (out / name).iterdir()} - {"report.html"} == {
-            "keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json",
+        assert {path.name for path in (out / name).iterdir()} == {
+            "keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html",
         }  # fmt: skip
         assert read_json(out / name / "run.json")["model"] == name
 
@@ -203,7 +203,7 @@ def test_a_failing_comparison_keeps_the_old_one_byte_for_byte(clip, done, monkey
     def broken(*_):
         raise OSError(28, "No space left on device", "report.html")
 
-    monkeypatch.setattr(comparison, "write_page", broken)
+    monkeypatch.setattr(comparison, "write_comparison", broken)
     line = refused(*compare(clip, out, "--model", "cv", "--stop", 2, "--overwrite"))
-    assert line == "error: No space left on device: report.html"
+    assert line == "error: no room to write (No space left on device); make some, or choose another --out"
     assert everything(out.parent) == before

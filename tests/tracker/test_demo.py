@@ -70,3 +70,8 @@ def test_the_clip_and_its_marks_are_those_of_the_scene(tmp_path):
         for name, mark in marked.items():
             assert (mark.x, mark.y) == pytest.approx(tuple(scene.joints[name][t]), abs=0.0051)
             assert mark.visible == scene.visible[name][t]
+
+
+def test_every_picture_that_is_rendered_is_a_step(tmp_path, capsys):
+    run_demo(tmp_path / "out", 2, overwrite=False, progress=Progress("plain"), models=["cv"], frames=FEW)
+    assert f"rendering a walk: {FEW} of {FEW} in" in capsys.readouterr().err

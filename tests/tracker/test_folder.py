@@ -225,6 +225,23 @@ def test_a_file_does_not_replace_a_folder(tmp_path):
         write_file_into(tmp_path, overwrite=True)
 
 
+def test_a_file_replaces_neither_what_the_work_reads_nor_what_is_no_file(tmp_path):
+    read, pipe = tmp_path / "poses.csv", tmp_path / "pipe"
+    read.write_text("mine")
+    (tmp_path / "link").symlink_to(read)
+    os.mkfifo(pipe)
+    refusals = [
+        (read, "is what the work reads"),
+        (tmp_path / "link", "is what the work reads"),
+        (pipe, "no ordinary"),
+    ]
+    for out, words in refusals:
+        with pytest.raises(FolderError, match=words), fresh_file(out, overwrite=True, inputs=[read]):
+            pytest.fail("it was about to be replaced")
+    assert read.read_text() == "mine"
+    assert pipe.is_fifo()
+
+
 def stop_between_the_renames(place):
     """What a process leaves that is killed when the old run is aside and the new one not in place."""
     workshop = Path(tempfile.mkdtemp(prefix=f".{place.name}.", suffix=".part", dir=place.parent))

@@ -60,6 +60,8 @@ def test_it_may_be_written_in_many_ways(table, text):
         (",hip,1,2,1", r"line 2: frame must be a finite number; got ''"),
         ("-1,hip,1,2,1", r"line 2: frame must be a whole number from 0; got '-1'"),
         ("0.5,hip,1,2,1", r"line 2: frame must be a whole number from 0; got '0.5'"),
+        ("1e30,hip,1,2,1", r"line 2: frame 1e30 is out of all range; correct it"),
+        ("0,hip,1,-1e300,1", r"line 2: y -1e300 is out of all range; correct it"),
         ("0,hip,1,2,1\n0,hip,3,4,1", r"line 3: hip of frame 0 is marked twice; keep one of the two"),
     ],
 )
@@ -68,15 +70,19 @@ def test_a_bad_row_is_named_with_its_line(table, row, words):
         read_keypoints(table(HEADER + row + "\n"))
 
 
+def test_other_separators_than_commas_are_named(table):
+    with pytest.raises(KeypointsError, match=r"k\.csv has semicolons between its columns; write commas"):
+        read_keypoints(table("frame;keypoint;x;y\n0;hip;1,5;2\n"))
+
+
 @pytest.mark.parametrize(
     ("text", "column"),
     [
         ("", "frame"),
-        ("frame;keypoint;x;y\n", "frame"),
         ("frame,joint,x,y\n", "keypoint"),
         ("0,hip,1,2,1\n", "frame"),
     ],
-    ids=["empty", "semicolons", "other names", "no header"],
+    ids=["empty", "other names", "no header"],
 )
 def test_a_table_with_other_columns_is_refused(table, text, column):
     with pytest.raises(

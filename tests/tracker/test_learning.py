@@ -70,7 +70,7 @@ def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
     result = figtrack(*learn(trials, tmp_path / "m.npz", "--order", 1, "--fps", 25, *more))
     assert result.exit_code == 0, result.output
     assert (
-        "2 states, order 1, 25 frames a second, from 1 sequences of subjects s0; terms: credit"
+        "2 states, order 1, 25 frames a second, from 1 sequence of subjects s0; terms: credit"
         in result.stdout
     )
 

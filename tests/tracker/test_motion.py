@@ -174,7 +174,7 @@ def test_forecasts_grow_used_to_the_noise_of_the_table(rng, monkeypatch):
     y = gait("walk", 90, rng, noise=0.0)
     noisy = y + rng.normal(scale=[0.03] * 2 + [np.radians(5.0)] * 6, size=y.shape)
     (found,) = forecast_all(gait_model(), [sequence(noisy)], 1)
-    monkeypatch.setattr("dynamics.tasks.at_noise", lambda slds, ys: slds)
+    monkeypatch.setattr("dynamics.tasks.at_noise", lambda slds, *_: slds)
     (deaf,) = forecast_all(gait_model(), [sequence(noisy)], 1)
     error, without = (np.abs(mean[16:90] - y[16:])[:, 2:].mean() for mean in (found.mean, deaf.mean))
     assert error < 0.7 * without

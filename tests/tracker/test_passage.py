@@ -60,7 +60,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
 
     def following(offset):
         return SimpleNamespace(
-            figure=WALKER, step=lambda state, image: (state, estimate(image + offset, cost=1.0))
+            figure=WALKER, step=lambda state, image, _: (state, estimate(image + offset, cost=1.0))
         )
 
     def anchored(tracker, state, before, anchor, image):

@@ -69,7 +69,7 @@ def test_a_folder_without_a_run_is_said(rng, tmp_path):
         ({"figtrack": None}, "figtrack field required"),
         ({"facing": "up"}, "facing input should be 'left' or 'right'"),
         ({"fps": 0}, "fps input should be greater than 0"),
-        ({"frames": 9}, "keypoints.csv should hold every keypoint of 9 frames"),
+        ({"frames": 9}, r"keypoints.csv is damaged \(it should hold every keypoint of 9 frames"),
     ],
 )
 def test_a_run_json_that_does_not_fit_is_said(rng, tmp_path, changes, words):
@@ -100,7 +100,7 @@ def test_damaged_files_are_said_in_one_line(rng, tmp_path, name, spoil):
     data = (folder / name).read_bytes()
     (folder / name).write_bytes(spoil(data))
     assert (folder / name).read_bytes() != data
-    with pytest.raises(RunError, match=r"track the clip again$") as caught:
+    with pytest.raises(RunError, match=rf"{name} .*; track the clip again$") as caught:
         read_run(folder)
     assert "\n" not in str(caught.value)
     (folder / name).unlink()

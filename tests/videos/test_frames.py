@@ -8,7 +8,7 @@ import av
 import cv2
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from videos.frames import Frame, Video, VideoError
 
@@ -289,6 +289,25 @@ def test_a_video_of_which_no_frame_decodes_is_an_error(tmp_path, rng):
     path.write_bytes(stored[: stored.index(b"mdat") + 8])
     with pytest.raises(VideoError, match=r"no frame of .* could be decoded"):
         Video(path)
+
+
+def test_a_video_whose_coding_is_not_said_is_an_error_and_no_crash(tmp_path):
+    make_clip(tmp_path / "clip.mp4", [picture(t) for t in range(3)])
+    stored = (tmp_path / "clip.mp4").read_bytes()
+    (tmp_path / "clip.mp4").write_bytes(stored.replace(b"stbl", b"wtbl"))
+    with pytest.raises(VideoError, match="does not say how its pictures are coded"):
+        Video(tmp_path / "clip.mp4")
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_a_png_is_rgb_whatever_its_channels_and_its_name(tmp_path, rng, channels):
+    stored = rng.integers(0, 256, (9, 12, channels), dtype=np.uint8)
+    png = cv2.imencode(".png", stored)[1].tobytes()
+    (tmp_path / "1.png").write_bytes(png)
+    (tmp_path / "2.jpg").write_bytes(png)
+    wanted = stored[..., [2, 1, 0]] if channels > 1 else stored.repeat(3, axis=2)
+    for frame in Video(tmp_path):
+        assert_array_equal(frame.image, wanted)
 
 
 def test_sound_alone_is_an_error(tmp_path):

@@ -40,6 +40,9 @@ def mark(request: Request) -> None:
         FolderError: the port is taken.
         KeyboardInterrupt: nothing was saved.
     """
+    for given in (request.video, request.source):
+        if given is not None and given.exists() and request.table.exists() and given.samefile(request.table):
+            raise FolderError(f"{given} is what the work reads; choose another --out")
     table = Table(request.table, overwrite=request.overwrite)
     taken = None
     if request.source is not None:

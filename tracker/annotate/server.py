@@ -47,6 +47,9 @@ class Server(ThreadingHTTPServer):
     address : the page's, key included
     """
 
+    # Connections that wait to be let in; one beyond them is tried again by the browser, seconds later.
+    request_queue_size = 128
+
     def __init__(self, session: Session, port: int = 0) -> None:
         """Args: port: 0 for any that is free. Raises OSError where the port is taken."""
         super().__init__((LOOPBACK, port), Handler)

@@ -10,7 +10,7 @@ from tracker.foreign.points import HALPE, JOINTS, named_points
 from tracker.foreign.scale import Scale, scale_by_height, scale_by_points
 from tracker.foreign.text import ForeignError
 from tracker.progress import Progress
-from tracker.runs import Record, read_run
+from tracker.runs import RUN_FILES, Record, read_run
 
 PIXELS = "_px"  # what Sports2D wants in the name of a file in pixels
 
@@ -43,7 +43,7 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
         ours = openpose.holds_frames
         place = fresh_folder(out, overwrite=overwrite, inputs=[folder], replaceable=ours)
     else:
-        place = fresh_file(out, overwrite=overwrite)
+        place = fresh_file(out, overwrite=overwrite, inputs=[folder / name for name in RUN_FILES])
     with place as aside, progress.task(f"{folder.name} for {wish.to}", 2) as advance:
         record = read_run(folder)
         advance()

@@ -45,7 +45,7 @@ def scale_by_points(record: Record, points: tuple[float, float, float, float, fl
     """The scale of x1, y1, x2, y2 in pixels and the metres between; ValueError if they lie together."""
     x1, y1, x2, y2, metres = points
     pixels = float(np.hypot(x2 - x1, y2 - y1))
-    if not (pixels >= 1.0 and metres > 0.0):
+    if not (1.0 <= pixels < np.inf and 0.0 < metres < np.inf):
         raise ValueError(
             f"two points apart and the metres between them give the scale; got {pixels:g} px and {metres:g} m"
         )

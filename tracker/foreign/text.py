@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
+from tracker.tables import why
+
 
 class ForeignError(ValueError):
     """A file of another program that cannot be read, or one that it could not read."""
@@ -25,7 +27,7 @@ def opened(path: Path) -> Iterator[TextIO]:
     except FileNotFoundError as error:
         raise ForeignError(f"no file {path}; check its name") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ForeignError(f"cannot read {path} as text ({error}); export it again") from error
+        raise ForeignError(f"cannot read {path} as text ({why(error)}); export it again") from error
 
 
 def load_json(path: Path) -> Any:

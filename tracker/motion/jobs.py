@@ -98,9 +98,9 @@ def classify_table(task: Task, *, inference: Inference | None, use: Use, pose_we
     with _fresh(task) as outputs:
         model, sequences, _ = _read(task)
         chosen = chosen_inference(model, inference)
-        with task.progress.task("classifying", 1) as advance:
-            found = label_all(model, sequences, inference=chosen, use=use, pose_weight=pose_weight)
-            advance()
+        found = label_all(
+            model, sequences, inference=chosen, use=use, pose_weight=pose_weight, progress=task.progress
+        )
         shares = chosen is not Inference.VITERBI
         _write_labels(outputs.table, sequences, found, shares)
         if outputs.plot is not None:
@@ -117,9 +117,7 @@ def predict_table(task: Task, *, horizon: int) -> str:
     with _fresh(task) as outputs:
         model, sequences, _ = _read(task)
         slds = whole_pose(model, "predict")
-        with task.progress.task("predicting", 1) as advance:
-            forecasts = forecast_all(slds, sequences, horizon)
-            advance()
+        forecasts = forecast_all(slds, sequences, horizon, task.progress)
         means = [forecast.mean for forecast in forecasts]
         sds = [_deviations(f.mean, np.diagonal(f.cov, axis1=1, axis2=2)) for f in forecasts]
         write_poses(outputs.table, _pose_rows(sequences, means, sds), SD_COLUMNS)
@@ -140,9 +138,7 @@ def interpolate_table(task: Task, *, seed: int, recurrent: bool) -> str:
         slds = whole_pose(model, "interpolate")
         filled = []
         if not all(sequence.seen.all() for sequence in sequences):
-            with task.progress.task("measuring the noise", 1) as advance:
-                slds = at_table_noise(slds, sequences)
-                advance()
+            slds = at_table_noise(slds, sequences, task.progress)
         with task.progress.task("filling gaps", len(sequences)) as advance:
             for sequence in sequences:
                 # A generator for each, so that its answer does not hang on its neighbours.
@@ -199,11 +195,12 @@ def _fresh(task: Task) -> Iterator[Outputs]:
         raise FolderError(f"table, plot and clip would be one file, {wanted[0]}; choose another --out")
     if plot is not None and plot.suffix.lower() not in PICTURES:
         raise FolderError(f"{plot} is no name of a picture; --plot wants one that ends in .png, .pdf or .svg")
-    for given in (task.poses, Path(task.model)):
-        if given is not None and given.is_file() and given.resolve() in places:
-            raise FolderError(f"{given} is what the work reads; choose another --out")
+    inputs = [path for path in (task.poses, Path(task.model)) if path is not None]
     with ExitStack() as stack:
-        aside = {path: stack.enter_context(fresh_file(path, overwrite=task.overwrite)) for path in wanted}
+        aside = {
+            path: stack.enter_context(fresh_file(path, overwrite=task.overwrite, inputs=inputs))
+            for path in wanted
+        }
         clip = task.outputs.clip
         yield Outputs(aside[task.outputs.table], plot and aside[plot], clip and aside[clip])
 

@@ -15,22 +15,32 @@ from dynamics.gaps import interpolate
 from dynamics.gaussian import Gaussian
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
-from dynamics.noise import at_noise
+from dynamics.noise import SEARCHES, at_noise
+from dynamics.region import POSE
 from dynamics.slds import SLDS
 from dynamics.store import Model
-from dynamics.tasks import InferWithHints, Labelling, classify, classify_hmm, predict
+from dynamics.tasks import (
+    CLASSIFY_TICKS,
+    InferWithHints,
+    Labelling,
+    classify,
+    classify_hmm,
+    predict,
+    predict_ticks,
+)
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.choices import Inference, Use
 from tracker.poses import ROOT_COLUMNS, PoseSequence, PosesError
+from tracker.progress import Progress
 from tracker.sampling import Array
 
 NECK = POSE_COLUMNS.index("neck")
 # Standard deviations of what is unknown at a start: leg lengths for the place, radians for the neck.
 UNKNOWN_PLACE = {"root_x": 10.0, "root_y": 10.0}
 UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
-
+SILENT = Progress("quiet")
 
 INFERENCES: Mapping[Inference, InferWithHints] = {
     Inference.VITERBI: viterbi_all,
@@ -85,6 +95,7 @@ def label_all(
     inference: Inference,
     use: Use = Use.ANGLES,
     pose_weight: float | None = None,
+    progress: Progress = SILENT,
 ) -> list[Labelling]:
     """The motion of every frame of every sequence.
 
@@ -104,12 +115,14 @@ def label_all(
     slds = whole_pose(model, "classify")
     if use is Use.ALL:
         slds = with_constants(slds, UNKNOWN_PLACE)
-    if pose_weight is None:
-        return classify(slds, ys, infer=INFERENCES[inference])
-    return classify(slds, ys, infer=INFERENCES[inference], pose=pose_weight)
+    weight = POSE if pose_weight is None else pose_weight
+    with progress.task("classifying", CLASSIFY_TICKS) as tick:
+        return classify(slds, ys, infer=INFERENCES[inference], pose=weight, tick=tick)
 
 
-def forecast_all(slds: SLDS, sequences: Sequence[PoseSequence], horizon: int) -> list[Gaussian]:
+def forecast_all(
+    slds: SLDS, sequences: Sequence[PoseSequence], horizon: int, progress: Progress = SILENT
+) -> list[Gaussian]:
     """What each frame was expected to be, `horizon` frames before it.
 
     Returns:
@@ -123,8 +136,10 @@ def forecast_all(slds: SLDS, sequences: Sequence[PoseSequence], horizon: int) ->
     places = [_place(sequence) for sequence in sequences]
     free = with_constants(slds, UNKNOWN_PLACE | UNKNOWN_NECK)
     ys = [s.y[start:] - place for s, start, place in zip(sequences, starts, places, strict=True)]
+    with progress.task("predicting", predict_ticks(ys)) as tick:
+        expected = predict(free, ys, horizon, tick)
     forecasts = []
-    for s, start, place, ahead in zip(sequences, starts, places, predict(free, ys, horizon), strict=True):
+    for s, start, place, ahead in zip(sequences, starts, places, expected, strict=True):
         mean = np.full((len(s) + horizon, len(POSE_COLUMNS)), np.nan)
         cov = np.full((len(s) + horizon, len(POSE_COLUMNS), len(POSE_COLUMNS)), np.nan)
         mean[start:], cov[start:] = ahead.mean + place, ahead.cov
@@ -158,7 +173,7 @@ def fill_gaps(slds: SLDS, sequence: PoseSequence, rng: np.random.Generator, *, r
     return Filled(np.where(placed, filled, np.nan), np.where(placed & ~seen, sd, np.nan))
 
 
-def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence]) -> SLDS:
+def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Progress = SILENT) -> SLDS:
     """The model with R raised to the noise of these sequences, the root's and the angles'.
 
     Raises:
@@ -167,7 +182,8 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence]) -> SLDS:
     for sequence in sequences:
         _first_measured(sequence)
     ys = [s.y - _place(s) - _neck(s) for s in sequences]
-    return replace(slds, R=at_noise(with_constants(slds, UNKNOWN_PLACE), ys).R)
+    with progress.task("measuring the noise", SEARCHES) as tick:
+        return replace(slds, R=at_noise(with_constants(slds, UNKNOWN_PLACE), ys, tick).R)
 
 
 def of_motion(slds: SLDS, label: str | None) -> SLDS:

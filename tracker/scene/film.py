@@ -8,7 +8,7 @@ that a limb keeps its length in pixels in every frame; what is hard is in the pi
 A rendered walk tests correctness. It does not say how well real footage is followed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,6 +69,7 @@ def render(
     fps: float = 30.0,
     quality: int = QUALITY,
     shrubs: bool = True,
+    advance: Callable[[], None] = lambda: None,
 ) -> Scene:
     """Render one person's walk along a street; the same seed gives the same pictures.
 
@@ -81,6 +82,7 @@ def render(
         fps: frames per second, which sets how far the walk gets in a frame.
         shrubs: whether the walker passes behind some.
         quality: of the JPEG compression, 1 to 100.
+        advance: called after every picture.
 
     Raises:
         ValueError: the walk would leave the picture.
@@ -124,6 +126,7 @@ def render(
         picture *= cv2.resize(light[t], size, interpolation=cv2.INTER_LINEAR)[..., None]
         images.append(_develop(picture[:, ::facing], rng))
         visible.append(visible_now)
+        advance()
 
     places = _pixels(joint_places(build, gait.at(moments)), leg_px, start)
     covered = {name: _under(front[..., 3], at) for name, at in places.items()}

@@ -1,0 +1,155 @@
+"""The folder in which the documentation's commands are run, and how each of them is run.
+
+Every page is run from its top to its end in a folder of its own, as its reader would. Commands that take
+minutes or wait for somebody are run in the form that IN_ITS_PLACE tells of; those in NOT_RUN are not run, for
+the reason it gives.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from functools import cache, partial
+
+import numpy as np
+
+from tests.handbook.blocks import FIGTRACK, PYTHON, ROOT
+from tests.tracker.clips import figtrack, write_table
+from tests.tracker.test_annotate_run import page, post, running
+from tests.tracker.test_annotate_server import told
+from tests.tracker.test_learning import COLUMNS, FPS, T, write_walk
+from tracker import demo
+from tracker.foreign.dlc import write_dlc
+from tracker.foreign.points import Points
+from tracker.keypoints import read_keypoints
+from tracker.reproduce import experiments, runtime
+from tracker.scene import film
+
+FRAMES, SIZE = 18, (480, 270)
+SCHEDULER = "tcp://10.0.0.1:8786"  # of the pages; the address of a real one is put in its place
+
+NOT_RUN = {
+    "dask scheduler --host 10.0.0.1": "the address of another machine",
+    "dask worker tcp://10.0.0.1:8786 --nthreads 1 --nworkers 8": "of that scheduler",
+    "export MALLOC_TRIM_THRESHOLD_=1000000000 MALLOC_MMAP_THRESHOLD_=1000000000": "for those workers",
+}
+IN_ITS_PLACE = {
+    "make": "what it would do (-n), and of that the commands of ours: it also installs and runs all tests",
+    "demo": "a walk of fewer frames",
+    "annotate": "without a browser: what one clicks is sent, then Save and close",
+    "reproduce": "--quick, and one experiment of the six",
+    "batch": "by one process: each takes seconds to begin",
+}
+# What a page takes for granted and does not make itself.
+FOUND = {
+    "docs/classify.md": ("walk-track", "mine.npz"),
+    "docs/formats.md": ("walk-track",),
+    "docs/interpolate.md": ("walk-track", "mine.npz"),
+    "docs/predict.md": ("walk-track", "mine.npz"),
+}
+
+
+class CommandFailedError(AssertionError):
+    """A command of the documentation that does not do what its page says."""
+
+
+@cache
+def rendered(seed, frames):
+    """A small rendered walk, each once; short as it is, nothing hides the walker."""
+    return film.render(seed, frames=frames, size=SIZE, shrubs=False)
+
+
+def furnish(folder):
+    """All that any page may find: a clip and its marks, tables of clips and captures, a run and a model."""
+    demo.write_scene(rendered(2, FRAMES), folder)
+    for name in ("anna 1", "ben"):
+        shutil.copy(folder / "walk.mp4", folder / f"{name}.mp4")
+        shutil.copy(folder / "walk.keypoints.csv", folder / f"{name}.keypoints.csv")
+    jobs = [
+        ("anna 1.mp4", "anna 1.keypoints.csv", "", "walk-run", "anna 1"),
+        ("ben.mp4", "ben.keypoints.csv", 12, "", "ben"),
+    ]
+    write_table(folder / "jobs.csv", jobs, ("video", "keypoints", "start", "model", "out"))
+    (folder / "captures").mkdir()
+    rows = []
+    for i, who in enumerate("abc"):
+        for label, stride in (("walk", 31.0 + i), ("run", 20.0 + i)):
+            write_walk(folder / "captures" / f"{who}_{label}.bvh", stride, i)
+            rows.append((f"captures/{who}_{label}.bvh", who, label, label, FPS, f"0-{T}", "", "free"))
+    write_table(folder / "trials.csv", rows, COLUMNS.split(","))
+    write_points(folder)
+    track = ("track", folder / "walk.mp4", "--keypoints", folder / "walk.keypoints.csv")
+    run_figtrack(*track, "--out", folder / "walk-track")
+    run_figtrack("learn", "--trials", folder / "trials.csv", "--states", 2, "--out", folder / "mine.npz")
+    return folder
+
+
+def write_points(folder):
+    """What a pose network might have found in the clip: its marks, as a DeepLabCut CSV."""
+    marks = read_keypoints(folder / "walk.keypoints.csv")
+    places = np.array([[(at.x, at.y) for at in marks[t].values()] for t in sorted(marks)])
+    write_dlc(Points(tuple(marks[0]), places, np.ones(places.shape[:2])), folder / "walk.dlc.csv")
+
+
+def set_up(stage, folder, name):
+    """What the reader of a page has before its first line."""
+    made = {"walk-track", "mine.npz"} - set(FOUND.get(name, ()))
+    shutil.copytree(stage, folder, ignore=shutil.ignore_patterns(*made), dirs_exist_ok=True)
+
+
+def run(words, folder, scheduler):
+    """Run one command in the folder one is in; `scheduler` gives the address of a Dask scheduler."""
+    program, *rest = words
+    if program == "make":
+        recipe = run_process(["make", "-n", *rest], cwd=ROOT)
+        for line in recipe.splitlines():
+            if line.startswith(FIGTRACK):
+                run(line.split(), folder, scheduler)
+    elif program in PYTHON:
+        run_process([sys.executable, *rest], cwd=folder)
+    elif program not in FIGTRACK:
+        raise CommandFailedError(f"{program} is no program that the test knows how to run")
+    elif rest[0] == "annotate":
+        mark(rest[1:], folder)
+    elif rest[0] == "reproduce":
+        run_figtrack(*rest, "--quick")
+    elif rest[0] == "batch" and SCHEDULER not in rest:
+        run_figtrack(*rest, "--workers", 1)  # the last one given counts
+    else:
+        run_figtrack(*(scheduler() if word == SCHEDULER else word for word in rest))
+
+
+def shorten(monkeypatch):
+    """The demo on a short walk, the papers' experiments but one."""
+    monkeypatch.setattr(demo, "render", lambda seed, frames, advance: rendered(seed, frames))
+    monkeypatch.setattr(demo, "run_demo", partial(demo.run_demo, frames=FRAMES))
+    monkeypatch.setattr(experiments, "EXPERIMENTS", (runtime,))
+
+
+def mark(words, folder):
+    """Mark the frame that the page shows as it was rendered."""
+    truth = read_keypoints((folder / words[0]).with_suffix(".keypoints.csv"))
+    with running(*words, cwd=folder) as (process, address):
+        opening = page(address)
+        frame = opening["frame"]["index"]
+        answer = post(address, "save", {"frames": {str(frame): told(truth[frame])}, "close": True})
+        _, errors = process.communicate(timeout=20)
+    if "saved" not in answer or process.returncode:
+        raise CommandFailedError(f"annotate {' '.join(words)}: {answer} {errors}")
+
+
+def run_figtrack(*words):
+    """What a command of ours prints; it must succeed."""
+    result = figtrack(*words)
+    if result.exit_code:
+        raise CommandFailedError(f"figtrack {' '.join(map(str, words))}: {result.output}")
+    return result.stdout
+
+
+def run_process(words, cwd):
+    """What another program prints; it must succeed."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise CommandFailedError(f"{' '.join(words)}: {done.stdout}{done.stderr}")
+    return done.stdout

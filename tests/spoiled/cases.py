@@ -1,0 +1,20 @@
+"""All spoiled inputs."""
+
+from tests.spoiled.clips import MARKS, VIDEO
+from tests.spoiled.motions import MODELS, POSES, SETTINGS
+from tests.spoiled.others import JOBS, RUNS, SOURCES
+from tests.spoiled.places import NAMES, OPTIONS, PLACES
+
+CASES = [
+    *VIDEO,
+    *MARKS,
+    *SETTINGS,
+    *MODELS,
+    *POSES,
+    *RUNS,
+    *JOBS,
+    *SOURCES,
+    *OPTIONS,
+    *PLACES,
+    *NAMES,
+]

@@ -1,0 +1,32 @@
+"""The command in a process of its own, as a user starts it."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+# Buffered as it usually is: what is printed may fail only when it is flushed.
+AT_HOME = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}
+
+
+def started(*line, before=None, environment=None, **more):
+    """The process, its text taken; `before` is called in it first."""
+
+    def prepared():
+        # A shell that runs tests in the background hides Ctrl-C from them.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if before is not None:
+            before()
+
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | more
+    command = [sys.executable, "-m", "tracker", *line]
+    return subprocess.Popen(command, env=AT_HOME | (environment or {}), preexec_fn=prepared, **pipes)
+
+
+def ended(*line, **how):
+    """Its status and what it wrote to stdout and stderr."""
+    process = started(*line, **how)
+    out, errors = process.communicate(timeout=60)
+    return process.returncode, out, errors

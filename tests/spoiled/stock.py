@@ -1,0 +1,84 @@
+"""A folder in which every command succeeds: what it reads, and results of before where it writes."""
+
+import shlex
+
+import cv2
+
+from tests.tracker import people
+from tests.tracker.clips import figtrack, write_table, write_video
+from tests.tracker.gaits import gait_model, saved
+from tests.tracker.people import WALKER
+from tests.tracker.test_learning import COLUMNS, T, write_walk
+
+FRAMES = 4  # of the clip
+OF_MARKS = "--keypoints marks.csv --model m.npz --quiet --overwrite"
+FOLLOWED = f"{OF_MARKS} --out run"
+ASIDE = "--no-plot --quiet --overwrite"
+LEARNED = "--states 1 --rounds 1 --quiet --overwrite --out m2.npz"
+
+# Each command as it is meant, run in that folder; with --overwrite only a fault keeps it from ending well.
+COMMANDS = {
+    "track": f"track walk.mp4 --settings s.toml {FOLLOWED}",
+    "track images": f"track images {FOLLOWED}",
+    "compare": f"compare walk.mp4 --truth truth.csv --out compared {OF_MARKS}",
+    "learn": f"learn poses.csv {LEARNED}",
+    "learn captures": f"learn --trials trials.csv --label walk {LEARNED}",
+    "classify": f"classify poses.csv --model m.npz --out labels.csv {ASIDE}",
+    "predict": f"predict poses.csv --model m.npz --out ahead.csv {ASIDE}",
+    "interpolate": f"interpolate poses.csv --model m.npz --out filled.csv {ASIDE}",
+    "synthesise": f"synthesise --model m.npz --frames 5 --no-clip --out made.csv {ASIDE}",
+    "dlc": "export run --to dlc --quiet --overwrite --out run.dlc.csv",
+    "trc": "export run --to trc --height 1.7 --quiet --overwrite --out run.trc",
+    "mot": "export run --to mot --quiet --overwrite --out run.mot",
+    "sports2d": "export run --to sports2d --quiet --overwrite --out run_px.trc",
+    "openpose": "export run --to openpose --quiet --overwrite --out run-openpose",
+    "myogait": "export run --to myogait --quiet --overwrite --out run.myogait.json",
+    "batch": "batch jobs.csv --quiet --overwrite --workers 1",
+    "settings": "settings --overwrite --out s.toml",
+    "annotate": "annotate walk.mp4 --no-browser --out marks.csv",
+    "reproduce": "reproduce --trials trials.csv --quick --quiet --overwrite --out reproduced",
+    "demo": "demo --quiet --overwrite --out shown",
+}
+# Other programs' files that marks are taken from, and how each is written.
+FOREIGN = {
+    "net.csv": lambda path: people.dlc(path, {"0": WALKER, "1": WALKER}),
+    "pose.json": lambda path: people.openpose(path, [WALKER]),
+    "coco.json": lambda path: people.coco(path, {"walk_0000.png": [WALKER]}),
+    "labelme.json": lambda path: people.labelme(path, [WALKER]),
+    "px.trc": lambda path: people.trc(path, [WALKER, WALKER]),
+}
+
+
+def words(command, more=""):
+    """The command line of a command, further words behind."""
+    return shlex.split(f"{COMMANDS.get(command, command)} {more}")
+
+
+def fill(folder, clip):
+    """Everything that the commands read, and results of before wherever they write."""
+    write_video(folder / "walk.mp4", clip.images[:FRAMES])
+    (folder / "images").mkdir()
+    for t, image in enumerate(clip.images[:FRAMES]):
+        cv2.imwrite(str(folder / "images" / f"{t}.png"), image[..., ::-1])
+    write_table(folder / "marks.csv", clip.rows([0]))
+    write_table(folder / "truth.csv", clip.rows(range(FRAMES)))
+    write_table(
+        folder / "jobs.csv", [("walk.mp4", "marks.csv", "cv", "job")], ("video", "keypoints", "model", "out")
+    )
+    saved(folder / "m.npz", gait_model())
+    for name, write in FOREIGN.items():
+        write(folder / name)
+    rows = [COLUMNS]
+    for i, (activity, stride) in enumerate([("walk", 34.0), ("walk", 31.0), ("run", 22.0)]):
+        write_walk(folder / f"c{i}.bvh", stride, i)
+        rows.append(f"c{i}.bvh,s{i},t,{activity},30,0-{T},,free")
+    (folder / "trials.csv").write_text("\n".join(rows) + "\n")
+    for command in ("settings", "track", "compare", "trc", "openpose"):
+        _done(words(command))
+    _done(words("synthesise --model m.npz --frames 40 --no-clip --out poses.csv", ASIDE))
+    _done(words("learn"))
+
+
+def _done(line):
+    result = figtrack(*line)
+    assert result.exit_code == 0, result.output

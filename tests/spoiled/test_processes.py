@@ -1,0 +1,112 @@
+"""What happens to a process from outside: a full disk, another run, a signal, a terminal of another kind."""
+
+import json
+import os
+import signal
+import time
+
+import pytest
+
+from tests.spoiled.processes import ended, started
+from tests.spoiled.stock import words
+from tests.spoiled.test_spoiled import check_line
+from tests.tracker.clips import everything, read_json, write_video
+from videos.frames import Video
+
+resource = pytest.importorskip("resource", reason="limits and signals are another thing there")
+FULL = "error: no room to write (File too large); make some, or choose another --out\n"
+
+
+def without_room(room):
+    """No file may grow beyond so many bytes, as on a disk that is full."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+
+# Room for a table but not for the clip, for a part of a file, for nothing.
+@pytest.mark.parametrize(
+    ("command", "room"),
+    [
+        ("track", 3_000),
+        ("track", 12_000),
+        ("compare", 20_000),
+        ("classify", 1_000),
+        ("openpose", 0),
+    ],
+)
+def test_on_a_full_disk_nothing_is_left_and_what_was_there_stays(folder, command, room):
+    before = everything(folder)
+    assert ended(*words(command), before=without_room(room)) == (1, "", FULL)
+    assert everything(folder) == before
+    assert not list(folder.rglob("*.part"))
+
+
+@pytest.mark.parametrize("command", ["settings --out new.toml", "settings"])  # little and much to print
+def test_what_is_printed_onto_a_full_disk_is_missed_in_one_line(folder, command):
+    with open("/dev/full", "w") as full:
+        status, _, errors = ended(*command.split(), stdout=full)
+    assert (status, errors) == (1, FULL.replace("File too large", "No space left on device"))
+
+
+def test_a_reader_that_hangs_up_is_no_error_to_speak_of(folder):
+    process = started("settings")
+    process.stdout.close()
+    with process.stderr as errors:
+        assert errors.read() == ""
+    assert process.wait(20) == 1
+
+
+def test_of_two_runs_that_overwrite_one_folder_at_once_one_is_whole(folder):
+    both = [started(*words("track")) for _ in range(2)]
+    errors = [process.communicate(timeout=60)[1] for process in both]
+    for process, text in zip(both, errors, strict=True):
+        assert process.returncode in (0, 1)
+        if process.returncode:
+            check_line(text)
+    assert 0 in [process.returncode for process in both]
+    assert read_json(folder / "run" / "run.json")["frames"] == len(
+        list(Video(folder / "run" / "overlay.mp4"))
+    )
+    assert not list(folder.rglob("*.part"))
+
+
+def test_what_is_killed_outright_leaves_the_old_run_and_the_next_run_is_not_in_its_way(folder):
+    images = [frame.image for frame in Video(folder / "walk.mp4")]
+    write_video(folder / "long.mp4", images * 40)
+    before = everything(folder / "run")
+    words_long = ["long.mp4" if word == "walk.mp4" else word for word in words("track")]
+    process = started(*[word for word in words_long if word != "--quiet"], "--progress", "json")
+    assert json.loads(process.stderr.readline())["done"] == 0
+    time.sleep(0.3)
+    process.send_signal(signal.SIGKILL)
+    process.communicate(timeout=20)
+    assert process.returncode == -signal.SIGKILL
+    assert everything(folder / "run") == before
+    assert ended(*words("track"))[0] == 0
+    assert everything(folder / "run") != before
+
+
+def test_a_terminal_without_the_letters_of_a_name_is_no_reason_to_fail(folder):
+    ascii_only = {"PYTHONIOENCODING": "ascii"}
+    os.rename("walk.mp4", "走る ä.mp4")
+    os.rename("marks.csv", "ключ.csv")
+    line = ("track", "走る ä.mp4", "--keypoints", "ключ.csv", "--model", "m.npz", "--out", "été")
+    status, out, errors = ended(*line, environment=ascii_only)
+    assert status == 0, errors
+    assert "4 frames of " in out
+    assert (folder / "été" / "run.json").is_file()
+    (folder / "走る ä.mp4").write_bytes(b"")
+    status, _, errors = ended(*line, "--overwrite", environment=ascii_only)
+    assert status == 1
+    assert "is empty (0 bytes)" in errors
+    check_line(errors)
+
+
+def test_a_name_that_is_no_text_at_all_is_followed_too(folder):
+    name = os.fsdecode(b"w\xffalk.mp4")
+    try:
+        os.rename("walk.mp4", name)
+    except OSError:
+        pytest.skip("names on this disk are always text")
+    line = (name, "--keypoints", "marks.csv", "--model", "m.npz", "--quiet", "--out", "new")
+    assert ended("track", *line)[::2] == (0, "")
+    assert read_json(folder / "new" / "run.json")["video"] == name

@@ -1,0 +1,71 @@
+"""Every spoiled input ends with one clear line, and nothing that was there before is harmed."""
+
+import re
+
+import pytest
+
+from tests.spoiled.cases import CASES
+from tests.spoiled.stock import COMMANDS, words
+from tests.tracker.clips import everything, figtrack
+from tracker.settings import Settings
+
+# What Python, numpy or FFmpeg would say to a programmer.
+JARGON = re.compile(r"Traceback|\w+(Error|Exception|Warning)\b|\[Errno|<class|object at 0x")
+
+
+def test_there_are_a_hundred_of_them_and_every_command_has_its_own():
+    assert len({case.name for case in CASES}) == len(CASES) >= 100
+    met = {words(case.command)[0] for case in CASES}
+    assert met == {line.split()[0] for line in COMMANDS.values()}
+
+
+@pytest.mark.parametrize(
+    "command", [c for c in COMMANDS if c not in ("annotate", "batch", "demo", "reproduce")]
+)
+def test_nothing_keeps_a_command_from_its_work_where_nothing_is_spoiled(folder, command):
+    result = figtrack(*words(command))
+    assert (result.exit_code, result.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
+def test_a_spoiled_input_ends_in_one_clear_line_and_harms_nothing(folder, case, capfd):
+    case.spoil(folder)
+    before = everything(folder)
+    result = figtrack(*words(case.command, case.more))
+    assert result.exit_code == case.exit, result.output
+    assert capfd.readouterr().err == ""  # of libraries, which do not ask Python to print
+    assert not list(folder.rglob("*.part"))
+    assert case.says in result.stderr
+    if case.exit == 1:
+        check_line(result.stderr)
+    if case.exit == 2:
+        usage, _, *others = filter(None, result.stderr.splitlines())
+        assert usage.startswith("Usage: ")
+        assert [line.partition(":")[0] for line in others] == ["Error"]
+    if case.exit:
+        assert everything(folder) == before
+
+
+def check_line(text):
+    """One line, of which somebody who knows no Python can make something."""
+    (line,) = text.splitlines()
+    assert line.startswith("error: ")
+    assert line.isprintable()
+    assert not JARGON.search(line), line
+    assert re.search(r"[;,:(]", line[7:]), f"what came and what to do? {line}"
+
+
+# Of the settings those that drove sums beyond all numbers, or matrices singular, before they had both ends.
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", ["noise", "scale_drift", "breathing", "ankle", "mark", "start_length"])
+@pytest.mark.parametrize("end", ["lowest", "highest"])
+def test_a_setting_at_the_end_of_its_range_still_tracks(folder, name, end):
+    (folder / "s.toml").write_text(f"{name} = {ends(name)[end]!r}\n")
+    result = figtrack(*words("track"))
+    assert result.exit_code == 0, result.output
+
+
+def ends(name):
+    """The least and the greatest value of a setting that is allowed; the least above 0 where 0 is not."""
+    schema = Settings.model_json_schema()["properties"][name]
+    return {"lowest": schema.get("minimum", 1e-6), "highest": schema["maximum"]}

@@ -1,0 +1,56 @@
+"""Walks made up for tests: straight legs swung so that every strike and every leaving is known."""
+
+import numpy as np
+
+from kinematics.spm import View
+from tests.kinematics.figures import WALKER
+from tracker.store import Track
+
+SWING = np.radians(28.0)  # greatest angle of a thigh
+
+
+def stroll(
+    seconds=6.0, *, fps=30.0, period=1.1, duty=0.6, offset=0.5, start=0.3, swings=(SWING, SWING), sigma=0.002
+):
+    """A track of a figure that walks to the right on straight legs.
+
+    The near foot strikes at start, start + period .. seconds, the far foot offset * period later; either
+    leaves the floor duty * period after its strike. The angles know nothing of frames.
+
+    Args:
+        sigma: standard deviation of every freedom.
+    """
+    times = np.arange(round(seconds * fps)) / fps
+    q = np.zeros((len(times), len(WALKER.freedoms)))
+    q[:, 0] = 1.2 * times
+    for side, late, swing in zip(("near", "far"), (0.0, offset), swings, strict=True):
+        phase = ((times - start) / period - late) % 1.0
+        back, ahead = _eased(phase / duty, 0.15), _eased((phase - duty) / (1.0 - duty), 0.5)
+        q[:, WALKER.index(f"hip_{side}")] = swing * (1.0 - 2.0 * np.where(phase < duty, back, 1.0 - ahead))
+    return track_of(q, times, sigma)
+
+
+def _eased(share, ramp):
+    """0 to 1 at an even pace but for the ramps at either end, where it starts from and comes to rest."""
+    grid = np.linspace(0.0, 1.0, 2001)
+    pace = np.minimum(np.minimum(grid, 1.0 - grid) / ramp, 1.0)
+    return np.interp(share, grid, np.cumsum(pace) / pace.sum())
+
+
+def track_of(q, times, sigma=0.002):
+    """A track of the walking figure in these poses, all in view."""
+    T, D = q.shape
+    return Track(
+        figure=WALKER,
+        view=View(origin=(100.0, 100.0), unit=80.0, facing=1),
+        model="made-up",
+        labels=("walk",),
+        first=0,
+        times=times,
+        q=q,
+        cov=np.tile(sigma**2 * np.eye(D), (T, 1, 1)),
+        s=np.zeros(T, np.intp),
+        outcome=("ok",) * T,
+        shift=np.zeros((T, 2)),
+        mark=0.02,
+    )

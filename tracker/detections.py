@@ -1,0 +1,176 @@
+"""Joints that a pose network detected, as a doubted measurement of the pose.
+
+A detected point z errs about the joint p(q) that it is of by a Student t of FREEDOM degrees in the plane, so
+that one far off pulls little (Lange, Little and Taylor, 1989), in leg lengths:
+
+    -log p(z | q) = (n + 2) / 2 log(1 + |z - p(q)|^2 / (n sigma^2)) + constant
+
+and in some frames the network names the legs the wrong way round or puts both on one of them, with a
+probability of its own. Under each naming each prior climbs to a mode, where the likelihood is linearised (the
+iterated extended Kalman filter with the weights of EM): joints without a point measure nothing.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, Gaussian, apply, transpose
+from kinematics.figure import Figure
+from kinematics.spm import View, joint_jacobian, joints
+from tracker.settings import Settings
+
+FREEDOM = 4.0
+ITERATIONS = 20
+SMALL_STEP = 1e-4  # radians or leg lengths
+LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
+PULLS = 0.1  # share of the full weight: six standard deviations off
+OTHER = {"near_": "far_", "far_": "near_"}
+EXCHANGED = 1  # among the ways to name the legs
+
+
+@dataclass(frozen=True)
+class Detections:
+    """The points of one frame.
+
+    joint  : (J,) positions in `figure.joints`
+    pixels : (J, 2) of that frame
+    """
+
+    joint: NDArray[np.intp]
+    pixels: Array
+
+    @classmethod
+    def of(cls, figure: Figure, names: tuple[str, ...], places: Array) -> Self:
+        """Those of named places (J, 2) that the figure has; NaN where there is none."""
+        known = [
+            (figure.joints.index(name), place)
+            for name, place in zip(names, places, strict=True)
+            if name in figure.joints and np.isfinite(place).all()
+        ]
+        return cls(
+            np.array([joint for joint, _ in known], dtype=np.intp),
+            np.array([place for _, place in known]).reshape(-1, 2),
+        )
+
+    def exchanged(self, figure: Figure) -> Self:
+        """The same with the names of near and far leg exchanged."""
+        return replace(self, joint=_twins(figure)[self.joint])
+
+    def on_one_leg(self, figure: Figure, side: str) -> Self:
+        """The same with the points of both legs named as the near or the far one's."""
+        other = np.array([name.startswith(OTHER[side]) for name in figure.joints])
+        own = np.where(other, _twins(figure), np.arange(len(other)))
+        return replace(self, joint=own[self.joint])
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """What was measured says of the pose, linearised once for each of H priors.
+
+    q           : (H, D) where: a mode of the posterior
+    information : (H, D, D)
+    vector      : (H, D) information times the linearised likelihood's own mode
+    cost        : (H,) minus the log likelihood at q, nats
+    """
+
+    q: Array
+    information: Array
+    vector: Array
+    cost: Array
+
+
+@dataclass(frozen=True)
+class Detector:
+    """A pose network as it sees poses of a figure.
+
+    view : of the frame that the points are of
+    """
+
+    figure: Figure
+    view: View
+    settings: Settings
+
+    def namings(self, found: Detections, priors: Gaussian) -> list[Likelihood]:
+        """The points as each naming has them, and what that costs: `_ways`.
+
+        Args:
+            priors: mean (H, D), cov (H, D, D) over the pose.
+        """
+        told = [(self._climb(way, priors), price) for way, price in self._ways(found)]
+        return [replace(each, cost=each.cost + price) for each, price in told]
+
+    def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
+        """How well the points agree with a pose (D,), legs named as fits best.
+
+        Returns:
+            The mean over the points, 1 where each meets its joint, 0 far off or without points; and whether
+            every joint of the figure has a point that pulls at it.
+        """
+        ways = [way for way, _ in self._ways(found)]
+        matches = [1.0 / (1.0 + self._squares(way, q) / FREEDOM) for way in ways]
+        best = int(np.argmax([match.sum() for match in matches]))
+        whole = len(set(ways[best].joint[matches[best] > PULLS])) == len(self.figure.joints)
+        return float(matches[best].sum()) / max(len(found.joint), 1), whole
+
+    def misnamed(self, found: Detections, q: Array) -> bool:
+        """Whether the points fit a pose (D,) best with near and far leg exchanged."""
+        costs = [self._cost(way, q) + price for way, price in self._ways(found)]
+        return int(np.argmin(costs)) == EXCHANGED
+
+    def _ways(self, found: Detections) -> list[tuple[Detections, float]]:
+        """The points as named, with the legs exchanged, all on the near and all on the far leg.
+
+        With each, minus the log of its probability, nats.
+        """
+        figure, settings = self.figure, self.settings
+        ways = [found, found.exchanged(figure), *(found.on_one_leg(figure, side) for side in OTHER)]
+        rare = [settings.exchange, settings.one_leg / 2.0, settings.one_leg / 2.0]
+        return list(zip(ways, -np.log([1.0 - sum(rare), *rare]), strict=True))
+
+    def _climb(self, found: Detections, priors: Gaussian) -> Likelihood:
+        """Gauss-Newton steps from each prior's mean to a mode of its posterior."""
+        precision: Array = np.asarray(np.linalg.inv(priors.cov), dtype=np.float64)
+        q = priors.mean
+        for _ in range(ITERATIONS):
+            information, gradient = self._normal_equations(found, q)
+            slope = gradient + apply(precision, q - priors.mean)
+            step = -np.linalg.solve(precision + information, slope[..., None])[..., 0]
+            longest = np.abs(step).max(-1, keepdims=True)
+            q = q + step * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
+            if longest.max() < SMALL_STEP:
+                break
+        information, gradient = self._normal_equations(found, q)
+        return Likelihood(q, information, apply(information, q) - gradient, self._cost(found, q))
+
+    def _normal_equations(self, found: Detections, q: Array) -> tuple[Array, Array]:
+        """J'WJ (H, D, D) and J'Wr (H, D) of the points at poses (H, D)."""
+        H, D = q.shape
+        J = joint_jacobian(self.figure, q)[:, found.joint]
+        weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(found, q)) / self.settings.point**2
+        turned = transpose((weight[..., None, None] * J).reshape(H, -1, D))
+        return turned @ J.reshape(H, -1, D), apply(turned, self._away(found, q).reshape(H, -1))
+
+    def _cost(self, found: Detections, q: Array) -> Array:
+        """(...) minus the log likelihood of the points at poses (..., D), nats."""
+        return np.asarray(0.5 * (FREEDOM + 2.0) * np.log1p(self._squares(found, q) / FREEDOM).sum(-1))
+
+    def _away(self, found: Detections, q: Array) -> Array:
+        """(..., J, 2) from the points to the joints of poses (..., D), leg lengths."""
+        return np.asarray(joints(self.figure, q)[..., found.joint, :] - self.view.to_body(found.pixels))
+
+    def _squares(self, found: Detections, q: Array) -> Array:
+        """(..., J) the same squared, in units of the spread."""
+        return np.asarray((self._away(found, q) ** 2).sum(-1) / self.settings.point**2)
+
+
+def _twins(figure: Figure) -> NDArray[np.intp]:
+    """(J,) position of each joint's twin on the other leg; its own where there is none."""
+    names = [_twin(name) for name in figure.joints]
+    return np.array([figure.joints.index(n) if n in figure.joints else j for j, n in enumerate(names)])
+
+
+def _twin(name: str) -> str:
+    side = next((side for side in OTHER if name.startswith(side)), "")
+    return OTHER[side] + name.removeprefix(side) if side else name

@@ -1,0 +1,1 @@
+"""report.html: the overlays under one slider, angles, gait figures, and how models compare."""

@@ -1,0 +1,148 @@
+"""What a report tells of one run: its facts, and the curves and stretches that the page draws."""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tracker.gait import Gait
+from tracker.poses import stretches
+from tracker.sampling import Array
+from tracker.store import Track
+from tracker.strides import SIDES, Side
+
+# A panel: its title, how to read it, and its curves: what each is called and its freedom.
+PANELS = (
+    ("Hip", "thigh ahead of hanging is positive", {"near": "hip_near", "far": "hip_far"}),
+    ("Knee", "straight is 0, bent is positive", {"near": "knee_near", "far": "knee_far"}),
+    ("Ankle", "square to the shank is 0, toes up is positive", {"near": "ankle_near", "far": "ankle_far"}),
+    ("Trunk", "torso: lean forward; neck: head against torso", {"torso": "torso", "neck": "neck"}),
+)
+OWN_SPEED = (0.8, 1.25)  # playback speeds found that pass for real time
+DISCORD = 0.1  # of a stride: legs that differ by more were not followed well
+WORDS = {
+    "ok": "all in view",
+    "hidden": "a limb is covered",
+    "lost": "lost: nothing matched",
+    "found": "found again",
+    "outside": "out of the picture",
+}
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """One run, as a report tells it.
+
+    name     : of the model
+    video    : what the clip is called
+    overlay  : the drawn clip
+    frames   : how many frames it has
+    fps      : frames a second
+    rate     : playback speed, as given or found
+    given    : whether the speed was given; only then are times multiplied by it
+    gait     : None for a figure without legs
+    warnings : of the run
+    """
+
+    name: str
+    video: str
+    overlay: Path
+    track: Track
+    frames: int
+    fps: float
+    rate: float
+    given: bool
+    gait: Gait | None
+    warnings: Sequence[str]
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Names and values, in words."""
+        counts = Counter(self.track.outcome)
+        outcomes = ", ".join(f"{counts[name]} {word}" for name, word in WORDS.items() if counts[name])
+        seconds = self.track.times[-1] - self.track.times[0]
+        speed = (
+            f"{self.rate:.3g} \N{MULTIPLICATION SIGN}, {'as given' if self.given else 'as the motion looks'}"
+        )
+        return [
+            ("Model", self.track.model),
+            ("Frames", f"{self.frames} at {self.fps:.4g} a second, {seconds:.1f} s"),
+            ("Playback speed", speed),
+            ("Faces", "right" if self.track.view.facing > 0 else "left"),
+            ("Tracked", outcomes),
+        ]
+
+    def cautions(self) -> list[str]:
+        """What to know before the gait figures are used."""
+        if self.gait is None:
+            return []
+        said = []
+        if not self.gait.measures:
+            said.append(
+                "Too short for gait figures: they want one whole stride, from a foot's strike to its next, "
+                "in which the figure was not lost."
+            )
+        elif any(value.count == 1 for m in self.gait.measures for value in (m.near, m.far) if value):
+            said.append(
+                "A leg with one stride does not show how much strides differ: its \N{PLUS-MINUS SIGN} is the "
+                "poses' uncertainty alone."
+            )
+        if self.gait.discord > DISCORD:
+            said.append(
+                "The legs' stride times differ, which no gait does: a leg was followed badly or the two were "
+                "exchanged for a while. Look at the picture before using these figures."
+            )
+        if self.gait.left_out:
+            said.append(
+                f"Left out: {self.gait.left_out} strides in which the figure was lost or whose length is odd."
+            )
+        if not self.given and not OWN_SPEED[0] <= self.rate <= OWN_SPEED[1]:
+            said.append(
+                f"The motion looks like {self.rate:.3g} times real speed. Times are the film's own: if it is "
+                f"slow or quick motion, track again with --rate {self.rate:.3g}."
+            )
+        return said
+
+    def drawn(self) -> dict[str, Any]:
+        """Curves in degrees and stretches in frames, as JSON can hold them."""
+        track = self.track
+        return {
+            "name": self.name,
+            "times": np.round(track.times, 4).tolist(),
+            "panels": [panel for panel in self._panels() if panel["curves"]],
+            "states": [
+                [start, end, track.labels[track.s[start]], int(track.s[start])]
+                for start, end in stretches(track.s.tolist())
+            ],
+            "labels": list(dict.fromkeys(track.labels[s] for s in track.s)),
+            "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
+            "words": WORDS,
+            "floor": {side: self._on_floor(side) for side in SIDES},
+        }
+
+    def _panels(self) -> Iterable[dict[str, Any]]:
+        freedoms = self.track.figure.freedoms
+        for title, reading, curves in PANELS:
+            shown = {name: freedoms.index(freedom) for name, freedom in curves.items() if freedom in freedoms}
+            yield {
+                "title": title,
+                "reading": reading,
+                "curves": [
+                    {
+                        "name": name,
+                        "mean": _tenths(np.degrees(self.track.q[:, k])),
+                        "sigma": _tenths(np.degrees(np.sqrt(self.track.cov[:, k, k]))),
+                    }
+                    for name, k in shown.items()
+                ],
+            }
+
+    def _on_floor(self, side: Side) -> list[list[float]]:
+        strides = () if self.gait is None else self.gait.strides[side].sound
+        return [[round(s.down.at, 2), round(s.off.at, 2)] for s in strides]
+
+
+def _tenths(values: Array) -> list[float]:
+    return [float(value) for value in np.round(values, 1)]

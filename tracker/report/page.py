@@ -1,0 +1,157 @@
+"""report.html, one document: its style, scripts, numbers, pictures and, unless they are large, its clips.
+
+It is written piece by piece, so that a long clip is never in memory. Nothing in it is fetched.
+"""
+
+import base64
+import html
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from urllib.parse import quote
+
+from tracker.compare import LOST_ERROR, Score, error_curve
+from tracker.report.chapter import Chapter
+from tracker.report.tables import comparison_table, gait_table
+
+SCRIPTS = ("plots.js", "player.js", "page.js")
+LARGEST = 60_000_000  # bytes of clips that are written into a page; larger ones are linked
+BLOCK = 3 * 2**18  # bytes turned to base64 at a time: whole groups of three
+
+
+def write_report(path: Path, chapter: Chapter) -> None:
+    """The page of one run."""
+    _write(path, chapter.video, [chapter], chapter.warnings)
+
+
+def write_comparison(
+    path: Path,
+    video: str,
+    chapters: Sequence[Chapter],
+    scores: Mapping[str, Score],
+    failure: Path,
+    notes: Sequence[str] = (),
+) -> None:
+    """The page of several runs of one clip beside the marks.
+
+    Args:
+        scores: of every chapter by its name.
+        failure: the sheet of frames where the tracks part.
+        notes: said above everything else.
+    """
+    warnings = [f"{chapter.name}: {text}" for chapter in chapters for text in chapter.warnings]
+    errors = [
+        {
+            "name": name,
+            "lost": score.first_failure_frame,
+            "points": [[int(t), round(e, 4)] for t, e in zip(*error_curve(score), strict=True)],
+        }
+        for name, score in scores.items()
+    ]
+    sheet = [_SHEET, "data:image/png;base64,", *_base64(failure), "'></div></section>"]
+    table = _ERRORS.format(limit=LOST_ERROR, table=comparison_table(scores))
+    _write(path, video, chapters, warnings, notes, table, sheet, {"models": errors, "lost": LOST_ERROR})
+
+
+def _write(
+    path: Path,
+    video: str,
+    chapters: Sequence[Chapter],
+    warnings: Sequence[str],
+    notes: Sequence[str] = (),
+    table: str = "",
+    sheet: Iterable[str] = (),
+    errors: Mapping[str, object] | None = None,
+) -> None:
+    data = {"chapters": [chapter.drawn() for chapter in chapters], "errors": errors}
+    parts: dict[str, Iterable[str]] = {
+        "title": [html.escape(video)],
+        "style": [_read("style.css")],
+        "several": ["several" if len(chapters) > 1 else "single"],
+        "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in notes],
+        "warnings": [f"<p class='warning'>{html.escape(text)}</p>" for text in warnings],
+        "table": [table],
+        "clips": _clips(path, chapters),
+        "tabs": _tabs(chapters),
+        "chapters": [_chapter(number, chapter) for number, chapter in enumerate(chapters)],
+        "sheet": sheet,
+        # "</script>" in a file's name would end the element; JSON may spell "<" as it likes.
+        "data": [json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")],
+        "scripts": [_read(name) for name in SCRIPTS],
+    }
+    # A file's name may be no text at all.
+    with path.open("w", encoding="utf-8", errors="replace") as file:
+        for i, piece in enumerate(re.split(r"\{\{(\w+)\}\}", _read("page.html"))):
+            file.writelines(parts[piece] if i % 2 else [piece])
+
+
+def _clips(path: Path, chapters: Sequence[Chapter]) -> Iterator[str]:
+    linked = sum(chapter.overlay.stat().st_size for chapter in chapters) > LARGEST
+    for number, chapter in enumerate(chapters):
+        yield f"<figure data-chapter='{number}'><video muted playsinline preload='auto' src='"
+        if linked:
+            yield quote(chapter.overlay.relative_to(path.parent).as_posix())
+        else:
+            yield "data:video/mp4;base64,"
+            yield from _base64(chapter.overlay)
+        yield f"'></video><figcaption>{html.escape(chapter.name)}</figcaption></figure>"
+
+
+def _tabs(chapters: Sequence[Chapter]) -> Iterator[str]:
+    if len(chapters) > 1:
+        for number, chapter in enumerate(chapters):
+            pressed = "true" if number == 0 else "false"
+            name = html.escape(chapter.name)
+            yield f"<button type='button' data-tab='{number}' aria-pressed='{pressed}'>{name}</button>"
+
+
+def _chapter(number: int, chapter: Chapter) -> str:
+    facts = "".join(
+        f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(value)}</dd></div>"
+        for name, value in chapter.facts()
+    )
+    hidden = " hidden" if number else ""
+    return (
+        f"<article data-chapter='{number}'{hidden}>"
+        f"<section class='card'><h2>Joint angles</h2><div class='plots'></div></section>"
+        f"{_gait(chapter)}<section class='card'><h2>The run</h2><dl>{facts}</dl></section></article>"
+    )
+
+
+def _gait(chapter: Chapter) -> str:
+    if chapter.gait is None:
+        return ""
+    cautions = "".join(f"<p class='note'>{html.escape(text)}</p>" for text in chapter.cautions())
+    table, reading = "", ""
+    if chapter.gait.measures:
+        counts = [len(chapter.gait.strides[side].sound) for side in ("near", "far")]
+        table = gait_table(chapter.gait)
+        reading = _READING.format(near=counts[0], far=counts[1])
+    return f"<section class='card gait'><h2>Gait</h2>{cautions}{table}{reading}</section>"
+
+
+def _base64(path: Path) -> Iterator[str]:
+    with path.open("rb") as file:
+        while block := file.read(BLOCK):
+            yield base64.b64encode(block).decode("ascii")
+
+
+def _read(name: str) -> str:
+    return (resources.files("tracker.report") / "page" / name).read_text(encoding="utf-8")
+
+
+_ERRORS = """<section class='card'><h2>Errors</h2>{table} <p class='soft'>Against the marked joints, in leg
+lengths (thigh + shank), over head top, neck, hip, knees and ankles. Lost: two marked frames in a row with a
+mean above {limit}.</p></section>"""
+
+_SHEET = """<section class='card'><h2>Where they part</h2><div class='wide sheet'>
+<img alt='Each model at the frames where they part, a row each' src='"""
+
+_READING = """<p class='soft'>Means over {near} of the near leg's strides and {far} of the far leg's,
+&plusmn; two standard errors: how much the strides differ, and the poses' own uncertainty. A stride lasts
+from a foot's strike to its next, a step from the other foot's strike to this one's; stance is the share of
+a stride in which the foot is on the floor. Strikes are told from the ankle's way under the hip and not from
+the floor: stance is good to about five points in a walk, and reads some five too high in a run. Symmetry is
+the near leg less the far one over their mean, in per cent: 0 where they do alike.</p>"""

@@ -1,0 +1,112 @@
+// Slider, keys, plots and clips, all at one frame.
+
+const data = JSON.parse(document.querySelector("#data").textContent);
+const find = (selector) => document.querySelector(selector);
+const all = (selector) => [...document.querySelectorAll(selector)];
+const [slider, play, where] = [find("#frame"), find("#play"), find("#where")];
+const times = data.chapters[0].times;
+const axis = new Axis(times);
+
+const tellers = data.chapters.map((chapter, i) =>
+  drawChapter(axis, chapter, find(`article[data-chapter="${i}"] .plots`)));
+if (data.errors) {
+  find("#errors").hidden = false;
+  drawErrors(axis, data.errors, find("#errors .plots"));
+}
+let span = 0;
+
+const player = new Player(all(".clips video"), times, (frame) => {
+  slider.value = frame;
+  slider.setAttribute("aria-valuetext", `frame ${frame}, ${times[frame].toFixed(2)} seconds`);
+  where.replaceChildren(
+    `frame ${frame}`, element("span", { class: "total" }, ` of ${times.length - 1}`), ` \u00b7 ${times[frame].toFixed(2)} s`);
+  // A page is turned when the cursor leaves it: drawing it anew for every frame would stutter.
+  if (span && (times[frame] < axis.shown[0] || times[frame] > axis.shown[1])) axis.span(span, frame);
+  axis.point(frame);
+  for (const tell of tellers) tell(frame);
+  play.setAttribute("aria-label", player.playing ? "Pause" : "Play");
+});
+
+function step(by) {
+  player.pause();
+  player.show(player.frame + by);
+}
+
+function toggle() {
+  if (player.playing) player.pause();
+  else player.play();
+}
+
+function choose(chapter) {
+  for (const one of all("[data-tab]")) one.setAttribute("aria-pressed", String(one.dataset.tab === chapter));
+  for (const one of all("article")) one.hidden = one.dataset.chapter !== chapter;
+  for (const one of all(".clips figure")) one.classList.toggle("chosen", one.dataset.chapter === chapter);
+  axis.span(span, player.frame);
+}
+
+slider.max = times.length - 1;
+slider.addEventListener("input", () => {
+  player.pause();
+  player.show(Number(slider.value));
+});
+play.addEventListener("click", toggle);
+find("#back").addEventListener("click", () => step(-1));
+find("#ahead").addEventListener("click", () => step(1));
+find("#pace").addEventListener("change", (event) => player.pace(Number(event.target.value)));
+for (const tab of all("[data-tab]")) tab.addEventListener("click", () => choose(tab.dataset.tab));
+
+const KEYS = { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity };
+document.addEventListener("keydown", (event) => {
+  const { key, target } = event;
+  if (event.ctrlKey || event.altKey || event.metaKey || target.matches("select")) return;
+  if (key in KEYS) {
+    event.preventDefault();
+    step(KEYS[key] * (event.shiftKey ? 10 : 1));
+  } else if (key === " " && !target.matches("button")) {
+    event.preventDefault();
+    toggle();
+  }
+});
+
+// A button that was clicked would keep the space bar to itself.
+document.addEventListener("click", (event) => {
+  if (event.detail) event.target.closest("button")?.blur();
+});
+
+for (const chart of all(".chart")) {
+  const go = (event) => {
+    const box = chart.getBoundingClientRect();
+    player.pause();
+    player.show(axis.frameAt((event.clientX - box.left) / box.width));
+  };
+  chart.addEventListener("pointerdown", go);
+  chart.addEventListener("pointermove", (event) => {
+    if (event.buttons === 1) go(event);
+  });
+}
+
+// Long clips are looked at a few seconds at a time.
+const [LONG, LONGER] = [12, 40];
+const seconds = axis.whole[1] - axis.whole[0];
+if (seconds > LONG) {
+  span = seconds > LONGER ? 10 : 0;
+  for (const root of all("article .plots")) {
+    const choice = element("select", { "aria-label": "Seconds shown" });
+    for (const [value, text] of [[0, "the whole clip"], [10, "10 s"], [3, "3 s"]]) {
+      choice.append(element("option", { value }, text));
+    }
+    choice.addEventListener("change", () => {
+      span = Number(choice.value);
+      for (const other of all(".spans select")) other.value = choice.value;
+      axis.span(span, player.frame);
+      axis.point(player.frame);
+    });
+    choice.value = span;
+    root.prepend(element("div", { class: "spans" }, "Show", choice));
+  }
+}
+
+find(".clips").style.setProperty("--clips", data.chapters.length);
+new ResizeObserver(() => axis.rulers.forEach((ruler) => axis.rule(ruler))).observe(document.body);
+choose("0");
+player.show(0);

@@ -1,0 +1,253 @@
+// Curves, bands and strips over a common axis of seconds. An SVG is stretched over its chart, so its x is seconds.
+
+const SVG = document.querySelector("svg").namespaceURI;
+const TONES = { near: "--near", far: "--far", torso: "--torso", neck: "--neck" };
+const MOTIONS = { walk: "--green", run: "--pink", free: "--grey", cv: "--grey" };
+const OUTCOMES = { ok: "--quiet", hidden: "--gold", lost: "--wrong", found: "--accent", outside: "--grey" };
+const MODELS = ["--ink", "--pink", "--gold", "--green", "--grey"];
+const SPARE = ["--green", "--pink", "--gold", "--accent", "--grey"];
+const UNSURE = ["lost", "outside"];
+
+function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+}
+
+function shape(name, attributes) {
+  const made = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
+const toned = (tone) => `--tone: var(${tone})`;
+
+// Round steps, about `count` of them, that cover low to high.
+function steps(low, high, count, sizes) {
+  const size = sizes.find((one) => (high - low) / one <= count) ?? sizes.at(-1);
+  const first = Math.ceil(low / size - 1e-9);
+  const last = Math.floor(high / size + 1e-9);
+  return Array.from({ length: Math.max(last - first + 1, 0) }, (_, i) => (first + i) * size);
+}
+
+const ANGLES = [5, 10, 20, 30, 45, 60, 90, 180, 360];
+const ERRORS = [0.05, 0.1, 0.2, 0.25, 0.5];
+const SECONDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600];
+
+// The seconds that all charts of a page show, and where in them the cursor stands.
+class Axis {
+  constructor(times) {
+    this.times = times;
+    const step = times.length > 1 ? times.at(-1) - times.at(-2) : 1;
+    this.whole = [times[0], times.at(-1) + (times.length > 1 ? 0 : step)];
+    this.edges = [...times, times.at(-1) + step];
+    this.shown = this.whole;
+    this.charts = [];
+    this.rulers = [];
+    this.roots = [];
+  }
+
+  // Seconds at which a frame begins; frames may have fractions.
+  at(frame) {
+    const below = Math.min(Math.max(Math.floor(frame), 0), this.edges.length - 2);
+    return this.edges[below] + (frame - below) * (this.edges[below + 1] - this.edges[below]);
+  }
+
+  // The frame nearest to a share of what is shown.
+  frameAt(share) {
+    const seconds = this.shown[0] + share * (this.shown[1] - this.shown[0]);
+    return this.times.reduce(
+      (best, time, t) => (Math.abs(time - seconds) < Math.abs(this.times[best] - seconds) ? t : best), 0);
+  }
+
+  // Show this many seconds around a frame, or all of them.
+  span(seconds, frame) {
+    const [first, last] = this.whole;
+    const length = Math.min(seconds || Infinity, last - first);
+    const start = Math.min(Math.max(this.times[frame] - length / 2, first), last - length);
+    this.shown = [start, start + length];
+    for (const chart of this.charts) chart.fit(this.shown);
+    for (const ruler of this.rulers) this.rule(ruler);
+  }
+
+  rule(ruler) {
+    const [first, last] = this.shown;
+    const marks = steps(first, last, Math.max(ruler.clientWidth / 75, 2), SECONDS);
+    const share = (time) => `left: ${(100 * (time - first)) / (last - first)}%`;
+    const text = (time) => `${Number(time.toFixed(1))} s`;
+    ruler.replaceChildren(...marks.map((time) => element("span", { style: share(time) }, text(time))));
+  }
+
+  point(frame) {
+    const time = this.times[frame];
+    const [first, last] = this.shown;
+    for (const root of this.roots) root.style.setProperty("--at", (time - first) / (last - first));
+  }
+}
+
+// One stretched SVG from `low` (below) to `high` on an axis.
+class Chart {
+  constructor(axis, low, high) {
+    this.low = low;
+    this.high = high;
+    this.svg = shape("svg", { preserveAspectRatio: "none", "aria-hidden": "true" });
+    this.box = element("div", { class: "chart" }, this.svg, element("div", { class: "cursor" }));
+    axis.charts.push(this);
+    this.axis = axis;
+    this.fit(axis.shown);
+  }
+
+  fit([first, last]) {
+    this.svg.setAttribute("viewBox", `${first} ${-this.high} ${last - first} ${this.high - this.low}`);
+  }
+
+  add(name, attributes) {
+    this.svg.append(shape(name, attributes));
+  }
+
+  line(value, kind) {
+    const [x1, x2] = this.axis.whole;
+    this.add("line", { class: kind, x1, x2, y1: -value, y2: -value });
+  }
+
+  // From the beginning of one frame to that of another.
+  stretch(start, end, attributes) {
+    const [from, to] = [this.axis.at(start), this.axis.at(end)];
+    this.add("rect", { x: from, width: to - from, y: -this.high, height: this.high - this.low, ...attributes });
+  }
+
+  ticks(sizes) {
+    const found = steps(this.low, this.high, 4, sizes);
+    for (const value of found) this.line(value, value ? "grid" : "grid zero");
+    return found.map((value) => {
+      const top = (100 * (this.high - value)) / (this.high - this.low);
+      const text = Number(value.toFixed(2)).toString().replace("-", "\u2212");
+      return element("span", { class: "side tick", style: `top: ${top}%` }, text);
+    });
+  }
+}
+
+const path = (points) => points.map(([x, y]) => `${x.toFixed(4)},${(-y).toFixed(4)}`).join("L");
+
+// The least and the greatest of what is sure, with its bands, and a little room.
+function reach(curves, sure) {
+  let [low, high] = [0, 0];
+  for (const { mean, sigma } of curves) {
+    mean.forEach((value, t) => {
+      const room = sure[t] ? Math.min(2 * sigma[t], 20) : 0;
+      low = Math.min(low, sure[t] ? value - room : low);
+      high = Math.max(high, sure[t] ? value + room : high);
+    });
+  }
+  const room = 0.06 * Math.max(high - low, 10);
+  return [low - room, high + room];
+}
+
+function anglePanel(axis, panel, chapter, sure) {
+  const chart = new Chart(axis, ...reach(panel.curves, sure));
+  const ticks = chart.ticks(ANGLES);
+  for (const [start, end, name] of chapter.outcomes) {
+    if (UNSURE.includes(name)) chart.stretch(start, end, { class: "unsure" });
+  }
+  const values = panel.curves.map(({ name, mean, sigma }) => {
+    const style = toned(TONES[name]);
+    const times = mean.map((_, t) => axis.times[t]);
+    const upper = mean.map((value, t) => [times[t], value + 2 * sigma[t]]);
+    const lower = mean.map((value, t) => [times[t], value - 2 * sigma[t]]).reverse();
+    chart.add("path", { class: "band", style, d: `M${path([...upper, ...lower])}Z` });
+    chart.add("path", { class: "curve", style, d: `M${path(mean.map((value, t) => [times[t], value]))}` });
+    return element("span", { class: "value", style });
+  });
+  chart.box.append(...ticks);
+  const head = element(
+    "div", { class: "head" },
+    element("b", {}, panel.title), element("span", { class: "reading" }, `${panel.reading}, degrees`), ...values,
+  );
+  const tell = (frame) => {
+    panel.curves.forEach(({ name, mean, sigma }, i) => {
+      const degrees = mean[frame].toFixed(1).replace("-", "\u2212");
+      const told = sure[frame] ? `${degrees}\u00b0 \u00b1 ${(2 * sigma[frame]).toFixed(1)}` : "not seen";
+      values[i].textContent = `${name} ${told}`;
+    });
+  };
+  return { box: element("div", { class: "panel" }, head, chart.box), tell };
+}
+
+function strip(axis, name, stretches) {
+  const chart = new Chart(axis, 0, 1);
+  for (const [start, end, attributes] of stretches) chart.stretch(start, end, attributes);
+  const label = element("span", { class: "side" }, name);
+  return element("div", { class: "strip" }, label, chart.box);
+}
+
+function legend(entries) {
+  const spans = entries.map(([text, tone]) => element("span", { style: toned(tone) }, text));
+  return element("div", { class: "legend" }, ...spans);
+}
+
+// A motion has a colour of its own, its states shades of that.
+function stateStrip(axis, chapter) {
+  const tone = (label) => MOTIONS[label] ?? SPARE[chapter.labels.indexOf(label) % SPARE.length];
+  const states = (label) => [...new Set(chapter.states.filter((s) => s[2] === label).map((s) => s[3]))].sort((a, b) => a - b);
+  const shade = (label, state) => 1 - (0.55 * states(label).indexOf(state)) / Math.max(states(label).length, 2);
+  const rows = chapter.states.map(([start, end, label, state]) => [
+    start, end, { style: `${toned(tone(label))}; opacity: ${shade(label, state)}` },
+  ]);
+  return [strip(axis, "state", rows), legend(chapter.labels.map((label) => [label, tone(label)]))];
+}
+
+function outcomeStrip(axis, chapter) {
+  const rows = chapter.outcomes.map(([start, end, name]) => [
+    start, end, { style: toned(OUTCOMES[name]) },
+  ]);
+  const met = Object.keys(chapter.words).filter((name) => chapter.outcomes.some((row) => row[2] === name));
+  return [strip(axis, "seen", rows), legend(met.map((name) => [chapter.words[name], OUTCOMES[name]]))];
+}
+
+function floorStrips(axis, chapter) {
+  return ["near", "far"]
+    .filter((side) => chapter.floor[side].length)
+    .map((side) => strip(axis, side, chapter.floor[side].map(([down, off]) => [down, off, { style: toned(TONES[side]) }])));
+}
+
+// All plots of a chapter; gives what to call with a frame to have its numbers told.
+function drawChapter(axis, chapter, root) {
+  const sure = chapter.times.map(() => true);
+  for (const [start, end, name] of chapter.outcomes) if (UNSURE.includes(name)) sure.fill(false, start, end);
+  const panels = chapter.panels.map((panel) => anglePanel(axis, panel, chapter, sure));
+  const floor = floorStrips(axis, chapter);
+  const ruler = element("div", { class: "axis" });
+  if (floor.length) floor.unshift(element("div", { class: "legend soft" }, "Foot on the floor, in whole strides"));
+  const spacer = () => element("div", { style: "height: 0.6rem" });
+  root.append(
+    ...panels.map((panel) => panel.box), ruler,
+    ...stateStrip(axis, chapter), spacer(), ...outcomeStrip(axis, chapter), spacer(), ...floor,
+  );
+  axis.rulers.push(ruler);
+  axis.roots.push(root);
+  return (frame) => {
+    for (const panel of panels) panel.tell(frame);
+  };
+}
+
+// Errors of every model against the marked frames.
+function drawErrors(axis, errors, root) {
+  const highest = Math.max(...errors.models.flatMap((model) => model.points.map((point) => point[1])), errors.lost);
+  const chart = new Chart(axis, 0, 1.08 * highest);
+  chart.box.append(...chart.ticks(ERRORS));
+  chart.line(errors.lost, "limit");
+  const tone = (i) => MODELS[i % MODELS.length];
+  errors.models.forEach((model, i) => {
+    const points = model.points.map(([frame, error]) => [axis.at(frame), error]);
+    chart.add("path", { class: "curve", style: toned(tone(i)), d: `M${path(points)}` });
+    if (points.length <= 60) {
+      chart.add("path", { class: "dots", style: toned(tone(i)), d: points.map((point) => `M${path([point])}h0`).join("") });
+    }
+  });
+  const ruler = element("div", { class: "axis" });
+  const entries = errors.models.map(({ name, lost }, i) => [lost === null ? name : `${name}, lost at frame ${lost}`, tone(i)]);
+  root.append(element("div", { class: "panel" }, chart.box), ruler, legend(entries));
+  axis.rulers.push(ruler);
+  axis.roots.push(root);
+}
