@@ -68,7 +68,7 @@ FOLLOWED = {
 }
 USE = """\
     figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv
-    figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates --out walk-points
+    figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates --out alone
 
 take the points that a pose network found in the same clip as a further measurement, which is doubted: a
 DeepLabCut CSV, OpenPose JSON (a file or the folder of them), COCO keypoints or a TRC in pixels, with points
