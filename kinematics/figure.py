@@ -9,7 +9,7 @@ a size common to all links; `stretch_<link>`, the log of a breathing link's own 
 """
 
 import tomllib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import resources
@@ -229,11 +229,6 @@ class Figure:
     def is_leg(self, link: Link) -> bool:
         """Whether the link is part of a leg."""
         return any(link.name.startswith(part) for part in self.leg)
-
-    def without(self, joints: Collection[str]) -> Self:
-        """The same figure less the links that end at these joints; nothing may hang on them."""
-        links = tuple(link for link in self.links if link.joint not in joints)
-        return replace(self, links=links)
 
     def with_lengths(self, lengths: Sequence[float]) -> Self:
         """The same figure with other rest lengths (L,), leg lengths."""

@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ HORSE_FILE = Path(__file__).with_name("horse.toml")
 WALKER = load_figure("walker")
 HORSE = load_figure(HORSE_FILE)
 FIGURES = [WALKER, HORSE]
+FOOTLESS = replace(WALKER, links=WALKER.links[:6])
 
 
 def random_pose(figure, rng, *, size=0.3):

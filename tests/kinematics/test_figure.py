@@ -102,14 +102,6 @@ def test_twins_are_the_links_of_the_other_side_and_what_is_alone_has_none():
     }
 
 
-def test_a_figure_without_some_ends_is_the_rest_of_it():
-    bare = WALKER.without(["near_toe", "far_toe"])
-    assert bare.links == WALKER.links[:6]
-    assert bare.pose_freedoms == POSE_COLUMNS
-    with pytest.raises(ValueError, match="link 'foot_near' hangs on an unlisted link, 'shank_near'"):
-        WALKER.without(["near_ankle"])
-
-
 def test_every_joint_but_the_base_is_the_tip_of_one_link():
     for i, link in enumerate(WALKER.links):
         assert WALKER.link_of(link.joint) == i

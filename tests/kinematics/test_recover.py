@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from kinematics.figure import ROOT
 from kinematics.recover import PoseError, facing_of, recover, start_pose
 from kinematics.spm import joints
-from tests.kinematics.figures import FIGURES, HORSE, WALKER, Puppet, random_pose, upright
+from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, random_pose, upright
 
 every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
 TOES = ("near_toe", "far_toe")
@@ -124,7 +124,7 @@ def test_without_both_ankles_the_shank_is_the_proportion_of_what_was_seen():
 
 
 def test_toes_may_be_marked_or_not_where_the_figure_has_none(rng):
-    footless = WALKER.without(TOES)
+    footless = FOOTLESS
     q = random_pose(footless, rng, size=0.0)
     marks = marks_of(footless, q)
     toes = {"near_toe": (1.0, 2.0), "far_toe": (float("nan"), 3.0)}

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from kinematics.figure import SCALE
 from kinematics.recover import Start
 from kinematics.spm import joint_jacobian, joints
-from tests.kinematics.figures import WALKER, upright
+from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.tracker.painted import FULL, STRIDE, VIEW, Painted
 from tracker import anchors as anchors_module
 from tracker.anchors import Anchor, anew, passed
@@ -181,7 +181,7 @@ def test_a_limb_that_ends_in_a_hidden_joint_shows_nothing(begun):
 
 
 def test_marks_of_joints_that_the_figure_has_not_are_left_out():
-    footless = WALKER.without(("near_toe", "far_toe"))
+    footless = FOOTLESS
     anchor = Anchor.of(footless, marks_of(STRIDE, hidden=("neck",)))
     assert [footless.joints[j] for j in anchor.joint] == list(footless.joints)
     assert anchor.visible.tolist() == [name != "neck" for name in footless.joints]

@@ -10,7 +10,7 @@ from scipy.stats import multivariate_t
 
 from dynamics.gaussian import Gaussian
 from kinematics.spm import View
-from tests.kinematics.figures import WALKER, Puppet, upright
+from tests.kinematics.figures import FOOTLESS, WALKER, Puppet, upright
 from tests.oracles import central_difference, condition
 from tests.tracker.painted import FULL, STRIDE, VIEW
 from tracker.detections import FREEDOM, Detections, Detector
@@ -194,7 +194,7 @@ def test_one_leg_s_points_on_both_legs_leave_the_other_where_it_was_foreseen(see
 
 
 def test_what_the_figure_has_not_and_what_is_not_there_is_left_out():
-    figure = WALKER.without(["near_toe", "far_toe"])
+    figure = FOOTLESS
     at = pixels_of(STRIDE)
     places = np.array([[np.nan, 1.0] if name == "neck" else at[name] for name in NAMES])
     found = Detections.of(figure, NAMES, places)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.kinematics.figures import WALKER
+from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.records import FIRST, T, made_track, write_folder
 from tracker.foreign.points import HALPE, WITHIN, leg_pixels, named_points
 from tracker.runs import RunError, read_run
@@ -41,7 +41,7 @@ def test_both_hips_are_at_the_hip_and_both_shoulders_at_the_neck(rng, tmp_path):
 
 
 def test_a_figure_without_feet_has_no_toes(rng, tmp_path):
-    record = record_of(made_track(rng, figure=WALKER.without(["near_toe", "far_toe"])), tmp_path)
+    record = record_of(made_track(rng, figure=FOOTLESS), tmp_path)
     names = named_points(record, HALPE, 1).names
     assert set(HALPE) - set(names) == {"RBigToe", "LBigToe"}
 

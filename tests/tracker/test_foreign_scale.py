@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.kinematics.figures import WALKER
+from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.records import T, made_track, write_folder
 from tracker.foreign.scale import scale_by_height, scale_by_points
 from tracker.runs import RunError, read_run
 
-BARE = WALKER.without(["near_toe", "far_toe"])
+BARE = FOOTLESS
 
 
 @pytest.fixture(params=[1, -1], ids=["right", "left"])

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from kinematics.spm import joints
-from tests.kinematics.figures import WALKER
+from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.records import FIRST, FPS, FRAMES, SIZE, T, made_track, write_folder
 from tracker.runs import RunError, read_news, read_run
 
@@ -34,7 +34,7 @@ def test_a_run_comes_back_as_it_was_written(rng, tmp_path, facing):
 
 
 def test_joints_that_the_figure_has_not_are_nowhere(rng, tmp_path):
-    bare = WALKER.without(["near_toe", "far_toe"])
+    bare = FOOTLESS
     record = read_run(write_folder(made_track(rng, figure=bare), tmp_path / "run"))
     assert np.isnan(record.place("near_toe")).all()
     assert np.isnan(record.place("tail")).all()

@@ -12,7 +12,7 @@ from dynamics.slds import SLDS
 from kinematics.figure import SCALE
 from kinematics.recover import Start, start_pose
 from kinematics.spm import joint_jacobian, joints
-from tests.kinematics.figures import WALKER, upright
+from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.oracles import condition
 from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted
 from tests.tracker.walls import behind_wall
@@ -228,8 +228,8 @@ def still(figure, q):
 def passing():
     """A near leg that swings past a far one at rest, broad enough to hide it for four frames; no feet."""
     broad = ("thigh_near", "shank_near")
-    links = [replace(link, width=0.34, taper=1.0) if link.name in broad else link for link in WALKER.links]
-    figure = replace(WALKER, links=tuple(links)).without(["near_toe", "far_toe"])
+    links = [replace(link, width=0.34, taper=1.0) if link.name in broad else link for link in FOOTLESS.links]
+    figure = replace(FOOTLESS, links=tuple(links))
     swing = [0.8, 0.72, 0.64, 0.5, 0.3, 0.08, 0.0, 0.0, 0.0, -0.08, -0.3, -0.5, -0.64, -0.72, -0.8]
     poses = [upright(figure, hip_near=angle, torso=0.05) for angle in swing]
     painted, noise = Painted(np.random.default_rng(3), figure), np.random.default_rng(4)
