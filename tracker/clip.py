@@ -290,7 +290,7 @@ def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) ->
         first=0,
         times=np.array(times) - times[0],
         q=np.stack([estimate.pose.mean for estimate in estimates]),
-        cov=np.stack([estimate.pose.cov for estimate in estimates], dtype=np.float64),
+        cov=np.stack([estimate.pose.cov for estimate in estimates]),
         s=np.array([estimate.s for estimate in estimates]),
         outcome=tuple(estimate.outcome for estimate in estimates),
         shift=np.stack([estimate.shift for estimate in estimates]),

@@ -6,7 +6,7 @@ from itertools import islice
 
 from videos.frames import Image, Video
 
-HELD = 96 * 2**20  # bytes of pictures that are kept, and as many again while going back
+HELD = 64 * 2**20  # bytes of pictures that are kept, and as many again while going back
 
 
 class Reel:

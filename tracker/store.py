@@ -27,7 +27,7 @@ class Track:
     model   : name of the motion model; `labels` (K,) of its switching states
     first   : frame of the first row
     times   : (T,) seconds
-    q, cov  : (T, D) and (T, D, D) belief over the pose
+    q, cov  : (T, D) and (T, D, D) belief over the pose; covariances in single precision
     s       : (T,) most probable switching state
     outcome : (T,) ok, hidden, lost, found or outside
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
