@@ -125,7 +125,7 @@ class Settings(BaseModel):
         0.02, gt=0, lt=0.5, description="probability that --measure puts both legs of a frame on one"
     )
     start_length: float = Field(0.01, gt=0, le=10, description="error of the marked log lengths")
-    start_angle: float = Field(4.0, gt=0, le=360, description="error of the marked angles, degrees")
+    start_angle: float = Field(5.0, gt=0, le=360, description="error of the marked angles, degrees")
     start_place: float = Field(0.02, gt=0, le=10, description="error of the marked hip, leg lengths")
     cv_angle: float = Field(
         6.0, gt=0, le=360, description="constant velocity: change of an angle's speed a frame, degrees"
