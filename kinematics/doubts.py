@@ -89,13 +89,13 @@ def _usual(figure: Figure, spans: Mapping[int, float]) -> float | None:
 
 def _uneven(figure: Figure, spans: Mapping[int, float]) -> list[str]:
     """Twins of unlike lengths."""
-    of = {figure.links[i].name: (figure.links[i], length) for i, length in spans.items()}
     found = []
-    for name, near in of.items():
-        far = of.get(name.removesuffix("_near") + "_far")
-        if far is None or not near[0].breathes:
+    for i, twin in figure.twins.items():
+        if i > twin or not {i, twin} <= spans.keys() or not figure.links[i].breathes:
             continue
-        (less, short), (more, long) = sorted((near, far), key=lambda limb: limb[1])
+        (less, short), (more, long) = sorted(
+            ((figure.links[j], spans[j]) for j in (i, twin)), key=lambda limb: limb[1]
+        )
         if _unlike(long, short, TWINS):
             found.append(
                 f"{_way(figure, more)} is {_times(long, short)} times as far as {_way(figure, less)}"

@@ -167,10 +167,7 @@ class Detector:
 
 def _twins(figure: Figure) -> NDArray[np.intp]:
     """(J,) position of each joint's twin on the other leg; its own where there is none."""
-    names = [_twin(name) for name in figure.joints]
-    return np.array([figure.joints.index(n) if n in figure.joints else j for j, n in enumerate(names)])
-
-
-def _twin(name: str) -> str:
-    side = next((side for side in OTHER if name.startswith(side)), "")
-    return OTHER[side] + name.removeprefix(side) if side else name
+    order = np.arange(len(figure.joints))
+    for link, twin in figure.twins.items():
+        order[link + 1] = twin + 1  # the base comes first
+    return order
