@@ -4,7 +4,6 @@ import io
 import signal
 import sys
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -139,8 +138,9 @@ def track(
         from tracker.folder import fresh_folder
 
         shown = shown_progress(quiet, progress)
-        job = _job(video, keypoints, start, stop, facing, anchors, rate, smooth, settings, model)
-        job = _with_points(job, measure, templates)
+        job = _job(
+            video, keypoints, start, stop, facing, anchors, measure, templates, rate, smooth, settings, model
+        )
         folder = out or beside(video, "track")
         inputs = _inputs(video, keypoints, measure, settings, model)
         with fresh_folder(folder, overwrite=overwrite, inputs=inputs) as aside:
@@ -186,8 +186,9 @@ def compare(
         from tracker.folder import fresh_folder
         from tracker.keypoints import read_keypoints
 
-        job = _job(video, keypoints, start, stop, facing, anchors, rate, smooth, settings, "")
-        job = _with_points(job, measure, templates)
+        job = _job(
+            video, keypoints, start, stop, facing, anchors, measure, templates, rate, smooth, settings, ""
+        )
         marks = job.marks if truth is None else read_keypoints(truth)
         folder = out or beside(video, "compare")
         names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
@@ -223,6 +224,8 @@ def _job(
     stop: int | None,
     facing: Facing | None,
     anchors: bool,
+    measure: Path | None,
+    templates: bool,
     rate: float | None,
     smooth: bool,
     settings: Path | None,
@@ -232,23 +235,21 @@ def _job(
     from tracker.keypoints import read_keypoints
     from tracker.settings import Settings, read_settings
 
+    marks = read_keypoints(keypoints)
+    chosen = Settings() if settings is None else read_settings(settings)
     return Job(
         video=video,
-        marks=read_keypoints(keypoints),
+        marks=marks,
         model=model,
-        settings=Settings() if settings is None else read_settings(settings),
+        settings=chosen if templates else chosen.model_copy(update={"templates": False}),
         start=start,
         stop=stop,
         facing=towards(facing),
         rate=rate,
         smooth=smooth,
         anchors=anchors,
+        measure=measure,
     )
-
-
-def _with_points(job: "Job", measure: Path | None, templates: bool) -> "Job":
-    settings = job.settings if templates else job.settings.model_copy(update={"templates": False})
-    return replace(job, measure=measure, settings=settings)
 
 
 def _inputs(video: Path, *others: Path | str | None) -> list[Path]:
