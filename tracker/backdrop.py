@@ -1,11 +1,15 @@
 """What lies behind the figure: the scene as it was seen without it, and how far a frame differs from that.
 
-A point of the figure that shows just what is seen there without it speaks against the pose that put it there,
-one that differs speaks for it. The scene is kept at a coarse step and moves with the camera; what the
-figure may cover is not taken over, so what it has covered from the start stays unknown until it has left.
+A point of the figure that shows just what is seen there without it speaks against the pose that put it
+there, one that differs speaks for it. A whole patch that shows the scene as it was, and not the figure, may
+be covered: the scene is nearer there, a shrub or a post, and such points tell nothing of the pose.
+
+The scene is kept at a coarse step and moves with the camera; what the figure may cover is not taken over, so
+what it has covered from the start stays unknown until it has left.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import cv2
@@ -21,6 +25,7 @@ UNKNOWN = 1.0  # how much a point of the figure differs from what lies behind it
 ALIKE = 0.2  # it differs by less where it shows the scene itself
 MOST = 3.0  # one very different place may be anything
 BLEND = 0.3  # of what is seen into the scene, a frame
+AROUND = np.ones((3, 3), np.uint8)  # of places that show the scene together: single ones do by chance
 NEAR = 1  # steps by which the scene may have been moved wrongly
 
 
@@ -34,6 +39,11 @@ class Scenery:
 
     differs: Planes
     step: int
+
+    @cached_property
+    def around(self) -> Planes:
+        """(h, w) the most of it at each place and those around."""
+        return np.asarray(cv2.dilate(self.differs, AROUND), dtype=np.float32)
 
     def plain(self, pixels: Array) -> float:
         """Share of (P, 2) pixels where the frame is known not to differ."""

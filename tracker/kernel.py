@@ -65,7 +65,8 @@ class Row(NamedTuple):
 
     point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
     channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the
-    robust scale; match : (n,) robust weight
+    robust scale; match : (n,) robust weight; bare : (n,) how much the picture differs from the scene without
+    the figure there and around, inf where that is not known or too much to tell
     """
 
     point: NDArray[np.intp]
@@ -75,6 +76,7 @@ class Row(NamedTuple):
     across: Single
     excess: Array
     match: Array
+    bare: Array
 
 
 @COMPILED
@@ -103,6 +105,7 @@ def _fill(
         np.empty((3, most), np.float32),
         np.empty(most),
         np.empty(most),
+        np.empty(most),
     )
     for h in range(H):
         total, count, differing, clear = 0.0, 0.0, 0.0, 0.0
@@ -116,6 +119,9 @@ def _fill(
                     low, high = points.light[c] - noise.light, points.light[c] + noise.light
                     offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
             weight, matched, rho = _doubt(row, n, noise)
+            if noise.covered > 0.0:
+                fewer, less = _uncover(row, n, noise)
+                matched, rho = matched - fewer, rho - less
             total += rho
             count += weight
             fair = 1.0
@@ -174,10 +180,14 @@ def _look(
         if _hidden(body_x, body_y, pose, shape, nearer[:number], noise.margin):
             continue
         w = points.weight[p]
+        row.bare[n] = np.inf
         if w == 1.0:
             within += 1.0
             r, s = int(y + scenery.corner_y + 0.5), int(x + scenery.corner_x + 0.5)
-            differing += scenery.differs[r // scenery.step, s // scenery.step]
+            r, s = r // scenery.step, s // scenery.step
+            differing += scenery.differs[r, s]
+            if scenery.around[r, s] < scenery.unknown:
+                row.bare[n] = scenery.around[r, s]
         # Beyond its edge a picture goes on as it ends.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)
         above, below = max(i - 1, 0), min(i + 2, rows - 1)
@@ -319,6 +329,26 @@ def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float, float]:
             k += 1
         sum_rho -= w * np.log(product)
     return sum_weight, sum_match, 0.5 * noise.scale * sum_rho
+
+
+@COMPILED
+def _uncover(row: Row, n: int, noise: Noise) -> tuple[float, float]:
+    """Doubt points that show the scene as it was without the figure: something nearer may cover them.
+
+    The likelihood of each is a mixture of the figure's and the scene's, and it matches by the figure's share.
+    Returns by how much that lowers the sums of weight * match and weight * rho / 2.
+    """
+    fewer, less = 0.0, 0.0
+    for k in range(n):
+        if row.bare[k] < np.inf:
+            # Three channels, of which rho / 2 and what lies bare are the mean.
+            rho = 0.5 * noise.scale * np.log1p(row.excess[k])
+            odds = noise.covered * np.exp(3.0 * (rho - row.bare[k]))
+            w, match = row.place[2, k], row.match[k]
+            row.match[k] = match / (1.0 + odds)
+            fewer += w * (match - row.match[k])
+            less += w * np.log((1.0 + odds) / (1.0 + noise.covered)) / 3.0
+    return fewer, less
 
 
 @ANY_ORDER

@@ -43,9 +43,12 @@ class Lens(NamedTuple):
 
 class Behind(NamedTuple):
     """How much each place of a picture differs from what lies behind the figure (h, w), as half the robust
-    square of `Laid.mean`; pixels from one place to the next; and the level's corner, pixels."""
+    square of `Laid.mean`; the most of it there and around; from where on that tells nothing; pixels from one
+    place to the next; and the level's corner, pixels."""
 
     differs: Single
+    around: Single
+    unknown: float
     step: int
     corner_x: int
     corner_y: int
@@ -55,7 +58,8 @@ class Noise(NamedTuple):
     """variance of a channel; how far an offset of light may be from the common one, grey levels; scale
     (squared, in the noise's units) of the robust weight, inf for plain squares; mean match at which a link is
     out of sight and in full sight; how few points have no offset of light of their own; whether nearer links
-    hide farther ones, and how far beyond their outline, leg lengths."""
+    hide farther ones, and how far beyond their outline, leg lengths; probability that a point is covered by
+    what was seen there without the figure."""
 
     variance: float
     light: float
@@ -65,6 +69,7 @@ class Noise(NamedTuple):
     fewest: int
     layered: bool
     margin: float
+    covered: float
 
 
 class Laid(NamedTuple):

@@ -10,6 +10,10 @@ Gauss-Newton steps, on coarse and then on fine blurs, on
 The classic mode is the papers': grey templates of the first frame, plain squares, no prior in the climb but
 on the lengths, which the papers' figure did not leave free.
 
+A point that shows the scene as it was seen without the figure may be covered by it: its likelihood is a
+mixture of the template's and the scene's, so where the template does not match there, it neither pulls nor
+measures.
+
 n is tempered: neighbouring pixels err together, and only a share of them counts. The mean makes poses that
 hide different points comparable. Between hypotheses the image speaks by how much better the visible points
 match as the figure's than as what lies behind it or, where that is unknown, than they usually do. What is
@@ -27,7 +31,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.figure import Figure
 from kinematics.spm import Skeleton, View, motions, skeleton, surface
-from tracker.backdrop import UNSEEN, Scenery
+from tracker.backdrop import UNKNOWN, UNSEEN, Scenery
 from tracker.kernel import lay
 from tracker.laid import Behind, Laid, Lens, Noise, Points, Shape
 from tracker.sampling import Level, sample
@@ -198,6 +202,7 @@ class _Search:
             fewest=FEWEST,
             layered=self.full,
             margin=0.0,
+            covered=settings.covered if self.full else 0.0,
         )
 
     def points_at(self, number: int) -> Points:
@@ -274,7 +279,7 @@ class _Search:
         origin = np.asarray(view.origin) - level.corner
         lens = Lens(*origin.tolist(), *view.axes.tolist())
         parts = (bones.start, bones.direction, bones.length, bones.size)
-        behind = Behind(scenery.differs, scenery.step, *level.corner)
+        behind = Behind(scenery.differs, scenery.around, UNKNOWN, scenery.step, *level.corner)
         noise = self.noise._replace(margin=self.settings.cover * level.sigma / view.unit)
         return _Fit(q, bones, lay(level.planes, lens, *parts, self.points[number], self.shape, behind, noise))
 

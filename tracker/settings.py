@@ -38,7 +38,7 @@ class Settings(BaseModel):
     )
     rim_weight: float = Field(0.3, ge=0, le=1, description="of the rim's pixels against the link's own")
     blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
-        (0.05, 0.025, 0.012), min_length=1, description="coarse to fine, leg lengths"
+        (0.05, 0.025, 0.015), min_length=1, description="coarse to fine, leg lengths"
     )
     iterations: int = Field(6, ge=1, le=100, description="steps at each blur at most")
     noise: float = Field(6.0, ge=0.1, le=255, description="of a pixel's match, grey levels")
@@ -52,6 +52,9 @@ class Settings(BaseModel):
     out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match at which a link is out of sight")
     in_sight: float = Field(0.6, gt=0, le=1, description="mean match from which a link is in full sight")
     backdrop: bool = Field(True, description="whether what lies behind the figure weighs hypotheses")
+    covered: float = Field(
+        0.05, ge=0, lt=1, description="probability that what is seen as it was without the figure covers it"
+    )
     tempering: float = Field(0.035, gt=0, le=1, description="independent share of template points")
     image_weight: float = Field(1.0, ge=0, le=100, description="of the image in weighing hypotheses")
     blend: float = Field(0.12, ge=0, le=1, description="of what is seen into the template, a frame")

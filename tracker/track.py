@@ -170,7 +170,7 @@ class Tracker:
         found = align(field, priors, starts)
         fused = self._fused(proposed, priors, found)
         best = found[fused.best]
-        outcome = self._outcome(state, field, best, image.shape[:2])
+        outcome = self._outcome(state, field, priors.mean[proposed.best], best, image.shape[:2])
         if outcome in UNSURE:
             # What matches nothing measures nothing.
             state = replace(state, belief=proposed)
@@ -240,19 +240,24 @@ class Tracker:
         s = int(belief.s[belief.best])
         return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.shift)
 
-    def _outcome(self, state: State, field: Field, found: Registration, size: tuple[int, ...]) -> str:
+    def _outcome(
+        self, state: State, field: Field, foreseen: Array, found: Registration, size: tuple[int, ...]
+    ) -> str:
+        """Of a frame in which the figure was foreseen in a pose (D,)."""
         templates = state.templates
         inner = templates.inner
-        if self._inside(found.q, size) < self.settings.least_inside:
-            return OUTSIDE
-        visible = inner & (found.match > 0)
         matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
         gone = found.outcome is Outcome.OUTSIDE or matched < self.settings.least_match
         doubtful = matched < self.settings.doubtful_match or state.outcome in UNSURE
-        if gone or (doubtful and found.cost > 0.0) or field.bare(found) > self.settings.bare:
+        lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > self.settings.bare
+        # A climb that found nothing may have ended anywhere.
+        if self._inside(foreseen if lost else found.q, size) < self.settings.least_inside:
+            return OUTSIDE
+        if lost:
             return LOST
         if state.outcome in UNSURE:
             return FOUND
+        visible = inner & (found.match > 0)
         share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
         return HIDDEN if min(share) < self.settings.least_visible else OK
 

@@ -1,9 +1,9 @@
-"""Write docs/robustness.md: what disturbed start marks and disturbed pictures do to the default model.
+"""Write docs/robustness.md: what disturbed start marks, disturbed pictures and shrubs do to a track.
 
     python -m tests.evaluation.robustness CLIPS docs/robustness.md [--draws N]
 
 CLIPS holds the videos, each with its NAME.keypoints.csv. Every disturbance comes alone. Two processes, of one
-thread each where the environment says so as in `make robustness`; about ten minutes.
+thread each where the environment says so as in `make robustness`; about twelve minutes.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from kinematics.recover import PoseError
-from tests.evaluation.cases import START, marks_of, measured
+from tests.evaluation.cases import START, Ours, marks_of, measured
 from tests.evaluation.disturbances import DISTURBANCES, START_NOISE, moved, read_film, write_film
 from tests.evaluation.page import cell, written
 from tests.evaluation.targets import Target, target_table
@@ -24,8 +24,11 @@ from tests.evaluation.ways import DEFAULT
 from tests.motion_page import table
 from tracker.clip import Job, StartError, follow
 from tracker.compare import Score, places, score
-from tracker.keypoints import Marks
+from tracker.demo import write_scene
+from tracker.keypoints import Marks, read_keypoints
 from tracker.progress import Progress
+from tracker.scene.film import render
+from tracker.settings import Settings
 
 Scores = dict[str, list[Score | None]]
 
@@ -36,6 +39,17 @@ METHOD = f"""\
 Each disturbance comes alone, for `{DEFAULT}` with its default settings. A cell is a clip's mean error in leg
 lengths against the undisturbed marks after frame 0, and in brackets the frame where it was lost, as in
 [results.md](results.md).
+"""
+WALKS = range(100, 140)  # seeds of rendered walks: no setting was chosen by these
+OURS = Ours(DEFAULT)
+WAYS = {
+    DEFAULT: OURS,
+    f"{DEFAULT}, nothing taken for covered": Ours(DEFAULT, Settings(covered=0.0)),
+    "cv": Ours("cv"),
+}
+SHRUBS = f"""\
+The walks that `figtrack demo --seed N` renders, N from {WALKS.start} to {WALKS.stop - 1}, each past shrubs
+that hide one leg and the other. `cv` has its default noise.
 """
 PICTURES = """\
 Every second frame: the others and the marks in them are dropped, the frame rate halves. Brightness falls
@@ -60,6 +74,14 @@ class Moved:
     draw: int
 
 
+@dataclass(frozen=True)
+class Rendered:
+    """A walk past shrubs, rendered from a seed, and the way it is followed."""
+
+    seed: int
+    way: Ours
+
+
 def main() -> None:
     """Measure everything and write the page."""
     parser = argparse.ArgumentParser(prog="python -m tests.evaluation.robustness", description=__doc__)
@@ -71,20 +93,25 @@ def main() -> None:
     asked.out.write_text(page(clips, *measure(clips, asked.draws, Progress())), encoding="utf-8")
 
 
-def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores]:
-    """Scores by disturbance, one a clip, and by clip, one a draw of its start marks."""
+def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores, Scores]:
+    """Scores by disturbance, one a clip; by clip, one a draw of the start; by way, one a rendered walk."""
     pictures = [Disturbed(clip, name) for name in DISTURBANCES for clip in clips]
     starts = [Moved(clip, draw) for clip in clips for draw in range(draws)]
+    walks = [Rendered(seed, way) for way in WAYS.values() for seed in WALKS]
     of_pictures = iter(measured(followed, pictures, progress, "disturbed pictures"))
     of_starts = iter(measured(followed, starts, progress, "disturbed starts"))
+    of_walks = iter(measured(followed, walks, progress, "rendered walks"))
     return (
         {name: list(islice(of_pictures, len(clips))) for name in DISTURBANCES},
         {clip.stem: list(islice(of_starts, draws)) for clip in clips},
+        {name: list(islice(of_walks, len(WALKS))) for name in WAYS},
     )
 
 
-def followed(case: Disturbed | Moved) -> Score | None:
+def followed(case: Disturbed | Moved | Rendered) -> Score | None:
     """The score of the track; None where the start pose was refused."""
+    if isinstance(case, Rendered):
+        return _past_shrubs(case)
     return _with_pictures(case) if isinstance(case, Disturbed) else _with_start(case)
 
 
@@ -93,8 +120,8 @@ def lost(found: Score | None) -> bool:
     return found is None or found.first_failure_frame is not None
 
 
-def page(clips: Sequence[Path], pictures: Scores, starts: Scores) -> str:
-    """The whole text; pictures by disturbance, one score a clip, and starts by clip, one a draw."""
+def page(clips: Sequence[Path], pictures: Scores, starts: Scores, walks: Scores) -> str:
+    """The whole text, of what `measure` returns."""
     draws = min(len(row) for row in starts.values())
     return "\n".join(
         [
@@ -124,6 +151,13 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores) -> str:
             *table(
                 ("", "runs", "lost", "mean error: median of runs", "worst"),
                 [[name, *_summary(row)] for name, row in starts.items()],
+            ),
+            "## Legs behind shrubs",
+            "",
+            SHRUBS,
+            *table(
+                ("", "runs", "lost", "mean error: median of runs", "worst"),
+                [[name, *_summary(row)] for name, row in walks.items()],
             ),
         ]
     )
@@ -163,9 +197,16 @@ def _with_start(case: Moved) -> Score | None:
     return _score(case.clip, marks | {START: moved(marks[START], rng)}, marks)
 
 
-def _score(video: Path, given: Marks, truth: Marks) -> Score | None:
+def _past_shrubs(case: Rendered) -> Score | None:
+    with TemporaryDirectory() as folder:
+        video, table_of_marks = write_scene(render(case.seed), Path(folder))
+        marks = read_keypoints(table_of_marks)
+        return _score(video, marks, marks, case.way)
+
+
+def _score(video: Path, given: Marks, truth: Marks, way: Ours = OURS) -> Score | None:
     """Errors against the true marks of a track that starts from those given."""
-    job = Job(video, given, DEFAULT, start=START, stop=max(truth))
+    job = Job(video, given, way.model, way.settings, start=START, stop=max(truth))
     try:
         return score(truth, places(follow(job, Progress("quiet")).track), START)
     except (StartError, PoseError):

@@ -6,7 +6,18 @@ import pytest
 from tests.evaluation import robustness
 from tests.evaluation.disturbances import DISTURBANCES
 from tests.evaluation.outcomes import outcome
-from tests.evaluation.robustness import DRAWS, DROPPED, Disturbed, Moved, followed, lost, page, targets
+from tests.evaluation.robustness import (
+    DRAWS,
+    DROPPED,
+    WAYS,
+    Disturbed,
+    Moved,
+    Rendered,
+    followed,
+    lost,
+    page,
+    targets,
+)
 from tracker.clip import StartError
 
 
@@ -44,13 +55,14 @@ def test_lost_runs_are_a_share_of_all_draws_and_a_refusal_is_one(clips):
     starts = {"a": [score(0.1)] * 3, "b": [score(0.1), None, score(0.4, lost=10)]}
     found = targets(clips, made_up(), starts)[0]
     assert found.value == pytest.approx(2 / 6)
-    text = page(clips, made_up(), starts)
+    text = page(clips, made_up(), starts, {"cv": [score(0.2), score(0.9, lost=7)]})
     assert "| b | 3 | 2 | 0.400 | 1.000 |" in text
     assert "A try with 3 draws" in text
+    assert "| cv | 2 | 1 | 0.550 | 0.900 |" in text
 
 
 def test_a_page_of_all_draws_is_no_try(clips):
-    assert "A try" not in page(clips, made_up(), {"a": [score(0.1)] * DRAWS})
+    assert "A try" not in page(clips, made_up(), {"a": [score(0.1)] * DRAWS}, {})
 
 
 def test_a_start_that_is_refused_is_an_answer(data_dir, monkeypatch):
@@ -77,3 +89,9 @@ def test_a_real_clip_goes_through_every_disturbance(data_dir):
     errors = [one.mean_error_leg for one in found.values()]
     assert len(set(errors)) == len(errors)
     assert np.max(errors) < 1.0
+
+
+def test_a_rendered_walk_is_followed_every_way():
+    errors = [followed(Rendered(100, way)).mean_error_leg for way in WAYS.values()]
+    assert len(set(errors)) == len(errors)
+    assert errors[0] < errors[-1]

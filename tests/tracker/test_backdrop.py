@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.tracker.painted import Cloth
-from tracker.backdrop import BLEND, MOST, NOISE, ROBUST, STEP, UNKNOWN, UNSEEN, first_backdrop
+from tracker.backdrop import ALIKE, BLEND, MOST, NOISE, ROBUST, STEP, UNKNOWN, UNSEEN, first_backdrop
 
 UNIT = 80.0  # pixels: a step is 2
 WIDTH, HEIGHT = 160, 120
@@ -91,6 +91,22 @@ def test_a_place_that_shows_the_scene_differs_little_and_one_that_is_covered_muc
     assert differs(found, inner).mean() > UNKNOWN
     # Beside the box nothing is asked.
     assert (differs(found, (0.0, 0.0, 80.0, 20.0)) == UNKNOWN).all()
+
+
+@pytest.mark.parametrize(("places", "bare"), [(1, False), (3, True), (7, True)])
+def test_a_place_is_like_the_scene_only_with_all_around_it(places, bare):
+    # A scene of one colour, so that a place looks like those beside it.
+    begun = first_backdrop(np.full((HEIGHT, WIDTH, 3), 40, np.uint8), HERE, UNIT)
+    step = begun.scenery.step
+    picture = covered(np.full((HEIGHT, WIDTH, 3), 40, np.uint8), THERE, 80)
+    row, column = (int(0.5 * (THERE[i] + THERE[i + 2])) // step for i in (1, 0))
+    reach = places // 2
+    rows, columns = (slice((n - reach) * step, (n + reach + 1) * step) for n in (row, column))
+    picture[rows, columns] = 40  # a hole in what covers the scene
+    found = begun.follow(picture, THERE, STILL).scenery
+    assert (found.around[row, column] < ALIKE) == bare
+    assert found.around[row, column + reach] > UNKNOWN  # its edge is not
+    assert found.differs[row, column + reach] < ALIKE
 
 
 @pytest.mark.parametrize("by", [6.0, 15.0, 200.0])

@@ -30,9 +30,10 @@ ROBUST = Noise(
     fewest=6,
     layered=True,
     margin=0.02,
+    covered=0.1,
 )
-PLAIN = ROBUST._replace(scale=np.inf, layered=False, margin=0.0)
-NOWHERE = Behind(np.ones((1, 1), np.float32), 1 << 30, 0, 0)
+PLAIN = ROBUST._replace(scale=np.inf, layered=False, margin=0.0, covered=0.0)
+NOWHERE = Behind(np.ones((1, 1), np.float32), np.ones((1, 1), np.float32), 1.0, 1 << 30, 0, 0)
 
 # Residuals and slopes are kept in float32: 6e-8 of 255 grey levels, of which differences are taken.
 SINGLE = {"rtol": 2e-6, "atol": 1e-4}
@@ -65,7 +66,8 @@ def noise_picture(rng, spread=10.0):
 def noise_scenery(rng, step=7, corner=(3, 5)):
     """How much a picture differs from what lies behind, of which the level is the part from a corner on."""
     size = -(-(HEIGHT + corner[1]) // step), -(-(WIDTH + corner[0]) // step)
-    return Behind(rng.uniform(0.0, 3.0, size).astype(np.float32), step, *corner)
+    differs, around = rng.uniform(0.0, 3.0, (2, *size)).astype(np.float32)
+    return Behind(differs, around, 1.0, step, *corner)
 
 
 def laid(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
@@ -109,6 +111,14 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
         slope[:, c, 1] = (by_body * bones.normal[link]).sum(axis=-1)
     residual[~visible] = 0.0
 
+    inner = points.known & (points.weight == 1.0)
+    bare = np.flatnonzero(inner & visible)
+    differing, around = np.zeros(P), np.full(P, np.inf)
+    for p in bare:
+        row = int(np.floor(y[p] + behind.corner_y + 0.5)) // behind.step
+        column = int(np.floor(x[p] + behind.corner_x + 0.5)) // behind.step
+        differing[p], around[p] = behind.differs[row, column], behind.around[row, column]
+
     L = len(figure.links)
     offset, match = np.zeros((L, 3)), visible.astype(float)
     moments, pull = np.zeros((L, 5, 5)), np.zeros((L, 5))
@@ -124,6 +134,11 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
         if np.isfinite(noise.scale):
             match[own] = 1.0 / (1.0 + square / noise.scale)
             loss[own] = 0.5 * noise.scale * np.log(1.0 + square / noise.scale)
+        for p in own[around[own] < behind.unknown]:
+            # The figure's likelihood of three channels mixed with the scene's.
+            figures, scenes = np.exp(-3.0 * loss[p]), noise.covered * np.exp(-3.0 * around[p])
+            match[p] *= figures / (figures + scenes)
+            loss[p] = -np.log((figures + scenes) / (1.0 + noise.covered)) / 3.0
         if noise.layered and len(own):
             mean_match = np.average(match[own], weights=points.weight[own])
             fair = (mean_match - noise.out_of_sight) / (noise.in_sight - noise.out_of_sight)
@@ -136,20 +151,11 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
                 moments[i] += points.weight[p] * match[p] * np.outer(f, f)
                 pull[i] += points.weight[p] * match[p] * f * residual[p, c]
     mean = np.average(loss[visible], weights=points.weight[visible]) if visible.any() else 0.0
-    inner = points.known & (points.weight == 1.0)
-    bare = np.flatnonzero(inner & visible)
-    differing = [
-        behind.differs[
-            int(np.floor(y[p] + behind.corner_y + 0.5)) // behind.step,
-            int(np.floor(x[p] + behind.corner_x + 0.5)) // behind.step,
-        ]
-        for p in bare
-    ]
     return Laid(
         moments=moments,
         pull=pull,
         mean=mean,
-        behind=np.mean(differing) if len(bare) else 0.0,
+        behind=differing[bare].mean() if len(bare) else 0.0,
         shown=len(bare) / inner.sum() if inner.any() else 0.0,
         match=match,
         residual=residual,
@@ -258,8 +264,8 @@ def test_the_light_of_a_link_is_the_upper_middle_of_its_residuals(visible, rng):
 def test_points_out_of_the_picture_or_unknown_or_hidden_count_for_nothing(rng):
     points, planes = scattered(WALKER, rng), noise_picture(rng)
     q = upright(WALKER, root_x=1.3, hip_near=0.2, hip_far=-0.1, torso=0.6)
-    behind = noise_scenery(rng)
-    before = laid(WALKER, q[None], points, planes, ROBUST, behind=behind)
+    behind, noise = noise_scenery(rng), ROBUST._replace(out_of_sight=-1.0)  # no link is
+    before = laid(WALKER, q[None], points, planes, noise, behind=behind)
     idle = before.match[0] == 0
     assert 0.3 < idle.mean() < 0.9
     assert not before.residual[0, idle].any()
@@ -269,7 +275,7 @@ def test_points_out_of_the_picture_or_unknown_or_hidden_count_for_nothing(rng):
         colours=np.where(idle[:, None], np.float32(1e4), points.colours),
         weight=np.where(idle & of_no_outline, 77.0, points.weight),
     )
-    after = laid(WALKER, q[None], other, planes, ROBUST, behind=behind)
+    after = laid(WALKER, q[None], other, planes, noise, behind=behind)
     for one, two in zip(before, after, strict=True):
         assert_array_equal(one, two)
 
@@ -316,7 +322,7 @@ def test_what_lies_behind_is_what_it_is_where_the_visible_points_of_the_outline_
     knee = VIEW.to_pixels(joints(WALKER, q))[WALKER.joints.index("near_knee")]
     differs = np.zeros((HEIGHT, WIDTH), np.float32)
     differs[int(knee[1]) :] = 2.0  # legs below the knee alone
-    found = laid(WALKER, q[None], points, planes, ROBUST, behind=Behind(differs, 1, 0, 0))
+    found = laid(WALKER, q[None], points, planes, ROBUST, behind=Behind(differs, differs, 1.0, 1, 0, 0))
     body = surface(skeleton(WALKER, q), link_of(points), points.along, points.across)
     below = np.floor(VIEW.to_pixels(body)[:, 1] + 0.5) >= int(knee[1])
     counted = (found.match[0] > 0) & (points.weight == 1.0)

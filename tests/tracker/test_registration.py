@@ -444,8 +444,9 @@ def sight(templates, found):
 
 def test_cost_is_by_how_much_the_visible_points_match_better_than_what_lies_behind_them(rng):
     level, scenery = flat_level(), chequered(rng)
-    # No link so bad that it is out of sight.
-    settings = FULL.model_copy(update={"image_weight": 0.4, "out_of_sight": 0.0, "in_sight": 1e-6})
+    # No link so bad that it is out of sight, no point taken for covered.
+    update = {"image_weight": 0.4, "out_of_sight": 0.0, "in_sight": 1e-6, "covered": 0.0}
+    settings = FULL.model_copy(update=update)
     templates = spoiled_templates(level, STRIDE, rng, settings)
     found = settled(templates, [level], Gaussian(STRIDE, WEAK), settings, scenery=scenery)
     counted = found.match > 0
@@ -465,6 +466,26 @@ def test_cost_is_by_how_much_the_visible_points_match_better_than_what_lies_behi
     assert found.cost == pytest.approx(0.4 * count * share * (mean - behind), rel=1e-5)
     size = np.sqrt(np.average((residual**2).mean(axis=1), weights=(templates.weight * found.match)[counted]))
     assert found.residual == pytest.approx(size, rel=1e-6)
+
+
+@pytest.mark.parametrize("differs", [0.0, 0.3, UNKNOWN, 2.0])
+def test_what_does_not_match_tells_nothing_where_the_scene_is_seen_as_it_was(differs, rng):
+    (level,) = levels_of(Painted(rng).picture(STRIDE), FULL)[-1:]
+    scenery = Scenery(np.full((1, 1), differs, np.float32), 1 << 30)
+    update = {"out_of_sight": 0.0, "in_sight": 1e-6, "rim": 0.0}
+    wary, trusting = (FULL.model_copy(update=update | {"covered": covered}) for covered in (0.05, 0.0))
+    templates, prior = spoiled_templates(level, STRIDE, rng, wary, 25.0), Gaussian(STRIDE, 1e-12 * WEAK)
+    doubted, trusted = (
+        settled(templates, [level], prior, settings, scenery=scenery) for settings in (wary, trusting)
+    )
+    if differs < UNKNOWN:
+        assert doubted.match.sum() < 0.5 * trusted.match.sum()
+        assert doubted.misfit < trusted.misfit
+        assert np.linalg.norm(doubted.information) < 0.5 * np.linalg.norm(trusted.information)
+    else:
+        assert_array_equal(doubted.match, trusted.match)
+        assert_array_equal(doubted.information, trusted.information)
+        assert doubted.misfit == trusted.misfit
 
 
 @pytest.mark.parametrize(("scale", "sign"), [(3.0, -1.0), (25.0, 1.0)], ids=["matching", "not matching"])
@@ -493,10 +514,10 @@ def test_a_pose_where_the_picture_shows_what_is_always_there_costs_more(rng):
     picture = Painted(rng).picture(STRIDE)
     templates = cut(WALKER, VIEW, STRIDE, levels_of(picture, FULL), FULL)
     prior, levels = Gaussian(STRIDE, 1e-6 * WEAK), levels_of(picture, FULL)
-    step = 4
+    step, settings = 4, FULL.model_copy(update={"covered": 0.0})
     size = -(-SIZE[1] // step), -(-SIZE[0] // step)
     same, other = (
-        settled(templates, levels, prior, FULL, scenery=Scenery(np.full(size, d, np.float32), step))
+        settled(templates, levels, prior, settings, scenery=Scenery(np.full(size, d, np.float32), step))
         for d in (0.0, 3.0)
     )
     count = FULL.tempering * len(templates.link)
