@@ -46,6 +46,7 @@ def lay(
         moments=np.zeros((H, L, WAYS, WAYS)),
         pull=np.zeros((H, L, WAYS)),
         mean=np.zeros(H),
+        open=np.zeros(H),
         behind=np.zeros(H),
         shown=np.zeros(H),
         match=np.zeros((H, P)),
@@ -65,8 +66,9 @@ class Row(NamedTuple):
 
     point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
     channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the
-    robust scale; match : (n,) robust weight; bare : (n,) how much the picture differs from the scene without
-    the figure there and around, inf where that is not known or too much to tell
+    robust scale; match : (n,) robust weight; differs, around : (n,) how much the picture
+    differs from the scene without the figure, there and there and around; the latter is inf where that is not
+    known or too much to tell
     """
 
     point: NDArray[np.intp]
@@ -76,7 +78,8 @@ class Row(NamedTuple):
     across: Single
     excess: Array
     match: Array
-    bare: Array
+    differs: Array
+    around: Array
 
 
 @COMPILED
@@ -93,7 +96,7 @@ def _fill(
     start, direction, length, size = bones
     lens, points, shape, noise = Lens(*of_lens), Points(*of_points), Shape(*of_shape), Noise(*of_noise)
     scenery = Behind(*of_behind)
-    moments, pull, mean, behind, shown, match, residual, offset, inside = laid
+    moments, pull, mean, opened, behind, shown, match, residual, offset, inside = laid
     H, L = length.shape
     within = float(np.sum(points.known & (points.weight == 1.0)))
     most = np.max(np.diff(points.first))
@@ -106,9 +109,11 @@ def _fill(
         np.empty(most),
         np.empty(most),
         np.empty(most),
+        np.empty(most),
     )
     for h in range(H):
         total, count, differing, clear = 0.0, 0.0, 0.0, 0.0
+        covered, covered_total = 0.0, 0.0
         pose = start[h], direction[h], length[h], size[h]
         for i in range(L):
             n, bare, different = _look(planes, lens, pose, points, shape, scenery, noise, i, row, inside[h])
@@ -120,8 +125,11 @@ def _fill(
                     offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
             weight, matched, rho = _doubt(row, n, noise)
             if noise.covered > 0.0:
-                fewer, less = _uncover(row, n, noise)
+                fewer, less, share, of_these, different = _uncover(row, n, noise)
                 matched, rho = matched - fewer, rho - less
+                covered += share
+                covered_total += of_these
+                differing -= different
             total += rho
             count += weight
             fair = 1.0
@@ -136,6 +144,8 @@ def _fill(
             if fair > 0.0:
                 _gather(row, n, fair, moments[h, i], pull[h, i])
         mean[h] = total / max(count, 1e-9)
+        clear -= covered
+        opened[h] = (total - covered_total) / max(count - covered, 1e-9)
         behind[h], shown[h] = differing / max(clear, 1e-9), clear / max(within, 1e-9)
 
 
@@ -180,14 +190,14 @@ def _look(
         if _hidden(body_x, body_y, pose, shape, nearer[:number], noise.margin):
             continue
         w = points.weight[p]
-        row.bare[n] = np.inf
+        row.around[n] = np.inf
         if w == 1.0:
             within += 1.0
             r, s = int(y + scenery.corner_y + 0.5), int(x + scenery.corner_x + 0.5)
             r, s = r // scenery.step, s // scenery.step
             differing += scenery.differs[r, s]
             if scenery.around[r, s] < scenery.unknown:
-                row.bare[n] = scenery.around[r, s]
+                row.differs[n], row.around[n] = scenery.differs[r, s], scenery.around[r, s]
         # Beyond its edge a picture goes on as it ends.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)
         above, below = max(i - 1, 0), min(i + 2, rows - 1)
@@ -332,23 +342,28 @@ def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float, float]:
 
 
 @COMPILED
-def _uncover(row: Row, n: int, noise: Noise) -> tuple[float, float]:
+def _uncover(row: Row, n: int, noise: Noise) -> tuple[float, float, float, float, float]:
     """Doubt points that show the scene as it was without the figure: something nearer may cover them.
 
     The likelihood of each is a mixture of the figure's and the scene's, and it matches by the figure's share.
-    Returns by how much that lowers the sums of weight * match and weight * rho / 2.
+    Returns by how much that lowers the sums of weight * match and weight * rho / 2; the sum of the scene's
+    shares; and those of rho / 2 and of what differs by these shares.
     """
-    fewer, less = 0.0, 0.0
+    fewer, less, covered, total, differing = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(n):
-        if row.bare[k] < np.inf:
+        if row.around[k] < np.inf:
             # Three channels, of which rho / 2 and what lies bare are the mean.
             rho = 0.5 * noise.scale * np.log1p(row.excess[k])
-            odds = noise.covered * np.exp(3.0 * (rho - row.bare[k]))
-            w, match = row.place[2, k], row.match[k]
-            row.match[k] = match / (1.0 + odds)
-            fewer += w * (match - row.match[k])
-            less += w * np.log((1.0 + odds) / (1.0 + noise.covered)) / 3.0
-    return fewer, less
+            odds = noise.covered * np.exp(3.0 * (rho - row.around[k]))
+            gain = np.log((1.0 + odds) / (1.0 + noise.covered)) / 3.0
+            w, match, share = row.place[2, k], row.match[k], odds / (1.0 + odds)
+            row.match[k] = match * (1.0 - share)
+            fewer += w * match * share
+            less += w * gain
+            covered += share
+            total += share * (rho - gain)
+            differing += share * row.differs[k]
+    return fewer, less, covered, total, differing
 
 
 @ANY_ORDER

@@ -78,8 +78,9 @@ class Laid(NamedTuple):
     moments  : (H, L, 5, 5) sum of weight * match * f f'
     pull     : (H, L, 5) sum of weight * match * f residual
     mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise
-    behind   : (H,) mean over the visible points of how much the picture there differs from what lies behind
-    shown    : (H,) share of the points within the links' outlines that are visible
+    open     : (H,) the same over what the scene does not cover
+    behind   : (H,) mean over that of how much the picture differs from what lies behind
+    shown    : (H,) share of the points within the links' outlines that are visible and not covered
     match    : (H, P) robust weight, 0 where not visible
     residual : (H, P, 3) grey levels, offsets of light taken off, 0 where not visible
     offset   : (H, L, 3) grey levels
@@ -89,6 +90,7 @@ class Laid(NamedTuple):
     moments: Array
     pull: Array
     mean: Array
+    open: Array
     behind: Array
     shown: Array
     match: Array

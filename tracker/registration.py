@@ -285,7 +285,7 @@ class _Search:
 
     def evidence(self, fit: _Fit) -> Array:
         """(H,) minus the tempered log likelihood of what is seen of the figure, against what is behind."""
-        return np.asarray(self.count * fit.laid.shown * (fit.laid.mean - fit.laid.behind))
+        return np.asarray(self.count * fit.laid.shown * (fit.laid.open - fit.laid.behind))
 
     def normal_equations(self, fit: _Fit) -> tuple[Array, Array]:
         """Tempered J'WJ / sigma^2 (H, D, D) and J'Wr / sigma^2 (H, D), the limits of the joints in them."""

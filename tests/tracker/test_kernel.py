@@ -122,7 +122,7 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
     L = len(figure.links)
     offset, match = np.zeros((L, 3)), visible.astype(float)
     moments, pull = np.zeros((L, 5, 5)), np.zeros((L, 5))
-    loss = np.zeros(P)
+    loss, covered = np.zeros(P), np.zeros(P)
     for i in range(L):
         own = np.flatnonzero(visible & (link == i))
         if noise.layered and len(own) >= noise.fewest:
@@ -137,7 +137,8 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
         for p in own[around[own] < behind.unknown]:
             # The figure's likelihood of three channels mixed with the scene's.
             figures, scenes = np.exp(-3.0 * loss[p]), noise.covered * np.exp(-3.0 * around[p])
-            match[p] *= figures / (figures + scenes)
+            covered[p] = scenes / (figures + scenes)
+            match[p] *= 1.0 - covered[p]
             loss[p] = -np.log((figures + scenes) / (1.0 + noise.covered)) / 3.0
         if noise.layered and len(own):
             mean_match = np.average(match[own], weights=points.weight[own])
@@ -150,13 +151,17 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
                 f = np.array([g_u, g_v, u * g_u, u * g_v - v * g_u, u * g_u + v * g_v])
                 moments[i] += points.weight[p] * match[p] * np.outer(f, f)
                 pull[i] += points.weight[p] * match[p] * f * residual[p, c]
-    mean = np.average(loss[visible], weights=points.weight[visible]) if visible.any() else 0.0
+    mean, opened = (
+        np.average(loss[visible], weights=weight[visible]) if visible.any() else 0.0
+        for weight in (points.weight, points.weight * (1.0 - covered))
+    )
     return Laid(
         moments=moments,
         pull=pull,
         mean=mean,
-        behind=differing[bare].mean() if len(bare) else 0.0,
-        shown=len(bare) / inner.sum() if inner.any() else 0.0,
+        open=opened,
+        behind=np.average(differing[bare], weights=1.0 - covered[bare]) if len(bare) else 0.0,
+        shown=(1.0 - covered[bare]).sum() / inner.sum() if inner.any() else 0.0,
         match=match,
         residual=residual,
         offset=offset,
@@ -171,7 +176,7 @@ def check(figure, poses, points, planes, noise, view=VIEW, behind=NOWHERE):
         want = twin(figure, q, points, planes, noise, view, behind)
         assert_array_equal(found.inside[h], want.inside)
         assert_array_equal(found.match[h] > 0, want.match > 0)
-        for name in ("mean", "behind", "shown", "match", "residual", "offset"):
+        for name in ("mean", "open", "behind", "shown", "match", "residual", "offset"):
             assert_allclose(getattr(found, name)[h], getattr(want, name), **SINGLE, err_msg=name)
         for name in ("moments", "pull"):
             value, close = getattr(want, name), getattr(found, name)[h]
@@ -322,7 +327,14 @@ def test_what_lies_behind_is_what_it_is_where_the_visible_points_of_the_outline_
     knee = VIEW.to_pixels(joints(WALKER, q))[WALKER.joints.index("near_knee")]
     differs = np.zeros((HEIGHT, WIDTH), np.float32)
     differs[int(knee[1]) :] = 2.0  # legs below the knee alone
-    found = laid(WALKER, q[None], points, planes, ROBUST, behind=Behind(differs, differs, 1.0, 1, 0, 0))
+    found = laid(
+        WALKER,
+        q[None],
+        points,
+        planes,
+        ROBUST._replace(covered=0.0),
+        behind=Behind(differs, differs, 1.0, 1, 0, 0),
+    )
     body = surface(skeleton(WALKER, q), link_of(points), points.along, points.across)
     below = np.floor(VIEW.to_pixels(body)[:, 1] + 0.5) >= int(knee[1])
     counted = (found.match[0] > 0) & (points.weight == 1.0)
