@@ -88,7 +88,7 @@ def figtrack(
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("figtrack-demo"),
-    seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 4,
+    seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 5,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
     progress: ProgressStyle = Style.AUTO,
