@@ -9,13 +9,13 @@ a point u along the link and v across it moves by a slide along or across, a str
 and sum w f f', sum w f r over the link's points are all that the chain rule needs.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.laid import Array, Behind, Laid, Lens, Noise, Points, Shape, Single
+from tracker.laid import Array, Behind, Laid, Lens, Noise, Points, Row, Shape, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
 WAYS = 5  # in which a link moves as a whole
@@ -59,27 +59,6 @@ def lay(
     bones = start, direction, length, size
     _fill(planes, bones, tuple(lens), tuple(points), tuple(shape), tuple(behind), tuple(noise), tuple(laid))
     return laid
-
-
-class Row(NamedTuple):
-    """What the n visible points of one link see, side by side, so that a processor takes several at a time.
-
-    point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
-    channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the
-    robust scale; match : (n,) robust weight; differs, around : (n,) how much the picture
-    differs from the scene without the figure, there and there and around; the latter is inf where that is not
-    known or too much to tell
-    """
-
-    point: NDArray[np.intp]
-    place: Array
-    residual: Single
-    along: Single
-    across: Single
-    excess: Array
-    match: Array
-    differs: Array
-    around: Array
 
 
 @COMPILED

@@ -1,4 +1,4 @@
-"""What registration's inner loop takes and gives: template points, links, a picture and sums over points."""
+"""What registration's inner loop takes, works on and gives: template points, links, pictures, their sums."""
 
 from typing import NamedTuple
 
@@ -70,6 +70,27 @@ class Noise(NamedTuple):
     layered: bool
     margin: float
     covered: float
+
+
+class Row(NamedTuple):
+    """What the n visible points of one link see, side by side, so that a processor takes several at a time.
+
+    point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
+    channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the
+    robust scale; match : (n,) robust weight; differs, around : (n,) how much the picture
+    differs from the scene without the figure, there and there and around; the latter is inf where that is not
+    known or too much to tell
+    """
+
+    point: NDArray[np.intp]
+    place: Array
+    residual: Single
+    along: Single
+    across: Single
+    excess: Array
+    match: Array
+    differs: Array
+    around: Array
 
 
 class Laid(NamedTuple):
