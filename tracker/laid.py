@@ -58,7 +58,7 @@ class Noise(NamedTuple):
     """variance of a channel; how far an offset of light may be from the common one, grey levels; scale
     (squared, in the noise's units) of the robust weight, inf for plain squares; mean match at which a link is
     out of sight and in full sight; how few points have no offset of light of their own; whether nearer links
-    hide farther ones, and how far beyond their outline, leg lengths; probability that a point is covered by
+    hide farther ones, and how far beyond their outline, leg lengths; prior odds that a point is covered by
     what was seen there without the figure."""
 
     variance: float
@@ -98,7 +98,8 @@ class Laid(NamedTuple):
 
     moments  : (H, L, 5, 5) sum of weight * match * f f'
     pull     : (H, L, 5) sum of weight * match * f residual
-    mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise
+    mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise;
+               of what the scene may cover, minus log of the mixture of the two likelihoods
     open     : (H,) the same over what the scene does not cover
     behind   : (H,) mean over that of how much the picture differs from what lies behind
     shown    : (H,) share of the points within the links' outlines that are visible and not covered

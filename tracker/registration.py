@@ -63,7 +63,7 @@ class Registration:
     vector      : (D,) information times the likelihood's linearised mode
     cost        : minus the tempered log likelihood at q, nats, against what lies behind
     misfit      : mean over the visible points of half the robust squared residual, in units of the noise
-    shown       : share of the points within the outlines that nothing nearer hides, in the frame
+    shown       : share of the points within the outlines in the frame that nothing hides or covers
     residual    : root-mean-square residual, grey levels
     match       : (P,) robust weight of each point without the rim's, 0 where not visible
     offset      : (L, 3) brightness offset of each link and channel, grey levels

@@ -148,17 +148,11 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, walks: Scores)
             "",
             f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
             "",
-            *table(
-                ("", "runs", "lost", "mean error: median of runs", "worst"),
-                [[name, *_summary(row)] for name, row in starts.items()],
-            ),
+            *_summaries(starts),
             "## Legs behind shrubs",
             "",
             SHRUBS,
-            *table(
-                ("", "runs", "lost", "mean error: median of runs", "worst"),
-                [[name, *_summary(row)] for name, row in walks.items()],
-            ),
+            *_summaries(walks),
         ]
     )
 
@@ -221,8 +215,16 @@ def _cell(found: Score | None) -> str:
     return "refused" if found is None else cell(found)
 
 
+def _summaries(scores: Scores) -> list[str]:
+    """A table of runs, a row for each name."""
+    return table(
+        ("", "runs", "lost", "mean error: median of runs", "worst"),
+        [[name, *_summary(row)] for name, row in scores.items()],
+    )
+
+
 def _summary(row: Sequence[Score | None]) -> list[str]:
-    """The cells of a clip's runs."""
+    """The cells of a row of runs."""
     errors = [1.0 if found is None else found.mean_error_leg for found in row]
     return [f"{len(row)}", f"{len(row) - _kept(row)}", f"{np.median(errors):.3f}", f"{max(errors):.3f}"]
 
