@@ -30,12 +30,14 @@ class Start:
     view   : where and how large it stands in the picture
     q      : (D,) the marked pose; scale and stretches zero
     known  : (D,) whether each freedom was marked; the others were assumed
+    hidden : joints whose place was guessed, as something hides them
     """
 
     figure: Figure
     view: View
     q: Array
     known: NDArray[np.bool_]
+    hidden: frozenset[str] = frozenset()
 
 
 def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
@@ -88,10 +90,12 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
     angle = np.zeros(len(figure.links))
     for i, (link, parent) in enumerate(zip(figure.links, figure.parents, strict=True)):
         angle[i] = link.rest + (angle[parent] if parent >= 0 else 0.0)
+        along = span(figure, i, points)
+        if link.breathes:
+            known[figure.layout.stretch[i]] = along is not None
         if link.freedom is None:
             continue
         column = figure.index(link.freedom)
-        along = span(figure, i, points)
         known[column] = along is not None
         if along is None:
             q[column] = np.clip(0.0, *link.limits)

@@ -168,8 +168,10 @@ def _settled(
     """The state at an anchor, its templates freshened from what the marks show."""
     pose = tracker.pose(belief.merged())
     now = tracker.templates_at(pose.mean, image)
-    hidden = [j - 1 for j, seen in zip(anchor.joint, anchor.visible, strict=True) if not seen and j > 0]
-    trust = np.where(now.known & ~np.isin(now.link, hidden), 1.0, 0.0)
+    ends = anchor.joint - 1
+    # A limb whose end is not marked may lie anywhere: of its look nothing new is taken.
+    told = ~np.isin(now.link, ends[~anchor.visible]) & (state.templates.known | np.isin(now.link, ends))
+    trust = np.where(now.known & told, 1.0, 0.0)
     templates = state.templates.refreshed(
         now.colours, trust, BLEND, np.tile(state.templates.light, (len(tracker.figure.links), 1))
     )

@@ -8,7 +8,7 @@ The scene is kept at a coarse step and moves with the camera; what the figure ma
 what it has covered from the start stays unknown until it has left.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.sampling import Array, Box, Image, Planes
+from tracker.sampling import Array, Box, Image, Level, Planes
 
 STEP = 0.03  # leg lengths from one place of the scene to the next
 NOISE = 8.0  # of a match, grey levels
@@ -25,6 +25,7 @@ UNKNOWN = 1.0  # how much a point of the figure differs from what lies behind it
 ALIKE = 0.2  # it differs by less where it shows the scene itself
 MOST = 3.0  # one very different place may be anything
 BLEND = 0.3  # of what is seen into the scene, a frame
+FRONT = 30.0  # grey levels by which what stands out from the scene differs from it
 AROUND = np.ones((3, 3), np.uint8)  # of places that show the scene together: single ones do by chance
 NEAR = 1  # steps by which the scene may have been moved wrongly
 
@@ -45,11 +46,32 @@ class Scenery:
         """(h, w) the most of it at each place and those around."""
         return np.asarray(cv2.dilate(self.differs, AROUND), dtype=np.float32)
 
-    def plain(self, pixels: Array) -> float:
-        """Share of (P, 2) pixels where the frame is known not to differ."""
+    def plain(self, pixels: Array) -> NDArray[np.bool_]:
+        """(P,) at which of (P, 2) pixels the frame is known not to differ."""
+        return np.asarray(self._at(pixels) < ALIKE)
+
+    def outstanding(self, pixels: Array) -> NDArray[np.bool_]:
+        """(P,) at which of (P, 2) pixels the frame is known to differ."""
+        differs = self._at(pixels)
+        return np.asarray((differs >= ALIKE) & (differs != UNKNOWN))
+
+    def front(self, level: Level) -> Planes:
+        """(h, w, 3) what stands out from the scene as a level of the frame shows it: FRONT grey levels where
+        it does for certain, half as much where nothing is known of it, in the first channel."""
+        share = np.where(self.differs == UNKNOWN, 0.5, self.differs / MOST).astype(np.float32)
+        x, y = (np.asarray(level.corner) + 0.5) / self.step - 0.5
+        place = np.array([[1.0 / self.step, 0.0, x], [0.0, 1.0 / self.step, y]])
+        h, w = level.planes.shape[:2]
+        how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        wide = cv2.warpAffine(share, place, (w, h), flags=how, borderMode=cv2.BORDER_REPLICATE)
+        planes = np.zeros_like(level.planes)
+        planes[..., 0] = FRONT * cv2.GaussianBlur(wide, (0, 0), level.sigma)
+        return planes
+
+    def _at(self, pixels: Array) -> Planes:
         h, w = self.differs.shape
         column, row = np.clip((pixels + 0.5).astype(int) // self.step, 0, (w - 1, h - 1)).T
-        return float((self.differs[row, column] < ALIKE).mean())
+        return np.asarray(self.differs[row, column])
 
 
 UNSEEN = Scenery(np.full((1, 1), UNKNOWN, np.float32), 1 << 30)
@@ -79,7 +101,7 @@ class Backdrop:
             shift: (2,) pixels by which the camera has shifted the scene since the first frame.
         """
         step = self.scenery.step
-        now, area = _small(image, step), _area(box, step, self.known.shape)
+        now, area = small(image, step), _area(box, step, self.known.shape)
         x, y = np.rint(shift / step).astype(int).tolist()
         scene, known = self._at(x, y)
         scenery = Scenery(_difference(now, scene, known, area), step)
@@ -88,6 +110,16 @@ class Backdrop:
         share = np.where(known, BLEND, 1.0) * seen
         scene = (scene + share[..., None] * (now - scene)).astype(np.float32)
         return type(self)(scene, known | seen, (x, y), scenery)
+
+    def replaced(self, scene: Planes, known: NDArray[np.bool_]) -> Self:
+        """With another scene (h, w, 3) where that is known (h, w); elsewhere nothing is known any more."""
+        return replace(self, scene=np.where(known[..., None], scene, self.scene), known=known)
+
+    def compared(self, image: Image, box: Box) -> Self:
+        """With how the first frame itself differs from the scene; image and box as of `follow`."""
+        step, area = self.scenery.step, _area(box, self.scenery.step, self.known.shape)
+        differs = _difference(small(image, step), self.scene, self.known, area)
+        return replace(self, scenery=Scenery(differs, step))
 
     def _at(self, x: int, y: int) -> tuple[Planes, NDArray[np.bool_]]:
         """Scene and what is known of it where the camera has shifted it to."""
@@ -102,11 +134,24 @@ class Backdrop:
 
 def first_backdrop(image: Image, box: Box, unit: float) -> Backdrop:
     """What the marked frame shows beside the figure, a leg of which is unit pixels; see `Backdrop.follow`."""
-    step = max(round(STEP * unit), 1)
-    scene = _small(image, step)
+    step = step_of(unit)
+    scene = small(image, step)
     known = np.ones(scene.shape[:2], dtype=bool)
     known[_area(box, step, known.shape)] = False
     return Backdrop(scene, known, (0, 0), Scenery(np.full(known.shape, UNKNOWN, np.float32), step))
+
+
+def step_of(unit: float) -> int:
+    """Pixels from one place of the scene to the next, where a leg is unit pixels."""
+    return max(round(STEP * unit), 1)
+
+
+def small(image: Image, step: int) -> Planes:
+    """The frame's Lab grey levels (h, w, 3), one mean for each step by step pixels."""
+    H, W = image.shape[:2]
+    whole = cv2.copyMakeBorder(image, 0, -H % step, 0, -W % step, cv2.BORDER_REPLICATE)
+    less = cv2.resize(whole, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(less, cv2.COLOR_RGB2Lab), dtype=np.float32)
 
 
 def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tuple[slice, slice]) -> Planes:
@@ -134,11 +179,3 @@ def _area(box: Box, step: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
     x0, y0, x1, y1 = (int(side // step) for side in box)
     h, w = shape[:2]
     return slice(max(y0, 0), max(min(y1 + 1, h), 0)), slice(max(x0, 0), max(min(x1 + 1, w), 0))
-
-
-def _small(image: Image, step: int) -> Planes:
-    """The frame's Lab grey levels, one mean for each step by step pixels."""
-    H, W = image.shape[:2]
-    whole = cv2.copyMakeBorder(image, 0, -H % step, 0, -W % step, cv2.BORDER_REPLICATE)
-    small = cv2.resize(whole, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2Lab), dtype=np.float32)

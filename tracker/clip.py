@@ -19,12 +19,15 @@ from kinematics.mocap import POSE_COLUMNS
 from kinematics.recover import Start
 from tracker import __version__
 from tracker.anchors import Anchor
+from tracker.backdrop import Backdrop
 from tracker.drawing import enlargement, paint
 from tracker.gait import gait_of
+from tracker.heading import FRAMES, footless, heading
 from tracker.keypoints import Marks
 from tracker.measure import Judged, Measured, read_measured
 from tracker.models import CONSTANT_VELOCITY, find_model
 from tracker.passage import Passage
+from tracker.plate import REACH, plate
 from tracker.progress import Progress
 from tracker.rate import playback_rate
 from tracker.reel import Reel
@@ -86,6 +89,14 @@ class Plan:
     measured: Measured | None
 
     @cached_property
+    def scene(self) -> Backdrop | None:
+        """What lies behind the figure in the start frame, as the frames around show it."""
+        frame, tracker = start_frame(self.job), self.tracker
+        first = max(frame - REACH, 0)
+        images = (f.image for f in islice(self.video, first, frame + REACH + 1))
+        return plate(images, frame - first, tracker.start_box(self.start), tracker.view.unit)
+
+    @cached_property
     def back(self) -> Tracker:
         """The tracker that goes back in time."""
         # A constant velocity is one in either direction; conversion would only change its noise.
@@ -129,9 +140,9 @@ def prepare(job: Job) -> Plan:
     if job.stop is not None and job.stop < frame:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
     video = Video(job.video)
-    start = marked_start(job.marks, frame, job.facing, (video.width, video.height))
     rates = job.settings.rates if job.rate is None else (job.rate,)
     settings = job.settings.model_copy(update={"rates": rates})
+    start = _start(job, video, settings)
     slds = find_model(job.model, video.fps, settings)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
@@ -227,6 +238,16 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
             advance()
 
 
+def _start(job: Job, video: Video, settings: Settings) -> Start:
+    """The start pose; which way it faces is seen from the film where its marks and the job do not tell it."""
+    frame, size = start_frame(job), (video.width, video.height)
+    start = marked_start(job.marks, frame, job.facing, size)
+    if job.facing is None and footless(start) and settings.templates:
+        images = (each.image for each in islice(video, frame, frame + FRAMES))
+        start = marked_start(job.marks, frame, heading(images, start, video.fps, settings), size)
+    return start
+
+
 def start_frame(job: Job) -> int:
     """The marked frame to start from; StartError if `start` is not marked."""
     if job.start is None:
@@ -266,6 +287,8 @@ def _followed(
     """
     tracker, frame = passage.tracker, start_frame(plan.job)
     state, estimate = tracker.begin(plan.start, marked, belief)
+    if state.templates.strange.any() and state.backdrop is not None:
+        state, estimate = tracker.begin(plan.start, marked, belief, plan.scene)
     run = clock.timed("track", passage.run(frame, state, estimate, images))
     found: list[Estimate] = []
     turned = None

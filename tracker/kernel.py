@@ -95,10 +95,11 @@ def _fill(
         covered, covered_total = 0.0, 0.0
         pose = start[h], direction[h], length[h], size[h]
         for i in range(L):
-            n, bare, different = _look(planes, lens, pose, points, shape, scenery, noise, i, row, inside[h])
+            shown_to = scenery.front if points.strange[i] else planes
+            n, bare, different = _look(shown_to, lens, pose, points, shape, scenery, noise, i, row, inside[h])
             differing += different
             clear += bare
-            if noise.layered and n >= noise.fewest:
+            if noise.layered and n >= noise.fewest and not points.strange[i]:
                 for c in range(3):
                     low, high = points.light[c] - noise.light, points.light[c] + noise.light
                     offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
@@ -112,7 +113,7 @@ def _fill(
             total += rho
             count += weight
             fair = 1.0
-            if noise.layered and weight > 0.0:
+            if noise.layered and weight > 0.0 and not points.strange[i]:
                 fair = (matched / weight - noise.out_of_sight) / (noise.in_sight - noise.out_of_sight)
                 fair = min(max(fair, 0.0), 1.0)
             for k in range(n):
@@ -175,7 +176,7 @@ def _look(
             r, s = int(y + scenery.corner_y + 0.5), int(x + scenery.corner_x + 0.5)
             r, s = r // scenery.step, s // scenery.step
             differing += scenery.differs[r, s]
-            if scenery.around[r, s] < scenery.unknown:
+            if scenery.around[r, s] < scenery.unknown and not points.strange[link]:
                 row.differs[n], row.around[n] = scenery.differs[r, s], scenery.around[r, s]
         # Beyond its edge a picture goes on as it ends.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)

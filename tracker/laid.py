@@ -13,6 +13,7 @@ class Points(NamedTuple):
     """P template points, those of link l at first[l]:first[l + 1].
 
     first : (L + 1,); along, across, weight : (P,); colours : (P, 3); known : (P,); light : (3,)
+    strange : (L,) links whose look is not known, compared with `Behind.front` instead of the picture
     """
 
     first: NDArray[np.intp]
@@ -22,6 +23,7 @@ class Points(NamedTuple):
     colours: Single
     known: NDArray[np.bool_]
     light: Array
+    strange: NDArray[np.bool_]
 
 
 class Shape(NamedTuple):
@@ -44,7 +46,8 @@ class Lens(NamedTuple):
 class Behind(NamedTuple):
     """How much each place of a picture differs from what lies behind the figure (h, w), as half the robust
     square of `Laid.mean`; the most of it there and around; from where on that tells nothing; pixels from one
-    place to the next; and the level's corner, pixels."""
+    place to the next; the level's corner, pixels; and a picture of what stands out from the scene, of the
+    level's shape where a link is compared with it."""
 
     differs: Single
     around: Single
@@ -52,6 +55,7 @@ class Behind(NamedTuple):
     step: int
     corner_x: int
     corner_y: int
+    front: Single
 
 
 class Noise(NamedTuple):

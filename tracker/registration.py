@@ -30,8 +30,8 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.figure import Figure
-from kinematics.spm import Skeleton, View, motions, skeleton, surface
-from tracker.backdrop import UNKNOWN, UNSEEN, Scenery
+from kinematics.spm import Skeleton, View, covering, motions, skeleton, surface
+from tracker.backdrop import FRONT, UNKNOWN, UNSEEN, Scenery
 from tracker.kernel import lay
 from tracker.laid import Behind, Laid, Lens, Noise, Points, Shape
 from tracker.sampling import Level, sample
@@ -39,9 +39,12 @@ from tracker.settings import Settings
 from tracker.template import Templates
 
 COARSE = 2  # every so manieth point is looked at where the blur makes neighbours alike
+STANDS_OUT = 0.7  # share of a link of an unknown look that must differ from the scene to be learned
 FEWEST = 6  # points of a link that an offset of light is worked out from
 SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
 SMALL_GAIN = 1e-2  # nats
+NO_FRONT = np.zeros((1, 1, 3), np.float32)
+STANDING_OUT = np.array([FRONT, 0.0, 0.0], np.float32)
 LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
 FIRST_DAMPING, HEAVIEST = 1e-3, 10.0  # beyond the heaviest no step helps
 
@@ -101,14 +104,50 @@ class Field:
 
     def seen(self, found: Registration) -> Array:
         """(levels, P, 3) what the frame shows where the points settled, the offsets of light taken off."""
-        shown = np.stack([sample(level, self._pixels(found))[0] for level in self.levels])
-        return np.asarray(shown - found.offset[self.templates.link])
+        templates = self.templates
+        shown = np.stack([sample(level, self.pixels(found))[0] for level in self.levels])
+        offset = np.where(templates.strange[:, None], templates.light, found.offset)
+        return np.asarray(shown - offset[templates.link])
 
     def bare(self, found: Registration) -> float:
         """Share of the points within the outlines at which the frame shows just what lies behind."""
-        return self.scenery.plain(self._pixels(found)[self.templates.inner])
+        return float(self.scenery.plain(self.pixels(found)[self.templates.inner]).mean())
 
-    def _pixels(self, found: Registration) -> Array:
+    def new(self, found: Registration) -> NDArray[np.bool_]:
+        """(P,) which points not known yet the frame shows, on links in full sight."""
+        templates, pixels = self.templates, self.pixels(found)
+        plain = self.scenery.plain(pixels)
+        inside = sample(self.levels[-1], pixels)[1]
+        open_links = self._in_sight(found) & ~templates.strange
+        parents = np.array(self.figure.parents)
+        # A link of an unknown look is where it stands out, if it hangs on one in sight.
+        outline = templates.weight == 1.0
+        out = self._share(inside & self.scenery.outstanding(pixels), outline) >= STANDS_OUT
+        open_links |= templates.strange & open_links[parents] & (parents >= 0) & out
+        candidates = np.flatnonzero(~templates.known & inside & ~plain & open_links[templates.link])
+        if len(candidates):
+            bones, link = skeleton(self.figure, found.q), templates.link[candidates]
+            points = surface(bones, link, templates.along[candidates], templates.across[candidates])
+            margin = self.settings.cover * self.levels[-1].sigma / self.view.unit
+            candidates = candidates[~covering(self.figure, bones, points, link, margin)]
+        new = np.zeros(len(templates.link), dtype=bool)
+        new[candidates] = True
+        return new
+
+    def _in_sight(self, found: Registration) -> NDArray[np.bool_]:
+        """(L,) whether most of what is known of a link is seen, and matches."""
+        seen = self.templates.known & (found.match > 0.0)
+        match = np.bincount(self.templates.link, found.match * seen, len(self.figure.links))
+        number = np.bincount(self.templates.link, seen, len(self.figure.links))
+        fair = match >= self.settings.in_sight * np.maximum(number, 1.0)
+        return np.asarray(fair & (self._share(seen, self.templates.known) > 0.5))
+
+    def _share(self, those: NDArray[np.bool_], of: NDArray[np.bool_]) -> Array:
+        """(L,) share of some points of each link."""
+        link, L = self.templates.link, len(self.figure.links)
+        return np.asarray(np.bincount(link, those & of, L) / np.maximum(np.bincount(link, of, L), 1.0))
+
+    def pixels(self, found: Registration) -> Array:
         """(P, 2) where the points settled."""
         templates, bones = self.templates, skeleton(self.figure, found.q)
         return self.view.to_pixels(surface(bones, templates.link, templates.along, templates.across))
@@ -192,6 +231,9 @@ class _Search:
         self.stiffness = self.full / np.radians(settings.limit_give) ** 2
         layout = figure.layout
         self.shape = Shape(layout.layer, layout.width, layout.taper)
+        # A foot, which does not breathe, is too small to stand out for certain.
+        levels, self.strange = field.levels, templates.strange & self.full & layout.breathes
+        self.fronts = [field.scenery.front(level) if self.strange.any() else NO_FRONT for level in levels]
         self.points = [self.points_at(number) for number in range(len(templates.colours))]
         self.noise = Noise(
             variance=settings.noise**2,
@@ -210,14 +252,16 @@ class _Search:
         templates = self.field.templates
         coarse = self.full and number < len(templates.colours) - 1
         kept = np.arange(0, len(templates.link), COARSE if coarse else 1)
+        strange = self.strange[templates.link[kept]]
         return Points(
             np.searchsorted(templates.link[kept], np.arange(len(self.figure.links) + 1)),
             templates.along[kept],
             templates.across[kept],
             templates.weight[kept],
-            templates.colours[number][kept],
-            templates.known[kept],
+            np.where(strange[:, None], STANDING_OUT, templates.colours[number][kept]),
+            templates.known[kept] | (strange & (templates.weight[kept] == 1.0)),
             templates.light,
+            self.strange,
         )
 
     def climb(self, number: int, q: Array) -> tuple[_Fit, list[Outcome]]:
@@ -279,7 +323,8 @@ class _Search:
         origin = np.asarray(view.origin) - level.corner
         lens = Lens(*origin.tolist(), *view.axes.tolist())
         parts = (bones.start, bones.direction, bones.length, bones.size)
-        behind = Behind(scenery.differs, scenery.around, UNKNOWN, scenery.step, *level.corner)
+        front = self.fronts[number]
+        behind = Behind(scenery.differs, scenery.around, UNKNOWN, scenery.step, *level.corner, front)
         noise = self.noise._replace(margin=self.settings.cover * level.sigma / view.unit)
         return _Fit(q, bones, lay(level.planes, lens, *parts, self.points[number], self.shape, behind, noise))
 

@@ -1,6 +1,7 @@
 """The start pose that a marked frame makes, and what is wrong with it."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from kinematics.doubts import beyond_limits, doubts
 from kinematics.figure import Figure, load_figure
@@ -27,7 +28,8 @@ def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, 
     marked, figure = marks[frame], load_figure()
     places, way = points(marked), facing or facing_at(marks, frame)
     _check_in_picture(marked, figure.base, frame, size)
-    start = start_pose(figure, places, way)
+    hidden = frozenset(joint for joint, mark in marked.items() if not mark.visible)
+    start = replace(start_pose(figure, places, way), hidden=hidden)
     wrong = objections(figure, places, way)
     if wrong:
         raise StartError(f"mark the start again at frame {frame}: {'; '.join(wrong)}")

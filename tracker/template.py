@@ -1,6 +1,7 @@
 """Templates: the pixels of each link, cut from one frame and one pose, in the link's own coordinates."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -11,6 +12,9 @@ from kinematics.spm import Index, View, covering, skeleton, surface
 from tracker.sampling import Array, Level, Planes, sample
 from tracker.settings import Settings
 
+ALIKE = 12.0  # grey levels (root mean square) within which a point looks as it did
+ENOUGH = 5  # places at which a point must look alike to be known
+ELSEWHERE = 0.1  # leg lengths from one such place to the next
 FAIR = 0.2  # mean trust of a link's points from which its offset of light counts
 
 
@@ -23,6 +27,8 @@ class Templates:
     colours : (levels, P, 3) Lab grey levels
     known   : (P,) whether the point has been seen yet
     light   : (3,) offset of light of each channel, common to the links, grey levels
+    alike   : (P,) at how many places in a row a point not known yet has looked alike
+    place   : (P, 2) the last of them in the scene, leg lengths
     """
 
     link: Index
@@ -32,6 +38,13 @@ class Templates:
     colours: Planes
     known: NDArray[np.bool_]
     light: Array
+    alike: NDArray[np.intp]
+    place: Array
+
+    @cached_property
+    def strange(self) -> NDArray[np.bool_]:
+        """(L,) links of which nothing is known."""
+        return np.asarray(np.bincount(self.link, self.known) == 0.0)
 
     @property
     def inner(self) -> NDArray[np.bool_]:
@@ -56,6 +69,30 @@ class Templates:
             colours=colours.astype(np.float32),
             known=self.known | (trust > 0),
             light=np.median(offset[fair > FAIR], axis=0) if (fair > FAIR).any() else self.light,
+        )
+
+    def learned(self, seen: Array | Planes, new: NDArray[np.bool_], place: Array) -> Self:
+        """With what is seen of points that are not known yet: known once alike at some places of the scene.
+
+        What lies behind a figure that moves, or hides it, does not stay alike.
+
+        Args:
+            seen: as of `refreshed`.
+            new: (P,) which of the points not known yet are seen.
+            place: (P, 2) where the points are in the scene, leg lengths.
+        """
+        first = self.alike == 0
+        new = new & (first | (((place - self.place) ** 2).sum(axis=-1) > ELSEWHERE**2))
+        again = ~first & (((seen[-1] - self.colours[-1]) ** 2).mean(axis=-1) < ALIKE**2)
+        alike = np.where(new, np.where(again, self.alike + 1, 1), self.alike)
+        share = np.where(new, 1.0 / np.maximum(alike, 1), 0.0)
+        colours = self.colours + share[None, :, None] * (seen - self.colours)
+        return replace(
+            self,
+            colours=colours.astype(np.float32),
+            known=self.known | (new & (alike >= ENOUGH)),
+            alike=alike,
+            place=np.where(new[:, None], place, self.place),
         )
 
     def completed(self, figure: Figure, reach: float) -> Self:
@@ -96,7 +133,17 @@ def cut(
     known = found[0][1] & ~hidden
     if placed is not None:
         known &= placed[link]
-    return Templates(link, along, across, weight, colours, known, np.zeros(3))
+    return Templates(
+        link,
+        along,
+        across,
+        weight,
+        colours,
+        known,
+        np.zeros(3),
+        np.zeros(len(link), np.intp),
+        np.zeros(points.shape),
+    )
 
 
 def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:

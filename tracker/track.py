@@ -23,7 +23,7 @@ from dynamics.kalman import update_information
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
-from kinematics.spm import View, joints
+from kinematics.spm import View, covering, joints, skeleton, surface
 from tracker.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
 from tracker.camera import Camera, first_camera
 from tracker.detections import Detections, Detector, Likelihood
@@ -36,6 +36,8 @@ from tracker.template import Templates, cut
 NOTHING = Belief(
     Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
 )
+
+GUESSED = 2.0  # times as far off is the angle of a limb whose tip was marked though hidden
 
 OK, HIDDEN, LOST, FOUND, OUTSIDE = "ok", "hidden", "lost", "found", "outside"
 UNSURE = (LOST, OUTSIDE)  # nothing was measured
@@ -110,9 +112,15 @@ class Tracker:
     offset: Array
     settings: Settings
 
-    def begin(self, start: Start, image: Image, belief: Belief | None = None) -> tuple[State, Estimate]:
-        """Templates from the marked frame, and a belief from its marks unless there is a better one."""
-        settings, box = self.settings, self._box(start.q[None])
+    def begin(
+        self, start: Start, image: Image, belief: Belief | None = None, scene: Backdrop | None = None
+    ) -> tuple[State, Estimate]:
+        """Templates from the marked frame, and a belief from its marks unless there is a better one.
+
+        Args:
+            scene: what lies behind the figure in that frame, if that is known.
+        """
+        settings, box = self.settings, self.start_box(start)
         behind = settings.backdrop and settings.templates and settings.mode == "full"
         state = State(
             belief or self.first_belief(start),
@@ -120,15 +128,28 @@ class Tracker:
             first_camera(image, box) if settings.camera else None,
             first_backdrop(image, box, self.view.unit) if behind else None,
         )
+        if behind and scene is not None:
+            scene = scene.compared(image, box)
+            # A figure that stays where it is, on a treadmill say, is part of what was taken for the scene.
+            places = self._places(start.q, state.templates)[state.templates.inner]
+            if scene.scenery.plain(places).mean() < settings.bare:
+                state = replace(state, backdrop=scene)
         return state, replace(self._estimate(state), began=True)
+
+    def start_box(self, start: Start) -> Box:
+        """Pixels that the figure may cover in the marked frame."""
+        return self._box(start.q[None])
 
     def first_belief(self, start: Start) -> Belief:
         """What the marks of the start frame say."""
-        settings, D = self.settings, len(start.q)
+        settings, D, layout = self.settings, len(start.q), self.figure.layout
         noise = np.full(D, np.radians(settings.start_angle))
         noise[:2] = settings.start_place
         noise[self.figure.index(SCALE) :] = settings.start_length
+        guessed = self._behind_something(start)
+        noise[layout.angle[guessed & layout.turns]] *= GUESSED
         y = np.where(start.known, start.q - self.offset, np.nan)
+        y[layout.stretch[guessed & layout.breathes]] = np.nan
         return first_belief(self.slds, y, np.diag(noise**2))
 
     def templates_at(self, q: Array, image: Image, placed: NDArray[np.bool_] | None = None) -> Templates:
@@ -198,14 +219,29 @@ class Tracker:
         layout = self.figure.layout
         # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
         turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
+        turned &= ~self._behind_something(start)
         placed = np.array([turned[chain].all() for chain in self.figure.chain])
         return self.templates_at(start.q, image, placed).completed(self.figure, 2.0 * self.settings.spacing)
+
+    def _places(self, q: Array, templates: Templates) -> Array:
+        """(P, 2) pixels of the template points at a pose (D,)."""
+        points = surface(skeleton(self.figure, q), templates.link, templates.along, templates.across)
+        return self.view.to_pixels(points)
+
+    def _behind_something(self, start: Start) -> NDArray[np.bool_]:
+        """(L,) whether a link's tip is hidden, and not by the figure itself."""
+        figure, bones = self.figure, skeleton(self.figure, start.q)
+        own = covering(figure, bones, bones.tip, np.arange(len(figure.links)))
+        return np.array([link.joint in start.hidden for link in figure.links]) & ~own
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
         """Freshened by what the frame shows where they settled."""
         if self.settings.mode == "classic":
             return templates
-        return templates.refreshed(field.seen(best), best.match, self.settings.blend, best.offset)
+        seen, trust = field.seen(best), best.match * templates.known
+        place = (field.pixels(best) - field.view.origin) / field.view.unit
+        templates = templates.learned(seen, field.new(best), place)
+        return templates.refreshed(seen, trust, self.settings.blend, best.offset)
 
     def shifted(self, shift: Array) -> Self:
         """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""

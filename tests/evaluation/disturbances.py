@@ -1,6 +1,6 @@
 """What may go wrong with a clip, done to its frames in memory: each alone, and repeatable."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.compare import leg_length
 from tracker.keypoints import Mark, Marks
 from videos.frames import Video
 
@@ -19,6 +20,11 @@ DIM_FRAMES = 20
 GREY_LEVELS = 10.0
 JPEG_QUALITY = 30
 START_NOISE = 3.0  # px a coordinate
+GUESS_NOISE = 4.0  # px a coordinate
+HEDGE_TOP, HEDGE_BEHIND, HEDGE_AHEAD = 0.72, 1.1, 0.7  # leg lengths below, behind and ahead of the first hip
+HEDGE_GREEN = (70.0, 95.0, 50.0)
+HEDGE_GRAIN = 2.0  # px
+HEDGE_CONTRAST = 0.25  # standard deviation of its brightness, share of the mean
 
 
 @dataclass(frozen=True)
@@ -73,6 +79,21 @@ def compressed(film: Film) -> Film:
     return replace(film, images=[_through_jpeg(image) for image in film.images])
 
 
+def behind_hedge(film: Film) -> Film:
+    """A hedge before the feet of the first marked frame; it stands still in the picture, down to its foot."""
+    frames = sorted(film.marks)
+    leg = leg_length(film.marks, frames[:1])
+    hip, last = (film.marks[frame]["hip"] for frame in (frames[0], frames[-1]))
+    way = 1.0 if last.x >= hip.x else -1.0
+
+    height, width = film.images[0].shape[:2]
+    ahead = way * (np.arange(width) - hip.x) / leg
+    below = (np.arange(height) - hip.y) / leg
+    there = (below > HEDGE_TOP)[:, None] & (ahead > -HEDGE_BEHIND) & (ahead < HEDGE_AHEAD)
+    hedge = _hedge(height, width)
+    return replace(film, images=[np.where(there[..., None], hedge, image) for image in film.images])
+
+
 DISTURBANCES: dict[str, Callable[[Film], Film]] = {
     "none": lambda film: film,
     "every second frame": every_second,
@@ -84,10 +105,26 @@ DISTURBANCES: dict[str, Callable[[Film], Film]] = {
 
 def moved(row: dict[str, Mark], rng: np.random.Generator) -> dict[str, Mark]:
     """The marks of one frame with Gaussian noise of 3 px on both coordinates."""
+    return {name: _beside(mark, START_NOISE, rng) for name, mark in row.items()}
+
+
+def guessed(row: dict[str, Mark], joints: Collection[str], rng: np.random.Generator) -> dict[str, Mark]:
+    """The marks of one frame, those of the joints not visible and with Gaussian noise of 4 px."""
     return {
-        name: replace(mark, x=mark.x + rng.normal(0.0, START_NOISE), y=mark.y + rng.normal(0.0, START_NOISE))
+        name: replace(_beside(mark, GUESS_NOISE, rng), visible=False) if name in joints else mark
         for name, mark in row.items()
     }
+
+
+def _beside(mark: Mark, noise: float, rng: np.random.Generator) -> Mark:
+    return replace(mark, x=mark.x + rng.normal(0.0, noise), y=mark.y + rng.normal(0.0, noise))
+
+
+def _hedge(height: int, width: int) -> Image:
+    """Green, rough, and the same in every run."""
+    rough = cv2.GaussianBlur(np.random.default_rng(0).normal(size=(height, width)), (0, 0), HEDGE_GRAIN)
+    brightness = 1.0 + HEDGE_CONTRAST * rough / rough.std()
+    return _rounded(brightness[..., None] * HEDGE_GREEN)
 
 
 def _rounded(image: NDArray[np.float64]) -> Image:

@@ -1,9 +1,9 @@
-"""Write docs/robustness.md: what disturbed start marks, disturbed pictures and shrubs do to a track.
+"""Write docs/robustness.md: what bad start marks, bad pictures, hidden feet and shrubs do to a track.
 
     python -m tests.evaluation.robustness CLIPS docs/robustness.md [--draws N]
 
 CLIPS holds the videos, each with its NAME.keypoints.csv. Every disturbance comes alone. Two processes, of one
-thread each where the environment says so as in `make robustness`; about twelve minutes.
+thread each where the environment says so as in `make robustness`; about fourteen minutes.
 """
 
 import argparse
@@ -17,7 +17,17 @@ import numpy as np
 
 from kinematics.recover import PoseError
 from tests.evaluation.cases import START, Ours, marks_of, measured
-from tests.evaluation.disturbances import DISTURBANCES, START_NOISE, moved, read_film, write_film
+from tests.evaluation.disturbances import (
+    DISTURBANCES,
+    GUESS_NOISE,
+    START_NOISE,
+    Film,
+    behind_hedge,
+    moved,
+    read_film,
+    write_film,
+)
+from tests.evaluation.feet import FEET
 from tests.evaluation.page import cell, written
 from tests.evaluation.targets import Target, target_table
 from tests.evaluation.ways import DEFAULT
@@ -51,6 +61,11 @@ SHRUBS = f"""\
 The walks that `figtrack demo --seed N` renders, N from {WALKS.start} to {WALKS.stop - 1}, each past shrubs
 that hide one leg and the other. `cv` has its default noise.
 """
+HIDDEN_FEET = f"""\
+What the marks of frame 0 lack; the errors are against all later marks. The hedge is put into every picture,
+at one place in it, before the feet of frame 0. A guess is marked as not visible and has Gaussian noise of
+{GUESS_NOISE:g} px on both coordinates, one draw a clip. In the row's mean a refusal counts 1.
+"""
 PICTURES = """\
 Every second frame: the others and the marks in them are dropped, the frame rate halves. Brightness falls
 linearly to a half over the first 20 frames and stays there. Noise is Gaussian, on every channel of every
@@ -75,6 +90,14 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class Unmarked:
+    """A clip whose start marks lack feet; `feet` names how in FEET."""
+
+    clip: Path
+    feet: str
+
+
+@dataclass(frozen=True)
 class Rendered:
     """A walk past shrubs, rendered from a seed, and the way it is followed."""
 
@@ -93,25 +116,34 @@ def main() -> None:
     asked.out.write_text(page(clips, *measure(clips, asked.draws, Progress())), encoding="utf-8")
 
 
-def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores, Scores]:
-    """Scores by disturbance, one a clip; by clip, one a draw of the start; by way, one a rendered walk."""
+def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores, Scores, Scores]:
+    """Scores of everything asked, in the order of the page.
+
+    By disturbance, one a clip; by clip, one a draw of the start; by what the start lacks of its feet, one a
+    clip; by way, one a rendered walk.
+    """
     pictures = [Disturbed(clip, name) for name in DISTURBANCES for clip in clips]
     starts = [Moved(clip, draw) for clip in clips for draw in range(draws)]
+    feet = [Unmarked(clip, name) for name in FEET for clip in clips]
     walks = [Rendered(seed, way) for way in WAYS.values() for seed in WALKS]
     of_pictures = iter(measured(followed, pictures, progress, "disturbed pictures"))
     of_starts = iter(measured(followed, starts, progress, "disturbed starts"))
+    of_feet = iter(measured(followed, feet, progress, "feet not marked"))
     of_walks = iter(measured(followed, walks, progress, "rendered walks"))
     return (
         {name: list(islice(of_pictures, len(clips))) for name in DISTURBANCES},
         {clip.stem: list(islice(of_starts, draws)) for clip in clips},
+        {name: list(islice(of_feet, len(clips))) for name in FEET},
         {name: list(islice(of_walks, len(WALKS))) for name in WAYS},
     )
 
 
-def followed(case: Disturbed | Moved | Rendered) -> Score | None:
+def followed(case: Disturbed | Moved | Unmarked | Rendered) -> Score | None:
     """The score of the track; None where the start pose was refused."""
     if isinstance(case, Rendered):
         return _past_shrubs(case)
+    if isinstance(case, Unmarked):
+        return _without_feet(case)
     return _with_pictures(case) if isinstance(case, Disturbed) else _with_start(case)
 
 
@@ -120,7 +152,7 @@ def lost(found: Score | None) -> bool:
     return found is None or found.first_failure_frame is not None
 
 
-def page(clips: Sequence[Path], pictures: Scores, starts: Scores, walks: Scores) -> str:
+def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, walks: Scores) -> str:
     """The whole text, of what `measure` returns."""
     draws = min(len(row) for row in starts.values())
     return "\n".join(
@@ -139,16 +171,20 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, walks: Scores)
             PICTURES,
             *table(
                 ("", *(clip.stem for clip in clips), "followed"),
-                [
-                    [name, *(_cell(found) for found in row), f"{_kept(row)} of {len(row)}"]
-                    for name, row in pictures.items()
-                ],
+                [[name, *_of_clips(row)] for name, row in pictures.items()],
             ),
             "## Disturbed start marks",
             "",
             f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
             "",
             *_summaries(starts),
+            "## Feet that are not marked",
+            "",
+            HIDDEN_FEET,
+            *table(
+                ("", *(clip.stem for clip in clips), "followed", "mean error"),
+                [[name, *_of_clips(row), f"{np.mean(_errors(row)):.3f}"] for name, row in feet.items()],
+            ),
             "## Legs behind shrubs",
             "",
             SHRUBS,
@@ -179,10 +215,7 @@ def targets(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Tar
 
 def _with_pictures(case: Disturbed) -> Score | None:
     film = DISTURBANCES[case.disturbance](read_film(case.clip, marks_of(case.clip)))
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / f"{case.clip.stem}.mov"
-        write_film(film, path)
-        return _score(path, film.marks, film.marks)
+    return _score_film(film, film.marks)
 
 
 def _with_start(case: Moved) -> Score | None:
@@ -191,11 +224,28 @@ def _with_start(case: Moved) -> Score | None:
     return _score(case.clip, marks | {START: moved(marks[START], rng)}, marks)
 
 
+def _without_feet(case: Unmarked) -> Score | None:
+    feet, marks = FEET[case.feet], marks_of(case.clip)
+    rng = np.random.default_rng(list(case.clip.stem.encode()))
+    given = marks | {START: feet.start(marks[START], rng)}
+    if feet.hedge:
+        return _score_film(behind_hedge(read_film(case.clip, marks)), given)
+    return _score(case.clip, given, marks)
+
+
 def _past_shrubs(case: Rendered) -> Score | None:
     with TemporaryDirectory() as folder:
         video, table_of_marks = write_scene(render(case.seed), Path(folder))
         marks = read_keypoints(table_of_marks)
         return _score(video, marks, marks, case.way)
+
+
+def _score_film(film: Film, given: Marks) -> Score | None:
+    """Errors against the film's own marks of a track that starts from those given."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mov"
+        write_film(film, path)
+        return _score(path, given, film.marks)
 
 
 def _score(video: Path, given: Marks, truth: Marks, way: Ours = OURS) -> Score | None:
@@ -215,6 +265,11 @@ def _cell(found: Score | None) -> str:
     return "refused" if found is None else cell(found)
 
 
+def _of_clips(row: Sequence[Score | None]) -> list[str]:
+    """A cell a clip, and how many were followed."""
+    return [*(_cell(found) for found in row), f"{_kept(row)} of {len(row)}"]
+
+
 def _summaries(scores: Scores) -> list[str]:
     """A table of runs, a row for each name."""
     return table(
@@ -225,8 +280,13 @@ def _summaries(scores: Scores) -> list[str]:
 
 def _summary(row: Sequence[Score | None]) -> list[str]:
     """The cells of a row of runs."""
-    errors = [1.0 if found is None else found.mean_error_leg for found in row]
+    errors = _errors(row)
     return [f"{len(row)}", f"{len(row) - _kept(row)}", f"{np.median(errors):.3f}", f"{max(errors):.3f}"]
+
+
+def _errors(row: Sequence[Score | None]) -> list[float]:
+    """Mean errors, leg lengths; a refusal counts 1."""
+    return [1.0 if found is None else found.mean_error_leg for found in row]
 
 
 if __name__ == "__main__":

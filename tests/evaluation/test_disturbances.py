@@ -1,5 +1,7 @@
 """Disturbances do what their names say, and nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -7,9 +9,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.evaluation.disturbances import (
     DISTURBANCES,
     Film,
+    behind_hedge,
     compressed,
     dimmed,
     every_second,
+    guessed,
     moved,
     noisy,
     read_film,
@@ -91,3 +95,47 @@ def test_marks_move_by_three_pixels_either_way_and_stay_seen_or_hidden(rng):
     assert_allclose([x.std(), y.std()], 3.0, rtol=0.04)
     assert abs(np.corrcoef(x, y)[0, 1]) < 0.05
     assert [mark.visible for mark in after.values()] == [mark.visible for mark in row.values()]
+
+
+def walk(film, *, hip, last):
+    """The film with a leg 10 px long and a hip that goes from one column to the other."""
+    first = {
+        "hip": Mark(hip, 20.0),
+        "near_knee": Mark(hip, 25.0),
+        "near_ankle": Mark(hip, 30.0),
+        "far_knee": Mark(hip - 6.0, 20.0),
+        "far_ankle": Mark(hip - 6.0, 24.0),
+    }
+    return replace(film, marks={0: first, 15: {"hip": Mark(last, 20.0)}})
+
+
+@pytest.mark.parametrize(("last", "columns"), [(50.0, (20, 36)), (10.0, (24, 40))])
+def test_a_hedge_hides_the_feet_and_more_behind_than_ahead_and_nothing_else(film, last, columns):
+    hidden = behind_hedge(walk(film, hip=30.0, last=last))
+    there = np.zeros((50, 61), bool)
+    there[28:, columns[0] : columns[1] + 1] = True  # from 7.2 px below the hip, 11 px behind, 7 px ahead
+    for before, after in zip(film.images, hidden.images, strict=True):
+        assert_array_equal(after[~there], before[~there])
+        assert_array_equal(after[there], hidden.images[0][there])
+    red, green, blue = hidden.images[0][there].T.astype(int)
+    assert ((green > red) & (red > blue)).all()
+    assert green.std() > 10.0
+
+
+def test_a_hedge_is_the_same_in_every_run_and_leaves_marks_and_rate(film):
+    walker = walk(film, hip=30.0, last=50.0)
+    hidden = behind_hedge(walker)
+    assert_array_equal(hidden.images, behind_hedge(walker).images)
+    assert (hidden.fps, hidden.marks) == (walker.fps, walker.marks)
+
+
+def test_a_guess_is_four_pixels_off_either_way_and_not_visible(rng):
+    row = {str(i): Mark(50.0, 80.0) for i in range(8000)}
+    joints = [str(i) for i in range(4000)]
+    after = guessed(row, joints, rng)
+    assert list(after) == list(row)
+    x, y = np.array([(after[name].x - 50.0, after[name].y - 80.0) for name in joints]).T
+    assert_allclose([x.std(), y.std()], 4.0, rtol=0.04)
+    assert abs(np.corrcoef(x, y)[0, 1]) < 0.05
+    assert not any(after[name].visible for name in joints)
+    assert all(after[name] is row[name] for name in row.keys() - set(joints))

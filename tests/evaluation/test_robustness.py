@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from tests.evaluation import robustness
-from tests.evaluation.disturbances import DISTURBANCES
+from tests.evaluation.cases import START, marks_of
+from tests.evaluation.disturbances import DISTURBANCES, behind_hedge, read_film
+from tests.evaluation.feet import FEET
 from tests.evaluation.outcomes import outcome
 from tests.evaluation.robustness import (
     DRAWS,
@@ -13,12 +15,14 @@ from tests.evaluation.robustness import (
     Disturbed,
     Moved,
     Rendered,
+    Unmarked,
     followed,
     lost,
     page,
     targets,
 )
 from tracker.clip import StartError
+from videos.frames import Video
 
 
 def score(mean, lost=None):
@@ -55,14 +59,20 @@ def test_lost_runs_are_a_share_of_all_draws_and_a_refusal_is_one(clips):
     starts = {"a": [score(0.1)] * 3, "b": [score(0.1), None, score(0.4, lost=10)]}
     found = targets(clips, made_up(), starts)[0]
     assert found.value == pytest.approx(2 / 6)
-    text = page(clips, made_up(), starts, {"cv": [score(0.2), score(0.9, lost=7)]})
+    text = page(clips, made_up(), starts, {}, {"cv": [score(0.2), score(0.9, lost=7)]})
     assert "| b | 3 | 2 | 0.400 | 1.000 |" in text
     assert "A try with 3 draws" in text
     assert "| cv | 2 | 1 | 0.550 | 0.900 |" in text
 
 
 def test_a_page_of_all_draws_is_no_try(clips):
-    assert "A try" not in page(clips, made_up(), {"a": [score(0.1)] * DRAWS}, {})
+    assert "A try" not in page(clips, made_up(), {"a": [score(0.1)] * DRAWS}, {}, {})
+
+
+def test_a_refusal_counts_one_in_the_mean_of_a_row_of_feet(clips):
+    row = [score(0.1), None, score(0.3, lost=5), score(0.1)]
+    text = page(clips, made_up(), {"a": [score(0.1)] * DRAWS}, {"no toes": row}, {})
+    assert "| no toes | 0.100 | refused | 0.300 (5) | 0.100 | 2 of 4 | 0.375 |" in text
 
 
 def test_a_start_that_is_refused_is_an_answer(data_dir, monkeypatch):
@@ -89,6 +99,42 @@ def test_a_real_clip_goes_through_every_disturbance(data_dir):
     errors = [one.mean_error_leg for one in found.values()]
     assert len(set(errors)) == len(errors)
     assert np.max(errors) < 1.0
+
+
+@pytest.mark.parametrize("name", FEET)
+def test_only_the_start_lacks_feet_and_a_hedge_is_in_the_film(name, data_dir, monkeypatch):
+    clip = data_dir / "video" / "fence_run_lr.mp4"
+    marks, given = marks_of(clip), []
+
+    def refuse(job, progress):
+        given.append((job.marks, next(iter(Video(job.video))).image))
+        raise StartError("no")
+
+    monkeypatch.setattr(robustness, "follow", refuse)
+    assert followed(Unmarked(clip, name)) is None
+    [(job_marks, image)] = given
+    start, film = job_marks[START], read_film(clip, marks)
+    assert {**job_marks, START: marks[START]} == marks
+    assert marks[START].keys() - start.keys() == set(FEET[name].unmarked)
+    assert {joint for joint in start if start[joint] != marks[START][joint]} == set(FEET[name].guessed)
+    hidden = behind_hedge(film).images[0]
+    np.testing.assert_array_equal(image, hidden if "hedge" in name else film.images[0])
+
+
+@pytest.mark.parametrize(("name", "feet"), FEET.items())
+def test_a_row_of_feet_is_what_its_name_says(name, feet):
+    assert ("near_toe" in feet.unmarked) == ("far_toe" in feet.unmarked) == ("no toes" in name)
+    assert ("near_ankle" in feet.unmarked) == ("no ankles" in name)
+    assert ("far_ankle" in feet.unmarked) == ("no ankles" in name or "no far ankle" in name)
+    assert len(feet.guessed) == (4 if "guessed" in name else 0)
+    assert feet.hedge == ("hedge" in name)
+
+
+def test_a_start_without_feet_is_scored_against_all_marks(data_dir):
+    clip = data_dir / "video" / "fence_run_lr.mp4"
+    whole, without = (followed(Unmarked(clip, name)) for name in ("all marked", "no ankles, no toes"))
+    assert len(without.mark_errors) == len(whole.mark_errors)
+    assert without.mark_errors != whole.mark_errors
 
 
 def test_a_rendered_walk_is_followed_every_way():

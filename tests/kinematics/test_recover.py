@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from kinematics.figure import ROOT
+from kinematics.figure import ROOT, SCALE, STRETCH
 from kinematics.recover import PoseError, facing_of, recover, start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, random_pose, upright
+
+BREATHING = replace(HORSE, links=tuple(replace(link, breathes=True) for link in HORSE.links))
 
 every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
 TOES = ("near_toe", "far_toe")
@@ -101,7 +103,7 @@ def test_a_missing_ankle_takes_its_twins_shank_a_straight_knee_and_a_square_foot
     someone, q = person(WALKER, rng), random_pose(WALKER, rng, size=0.0)
     start = start_pose(WALKER, marks_of(someone, q, without=without), 1)
     side = without[0].removesuffix("_ankle")
-    unseen = [WALKER.index(f"knee_{side}"), WALKER.index(f"ankle_{side}")]
+    unseen = [WALKER.index(name) for name in (f"knee_{side}", f"ankle_{side}", f"stretch_shank_{side}")]
     assert_array_equal(np.flatnonzero(~start.known), unseen)
     assert_array_equal(start.q[unseen], 0.0)
     assert_allclose(np.delete(start.q, unseen), np.delete(q, unseen), **ROUNDING)
@@ -116,7 +118,8 @@ def test_without_both_ankles_the_shank_is_the_proportion_of_what_was_seen():
     assert start.view.unit == pytest.approx(90.0)
     assert_allclose([a.length for a in start.figure.links], [b.length for b in WALKER.links], rtol=1e-12)
     unseen = [WALKER.freedoms[i] for i in np.flatnonzero(~start.known)]
-    assert unseen == ["knee_near", "knee_far", "ankle_near", "ankle_far"]
+    assert unseen[:4] == ["knee_near", "knee_far", "ankle_near", "ankle_far"]
+    assert unseen[4:] == ["stretch_shank_near", "stretch_shank_far"]
     # A long torso and head alone lengthen shanks by their share: 57 + 34 + 51 + 51 = 193 pixels, now 251.
     tall = WALKER.with_lengths([1.0, 0.49, 0.51, 0.49, 0.51, 0.49, 0.27, 0.27])
     start = start_pose(WALKER, marks_of(tall, upright(WALKER), without=ankles), 1)
@@ -150,7 +153,8 @@ def test_a_horses_hidden_forelegs_are_taken_from_the_other_side_or_from_proporti
         HORSE, marks_of(someone, q, without=["far_knee", "far_fetlock", "far_hock", "far_hoof"]), 1
     )
     unseen = [HORSE.freedoms[i] for i in np.flatnonzero(~one.known)]
-    assert unseen == ["hock_far", "elbow_far", "knee_far"]
+    assert unseen[:3] == ["hock_far", "elbow_far", "knee_far"]
+    assert unseen[3:] == [f"stretch_{name}_far" for name in ("shank", "arm", "cannon")]
     assert_allclose([a.length for a in one.figure.links], [b.length for b in someone.links], rtol=1e-12)
     # A hock cannot be straight: its limits begin at 5 degrees.
     assert one.q[HORSE.index("hock_far")] == pytest.approx(np.radians(5.0))
@@ -178,12 +182,40 @@ def test_recover_rests_what_it_cannot_see_and_still_reads_what_hangs_at_its_star
     points = Puppet(HORSE, q).joints()
     del points["withers"]
     back, known = recover(HORSE, points)
-    unseen = {HORSE.freedoms[i] for i in np.flatnonzero(~known)}
+    unseen = {HORSE.freedoms[i] for i in np.flatnonzero(~known) if i < HORSE.index(SCALE)}
     assert unseen == {"trunk", "neck", "head", "elbow_near", "elbow_far"}
     # The tail starts where the trunk does. Its angle is relative to a trunk taken to lie level.
     assert known[HORSE.index("tail")]
     tail, trunk = (HORSE.index(name) for name in ("tail", "trunk"))
     assert back[tail] == pytest.approx(q[tail] + q[trunk], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("figure", "missing", "links"),
+    [
+        (WALKER, "neck", ["torso", "head"]),
+        (WALKER, "head_top", ["head"]),
+        (WALKER, "far_knee", ["thigh_far", "shank_far"]),
+        (WALKER, "near_ankle", ["shank_near"]),
+        (WALKER, "near_toe", []),  # a foot has no stretch
+        (HORSE, "withers", ["trunk", "neck", "head", "arm_near", "arm_far"]),
+        (HORSE, "poll", ["neck", "head"]),
+        (HORSE, "near_hoof", []),
+        (BREATHING, "near_hoof", ["hoof_near"]),  # which has no angle
+        (
+            BREATHING,
+            "withers",
+            ["trunk", "neck", "head", "arm_near", "arm_far"],
+        ),  # the tail starts at the croup
+    ],
+)
+def test_a_stretch_is_known_where_both_ends_of_its_link_are(figure, missing, links, rng):
+    points = Puppet(figure, random_pose(figure, rng, size=0.0)).joints()
+    del points[missing]
+    q, known = recover(figure, points)
+    unseen = [figure.freedoms[i] for i in np.flatnonzero(~known) if i >= figure.index(SCALE)]
+    assert unseen == [STRETCH + name for name in links]
+    assert_array_equal(q[figure.index(SCALE) :], 0.0)
 
 
 @either_way

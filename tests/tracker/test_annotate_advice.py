@@ -1,6 +1,10 @@
 """What is said of a frame's marks: missing joints, impossible ones, and what tracking makes of them."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from kinematics.figure import load_figure
 from kinematics.recover import PoseError
@@ -74,6 +78,24 @@ def refusal(marks, facing):
     except (StartError, PoseError) as error:
         return str(error)
     return None
+
+
+def test_a_start_tells_the_joints_that_were_marked_though_hidden():
+    marks = MARKS | {name: replace(MARKS[name], visible=False) for name in ("far_ankle", "far_toe")}
+    start = marked_start({0: without("neck"), 7: marks}, 7, 1, SIZE)
+    assert start.hidden == {"far_ankle", "far_toe"}
+    seen = marked_start({7: MARKS}, 7, 1, SIZE)
+    assert seen.hidden == frozenset()
+    assert start.view == seen.view
+    assert_array_equal(start.q, seen.q)  # they are marked all the same
+    assert start.known.all()
+
+
+def test_a_joint_that_is_not_marked_is_not_one_that_was_marked_though_hidden():
+    start = marked_start({0: without("far_ankle", "far_toe")}, 0, 1, SIZE)
+    assert start.hidden == frozenset()
+    unseen = [FIGURE.freedoms[i] for i in np.flatnonzero(~start.known)]
+    assert unseen == ["knee_far", "ankle_far", "stretch_shank_far"]
 
 
 def test_whatever_track_refuses_is_said_and_a_start_that_is_accepted_is_complete(rng):

@@ -1,11 +1,28 @@
 """The scene behind the figure: what is known of it, how a frame differs, and how it goes with the camera."""
 
+import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from tests.tracker.painted import Cloth
-from tracker.backdrop import ALIKE, BLEND, MOST, NOISE, ROBUST, STEP, UNKNOWN, UNSEEN, first_backdrop
+from tracker.backdrop import (
+    ALIKE,
+    BLEND,
+    FRONT,
+    MOST,
+    NOISE,
+    ROBUST,
+    STEP,
+    UNKNOWN,
+    UNSEEN,
+    Scenery,
+    first_backdrop,
+    small,
+    step_of,
+)
+from tracker.sampling import pyramid
 
 UNIT = 80.0  # pixels: a step is 2
 WIDTH, HEIGHT = 160, 120
@@ -53,9 +70,20 @@ def covered(image, box, by):
 
 
 def test_a_step_is_a_share_of_the_leg_and_a_pixel_at_least(image):
-    for unit in (5.0, 80.0, 150.0):
+    for unit in (5.0, 80.0, 150.0, 160.0):
         step = first_backdrop(image, HERE, unit).scenery.step
-        assert step == max(1, round(STEP * unit))
+        assert step == step_of(unit) == max(1, round(STEP * unit))
+
+
+@pytest.mark.parametrize("step", [1, 2, 7])
+def test_a_place_is_the_mean_of_its_pixels(step, image):
+    found = small(image, step)
+    assert found.shape == (-(-HEIGHT // step), -(-WIDTH // step), 3)
+    for row, column in ((0, 0), (3, 11), (9, 5)):
+        block = image[row * step : (row + 1) * step, column * step : (column + 1) * step]
+        mean = np.round(block.mean(axis=(0, 1), keepdims=True)).astype(np.uint8)
+        # A mean that rounds the other way, by one, moves Lab by less than two.
+        assert_allclose(found[row, column], cv2.cvtColor(mean, cv2.COLOR_RGB2Lab)[0, 0], atol=2.0)
 
 
 def test_at_first_nothing_is_known_where_the_figure_stands_and_all_beside_it(begun):
@@ -118,10 +146,10 @@ def test_a_difference_is_the_robust_square_of_the_colours_up_to_a_most(by):
     x0, y0, x1, y1 = (int(side) for side in THERE)
     grey[y0 : y1 + 1, x0 : x1 + 1] += np.uint8(by)
     found = begun.follow(grey, THERE, STILL)
-    small = found.scene[0, 0]  # not covered: the plain colour in Lab
+    first = found.scene[0, 0]  # not covered: the plain colour in Lab
     lab = begun.follow(grey, HERE, STILL).scene  # takes the covered place over by a share
-    now = small + (lab[40, 50] - small) / BLEND
-    want = min(robust(((now - small) ** 2).sum()), MOST)
+    now = first + (lab[40, 50] - first) / BLEND
+    want = min(robust(((now - first) ** 2).sum()), MOST)
     assert_allclose(differs(found, THERE), want, rtol=1e-3)
     assert (want == MOST) == (by > 100.0)
 
@@ -214,12 +242,117 @@ def test_every_pixel_of_a_picture_has_its_place(size, rng):
     assert UNSEEN.differs[max(size) // UNSEEN.step, 0] == UNKNOWN
 
 
-def test_plain_is_the_share_of_pixels_that_show_the_known_scene_itself(begun, image):
+def test_a_pixel_is_plain_where_the_frame_shows_the_known_scene_itself(begun, image):
     there = begun.follow(covered(image, THERE, by=80), THERE, STILL).scenery
     inner, beside = np.array([[100.0, 60.0], [110.0, 70.0]]), np.array([[70.0, 10.0], [140.0, 20.0]])
-    assert there.plain(inner) == 0.0
+    assert_array_equal(there.plain(inner), False)
     shown = begun.follow(image, THERE, STILL).scenery
-    assert shown.plain(inner) == 1.0
-    assert shown.plain(np.concatenate([inner, np.array([[40.0, 60.0], [45.0, 80.0]])])) == 0.5
-    assert there.plain(beside) == 0.0  # out of the box nothing is asked
-    assert UNSEEN.plain(inner) == 0.0
+    assert_array_equal(shown.plain(inner), True)
+    covered_from_the_start = np.array([[40.0, 60.0], [45.0, 80.0]])
+    both = np.concatenate([inner, covered_from_the_start])
+    assert_array_equal(shown.plain(both), [True, True, False, False])
+    assert_array_equal(there.plain(beside), False)  # out of the box nothing is asked
+    assert_array_equal(UNSEEN.plain(inner), False)
+
+
+def test_a_pixel_stands_out_where_the_frame_is_known_to_differ(begun, image):
+    left, right = (*THERE[:2], 109.0, THERE[3]), np.array([[120.0, 60.0]])
+    found = begun.follow(covered(image, left, by=80), THERE, STILL).scenery
+    inner, beside = np.array([[100.0, 60.0], [105.0, 70.0]]), np.array([[70.0, 10.0], [45.0, 80.0]])
+    pixels = np.concatenate([inner, right, beside])
+    assert_array_equal(found.outstanding(pixels), [True, True, False, False, False])
+    assert_array_equal(found.plain(pixels), [False, False, True, False, False])
+    # It was covered from the start, whatever it shows now.
+    here = begun.follow(covered(image, HERE, by=80), HERE, STILL).scenery
+    assert_array_equal(here.outstanding(np.array([[40.0, 60.0]])), False)
+    assert_array_equal(UNSEEN.outstanding(pixels), False)
+
+
+@pytest.mark.parametrize(
+    ("value", "plain", "stands"),
+    [(0.0, True, False), (0.19, True, False), (0.21, False, True), (1.0, False, False), (1.01, False, True)],
+)
+def test_what_is_plain_does_not_stand_out_and_the_unknown_is_neither(value, plain, stands):
+    scenery, pixel = Scenery(np.full((4, 6), value, np.float32), 3), np.array([[4.0, 5.0]])
+    assert scenery.plain(pixel) == [plain]
+    assert scenery.outstanding(pixel) == [stands]
+
+
+@pytest.mark.parametrize("step", [1, 3])
+def test_a_pixel_belongs_to_the_place_that_covers_it(step):
+    differs = np.full((4, 6), MOST, np.float32)
+    differs[1, 2] = 0.0
+    scenery = Scenery(differs, step)
+    pixels = np.indices((4 * step, 6 * step))[::-1].reshape(2, -1).T.astype(float)
+    want = (pixels[:, 0] // step == 2) & (pixels[:, 1] // step == 1)
+    for off in (-0.49, 0.0, 0.49):
+        assert_array_equal(scenery.plain(pixels + off), want)
+        assert_array_equal(scenery.outstanding(pixels + off), ~want)
+
+
+def front_of(scenery, level):
+    """`Scenery.front` pixel by pixel."""
+    share = np.where(scenery.differs == UNKNOWN, 0.5, scenery.differs / MOST)
+    height, width = level.planes.shape[:2]
+    sharp = np.zeros((height, width))
+    for i, j in np.ndindex(height, width):
+        # A place's middle is that of its pixels.
+        x, y = (np.array([j, i]) + level.corner + 0.5) / scenery.step - 0.5
+        sharp[i, j] = map_coordinates(share, [[y], [x]], order=1, mode="nearest")[0]
+    return FRONT * gaussian_filter(sharp, level.sigma, mode="mirror", truncate=4.0)
+
+
+@pytest.mark.parametrize("step", [1, 2, 5])
+@pytest.mark.parametrize("box", [(0, 0, 60, 40), (22, 17, 41, 30)], ids=["whole", "part"])
+@pytest.mark.parametrize("sigma", [0.8, 2.0])
+def test_front_is_the_share_of_the_most_difference_as_the_level_shows_the_frame(step, box, sigma, rng):
+    differs = rng.uniform(0.0, MOST, (-(-40 // step), -(-60 // step))).astype(np.float32)
+    differs[rng.uniform(size=differs.shape) < 0.2] = UNKNOWN
+    scenery = Scenery(differs, step)
+    (level,) = pyramid(np.zeros((40, 60, 3), np.uint8), box, [sigma], colour=True)
+    found = scenery.front(level)
+    assert found.shape == level.planes.shape
+    assert found.dtype == level.planes.dtype
+    assert (level.corner == (0, 0)) == (box[0] == 0)
+    # OpenCV reads places to a 32nd, of shares that differ by one at most.
+    assert_allclose(found[..., 0], front_of(scenery, level), atol=FRONT / 32.0)
+    assert_array_equal(found[..., 1:], 0.0)
+
+
+def test_front_is_all_where_the_frame_differs_half_where_nothing_is_known_and_none_where_it_shows_the_scene():
+    differs = np.repeat(np.array([[MOST, UNKNOWN, 0.0]], np.float32), 20, axis=1).repeat(20, axis=0)
+    (level,) = pyramid(np.zeros((40, 120, 3), np.uint8), (0, 0, 120, 40), [1.0], colour=True)
+    found = Scenery(differs, 2).front(level)[..., 0]
+    # Four blurs and a place from the edges.
+    for first, want in ((0, FRONT), (40, 0.5 * FRONT), (80, 0.0)):
+        assert_allclose(found[:, first + 6 : first + 34], want, atol=1e-4)
+    assert_allclose(UNSEEN.front(level)[..., 0], 0.5 * FRONT, atol=1e-4)
+
+
+def test_another_scene_takes_the_place_of_the_first_frame_s_where_it_is_known(begun, rng):
+    scene, known = rng.uniform(0.0, 255.0, begun.scene.shape), rng.uniform(size=begun.known.shape) < 0.5
+    scene[~known] = np.nan
+    found = begun.replaced(scene, known)
+    assert_array_equal(found.known, known)
+    assert_array_equal(found.scene[known], scene[known])
+    assert_array_equal(found.scene[~known], begun.scene[~known])
+    assert found.place == begun.place
+    assert_array_equal(found.scenery.differs, begun.scenery.differs)
+
+
+def test_the_first_frame_itself_is_compared_with_a_scene_that_is_known_behind_the_figure(image):
+    x0, y0, x1, y1 = HERE
+    left = (x0, y0, 39.0, y1)
+    marked = covered(image, left, by=80)
+    begun = first_backdrop(marked, HERE, UNIT)
+    assert_array_equal(begun.compared(marked, HERE).scenery.differs, UNKNOWN)
+    scene = first_backdrop(image, HERE, UNIT).scene
+    whole = begun.replaced(scene, np.ones_like(begun.known))
+    found = whole.compared(marked, HERE)
+    assert differs(found, (x0 + 4, y0 + 4, 36.0, y1 - 4)).mean() > UNKNOWN
+    assert differs(found, (44.0, y0 + 4, x1 - 4, y1 - 4)).max() < 0.1
+    assert_array_equal(differs(found, (70.0, 0.0, 159.0, 119.0)), UNKNOWN)  # out of the box
+    assert_array_equal(found.scene, whole.scene)
+    assert_array_equal(found.known, whole.known)
+    # The next frame that shows the same differs by the same.
+    assert_allclose(found.scenery.differs, whole.follow(marked, HERE, STILL).scenery.differs)

@@ -22,7 +22,7 @@ from tests.tracker.painted import (
     freedoms,
     placed,
 )
-from tracker.backdrop import UNKNOWN, UNSEEN, Scenery
+from tracker.backdrop import MOST, UNKNOWN, UNSEEN, Scenery, first_backdrop
 from tracker.registration import (
     COARSE,
     FIRST_DAMPING,
@@ -80,6 +80,23 @@ def settled(templates, levels, prior, settings, *, figure=WALKER, view=VIEW, sce
 def shown(templates, levels, found, *, view=VIEW):
     """(levels, P, 3) colours at the settled points."""
     return Field(templates, levels, WALKER, view, FULL).seen(found)
+
+
+def of_links(templates, *joints):
+    """(P,) whether a point is fixed to one of the links with these joints at their tips."""
+    return np.isin(templates.link, [WALKER.link_of(joint) for joint in joints])
+
+
+def known_scene(painted, image):
+    """How a picture differs from the painted background, which is known everywhere."""
+    beside, whole = (-9.0, -9.0, -1.0, -1.0), (0.0, 0.0, SIZE[0] - 1.0, SIZE[1] - 1.0)
+    empty = painted.picture(moved(root_x=9.0))
+    return first_backdrop(empty, beside, VIEW.unit).compared(image, whole).scenery
+
+
+def without(templates, *joints):
+    """Templates that know nothing of some links."""
+    return replace(templates, known=templates.known & ~of_links(templates, *joints))
 
 
 def pixel_errors(q, want, view=VIEW):
@@ -568,12 +585,15 @@ def test_points_not_seen_yet_measure_nothing(rng):
     painted = Painted(rng)
     before, after = painted.picture(STRIDE), painted.picture(MOTIONS["everything"])
     templates = cut(WALKER, VIEW, STRIDE, levels_of(before, FULL), FULL)
-    lower = np.isin(templates.link, [WALKER.link_of("near_ankle"), WALKER.link_of("near_toe")])
-    unknown = replace(templates, known=templates.known & ~lower)
+    lower = of_links(templates, "near_ankle", "near_toe")
+    unknown = replace(templates, known=templates.known & ~lower & (rng.random(len(lower)) < 0.7))
     found = settled(unknown, levels_of(after, FULL), Gaussian(STRIDE, WEAK), FULL)
     columns = freedoms(WALKER, "knee_near", "ankle_near", "shank_near")
     assert not found.information[columns].any()
-    assert_array_equal(found.match[lower], 0.0)
+    # A shank of an unknown look is compared with what stands out, and nothing is known to.
+    shank = of_links(templates, "near_ankle")
+    assert (found.match[~unknown.known & ~shank] == 0.0).all()
+    assert (found.match[unknown.known] > 0.0).any()
 
 
 def test_a_link_that_does_not_match_what_covers_it_measures_less(rng):
@@ -604,3 +624,162 @@ def test_information_grows_as_the_noise_shrinks_and_with_the_independent_share(r
     less, more = information(tempering=0.05), information(tempering=0.1)
     # The settled poses differ by 1e-8.
     assert_allclose(more, 2.0 * less, atol=1e-6 * more.max())
+
+
+@pytest.mark.parametrize("side", ["near", "far"])
+@pytest.mark.parametrize("off", [-0.22, 0.22], ids=["12 degrees back", "12 degrees ahead"])
+def test_a_shank_of_an_unknown_look_goes_to_where_it_stands_out_from_a_known_scene(side, off, rng):
+    painted = Painted(rng, plain=True)
+    picture, knee = painted.picture(STRIDE, noise=NOISE, rng=rng), WALKER.index(f"knee_{side}")
+    levels = levels_of(picture, FULL)
+    templates = cut(WALKER, VIEW, STRIDE, levels, FULL)
+    templates = without(templates, f"{side}_ankle", f"{side}_toe")
+    prior = Gaussian(moved(**{f"knee_{side}": off}), WEAK)
+    found = settled(templates, levels, prior, FULL, scenery=known_scene(painted, picture))
+    # The edge of what stands out is known to a place of 2 px, 4 degrees of a shank of 39 px; its foot, which
+    # stands out as well, draws it by as much again.
+    assert found.q[knee] == pytest.approx(STRIDE[knee], abs=0.08)
+    others = np.delete(found.q - STRIDE, freedoms(WALKER, f"knee_{side}", f"ankle_{side}", f"shank_{side}"))
+    assert np.abs(others).max() < 0.03
+    assert found.information[knee, knee] > 1.0
+    blind = settled(templates, levels, prior, FULL)
+    assert blind.q[knee] == pytest.approx(prior.mean[knee], abs=1e-9)
+    assert blind.information[knee, knee] == 0.0
+
+
+def test_neither_a_strange_foot_nor_the_classic_mode_is_laid_on_what_stands_out(rng):
+    painted = Painted(rng, plain=True)
+    picture = painted.picture(STRIDE)
+    prior, scenery = Gaussian(STRIDE, WEAK), known_scene(painted, picture)
+    for settings, joint, freedom in (
+        (FULL, "near_toe", "ankle_near"),
+        (CLASSIC, "near_toe", "ankle_near"),
+        (CLASSIC, "near_ankle", "knee_near"),
+    ):
+        levels = levels_of(picture, settings)
+        templates = without(cut(WALKER, VIEW, STRIDE, levels, settings), joint, "near_toe")
+        found = settled(templates, levels, prior, settings, scenery=scenery)
+        assert not found.information[freedoms(WALKER, freedom)].any()
+        assert not found.match[of_links(templates, joint)].any()
+
+
+def test_the_colours_of_a_strange_link_are_seen_in_the_light_common_to_all(rng):
+    painted = Painted(rng)
+    levels = levels_of(painted.picture(STRIDE, light=np.full(8, 10.0)), FULL)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(painted.picture(STRIDE), FULL), FULL)
+    templates = replace(without(templates, "near_ankle", "near_toe"), light=np.array([9.0, -2.0, 3.0]))
+    found = settled(templates, levels, Gaussian(STRIDE, 1e-6 * WEAK), FULL)
+    strange = of_links(templates, "near_ankle", "near_toe")
+    pixels = VIEW.to_pixels(placed(WALKER, found.q, templates))
+    for level, colours in zip(levels, shown(templates, levels, found), strict=True):
+        assert_allclose(colours[strange], sample(level, pixels)[0][strange] - templates.light, atol=1e-4)
+
+
+OPEN = FULL.model_copy(update={"cover": 0.0, "covered": 0.0})  # nothing hidden beyond an outline, or covered
+
+
+def laid_on(picture, templates, scenery=UNSEEN, *, q=STRIDE, view=VIEW):
+    """A field, and where a prior that holds the pose fast settles in it."""
+    levels = levels_of(picture, OPEN, view)
+    field = Field(templates, levels, WALKER, view, OPEN, scenery)
+    return field, settled(templates, levels, Gaussian(q, 1e-12 * WEAK), OPEN, view=view, scenery=scenery)
+
+
+def forgetful(templates, rng):
+    """Templates that know every other point of what was seen."""
+    return replace(templates, known=templates.known & (rng.random(len(templates.link)) < 0.5))
+
+
+@pytest.mark.parametrize("low", [0.0, 50.0], ids=["all of the figure in the picture", "its feet below it"])
+def test_what_is_seen_of_a_link_in_full_sight_is_new_where_it_is_not_known(low, rng):
+    view = replace(VIEW, origin=(VIEW.origin[0], VIEW.origin[1] + low))
+    q = upright(WALKER, hip_near=0.3, hip_far=0.1, knee_near=0.1)
+    picture = Painted(rng, view=view).picture(q)
+    templates = forgetful(cut(WALKER, view, q, levels_of(picture, OPEN, view), OPEN), rng)
+    field, found = laid_on(picture, templates, q=q, view=view)
+    points = placed(WALKER, q, templates)
+    hidden = covered(WALKER, q, points, templates.link)
+    out = (view.to_pixels(points) > (SIZE[0] - 1, SIZE[1] - 1)).any(axis=1)
+    assert (hidden & ~out).sum() > 20
+    assert out.any() == (low > 0.0)
+    assert_array_equal(field.new(found), ~templates.known & ~hidden & ~out)
+
+
+def test_what_shows_the_bare_scene_is_not_new(rng):
+    picture = Painted(rng).picture(STRIDE)
+    templates = forgetful(cut(WALKER, VIEW, STRIDE, levels_of(picture, OPEN), OPEN), rng)
+    field, found = laid_on(picture, templates, chequered(rng))
+    column, row = np.floor(VIEW.to_pixels(placed(WALKER, found.q, templates)) + 0.5).astype(int).T // 5
+    plain = field.scenery.differs[row, column] == 0.0
+    everywhere = replace(field, scenery=UNSEEN).new(found)
+    assert 0.3 < plain[everywhere].mean() < 0.7
+    assert_array_equal(field.new(found), everywhere & ~plain)
+
+
+def test_nothing_is_new_of_a_link_that_does_not_match(rng):
+    picture = Painted(rng).picture(STRIDE)
+    templates = forgetful(cut(WALKER, VIEW, STRIDE, levels_of(picture, OPEN), OPEN), rng)
+    thigh = of_links(templates, "near_knee")
+    noise = rng.normal(0.0, 22.0, templates.colours.shape)
+    spoiled = np.where(thigh[:, None], templates.colours + noise, templates.colours).astype(np.float32)
+    field, found = laid_on(picture, replace(templates, colours=spoiled))
+    assert 0.0 < found.match[thigh & templates.known].mean() < OPEN.in_sight  # doubtful, and yet not nothing
+    clear, matching = laid_on(picture, templates)
+    want = clear.new(matching)
+    assert want[thigh].sum() > 20
+    assert_array_equal(field.new(found), want & ~thigh)
+
+
+def test_nothing_is_new_of_a_leg_that_is_mostly_hidden(rng):
+    painted, crossed = Painted(rng), upright(WALKER, hip_near=0.05)
+    levels = levels_of(painted.picture(STRIDE), OPEN)
+    templates = forgetful(cut(WALKER, VIEW, STRIDE, levels, OPEN), rng)
+    field, found = laid_on(painted.picture(crossed), templates, q=crossed)
+    leg = of_links(templates, "far_knee", "far_ankle")
+    seen = ~covered(WALKER, crossed, placed(WALKER, crossed, templates), templates.link)
+    assert (seen & leg & ~templates.known).sum() > 10
+    assert not field.new(found)[leg].any()
+    assert field.new(found)[of_links(templates, "near_knee", "near_ankle")].any()
+
+
+def strange_shank(rng):
+    """A picture before a known scene, templates that know nothing of its near shank and foot, both."""
+    painted = Painted(rng, plain=True)
+    picture = painted.picture(STRIDE)
+    templates = cut(WALKER, VIEW, STRIDE, levels_of(picture, OPEN), OPEN)
+    return picture, without(templates, "near_ankle", "near_toe"), known_scene(painted, picture)
+
+
+def test_a_strange_limb_is_new_where_it_stands_out_and_hangs_on_one_in_sight(rng):
+    picture, templates, scenery = strange_shank(rng)
+    shank = of_links(templates, "near_ankle")
+    field, found = laid_on(picture, templates, scenery)
+    new = field.new(found)
+    outline = shank & (templates.weight == 1.0)
+    assert new[outline].mean() > 0.9
+    assert not new[shank & field.scenery.plain(field.pixels(found))].any()
+    # The foot hangs on the shank, of which nothing is known yet.
+    assert not new[of_links(templates, "near_toe")].any()
+
+    unseen, found = laid_on(picture, templates)
+    assert not unseen.new(found)[shank].any()
+    away, found = laid_on(picture, templates, scenery, q=moved(knee_near=1.2))
+    assert not away.new(found)[shank].any()
+
+    thigh = of_links(templates, "near_knee")
+    inverse = np.where(thigh[:, None], 255.0 - templates.colours, templates.colours).astype(np.float32)
+    for other in (without(templates, "near_knee"), replace(templates, colours=inverse)):
+        field, found = laid_on(picture, other, scenery)
+        assert not field.new(found)[shank].any()
+
+
+@pytest.mark.parametrize(("share", "learned"), [(0.6, False), (0.8, True)])
+def test_a_strange_limb_is_learned_if_most_of_it_is_known_to_stand_out(share, learned, rng):
+    picture, templates, _ = strange_shank(rng)
+    shank = of_links(templates, "near_ankle")
+    outline = shank & (templates.weight == 1.0)
+    lower = np.quantile(VIEW.to_pixels(placed(WALKER, STRIDE, templates))[outline, 1], share)
+    differs = np.full(SIZE[::-1], UNKNOWN, np.float32)
+    differs[: int(np.floor(lower + 0.5))] = MOST
+    field, found = laid_on(picture, templates, Scenery(differs, 1))
+    assert field.new(found)[shank].any() == learned

@@ -14,7 +14,7 @@ from kinematics.recover import Start, start_pose
 from kinematics.spm import joint_jacobian, joints
 from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.oracles import condition
-from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted
+from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted, freedoms, placed
 from tests.tracker.walls import behind_wall
 from tracker.backdrop import first_backdrop
 from tracker.models import find_model
@@ -194,8 +194,13 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
         assert estimate.s == state.belief.s[weights.argmax()]
         best = found[int(weights.argmax())]
         assert estimate.misfit == pytest.approx(best.misfit, abs=1e-6)
-        refreshed = old.refreshed(field.seen(best), best.match, settings.blend, best.offset)
+        seen, new = field.seen(best), field.new(best)
+        place = placed(tracker.figure, best.q, old) * (field.view.facing, -1.0)
+        assert new.any()
+        refreshed = old.learned(seen, new, place).refreshed(seen, best.match, settings.blend, best.offset)
         assert_allclose(state.templates.colours, refreshed.colours, atol=1e-3)
+        assert_allclose(state.templates.place, refreshed.place, atol=1e-6)
+        assert_array_equal(state.templates.alike, refreshed.alike)
         assert_allclose(state.templates.light, refreshed.light, atol=1e-3)
         assert state.scenery.differs.max() > 1.0 > 0.1 > np.median(state.scenery.differs)
 
@@ -440,6 +445,116 @@ def test_a_model_of_other_freedoms_is_refused_with_what_to_do(models):
     renamed = replace(slds, names=("elbow", *slds.names[1:]))
     with pytest.raises(ValueError, match=r"elbow.*learn a model for this figure"):
         make_tracker(still(WALKER, STRIDE), renamed, FULL)
+
+
+BESIDE = (-9.0, -9.0, -1.0, -1.0)  # the picture
+
+
+@pytest.mark.parametrize("backdrop", [True, False])
+def test_a_known_scene_is_taken_if_the_marked_figure_stands_out_from_it(backdrop, rng):
+    painted, start = Painted(rng), still(WALKER, STRIDE)
+    picture, empty = painted.picture(STRIDE), painted.picture(upright(WALKER, root_x=9.0))
+    settings = FULL.model_copy(update={"backdrop": backdrop})
+    tracker = make_tracker(start, find_model("cv", 30.0, settings), settings)
+    scene = first_backdrop(empty, BESIDE, VIEW.unit)
+    state, estimate = tracker.begin(start, picture, scene=scene)
+    assert estimate.began
+    if not backdrop:
+        assert state.backdrop is None
+        return
+    assert state.backdrop.known.all()
+    assert_array_equal(state.backdrop.scene, scene.scene)
+    inner = placed(WALKER, STRIDE, state.templates)[state.templates.inner]
+    assert state.scenery.outstanding(VIEW.to_pixels(inner)).mean() > 0.9
+    assert state.scenery.plain(VIEW.to_pixels(np.array([[-0.3, 0.5], [0.4, 0.5]]))).all()
+
+
+@pytest.mark.parametrize("differing", [0.4, 0.6], ids=["more than half of it", "less than half of it"])
+def test_a_scene_of_which_the_figure_itself_is_a_part_is_refused(differing, rng):
+    painted, start = Painted(rng, plain=True), still(WALKER, STRIDE)
+    picture, empty = painted.picture(STRIDE), painted.picture(upright(WALKER, root_x=9.0))
+    tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
+    plain, _ = tracker.begin(start, picture)
+    assert not plain.backdrop.known.all()
+    points = VIEW.to_pixels(placed(WALKER, STRIDE, plain.templates)[plain.templates.inner])
+    above = int(np.quantile(points[:, 1], differing))
+    treadmill = np.concatenate([empty[:above], picture[above:]])
+    state, _ = tracker.begin(start, picture, scene=first_backdrop(treadmill, BESIDE, VIEW.unit))
+    if differing > FULL.bare:
+        assert state.backdrop.known.all()
+    else:
+        assert_array_equal(state.backdrop.known, plain.backdrop.known)
+        assert (state.scenery.differs == plain.scenery.differs).all()
+
+
+def hiding(q, *joints):
+    """A start whose every freedom was marked, some joints as hidden; its tracker and picture."""
+    start = replace(still(WALKER, q), hidden=frozenset(joints))
+    tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
+    return tracker, start, Painted(np.random.default_rng(20)).picture(q)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "strange"),
+    [
+        ((), set()),
+        (("near_ankle", "far_ankle"), {"shank_near", "shank_far", "foot_near", "foot_far"}),
+        (("near_ankle",), set()),  # it is taken to look as the far one does
+        (("head_top",), {"head"}),
+        (("neck",), {"torso", "head"}),
+    ],
+    ids=lambda names: " ".join(sorted(names)) or "none",
+)
+def test_links_beyond_a_mark_that_something_hides_are_strange_but_for_what_their_twins_show(hidden, strange):
+    tracker, start, picture = hiding(STRIDE, *hidden)
+    templates = tracker.begin(start, picture)[0].templates
+    assert {link.name for link, odd in zip(WALKER.links, templates.strange, strict=True) if odd} == strange
+
+
+def test_a_strange_limb_that_stands_out_is_looked_at_but_not_known_after_one_frame():
+    tracker, start, picture = hiding(STRIDE, "near_ankle", "far_ankle")
+    empty = Painted(np.random.default_rng(20)).picture(upright(WALKER, root_x=9.0))
+    state, _ = tracker.begin(start, picture, scene=first_backdrop(empty, BESIDE, VIEW.unit))
+    after, estimate = tracker.step(state, picture)
+    assert estimate.outcome == "ok"
+    shank = after.templates.link == WALKER.link_of("near_ankle")
+    assert (after.templates.alike[shank] == 1).mean() > 0.5
+    assert_array_equal(after.templates.strange, state.templates.strange)
+
+
+def test_what_a_hidden_limb_is_taken_to_show_is_not_what_hides_it():
+    frank, hidden = (
+        tracker.begin(start, picture)[0].templates
+        for tracker, start, picture in (hiding(STRIDE), hiding(STRIDE, "near_ankle"))
+    )
+    shank = frank.link == WALKER.link_of("near_ankle")
+    assert not np.isclose(hidden.colours[:, shank], frank.colours[:, shank]).all(axis=(0, 2)).any()
+
+
+def test_a_mark_hidden_by_the_figure_s_own_nearer_leg_is_as_good_as_any():
+    crossed = upright(WALKER, hip_near=0.1, hip_far=0.15, knee_far=0.1)
+    (tracker, frank, picture), (_, hidden, _) = hiding(crossed), hiding(crossed, "far_knee", "far_ankle")
+    before, after = (tracker.begin(start, picture)[0] for start in (frank, hidden))
+    assert_array_equal(after.templates.known, before.templates.known)
+    assert_array_equal(after.templates.colours, before.templates.colours)
+    assert_array_equal(after.belief.states.cov, before.belief.states.cov)
+
+
+def test_a_limb_with_a_hidden_tip_is_believed_half_as_sharply_in_its_angle_and_of_any_length():
+    tracker, start, _ = hiding(STRIDE, "near_ankle")
+    shank, knee = freedoms(WALKER, "shank_near", "knee_near")
+    known = np.arange(len(STRIDE)) != shank
+    frank, hidden, unmarked = (
+        tracker.pose(tracker.first_belief(one).merged())
+        for one in (replace(start, hidden=frozenset()), start, Start(WALKER, VIEW, STRIDE, known))
+    )
+    sd = [np.sqrt(np.diag(pose.cov)) for pose in (frank, hidden, unmarked)]
+    # The model's own first belief, 1 radian wide, narrows 8 degrees by 1 %.
+    assert sd[1][knee] == pytest.approx(2.0 * sd[0][knee], rel=0.02)
+    assert sd[1][shank] == pytest.approx(sd[2][shank], rel=1e-9)
+    assert sd[2][shank] > 2.0 * sd[0][shank]
+    others = [i for i in range(len(STRIDE)) if i not in (knee, shank)]
+    assert_allclose(sd[1][others], sd[0][others], rtol=1e-9)
 
 
 UNSURE = ("lost", "outside")

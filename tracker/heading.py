@@ -1,0 +1,36 @@
+"""Which way a figure faces whose feet are not marked: the way it goes over the scene in the frames after."""
+
+from collections.abc import Iterable
+
+from kinematics.recover import Start
+from tracker.models import CONSTANT_VELOCITY, find_model
+from tracker.sampling import Image
+from tracker.settings import Settings
+from tracker.track import make_tracker
+
+FRAMES = 15  # half a second: a step
+
+
+def footless(start: Start) -> bool:
+    """Whether the last link of no leg is marked, so that nothing tells where its knees bend to."""
+    figure, layout = start.figure, start.figure.layout
+    inner = {link.parent for link in figure.links if figure.is_leg(link)}
+    outer = [i for i, link in enumerate(figure.links) if figure.is_leg(link) and link.name not in inner]
+    return not start.known[layout.angle[outer]].any()
+
+
+def heading(images: Iterable[Image], start: Start, fps: float, settings: Settings) -> int:
+    """+1 right, -1 left; of who stays where he is the way that the start faces.
+
+    Args:
+        images: RGB, the marked frame first.
+        start: the pose there, facing either way.
+        fps: frames a second.
+    """
+    tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings), settings)
+    frames = iter(images)
+    state, estimate = tracker.begin(start, next(frames))
+    for image in frames:
+        state, estimate = tracker.step(state, image)
+    ahead = estimate.pose.mean[0] >= start.q[0]
+    return start.view.facing if ahead else -start.view.facing
