@@ -231,7 +231,7 @@ class Tracker:
     def _behind_something(self, start: Start) -> NDArray[np.bool_]:
         """(L,) whether a link's tip is hidden, and not by the figure itself."""
         figure, bones = self.figure, skeleton(self.figure, start.q)
-        own = covering(figure, bones, bones.tip, np.arange(len(figure.links)))
+        own = covering(figure, bones, bones.tip, np.arange(len(figure.links)), self.settings.mark)
         return np.array([link.joint in start.hidden for link in figure.links]) & ~own
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
