@@ -10,6 +10,7 @@ from tracker.compare import places, score
 from tracker.progress import Progress
 
 TOES = ("near_toe", "far_toe")
+ANKLES = ("near_ankle", "far_ankle")
 
 
 @pytest.mark.parametrize(
@@ -18,6 +19,9 @@ TOES = ("near_toe", "far_toe")
         ("desert_run_lr", TOES, 0.07),
         ("track_run_rl", (*TOES, "far_ankle"), 0.05),
         ("markers_walk_lr", (*TOES, "near_ankle"), 0.05),
+        ("markers_walk_lr", (*TOES, *ANKLES), 0.06),
+        ("track_run_rl", (*TOES, *ANKLES), 0.08),
+        ("gym_walk_rl", (*TOES, *ANKLES), 0.06),
     ],
 )
 def test_a_clip_is_followed_as_well_from_a_start_without_some_marks(
