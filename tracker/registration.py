@@ -30,11 +30,11 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.figure import Figure
-from kinematics.spm import Skeleton, View, covering, motions, skeleton, surface
+from kinematics.spm import Index, Skeleton, View, covering, motions, skeleton, surface
 from tracker.backdrop import FRONT, UNKNOWN, UNSEEN, Scenery
 from tracker.kernel import lay
 from tracker.laid import Behind, Laid, Lens, Noise, Points, Shape
-from tracker.sampling import Level, sample
+from tracker.sampling import Level, sample, within
 from tracker.settings import Settings
 from tracker.template import Templates
 
@@ -116,23 +116,35 @@ class Field:
     def new(self, found: Registration) -> NDArray[np.bool_]:
         """(P,) which points not known yet the frame shows, on links in full sight."""
         templates, pixels = self.templates, self.pixels(found)
-        plain = self.scenery.plain(pixels)
-        inside = sample(self.levels[-1], pixels)[1]
-        open_links = self._in_sight(found) & ~templates.strange
-        parents = np.array(self.figure.parents)
-        # A link of an unknown look is where it stands out, if it hangs on one in sight.
-        outline = templates.weight == 1.0
-        out = self._share(inside & self.scenery.outstanding(pixels), outline) >= STANDS_OUT
-        open_links |= templates.strange & open_links[parents] & (parents >= 0) & out
-        candidates = np.flatnonzero(~templates.known & inside & ~plain & open_links[templates.link])
-        if len(candidates):
-            bones, link = skeleton(self.figure, found.q), templates.link[candidates]
-            points = surface(bones, link, templates.along[candidates], templates.across[candidates])
-            margin = self.settings.cover * self.levels[-1].sigma / self.view.unit
-            candidates = candidates[~covering(self.figure, bones, points, link, margin)]
+        links = self._in_sight(found) & ~templates.strange
+        if templates.strange.any():
+            # A link of an unknown look is where it stands out, if it hangs on one in sight.
+            parents = np.array(self.figure.parents)
+            links |= templates.strange & (parents >= 0) & links[parents] & self._standing_out(pixels)
+        sought = np.flatnonzero(~templates.known & links[templates.link])
+        sought = sought[self._in_part(pixels[sought]) & ~self.scenery.plain(pixels[sought])]
         new = np.zeros(len(templates.link), dtype=bool)
-        new[candidates] = True
+        if len(sought):
+            new[sought[~self._hidden(found, sought)]] = True
         return new
+
+    def _hidden(self, found: Registration, sought: Index) -> NDArray[np.bool_]:
+        """Whether a nearer link lies over some of the points."""
+        templates, bones = self.templates, skeleton(self.figure, found.q)
+        link = templates.link[sought]
+        points = surface(bones, link, templates.along[sought], templates.across[sought])
+        margin = self.settings.cover * self.levels[-1].sigma / self.view.unit
+        return covering(self.figure, bones, points, link, margin)
+
+    def _in_part(self, pixels: Array) -> NDArray[np.bool_]:
+        """Whether pixels (N, 2) lie in the part of the frame that is looked at."""
+        level = self.levels[-1]
+        return within(pixels - np.asarray(level.corner), level.planes.shape)
+
+    def _standing_out(self, pixels: Array) -> NDArray[np.bool_]:
+        """(L,) whether most of a link is known to differ from the scene."""
+        out = self._in_part(pixels) & self.scenery.outstanding(pixels)
+        return np.asarray(self._share(out, self.templates.weight == 1.0) >= STANDS_OUT)
 
     def _in_sight(self, found: Registration) -> NDArray[np.bool_]:
         """(L,) whether most of what is known of a link is seen, and matches."""
