@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from kinematics.recover import Start
+from kinematics.recover import Start, needed_joints
 from tracker.models import CONSTANT_VELOCITY, find_model
 from tracker.sampling import Image
 from tracker.settings import Settings
@@ -13,10 +13,9 @@ FRAMES = 15  # half a second: a step
 
 def footless(start: Start) -> bool:
     """Whether the last link of no leg is marked, so that nothing tells where its knees bend to."""
-    figure, layout = start.figure, start.figure.layout
-    inner = {link.parent for link in figure.links if figure.is_leg(link)}
-    outer = [i for i, link in enumerate(figure.links) if figure.is_leg(link) and link.name not in inner]
-    return not start.known[layout.angle[outer]].any()
+    figure, needed = start.figure, needed_joints(start.figure)
+    last = [i for i, link in enumerate(figure.links) if figure.is_leg(link) and link.joint not in needed]
+    return not start.known[figure.layout.angle[last]].any()
 
 
 def heading(images: Iterable[Image], start: Start, fps: float, settings: Settings) -> int:
