@@ -161,8 +161,7 @@ class Field:
 
     def pixels(self, found: Registration) -> Array:
         """(P, 2) where the points settled."""
-        templates, bones = self.templates, skeleton(self.figure, found.q)
-        return self.view.to_pixels(surface(bones, templates.link, templates.along, templates.across))
+        return self.view.to_pixels(self.templates.places(self.figure, found.q))
 
 
 def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[Registration]:

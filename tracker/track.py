@@ -23,7 +23,7 @@ from dynamics.kalman import update_information
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
-from kinematics.spm import View, covering, joints, skeleton, surface
+from kinematics.spm import View, covering, joints, skeleton
 from tracker.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
 from tracker.camera import Camera, first_camera
 from tracker.detections import Detections, Detector, Likelihood
@@ -131,8 +131,8 @@ class Tracker:
         if behind and scene is not None:
             scene = scene.compared(image, box)
             # A figure that stays where it is, on a treadmill say, is part of what was taken for the scene.
-            places = self._places(start.q, state.templates)[state.templates.inner]
-            if scene.scenery.plain(places).mean() < settings.bare:
+            places = self.view.to_pixels(state.templates.places(self.figure, start.q))
+            if scene.scenery.plain(places[state.templates.inner]).mean() < settings.bare:
                 state = replace(state, backdrop=scene)
         return state, replace(self._estimate(state), began=True)
 
@@ -222,11 +222,6 @@ class Tracker:
         turned &= ~self._behind_something(start)
         placed = np.array([turned[chain].all() for chain in self.figure.chain])
         return self.templates_at(start.q, image, placed).completed(self.figure, 2.0 * self.settings.spacing)
-
-    def _places(self, q: Array, templates: Templates) -> Array:
-        """(P, 2) pixels of the template points at a pose (D,)."""
-        points = surface(skeleton(self.figure, q), templates.link, templates.along, templates.across)
-        return self.view.to_pixels(points)
 
     def _behind_something(self, start: Start) -> NDArray[np.bool_]:
         """(L,) whether a link's tip is hidden, and not by the figure itself."""
