@@ -37,6 +37,7 @@ from tracker.settings import Settings
 from tracker.smoothing import smoothed, turned_belief
 from tracker.start import StartError, marked_start
 from tracker.store import Track, write_tables
+from tracker.tone import tone_curve
 from tracker.track import HIDDEN, LOST, OK, UNSURE, Estimate, Tracker, make_tracker
 from videos.frames import Image, Video
 from videos.writer import Writer
@@ -83,6 +84,7 @@ class Plan:
 
     job: Job
     video: Video
+    reel: Reel
     start: Start
     slds: SLDS
     tracker: Tracker
@@ -93,7 +95,7 @@ class Plan:
         """What lies behind the figure in the start frame, as the frames around show it."""
         frame, tracker = start_frame(self.job), self.tracker
         first = max(frame - REACH, 0)
-        images = (f.image for f in islice(self.video, first, frame + REACH + 1))
+        images = self.reel.span(first, frame + REACH)
         return plate(images, frame - first, tracker.start_box(self.start), tracker.view.unit)
 
     @cached_property
@@ -147,7 +149,7 @@ def prepare(job: Job) -> Plan:
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
         settings = measured.known_by(settings)
-    return Plan(job, video, start, slds, make_tracker(start, slds, settings), measured)
+    return Plan(job, video, Reel(video, job.stop), start, slds, make_tracker(start, slds, settings), measured)
 
 
 def follow(job: Job, progress: Progress) -> Run:
@@ -157,7 +159,7 @@ def follow(job: Job, progress: Progress) -> Run:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
     """
     plan, frame, clock = prepare(job), start_frame(job), _Clock()
-    reel = Reel(plan.video, job.stop)
+    reel = plan.reel
     images = clock.timed("read", reel.ahead())
     with progress.task(f"{job.video.name} with {job.model}", _total(plan)) as advance:
         marked = next(islice(images, frame, None), None)
@@ -167,10 +169,13 @@ def follow(job: Job, progress: Progress) -> Run:
             )
         behind: list[Estimate] = []
         belief = None
+        if plan.tracker.settings.mode == "full":
+            reel.curve = tone_curve(marked, plan.tracker.start_box(plan.start), job.settings.contrast)
+            marked = reel.shown(marked)
         if frame > 0:
             before = clock.timed("read", reel.span(frame - 1, 0))
-            behind, belief = _followed(plan, _passage(plan, reel, -1), marked, before, clock, advance)
-        ahead, _ = _followed(plan, _passage(plan, reel, 1), marked, images, clock, advance, belief)
+            behind, belief = _followed(plan, _passage(plan, -1), marked, before, clock, advance)
+        ahead, _ = _followed(plan, _passage(plan, 1), marked, images, clock, advance, belief)
     reel.forget()
     track = _track(plan, reel.times, behind[:0:-1] + ahead)
     points = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
@@ -258,7 +263,7 @@ def start_frame(job: Job) -> int:
     return job.start
 
 
-def _passage(plan: Plan, reel: Reel, way: int) -> Passage:
+def _passage(plan: Plan, way: int) -> Passage:
     """The way ahead (+1) or back (-1) through the clip."""
     here, other = (plan.tracker, lambda: plan.back) if way > 0 else (plan.back, lambda: plan.tracker)
     frame = start_frame(plan.job)
@@ -266,7 +271,7 @@ def _passage(plan: Plan, reel: Reel, way: int) -> Passage:
     anchors = {t: Anchor.of(plan.start.figure, marked) for t, marked in marks.items()}
     smooth = smoothed if plan.job.smooth else _as_they_are
     detections = {} if plan.measured is None else plan.measured.frames
-    return Passage(here, other, anchors, way, reel.span, smooth, detections)
+    return Passage(here, other, anchors, way, plan.reel.span, smooth, detections)
 
 
 def _followed(

@@ -6,6 +6,7 @@ from kinematics.recover import Start, needed_joints
 from tracker.models import CONSTANT_VELOCITY, find_model
 from tracker.sampling import Image
 from tracker.settings import Settings
+from tracker.tone import tone_curve, toned
 from tracker.track import make_tracker
 
 FRAMES = 15  # half a second: a step
@@ -28,8 +29,10 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     """
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings), settings)
     frames = iter(images)
-    state, estimate = tracker.begin(start, next(frames))
+    first = next(frames)
+    curve = tone_curve(first, tracker.start_box(start), settings.contrast)
+    state, estimate = tracker.begin(start, toned(first, curve))
     for image in frames:
-        state, estimate = tracker.step(state, image)
+        state, estimate = tracker.step(state, toned(image, curve))
     ahead = estimate.pose.mean[0] >= start.q[0]
     return start.view.facing if ahead else -start.view.facing

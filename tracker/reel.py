@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Iterator
 from itertools import islice
 
+from tracker.tone import Curve, toned
 from videos.frames import Image, Video
 
 HELD = 64 * 2**20  # bytes of pictures that are kept, and as many again while going back
@@ -17,10 +18,12 @@ class Reel:
 
     times : (T,) seconds of every frame read so far
     held  : how many pictures are kept
+    curve : that pictures go through from now on, None for as they are
     """
 
     def __init__(self, video: Video, stop: int | None = None, held: int | None = None) -> None:
         self.times: list[float] = []
+        self.curve: Curve | None = None
         self.held = held or max(1, HELD // (video.width * video.height * 3))
         self._video, self._stop = video, stop
         self._kept: deque[Image] = deque(maxlen=self.held)
@@ -30,11 +33,16 @@ class Reel:
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
             self.times.append(frame.time)
             self._kept.append(frame.image)
-            yield frame.image
+            yield self.shown(frame.image)
 
     def span(self, first: int, last: int) -> Iterator[Image]:
-        """The pictures of frames first .. last, back in time where last is less; all have been read."""
-        return self._back(first, last) if last <= first else self._again(first, last)
+        """The pictures of frames first .. last; back in time where last is less, if all have been read."""
+        images = self._back(first, last) if last <= first else self._again(first, last)
+        return (self.shown(image) for image in images)
+
+    def shown(self, image: Image) -> Image:
+        """A picture through the curve."""
+        return image if self.curve is None else toned(image, self.curve)
 
     def forget(self) -> None:
         """Let the pictures go that are kept."""

@@ -31,6 +31,9 @@ class Settings(BaseModel):
 
     mode: Literal["full", "classic"] = Field("full", description="classic: the papers' registration")
     templates: bool = Field(True, description="whether looks are followed; if not, --measure must tell")
+    contrast: float = Field(
+        0.5, ge=0, le=1, description="how far grey levels around the figure are spread, 0 for as filmed"
+    )
     spacing: float = Field(0.022, ge=0.005, le=0.2, description="between template points, leg lengths")
     rim: float = Field(0.05, ge=0, le=0.5, description="of template beyond a link's outline, leg lengths")
     cover: float = Field(

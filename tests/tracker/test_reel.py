@@ -85,3 +85,13 @@ def test_what_is_held_is_bounded_by_the_size_of_the_pictures():
     large.width, large.height = 1920, 1080
     assert Reel(small).held > 1000
     assert 10 <= Reel(large).held <= 20
+
+
+def test_pictures_go_through_the_curve_from_when_it_is_given(video):
+    reel = Reel(video, held=4)
+    ahead = reel.ahead()
+    assert next(ahead)[0, 0, 0] == 0
+    reel.curve = np.arange(255, -1, -1).astype(np.uint8)
+    assert levels(ahead) == [255 - t for t in range(1, 10)]
+    assert levels(reel.span(9, 0)) == [255 - t for t in range(9, -1, -1)]
+    assert levels(reel.span(2, 5)) == [253, 252, 251, 250]
