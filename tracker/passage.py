@@ -14,6 +14,7 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joints
 from tracker.anchors import FAR, Anchor, anew, passed
+from tracker.crossing import Crossing
 from tracker.detections import Detections
 from tracker.sampling import Image
 from tracker.track import Estimate, State, Tracker
@@ -45,16 +46,16 @@ class Passage:
         self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
     ) -> Iterator[Estimate]:
         """Estimates from the start frame on; `images` are of the frames after it, this way."""
-        last = frame
+        last, crossing = frame, Crossing()
         yield estimate
         for image in images:
             frame += self.way
             if frame in self.anchors:
                 state, estimate = passed(self.tracker, state, estimate.outcome, self.anchors[frame], image)
                 self._returns[frame] = self._return(frame, last, state, image)
-                last = frame
+                last, crossing = frame, Crossing()
             else:
-                state, estimate = self.tracker.step(state, image, self.detections.get(frame))
+                crossing, state, estimate = self._step(self.tracker, crossing, state, frame, image)
             yield estimate
 
     def joined(self, estimates: Sequence[Estimate], start: int) -> list[Estimate]:
@@ -66,19 +67,30 @@ class Passage:
             done[stretch] = joined(self.tracker, done[stretch], back)
         return done
 
+    def _step(
+        self, tracker: Tracker, crossing: Crossing, before: State, frame: int, image: Image
+    ) -> tuple[Crossing, State, Estimate]:
+        """One frame on, one way or the other."""
+        detections = self.detections.get(frame)
+        state, estimate = tracker.step(before, image, detections)
+        if detections is not None:  # which name the legs themselves
+            return Crossing(), state, estimate
+        return crossing.followed(tracker, before, state, estimate, image)
+
     def _return(self, frame: int, last: int, state: State, image: Image) -> list[Estimate]:
         """From an anchor back to the one before it: the frames between, in this passage's order."""
         other = self.other()
 
         def run() -> Iterator[Estimate]:
             there, estimate = anew(other, state, self.anchors[frame], image)
+            crossing = Crossing()
             yield estimate
             for t, picture in enumerate(self.span(frame - self.way, last), start=1):
                 now = frame - t * self.way
                 if now == last:
                     _, estimate = passed(other, there, estimate.outcome, self.anchors[last], picture)
                 else:
-                    there, estimate = other.step(there, picture, self.detections.get(now))
+                    crossing, there, estimate = self._step(other, crossing, there, now, picture)
                 yield estimate
 
         return [estimate.light() for estimate in self.smooth(other, run())][-2:0:-1]

@@ -29,6 +29,8 @@ def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int = LAG) ->
         if estimate.began:
             yield from _back(tracker, window)
             window = []
+        if estimate.instead:
+            window[-len(estimate.instead) :] = estimate.instead
         window.append(estimate)
         if len(window) == 2 * lag:
             yield from _back(tracker, window)[:lag]

@@ -55,6 +55,8 @@ class Estimate:
     shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
     began   : whether the filter began here, so that nothing links it to the frame before
+    told    : what the picture said of the pose at the best hypothesis; None where it said nothing
+    instead : if this frame showed the last ones to be wrong, what takes their place
     """
 
     pose: Gaussian
@@ -64,11 +66,13 @@ class Estimate:
     shift: Array
     misfit: float = 0.0
     began: bool = False
+    told: Likelihood | None = None
+    instead: tuple[Self, ...] = ()
 
     def light(self) -> Self:
         """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
         cov = cast("Array", self.pose.cov.astype(np.float32))
-        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING)
+        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING, told=None, instead=())
 
 
 @dataclass(frozen=True)
@@ -165,28 +169,29 @@ class Tracker:
         here = self.shifted(state.shift)
         if detections is not None:
             proposed = here.detected(proposed, detections)
+        misfit, told = 0.0, None
         if self.settings.templates:
-            state, misfit = here._registered(state, image, proposed)
+            state, best = here._registered(state, image, proposed)
+            misfit, told = best.misfit, None if state.outcome in UNSURE else likelihood([best])
         else:
             pose = self.pose(proposed.merged()).mean
             gone = here._inside(pose, image.shape[:2]) < self.settings.least_inside
-            state, misfit = replace(state, belief=proposed, outcome=OUTSIDE if gone else LOST), 0.0
+            state = replace(state, belief=proposed, outcome=OUTSIDE if gone else LOST)
         if detections is not None and state.outcome == LOST:
             state = replace(state, outcome=here._detected_outcome(state.belief, detections, before))
-        return state, replace(self._estimate(state), misfit=misfit)
+        return state, replace(self._estimate(state), misfit=misfit, told=told)
 
     def detected(self, belief: Belief, detections: Detections) -> Belief:
         """The belief given the points of this frame, of which near and far leg may be exchanged."""
         priors = self.pose(belief.states)
         ways = self._detector.namings(detections, priors)
-        given = either([self._conditioned(belief, priors, way) for way in ways])
+        given = either([self.conditioned(belief, priors, way) for way in ways])
         return replace(given, cost=given.cost - given.cost.min())
 
-    def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, float]:
-        """The state after the templates were laid on the picture, and their misfit."""
+    def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, Registration]:
+        """The state after the templates were laid on the picture, and where they settled at the best."""
         priors = self.pose(proposed.states)
-        levels = self._levels(image, self._around(priors))
-        field = Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
+        field = self.field(state, image, priors)
         starts = sought(field, priors, proposed.best) if state.outcome in UNSURE else None
         found = align(field, priors, starts)
         fused = self._fused(proposed, priors, found)
@@ -197,7 +202,12 @@ class Tracker:
             state = replace(state, belief=proposed)
         else:
             state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
-        return replace(state, outcome=outcome), best.misfit
+        return replace(state, outcome=outcome), best
+
+    def field(self, state: State, image: Image, priors: Gaussian) -> Field:
+        """What poses around the priors are compared with in a frame that was `looked` at."""
+        levels = self._levels(image, self._around(priors))
+        return Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
 
     def proposed(self, belief: Belief) -> Belief:
         """The priors that are tried."""
@@ -248,17 +258,11 @@ class Tracker:
         return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
     def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
-        told = Likelihood(
-            np.stack([r.q for r in found]),
-            np.stack([r.information for r in found]),
-            np.stack([r.vector for r in found]),
-            np.array([r.cost for r in found]),
-        )
-        fused = self._conditioned(proposed, priors, told)
+        fused = self.conditioned(proposed, priors, likelihood(found))
         return replace(fused, cost=fused.cost - fused.cost.min())
 
-    def _conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
-        """Every hypothesis given its own likelihood, which it pays for."""
+    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
+        """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for."""
         vector = told.vector - told.information @ self.offset
         states = update_information(belief.states, self.slds.C, told.information, vector)
         away = told.q - priors.mean
@@ -328,6 +332,16 @@ class Tracker:
         colour = self.settings.mode == "full"
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
         return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], colour)
+
+
+def likelihood(found: Sequence[Registration]) -> Likelihood:
+    """What the picture says where templates settled."""
+    return Likelihood(
+        np.stack([r.q for r in found]),
+        np.stack([r.information for r in found]),
+        np.stack([r.vector for r in found]),
+        np.array([r.cost for r in found]),
+    )
 
 
 def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:

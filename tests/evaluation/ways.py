@@ -41,6 +41,8 @@ WITHOUT: dict[str, Changes] = {
     "ahead only": {"turn": 0.0},
     "camera taken for still": {"camera": False},
     "nothing known of what lies behind": {"backdrop": False},
+    "legs not named again": {"crossings": False},
+    "grey levels as filmed": {"contrast": 0.0},
     "nothing taken for covered": {"covered": 0.0},
     "any light on any link": {"light": 255.0},
     "learned noise as it is": {"inflation": 1.0},

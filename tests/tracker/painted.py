@@ -14,6 +14,7 @@ from tracker.settings import Settings
 FULL = Settings(
     mode="full",
     templates=True,
+    contrast=0.5,
     spacing=0.03,
     rim=0.04,
     cover=1.0,
@@ -26,6 +27,7 @@ FULL = Settings(
     out_of_sight=0.2,
     in_sight=0.45,
     backdrop=True,
+    crossings=True,
     tempering=0.05,
     image_weight=1.0,
     blend=0.05,

@@ -11,6 +11,7 @@ from tests.kinematics.figures import WALKER, upright
 from tests.tracker.painted import STRIDE
 from tracker import passage as passage_module
 from tracker.passage import Passage, joined
+from tracker.settings import Settings
 from tracker.track import NOTHING, Estimate
 
 TRACKER = SimpleNamespace(figure=WALKER)
@@ -60,7 +61,9 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
 
     def following(offset):
         return SimpleNamespace(
-            figure=WALKER, step=lambda state, image, _: (state, estimate(image + offset, cost=1.0))
+            figure=WALKER,
+            settings=Settings(),
+            step=lambda state, image, _: (state, estimate(image + offset, cost=1.0)),
         )
 
     def anchored(tracker, state, before, anchor, image):

@@ -154,3 +154,16 @@ def test_the_other_way_begins_with_what_all_the_run_says_of_its_first_two_poses(
 
 def test_a_run_of_no_frames_is_none(rng):
     assert list(smoothed(tracker_of(random_slds(1, rng=rng)), [])) == []
+
+
+def test_what_a_later_frame_shows_to_be_wrong_is_smoothed_as_it_should_have_been(rng):
+    slds = random_slds(3, order=2, rng=rng)
+    right = slds.sample(30, rng)[2]
+    wrong = right.copy()
+    wrong[12:18] += 1.0
+    as_right, as_wrong = filtered(slds, right), filtered(slds, wrong)
+    mended = [*as_wrong[:18], replace(as_right[18], instead=tuple(as_right[12:18])), *as_right[19:]]
+    found, want = (list(smoothed(tracker_of(slds), run, lag=10)) for run in (mended, as_right))
+    for one, other in zip(found, want, strict=True):
+        assert_allclose(one.pose.mean, other.pose.mean, atol=1e-9)
+        assert one.s == other.s
