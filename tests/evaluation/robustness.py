@@ -28,6 +28,7 @@ from tests.evaluation.disturbances import (
     write_film,
 )
 from tests.evaluation.feet import FEET
+from tests.evaluation.films import CONTRAST, FILMS, GAMMA, VIEW
 from tests.evaluation.page import cell, written
 from tests.evaluation.targets import Target, target_table
 from tests.evaluation.ways import DEFAULT
@@ -70,6 +71,15 @@ PICTURES = """\
 Every second frame: the others and the marks in them are dropped, the frame rate halves. Brightness falls
 linearly to a half over the first 20 frames and stays there. Noise is Gaussian, on every channel of every
 pixel.
+"""
+
+
+SHOTS = {**DISTURBANCES, **FILMS}
+OTHERWISE = f"""\
+Nothing is wanted of these. Against the light every grey level is taken to the power of {GAMMA:g}; in haze
+{100 * CONTRAST:.0f} % of the contrast is left; the camera that goes along sees {100 * VIEW:.0f} % of the
+picture's width around the hip. Half speed puts a picture between every two frames, made by optical flow,
+double speed leaves out every second one; neither changes the frame rate, so that nothing tells.
 """
 
 
@@ -122,7 +132,7 @@ def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scor
     By disturbance, one a clip; by clip, one a draw of the start; by what the start lacks of its feet, one a
     clip; by way, one a rendered walk.
     """
-    pictures = [Disturbed(clip, name) for name in DISTURBANCES for clip in clips]
+    pictures = [Disturbed(clip, name) for name in SHOTS for clip in clips]
     starts = [Moved(clip, draw) for clip in clips for draw in range(draws)]
     feet = [Unmarked(clip, name) for name in FEET for clip in clips]
     walks = [Rendered(seed, way) for way in WAYS.values() for seed in WALKS]
@@ -131,7 +141,7 @@ def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scor
     of_feet = iter(measured(followed, feet, progress, "feet not marked"))
     of_walks = iter(measured(followed, walks, progress, "rendered walks"))
     return (
-        {name: list(islice(of_pictures, len(clips))) for name in DISTURBANCES},
+        {name: list(islice(of_pictures, len(clips))) for name in SHOTS},
         {clip.stem: list(islice(of_starts, draws)) for clip in clips},
         {name: list(islice(of_feet, len(clips))) for name in FEET},
         {name: list(islice(of_walks, len(WALKS))) for name in WAYS},
@@ -169,10 +179,11 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
             "## Disturbed pictures",
             "",
             PICTURES,
-            *table(
-                ("", *(clip.stem for clip in clips), "followed"),
-                [[name, *_of_clips(row)] for name, row in pictures.items()],
-            ),
+            *_by_clip(clips, {name: pictures[name] for name in DISTURBANCES}),
+            "## Filmed or played otherwise",
+            "",
+            OTHERWISE,
+            *_by_clip(clips, {name: pictures[name] for name in FILMS}),
             "## Disturbed start marks",
             "",
             f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
@@ -181,10 +192,7 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
             "## Feet that are not marked",
             "",
             HIDDEN_FEET,
-            *table(
-                ("", *(clip.stem for clip in clips), "followed", "mean error"),
-                [[name, *_of_clips(row), f"{np.mean(_errors(row)):.3f}"] for name, row in feet.items()],
-            ),
+            *_by_clip(clips, feet),
             "## Legs behind shrubs",
             "",
             SHRUBS,
@@ -214,7 +222,7 @@ def targets(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Tar
 
 
 def _with_pictures(case: Disturbed) -> Score | None:
-    film = DISTURBANCES[case.disturbance](read_film(case.clip, marks_of(case.clip)))
+    film = SHOTS[case.disturbance](read_film(case.clip, marks_of(case.clip)))
     return _score_film(film, film.marks)
 
 
@@ -265,9 +273,20 @@ def _cell(found: Score | None) -> str:
     return "refused" if found is None else cell(found)
 
 
-def _of_clips(row: Sequence[Score | None]) -> list[str]:
-    """A cell a clip, and how many were followed."""
-    return [*(_cell(found) for found in row), f"{_kept(row)} of {len(row)}"]
+def _by_clip(clips: Sequence[Path], scores: Scores) -> list[str]:
+    """A table with a cell a clip, how many were followed, and the mean error."""
+    return table(
+        ("", *(clip.stem for clip in clips), "followed", "mean error"),
+        [
+            [
+                name,
+                *(_cell(found) for found in row),
+                f"{_kept(row)} of {len(row)}",
+                f"{np.mean(_errors(row)):.3f}",
+            ]
+            for name, row in scores.items()
+        ],
+    )
 
 
 def _summaries(scores: Scores) -> list[str]:

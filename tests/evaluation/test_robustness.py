@@ -5,12 +5,13 @@ import pytest
 
 from tests.evaluation import robustness
 from tests.evaluation.cases import START, marks_of
-from tests.evaluation.disturbances import DISTURBANCES, behind_hedge, read_film
+from tests.evaluation.disturbances import behind_hedge, read_film
 from tests.evaluation.feet import FEET
 from tests.evaluation.outcomes import outcome
 from tests.evaluation.robustness import (
     DRAWS,
     DROPPED,
+    SHOTS,
     WAYS,
     Disturbed,
     Moved,
@@ -36,7 +37,7 @@ def clips(tmp_path):
 
 def made_up(**rows):
     """Scores by disturbance; what is not named is followed."""
-    return {name: rows.get(name, [score(0.05)] * 4) for name in DISTURBANCES}
+    return {name: rows.get(name, [score(0.05)] * 4) for name in SHOTS}
 
 
 def test_only_walks_count_where_walks_are_wanted(clips):
@@ -93,9 +94,9 @@ def test_draws_differ_and_repeat(data_dir):
 
 def test_a_real_clip_goes_through_every_disturbance(data_dir):
     clip = data_dir / "video" / "fence_run_lr.mp4"
-    found = {name: followed(Disturbed(clip, name)) for name in DISTURBANCES}
+    found = {name: followed(Disturbed(clip, name)) for name in SHOTS}
     frames = {name: max(one.frame_errors) for name, one in found.items()}
-    assert frames == {name: 9 if name == DROPPED else 21 for name in DISTURBANCES}
+    assert frames == dict.fromkeys(SHOTS, 21) | {DROPPED: 9, "double speed": 9, "half speed": 42}
     errors = [one.mean_error_leg for one in found.values()]
     assert len(set(errors)) == len(errors)
     assert np.max(errors) < 1.0

@@ -1,0 +1,48 @@
+"""Clips as others might film or play them: against the light, in haze, in slow motion. All are followed."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.evaluation.cases import marks_of
+from tests.evaluation.disturbances import Film, read_film, write_film
+from tests.evaluation.films import FILMS
+from tracker.clip import Job, follow
+from tracker.compare import Score, places, score
+from tracker.progress import Progress
+from tracker.settings import Settings
+
+
+def scored(film: Film, path: Path, **changes: object) -> Score:
+    write_film(film, path)
+    settings = Settings.model_validate(changes)
+    job = Job(path, film.marks, "walk-run", settings, start=0, stop=max(film.marks))
+    return score(film.marks, places(follow(job, Progress("quiet")).track), 0)
+
+
+def made(data_dir: Path, clip: str, film: str) -> Film:
+    path = data_dir / "video" / f"{clip}.mp4"
+    return FILMS[film](read_film(path, marks_of(path)))
+
+
+@pytest.mark.parametrize(
+    ("clip", "film"), [("indoor_walk_lr", "against the light"), ("park_jog_rl", "in haze")]
+)
+def test_where_grey_levels_are_few_they_are_spread(
+    clip: str, film: str, data_dir: Path, tmp_path: Path
+) -> None:
+    pictures = made(data_dir, clip, film)
+    found = scored(pictures, tmp_path / "film.mov")
+    assert found.first_failure_frame is None
+    assert found.swaps == 0
+    assert found.mean_error_leg < 0.06
+    assert scored(pictures, tmp_path / "film.mov", contrast=0.0).mean_error_leg > 0.1
+
+
+def test_black_legs_that_pass_slowly_keep_their_names(data_dir: Path, tmp_path: Path) -> None:
+    pictures = made(data_dir, "gym_walk_rl", "half speed")
+    found = scored(pictures, tmp_path / "film.mov")
+    assert found.first_failure_frame is None
+    assert found.swaps == 0
+    assert found.mean_error_leg < 0.07
+    assert scored(pictures, tmp_path / "film.mov", crossings=False).swaps > 3
