@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.evaluation.disturbances import Film, Image
+from tests.evaluation.disturbances import Film, Image, every_second
 
 GAMMA = 2.4
 CONTRAST, VEIL = 0.25, 90.0  # share that is left, and the grey level that haze adds
@@ -44,8 +44,7 @@ def slowed(film: Film) -> Film:
 
 def doubled(film: Film) -> Film:
     """Twice the speed at the same frame rate: every second frame is dropped, and with it the marks in it."""
-    marks = {frame // 2: row for frame, row in film.marks.items() if frame % 2 == 0}
-    return replace(film, images=film.images[::2], marks=marks)
+    return replace(every_second(film), fps=film.fps)
 
 
 def panned(film: Film) -> Film:

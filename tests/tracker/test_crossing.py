@@ -31,7 +31,7 @@ def gap(q):
 
 @pytest.fixture(scope="module")
 def walk():
-    """(T, D) poses of a walk whose legs first meet some frames on, and when."""
+    """(T, D) poses of a walk whose legs first meet some frames on."""
     made = synthesise(of_motion(switching_model("gait", 30.0), "walk"), 90, np.random.default_rng(2))[1]
     apart = np.array([gap(np.pad(row, (0, D - len(row)))) for row in made])
     # From where they are furthest apart.
