@@ -6,6 +6,7 @@ one from the predecessor j* = argmin_j J_j - log Pi(j, i).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,10 @@ class Belief:
     def best(self) -> int:
         """Position of the most probable hypothesis."""
         return int(self.cost.argmin())
+
+    def levelled(self) -> Self:
+        """The same with the best at cost 0."""
+        return replace(self, cost=self.cost - self.cost.min())
 
     def merged(self) -> Gaussian:
         """The one Gaussian with the moments of all hypotheses."""

@@ -137,8 +137,7 @@ def _measured(tracker: Tracker, belief: Belief, anchor: Anchor, q: Array) -> Bel
         R = _noise(tracker, anchor, q)
         states, log_lik = update(belief.states, y, J.reshape(*y.shape, -1) @ C, R)
         q = tracker.pose(states).mean
-    cost = belief.cost - log_lik
-    return replace(belief, states=states, cost=cost - cost.min())
+    return replace(belief, states=states, cost=belief.cost - log_lik).levelled()
 
 
 def _noise(tracker: Tracker, anchor: Anchor, q: Array) -> Array:

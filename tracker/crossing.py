@@ -102,8 +102,7 @@ def _parted(
     fused = tracker.conditioned(proposed, priors, likelihood(found))
     if glued.cost.min() <= fused.cost.min() or _together(figure, found[fused.best].q):
         return None
-    beliefs = [*bridge, replace(fused, cost=fused.cost - fused.cost.min())]
-    return _instead(tracker, before, frames, beliefs, state)
+    return _instead(tracker, before, frames, [*bridge, fused.levelled()], state)
 
 
 def _instead(
@@ -122,8 +121,7 @@ def _path(tracker: Tracker, belief: Belief, told: Sequence[Likelihood]) -> _Path
     for each in told:
         proposed = tracker.proposed(belief)
         fused = tracker.conditioned(proposed, tracker.pose(proposed.states), each)
-        least = float(fused.cost.min())
-        belief, cost = replace(fused, cost=fused.cost - least), cost + least
+        belief, cost = fused.levelled(), cost + float(fused.cost.min())
         beliefs.append(belief)
     return beliefs, cost
 

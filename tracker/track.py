@@ -185,8 +185,7 @@ class Tracker:
         """The belief given the points of this frame, of which near and far leg may be exchanged."""
         priors = self.pose(belief.states)
         ways = self._detector.namings(detections, priors)
-        given = either([self.conditioned(belief, priors, way) for way in ways])
-        return replace(given, cost=given.cost - given.cost.min())
+        return either([self.conditioned(belief, priors, way) for way in ways]).levelled()
 
     def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, Registration]:
         """The state after the templates were laid on the picture, and where they settled at the best."""
@@ -258,8 +257,7 @@ class Tracker:
         return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
     def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
-        fused = self.conditioned(proposed, priors, likelihood(found))
-        return replace(fused, cost=fused.cost - fused.cost.min())
+        return self.conditioned(proposed, priors, likelihood(found)).levelled()
 
     def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
         """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for."""

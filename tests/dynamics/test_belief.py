@@ -107,6 +107,14 @@ def test_merged_has_the_moments_of_the_mixture(rng):
     assert_allclose(merged.cov, second - np.outer(first, first), atol=1e-13)
 
 
+def test_levelled_the_best_costs_nothing_and_all_weigh_what_they_did(rng):
+    belief = some_belief(random_slds(3, rng=rng), [0, 1, 2], rng)
+    levelled = belief.levelled()
+    assert levelled.cost.min() == 0.0
+    assert_allclose(levelled.weights, belief.weights, rtol=1e-12)
+    assert levelled.states is belief.states
+
+
 def test_only_differences_of_cost_matter(rng):
     belief = some_belief(random_slds(3, rng=rng), (0, 1, 2), rng)
     dear = replace(belief, cost=belief.cost + 1e5)
