@@ -28,7 +28,7 @@ class Start:
 
     figure : with this person's rest lengths
     view   : where and how large it stands in the picture
-    q      : (D,) the marked pose; scale and stretches zero
+    q      : (D,) the marked pose; scale zero
     known  : (D,) whether each freedom was marked; the others were assumed
     hidden : joints whose place was guessed, as something hides them
     """
@@ -44,7 +44,8 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     """Figure, view and pose from the joints of one frame.
 
     A link whose tip is not marked takes its twin's length (names that differ in near/far only), and where
-    neither is marked the rest proportions.
+    neither is marked the rest proportions. Twins are as long as each other at rest: what tells them apart in
+    one frame, foreshortening and the marks' errors, is stretch.
 
     Args:
         marks: pixel of each marked joint. The last joint of a leg may be missing, feet and arms altogether;
@@ -65,7 +66,8 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     view = View(origin=(x, y), unit=leg, facing=facing)
     fitted = figure.with_lengths([length / leg for length in lengths])
     q, known = recover(fitted, {name: view.to_body(point) for name, point in pixels.items()})
-    return Start(fitted, view, q, known)
+    figure, q = _evened(fitted, q)
+    return Start(figure, view, q, known)
 
 
 def needed_joints(figure: Figure) -> list[str]:
@@ -187,6 +189,18 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
     twins = {link.kind: seen[link.name] for link in figure.links if link.name in seen}
     scale = sum(seen.values()) / sum(link.length for link in figure.links if link.name in seen)
     return [seen.get(link.name, twins.get(link.kind, scale * link.length)) for link in figure.links]
+
+
+def _evened(figure: Figure, q: Array) -> tuple[Figure, Array]:
+    """The figure with breathing twins as long as each other, and a pose (D,) stretched to stay as it was."""
+    layout = figure.layout
+    log, twin = np.log(layout.length), np.arange(len(figure.links))
+    for i, other in figure.twins.items():
+        if figure.links[i].breathes and figure.links[other].breathes:
+            twin[i] = other
+    even, q = 0.5 * (log + log[twin]), q.copy()
+    q[layout.stretch[layout.breathes]] = (log - even)[layout.breathes]
+    return figure.with_lengths(np.exp(even).tolist()), q
 
 
 def _leg_length(figure: Figure, lengths: list[float]) -> float:

@@ -45,6 +45,13 @@ def person(figure, rng):
     return figure.with_lengths([lengths[link.name.split("_")[0]] / leg for link in figure.links])
 
 
+def lengths_in(start):
+    """(L,) leg lengths of the links as they are at the start, stretched."""
+    figure, layout = start.figure, start.figure.layout
+    stretch = np.where(layout.breathes, start.q[layout.stretch], 0.0)
+    return np.array([link.length for link in figure.links]) * np.exp(stretch)
+
+
 def angles(figure):
     """Columns of the angles."""
     return slice(len(ROOT), len(figure.pose_freedoms))
@@ -77,25 +84,32 @@ def test_a_marked_frame_gives_back_pose_lengths_and_view(figure, body, facing, r
     for _ in range(5):
         someone, q = body(figure, rng), random_pose(figure, rng, size=0.0)
         start = start_pose(figure, marks_of(someone, q, facing=facing, unit=83.0), facing)
-        assert_allclose(start.q, q, **ROUNDING)
+        to_scale = slice(figure.index(SCALE) + 1)
+        assert_allclose(start.q[to_scale], q[to_scale], **ROUNDING)
         assert start.known.all()
         assert start.view.origin == (320.0, 200.0)
         assert start.view.unit == pytest.approx(83.0, rel=1e-12)
         assert start.view.facing == facing
-        lengths = [[link.length for link in which.links] for which in (start.figure, someone)]
-        assert_allclose(*lengths, rtol=1e-12)
+        assert_allclose(lengths_in(start), [link.length for link in someone.links], rtol=1e-12)
         want = list(marks_of(someone, q, facing=facing, unit=83.0).values())
         assert_allclose(start.view.to_pixels(joints(start.figure, start.q)), want, atol=1e-10)
 
 
-def test_each_side_has_its_own_lengths_and_the_unit_is_the_mean_of_the_legs():
+def test_twins_are_alike_at_rest_stretched_at_the_start_and_the_unit_is_the_mean_of_the_legs():
     sizes = {"torso": 60.0, "head": 30.0, "thigh_near": 52.0, "shank_near": 50.0}
     sizes |= {"thigh_far": 48.0, "shank_far": 42.0, "foot_near": 20.0, "foot_far": 24.0}
     limping = WALKER.with_lengths([sizes[link.name] for link in WALKER.links])
     start = start_pose(WALKER, marks_of(limping, upright(WALKER, hip_near=0.3), unit=1.0), 1)
     assert start.view.unit == pytest.approx(0.5 * (52.0 + 50.0 + 48.0 + 42.0))
-    found = [link.length * 96.0 for link in start.figure.links]
-    assert_allclose(found, [sizes[link.name] for link in WALKER.links])
+    assert_allclose(96.0 * lengths_in(start), [sizes[link.name] for link in WALKER.links])
+    rest = {link.name: 96.0 * link.length for link in start.figure.links}
+    thigh, shank = np.sqrt(52.0 * 48.0), np.sqrt(50.0 * 42.0)
+    assert rest == pytest.approx(
+        sizes | {"thigh_near": thigh, "thigh_far": thigh, "shank_near": shank, "shank_far": shank}
+    )
+    # Neither torso nor head has a twin, and feet do not breathe.
+    alone = [start.figure.index(STRETCH + name) for name in ("torso", "head")]
+    assert_array_equal(start.q[alone], 0.0)
 
 
 @pytest.mark.parametrize("without", [("far_ankle",), ("near_ankle",), ("far_ankle", "far_toe")])
