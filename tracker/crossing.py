@@ -23,10 +23,12 @@ from tracker.sampling import Array, Image
 from tracker.track import Estimate, State, Tracker, likelihood
 
 TOGETHER = 0.2  # leg lengths within which knees and ankles are
-BEFORE = 3  # frames that they are apart before they meet: else nobody knows how they moved
+BEFORE = 3  # frames that they are apart before they meet, where no marks name them: else they may be either
 AFTER = 9  # frames that tell them apart
 AGAIN = 8  # frames together after which they are sought apart
 LONGEST = 60  # frames that they may be together; of longer ones the motion foresees little
+# Nats by which the names as tracked must be the more likely: who measured the frames after believed them.
+BELIEVED = 15.0
 
 _Path = tuple[list[Belief], float]
 
@@ -35,7 +37,7 @@ _Path = tuple[list[Belief], float]
 class Crossing:
     """What is known of legs that are near each other; nothing while they are not.
 
-    before   : the state before they met, None while they are apart
+    before   : the state before they met, or at marks where they were together; None while they are apart
     frames   : estimates since then
     together : how many of these until they were last together
     apart    : frames in a row that they have been apart
@@ -45,6 +47,13 @@ class Crossing:
     frames: tuple[Estimate, ...] = ()
     together: int = 0
     apart: int = 0
+
+    @classmethod
+    def at_marks(cls, figure: Figure, state: State, estimate: Estimate) -> Self:
+        """In a marked frame, whose marks say which leg is which: they may be together, or meet at once."""
+        if (state.templates.strange & figure.layout.breathes).any():
+            return cls()  # a lower leg was not marked
+        return cls(before=state) if _together(figure, estimate.pose.mean) else cls(apart=BEFORE)
 
     def followed(
         self, tracker: Tracker, before: State, state: State, estimate: Estimate, image: Image
@@ -82,9 +91,10 @@ def _named(
     figure, told = tracker.figure, [frame.told for frame in frames if frame.told is not None]
     met, after = told[:together], told[together:]
     bridge, _ = _path(tracker, before.belief, [_without_legs(figure, each) for each in met])
-    _, as_tracked = _path(tracker, bridge[-1], after)
-    other, exchanged = _path(tracker, bridge[-1], [_exchanged(figure, each) for each in after])
-    if as_tracked <= exchanged:
+    belief = bridge[-1] if bridge else before.belief
+    _, as_tracked = _path(tracker, belief, after)
+    other, exchanged = _path(tracker, belief, [_exchanged(figure, each) for each in after])
+    if as_tracked + BELIEVED <= exchanged:
         return state, frames[-1]
     return _instead(tracker, before, frames, [*bridge, *other], state)
 

@@ -46,14 +46,15 @@ class Passage:
         self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
     ) -> Iterator[Estimate]:
         """Estimates from the start frame on; `images` are of the frames after it, this way."""
-        last, crossing = frame, Crossing()
+        figure, last = self.tracker.figure, frame
+        crossing = Crossing.at_marks(figure, state, estimate)
         yield estimate
         for image in images:
             frame += self.way
             if frame in self.anchors:
                 state, estimate = passed(self.tracker, state, estimate.outcome, self.anchors[frame], image)
                 self._returns[frame] = self._return(frame, last, state, image)
-                last, crossing = frame, Crossing()
+                last, crossing = frame, Crossing.at_marks(figure, state, estimate)
             else:
                 crossing, state, estimate = self._step(self.tracker, crossing, state, frame, image)
             yield estimate
@@ -83,7 +84,7 @@ class Passage:
 
         def run() -> Iterator[Estimate]:
             there, estimate = anew(other, state, self.anchors[frame], image)
-            crossing = Crossing()
+            crossing = Crossing.at_marks(other.figure, there, estimate)
             yield estimate
             for t, picture in enumerate(self.span(frame - self.way, last), start=1):
                 now = frame - t * self.way

@@ -47,7 +47,12 @@ def meeting(walk):
 
 @pytest.fixture(scope="module")
 def tracker(walk):
-    pixels = VIEW.to_pixels(joints(WALKER, walk[0]))
+    return tracker_from(walk[0])
+
+
+def tracker_from(q):
+    """A tracker, and the start that a pose (D,) makes when it is marked."""
+    pixels = VIEW.to_pixels(joints(WALKER, q))
     start = start_pose(WALKER, dict(zip(WALKER.joints, map(tuple, pixels), strict=True)), VIEW.facing)
     return make_tracker(start, find_model("walk-run", 30.0, FULL), FULL), start
 
@@ -66,11 +71,15 @@ def exchanged(q):
     return q[[WALKER.freedoms.index(name) for name in names]]
 
 
-def watched(tracker, start, seen, images=None):
-    """Estimates of a run in which each frame tells one of the poses `seen`, through a `Crossing`."""
+def watched(tracker, start, seen, images=None, marked=False):
+    """Estimates of a run in which each frame tells one of the poses `seen`, through a `Crossing`.
+
+    It begins as at the marks of the start frame, if that is so, else with nothing known of the legs.
+    """
     blank = images is None
     state, first = tracker.begin(start, np.full((190, 190, 3), 90, np.uint8) if blank else images[0])
-    crossing, found = Crossing(), [first]
+    crossing = Crossing.at_marks(WALKER, state, first) if marked else Crossing()
+    found = [first]
     for t, q in enumerate(seen, start=1):
         before, proposed = state, tracker.proposed(state.belief)
         belief = tracker.conditioned(proposed, tracker.pose(proposed.states), told(q))
@@ -127,6 +136,41 @@ def test_nobody_knows_how_legs_moved_that_met_at_once(tracker, walk, meeting):
     wrong = walk[first : meeting + AFTER + 8].copy()
     wrong[meeting - first :] = [exchanged(q) for q in wrong[meeting - first :]]
     assert not any(e.instead for e in watched(*tracker, wrong))
+
+
+def here(walk):
+    """The poses with the first one's root in the middle of the picture."""
+    return walk - np.r_[walk[0, :2], np.zeros(D - 2)]
+
+
+@pytest.mark.parametrize("early", [1, 2])
+def test_marks_tell_how_legs_move_that_meet_at_once(walk, meeting, early):
+    right = here(walk[meeting - early : meeting + AFTER + 8])
+    wrong = np.array([*right[:early], *(exchanged(q) for q in right[early:])])
+    found = watched(*tracker_from(right[0]), wrong[1:], marked=True)
+    ((when, mended),) = [(t, e) for t, e in enumerate(found) if e.instead]
+    assert when - len(mended.instead) == early
+    assert leg_errors(found, right)[when] < 0.1
+
+
+def test_marks_tell_which_leg_is_which_where_they_are_together(walk, meeting):
+    right = here(walk[meeting : meeting + AFTER + 12])
+    wrong = np.array([right[0], *(exchanged(q) for q in right[1:])])
+    begun = tracker_from(right[0])
+    found = watched(*begun, wrong[1:], marked=True)
+    ((when, mended),) = [(t, e) for t, e in enumerate(found) if e.instead]
+    assert when - len(mended.instead) == 1
+    assert leg_errors(found, right)[when] < 0.1
+    assert not any(e.instead for e in watched(*begun, right[1:], marked=True))
+
+
+def test_of_lower_legs_that_are_not_marked_the_marks_tell_nothing(walk, meeting):
+    tracker, start = tracker_from(here(walk[meeting:])[0])
+    state, first = tracker.begin(start, np.full((190, 190, 3), 90, np.uint8))
+    assert Crossing.at_marks(WALKER, state, first) == Crossing(before=state)
+    shanks = [i for i, link in enumerate(WALKER.links) if link.kind == "shank"]
+    unknown = replace(state.templates, known=state.templates.known & ~np.isin(state.templates.link, shanks))
+    assert Crossing.at_marks(WALKER, replace(state, templates=unknown), first) == Crossing()
 
 
 def test_a_frame_that_tells_nothing_ends_a_crossing_and_so_does_a_very_long_one(tracker, walk):
