@@ -32,14 +32,14 @@ class Settings(BaseModel):
     mode: Literal["full", "classic"] = Field("full", description="classic: the papers' registration")
     templates: bool = Field(True, description="whether looks are followed; if not, --measure must tell")
     contrast: float = Field(
-        0.5, ge=0, le=1, description="how far grey levels around the figure are spread, 0 for as filmed"
+        0.3, ge=0, le=1, description="how far grey levels around the figure are spread, 0 for as filmed"
     )
     spacing: float = Field(0.022, ge=0.005, le=0.2, description="between template points, leg lengths")
     rim: float = Field(0.05, ge=0, le=0.5, description="of template beyond a link's outline, leg lengths")
     cover: float = Field(
         1.0, ge=0, le=10, description="how far beyond its outline a link hides others, blurs"
     )
-    rim_weight: float = Field(0.3, ge=0, le=1, description="of the rim's pixels against the link's own")
+    rim_weight: float = Field(0.15, ge=0, le=1, description="of the rim's pixels against the link's own")
     blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
         (0.05, 0.025, 0.015), min_length=1, description="coarse to fine, leg lengths"
     )
