@@ -27,7 +27,8 @@ BEFORE = 3  # frames that they are apart before they meet, where no marks name t
 AFTER = 9  # frames that tell them apart
 AGAIN = 8  # frames together after which they are sought apart
 LONGEST = 60  # frames that they may be together; of longer ones the motion foresees little
-# Nats by which the names as tracked must be the more likely: who measured the frames after believed them.
+# Nats by which the names as tracked must be the more likely, since who measured the frames after believed them;
+# not so where legs were together for AGAIN frames or more, over which the motion tells either way little.
 BELIEVED = 15.0
 
 _Path = tuple[list[Belief], float]
@@ -94,7 +95,7 @@ def _named(
     belief = bridge[-1] if bridge else before.belief
     _, as_tracked = _path(tracker, belief, after)
     other, exchanged = _path(tracker, belief, [_exchanged(figure, each) for each in after])
-    if as_tracked + BELIEVED <= exchanged:
+    if as_tracked + (BELIEVED if together < AGAIN else 0.0) <= exchanged:
         return state, frames[-1]
     return _instead(tracker, before, frames, [*bridge, *other], state)
 
