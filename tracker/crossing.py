@@ -27,8 +27,8 @@ BEFORE = 3  # frames that they are apart before they meet, where no marks name t
 AFTER = 9  # frames that tell them apart
 AGAIN = 8  # frames together after which they are sought apart
 LONGEST = 60  # frames that they may be together; of longer ones the motion foresees little
-# Nats by which the names as tracked must be the more likely, since who measured the frames after believed them;
-# not so where legs were together for AGAIN frames or more, over which the motion tells either way little.
+# Nats by which the names as tracked must be the more likely: who measured the frames after believed them.
+# Not so where legs were together for AGAIN frames or more, after which the motion says little of either way.
 BELIEVED = 15.0
 
 _Path = tuple[list[Belief], float]

@@ -11,7 +11,18 @@ from kinematics.recover import start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import WALKER
 from tests.tracker.painted import FULL, VIEW, Painted
-from tracker.crossing import AFTER, AGAIN, BEFORE, LONGEST, TOGETHER, Crossing, _exchanged, _without_legs
+from tracker.crossing import (
+    AFTER,
+    AGAIN,
+    BEFORE,
+    BELIEVED,
+    LONGEST,
+    TOGETHER,
+    Crossing,
+    _exchanged,
+    _named,
+    _without_legs,
+)
 from tracker.detections import Likelihood
 from tracker.models import find_model, switching_model
 from tracker.motion.tasks import of_motion
@@ -136,6 +147,22 @@ def test_nobody_knows_how_legs_moved_that_met_at_once(tracker, walk, meeting):
     wrong = walk[first : meeting + AFTER + 8].copy()
     wrong[meeting - first :] = [exchanged(q) for q in wrong[meeting - first :]]
     assert not any(e.instead for e in watched(*tracker, wrong))
+
+
+@pytest.mark.parametrize(
+    ("together", "worse", "kept"),
+    [(3, BELIEVED + 1.0, True), (3, BELIEVED - 1.0, False), (AGAIN, 1.0, True), (AGAIN, -1.0, False)],
+)
+def test_names_as_tracked_must_be_well_the_more_likely_after_a_short_crossing(
+    monkeypatch, tracker, walk, together, worse, kept
+):
+    state, first = tracker[0].begin(tracker[1], np.full((190, 190, 3), 90, np.uint8))
+    frames = [replace(first, told=told(walk[0]))] * (together + AFTER)
+    costs = iter([0.0, 0.0, worse])  # of the bridge, as tracked, exchanged
+    monkeypatch.setattr("tracker.crossing._path", lambda _, belief, seen: ([belief] * len(seen), next(costs)))
+    _, last = _named(tracker[0], state, frames, together, state)
+    assert (last is frames[-1]) == kept
+    assert bool(last.instead) != kept
 
 
 def here(walk):
