@@ -85,7 +85,8 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
         span=lambda first, last: range(first, last - way, -way),
         smooth=lambda _, estimates: list(estimates),
     )
-    raw = list(passage.run(start, None, estimate(start), iter(frames[1:])))
+    state = SimpleNamespace(templates=SimpleNamespace(strange=np.zeros(len(WALKER.links), bool)))
+    raw = list(passage.run(start, state, estimate(start), iter(frames[1:])))
     assert places(raw) == frames
     extra = np.subtract(places(passage.joined(raw, start)), frames)
     # Shares of the way back: a third and two thirds of 100, then quarters; nothing after the last anchor.
