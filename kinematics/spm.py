@@ -40,6 +40,11 @@ class View:
         """(2,) pixels per leg length along body x and y."""
         return np.array([self.facing * self.unit, -self.unit])
 
+    @property
+    def side(self) -> str:
+        """Which side of the picture the figure faces: right or left."""
+        return "right" if self.facing > 0 else "left"
+
     def shifted(self, shift: Array) -> Self:
         """The view of a picture that shows everything further right and down by (2,) pixels."""
         x, y = np.asarray(self.origin) + shift

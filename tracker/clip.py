@@ -2,13 +2,11 @@
 
 import json
 import time
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +18,7 @@ from kinematics.recover import Start
 from tracker import __version__
 from tracker.anchors import Anchor
 from tracker.backdrop import Backdrop
+from tracker.clock import Clock
 from tracker.drawing import enlargement, paint
 from tracker.gait import gait_of
 from tracker.heading import FRAMES, footless, heading
@@ -37,12 +36,9 @@ from tracker.settings import Settings
 from tracker.smoothing import smoothed, turned_belief
 from tracker.start import StartError, marked_start
 from tracker.store import Track, write_tables
-from tracker.tone import tone_curve
 from tracker.track import HIDDEN, LOST, OK, UNSURE, Estimate, Tracker, make_tracker
 from videos.frames import Image, Video
 from videos.writer import Writer
-
-T = TypeVar("T")
 
 OVERLAY = "overlay.mp4"
 
@@ -158,7 +154,7 @@ def follow(job: Job, progress: Progress) -> Run:
     Raises:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
     """
-    plan, frame, clock = prepare(job), start_frame(job), _Clock()
+    plan, frame, clock = prepare(job), start_frame(job), Clock()
     reel = plan.reel
     images = clock.timed("read", reel.ahead())
     with progress.task(f"{job.video.name} with {job.model}", _total(plan)) as advance:
@@ -169,9 +165,8 @@ def follow(job: Job, progress: Progress) -> Run:
             )
         behind: list[Estimate] = []
         belief = None
-        if plan.tracker.settings.mode == "full":
-            reel.curve = tone_curve(marked, plan.tracker.start_box(plan.start), job.settings.contrast)
-            marked = reel.shown(marked)
+        reel.curve = plan.tracker.tone_curve(plan.start, marked)
+        marked = reel.shown(marked)
         if frame > 0:
             before = clock.timed("read", reel.span(frame - 1, 0))
             behind, belief = _followed(plan, _passage(plan, -1), marked, before, clock, advance)
@@ -187,7 +182,7 @@ def follow(job: Job, progress: Progress) -> Run:
         size=(plan.video.width, plan.video.height),
         rate=_rate(plan, track),
         seconds=clock.per_frame(len(reel.times)),
-        warnings=_warnings(plan.video, track, points),
+        warnings=_warnings(plan, track, points),
         points=points,
     )
 
@@ -222,7 +217,7 @@ def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") ->
         "start": start_frame(job),
         "rate": round(finished.rate, 2),
         "camera": _camera(finished.track),
-        "facing": "right" if finished.track.view.facing > 0 else "left",
+        "facing": finished.track.view.side,
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
         "warnings": finished.warnings,
     } | ({"job": key} if key else {})
@@ -279,7 +274,7 @@ def _followed(
     passage: Passage,
     marked: Image,
     images: Iterable[Image],
-    clock: "_Clock",
+    clock: Clock,
     advance: Callable[[], None],
     belief: Belief | None = None,
 ) -> tuple[list[Estimate], Belief | None]:
@@ -357,8 +352,11 @@ def _rate(plan: Plan, track: Track) -> float:
     return playback_rate(plan.job.model, poses, plan.video.fps)
 
 
-def _warnings(video: Video, track: Track, points: Judged | None) -> list[str]:
-    warnings = [video.cut_short] if video.cut_short else []
+def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
+    warnings = [plan.video.cut_short] if plan.video.cut_short else []
+    if plan.job.facing is None and footless(plan.start):
+        side = track.view.side
+        warnings.append(f"no foot was marked: the figure is taken to face {side}, --facing tells otherwise")
     lost = [t for t, outcome in enumerate(track.outcome) if outcome == LOST]
     if lost:
         warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")
@@ -371,26 +369,3 @@ def _total(plan: Plan) -> int | None:
     """About how many frames there are to track."""
     counts = [plan.video.count_hint, None if plan.job.stop is None else plan.job.stop + 1]
     return min((count for count in counts if count is not None), default=None)
-
-
-class _Clock:
-    """Seconds spent inside iterators, by stage; what one iterator takes from another counts once."""
-
-    def __init__(self) -> None:
-        self.spent: dict[str, float] = defaultdict(float)
-
-    def timed(self, stage: str, items: Iterable[T]) -> Iterator[T]:
-        iterator = iter(items)
-        while True:
-            began, before = time.perf_counter(), sum(self.spent.values())
-            try:
-                item = next(iterator)
-            except StopIteration:
-                return
-            finally:
-                nested = sum(self.spent.values()) - before
-                self.spent[stage] += time.perf_counter() - began - nested
-            yield item
-
-    def per_frame(self, frames: int) -> dict[str, float]:
-        return {stage: round(seconds / frames, 5) for stage, seconds in self.spent.items()}

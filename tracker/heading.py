@@ -6,7 +6,7 @@ from kinematics.recover import Start, needed_joints
 from tracker.models import CONSTANT_VELOCITY, find_model
 from tracker.sampling import Image
 from tracker.settings import Settings
-from tracker.tone import tone_curve, toned
+from tracker.tone import toned
 from tracker.track import make_tracker
 
 FRAMES = 15  # half a second: a step
@@ -30,7 +30,7 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings), settings)
     frames = iter(images)
     first = next(frames)
-    curve = tone_curve(first, tracker.start_box(start), settings.contrast)
+    curve = tracker.tone_curve(start, first)
     state, estimate = tracker.begin(start, toned(first, curve))
     for image in frames:
         state, estimate = tracker.step(state, toned(image, curve))

@@ -32,6 +32,7 @@ from tracker.sampling import Array, Box, Image, Level, pyramid, within
 from tracker.search import reach, sought
 from tracker.settings import Settings
 from tracker.template import Templates, cut
+from tracker.tone import Curve, tone_curve
 
 NOTHING = Belief(
     Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
@@ -143,6 +144,11 @@ class Tracker:
     def start_box(self, start: Start) -> Box:
         """Pixels that the figure may cover in the marked frame."""
         return self._box(start.q[None])
+
+    def tone_curve(self, start: Start, image: Image) -> Curve:
+        """What spreads the grey levels around the marked figure; in the papers' mode they stay as filmed."""
+        share = self.settings.contrast if self.settings.mode == "full" else 0.0
+        return tone_curve(image, self.start_box(start), share)
 
     def first_belief(self, start: Start) -> Belief:
         """What the marks of the start frame say."""

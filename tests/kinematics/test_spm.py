@@ -263,6 +263,7 @@ def test_a_view_turns_y_down_and_mirrors_who_faces_left(rng):
     right, left = (View(origin=(320.0, 200.0), unit=50.0, facing=facing) for facing in (1, -1))
     assert_allclose(right.to_pixels(np.array([1.0, 2.0])), [370.0, 100.0])
     assert_allclose(left.to_pixels(np.array([1.0, 2.0])), [270.0, 100.0])
+    assert (right.side, left.side) == ("right", "left")
     points = rng.normal(size=(9, 2))
     there, mirrored = right.to_pixels(points), left.to_pixels(points)
     assert_allclose(there[:, 0] - 320.0, 320.0 - mirrored[:, 0], atol=1e-12)

@@ -35,7 +35,7 @@ def write_folder(track, folder, *, length=FRAMES, video="späte Läufe/walk 1.mp
         "frames": length,
         "size": SIZE,
         "rate": 1.0,
-        "facing": "right" if track.view.facing > 0 else "left",
+        "facing": track.view.side,
         "warnings": [],
     }
     news = {key: value for key, value in (news | changes).items() if value is not None}

@@ -1,7 +1,6 @@
 """A clip followed: every frame once, both ways from the start frame, with its own times."""
 
 from dataclasses import replace
-from itertools import islice
 
 import cv2
 import numpy as np
@@ -284,22 +283,6 @@ def test_half_speed_doubles_the_frame_rate_of_the_motion(job):
     given = prepare(replace(job, model="walk-run-1", rate=0.5, settings=ahead))
     halved = replace(at_rate(load_shipped("walk-run-1", 2.0 * FPS), 2.0 * FPS), fps=FPS)
     assert_array_equal(given.slds.A[:-1], halved.A)
-
-
-def test_time_spent_is_told_by_stage_and_nested_time_counts_once(monkeypatch):
-    now = [0.0]
-
-    def spend(seconds, items):
-        for item in items:
-            now[0] += seconds
-            yield item
-
-    monkeypatch.setattr(clip_module.time, "perf_counter", lambda: now[0])
-    clock = clip_module._Clock()
-    inner = clock.timed("read", spend(1.0, range(4)))
-    assert list(islice(inner, 1)) == [0]
-    assert list(clock.timed("track", spend(10.0, inner))) == [1, 2, 3]
-    assert clock.per_frame(4) == {"read": 1.0, "track": 7.5}
 
 
 def test_the_overlay_shows_what_was_followed(clip, ahead, tmp_path):

@@ -6,9 +6,10 @@ import pytest
 
 from tests.tracker.clips import FPS, write_video
 from tracker import clip as clip_module
-from tracker.clip import Job, prepare
+from tracker.clip import Job, follow, prepare
 from tracker.heading import footless, heading
 from tracker.keypoints import read_keypoints
+from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.start import marked_start
 
@@ -63,6 +64,13 @@ def test_a_job_whose_marks_lack_the_feet_faces_as_the_film_shows(clip, marks, mi
     job = Job(tmp_path / "left.mp4", lacking, "cv")
     assert prepare(job).start.view.facing == -1
     assert prepare(replace(job, facing=1)).start.view.facing == 1
+
+
+@pytest.mark.parametrize("facing", [None, 1])
+def test_a_facing_that_nobody_told_is_said(facing, clip, marks):
+    job = Job(clip.video, without(marks, FEET), "cv", facing=facing, stop=1)
+    said = [warning for warning in follow(job, Progress("quiet")).warnings if "face right" in warning]
+    assert len(said) == (facing is None)
 
 
 def test_a_job_with_a_foot_marked_is_not_asked_of_the_film(clip, marks, monkeypatch):

@@ -70,7 +70,7 @@ class Chapter:
             ("Model", self.track.model),
             ("Frames", f"{self.frames} at {self.fps:.4g} a second, {seconds:.1f} s"),
             ("Playback speed", speed),
-            ("Faces", "right" if self.track.view.facing > 0 else "left"),
+            ("Faces", self.track.view.side),
             ("Tracked", outcomes),
         ]
 
