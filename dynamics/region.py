@@ -1,20 +1,26 @@
 """Where each switching state lives, and what a pose therefore says of the state.
 
 A learned model's mean0 and cov0 are the moments of x over all frames of each switching state (`em.anywhere`):
-its region. Two uses go beyond the papers, in which the switch depends on the last switch alone:
+its region. Its uses go beyond the papers, in which the switch depends on the last switch alone:
 
     a term for the pose   log N(y_t; C mean0_k, C cov0_k C' + R), flatter the noisier the measurement
     a recurrent switch    Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(x_j; mean0_j, cov0_j)
                           with x_j = A_j x_{t-1} + b_j: a state is entered where it leads into its region
 
-(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of both.
+(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of both. The
+tracker's switch is recurrent in the pace alone, the change of what travels since the frame before:
+
+    Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(W x_{t-1}; W mean0_j, W cov0_j W')
+
+with W x the pace, averaged over what is not known of x_{t-1}.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dynamics.gaussian import LOG_2PI, Array, apply, symmetric, transpose
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
 from dynamics.regression import form
 from dynamics.slds import SLDS
@@ -32,6 +38,20 @@ def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
     seen = np.where(stays, y, np.nan)[:, None]
     e, _, S, _ = innovation(slds.start, seen, slds.C, slds.R)
     return weight * log_likelihood(e, S, (~np.isnan(seen)).sum(-1))
+
+
+def log_switch(slds: SLDS, s: NDArray[np.intp], states: Gaussian) -> Array:
+    """(H, K) log probability of each switching state after beliefs (H, N) in states s (H,), by their pace.
+
+    At first order, and where nothing travels, there is no pace: log Pi.
+    """
+    log_Pi, W = slds.log_Pi[s], _pace(slds)
+    if not len(W):
+        return log_Pi
+    R = W @ states.cov @ W.T
+    e, _, S, _ = innovation(slds.start, (states.mean @ W.T)[:, None], W, R[:, None])
+    weighed = log_Pi + log_likelihood(e, S, np.full(e.shape[:-1], len(W)))
+    return np.asarray(weighed - np.logaddexp.reduce(weighed, axis=1, keepdims=True))
 
 
 @dataclass(frozen=True)
@@ -63,6 +83,17 @@ def pose_regions(slds: SLDS) -> Regions:
     """The same of the present pose alone, without what travels and without its change."""
     stays = np.array([name not in slds.travelling for name in slds.names])
     return _seen_by(slds, np.eye(len(slds.names), slds.A.shape[-1])[stays])
+
+
+def _pace(slds: SLDS) -> Array:
+    """(n, N) takes a state to the change of its n travelling freedoms since the frame before."""
+    travels = np.array([name in slds.travelling for name in slds.names])
+    N = slds.A.shape[-1]
+    lag = N - len(slds.names)  # freedoms that drift stand in a state once
+    if lag == 0:
+        return np.zeros((0, N))
+    change = np.eye(len(travels), N) - np.eye(len(travels), N, k=lag)
+    return np.asarray(change[travels])
 
 
 def _seen_by(slds: SLDS, regard: Array) -> Regions:

@@ -182,29 +182,33 @@ def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: fl
     )
 
 
-def combine(models: Sequence[SLDS], crossing: float = CROSSING) -> SLDS:
+def combine(models: Sequence[SLDS], crossing: float = CROSSING, first: Sequence[float] | None = None) -> SLDS:
     """Models of several motions as one, with a block transition matrix.
 
     A state leaves its own motion with probability `crossing` a frame, to any state of the others alike. R is
     the mean of the models'.
 
+    Args:
+        first: probability of each motion in the first frame, None for all alike.
+
     Raises:
         ValueError: the models speak of other freedoms, orders or rates.
     """
-    first = models[0]
+    one = models[0]
     for other in models[1:]:
         same = (other.names, other.order, other.fps, other.travelling)
-        if same != (first.names, first.order, first.fps, first.travelling):
+        if same != (one.names, one.order, one.fps, one.travelling):
             raise ValueError("models to combine must share freedoms, order and frame rate; learn them alike")
     if len(models) == 1:
-        return first
+        return one
+    shares = [1.0 / len(models)] * len(models) if first is None else first
 
     def joined(name: str) -> Array:
         return np.concatenate([getattr(model, name) for model in models])
 
     return replace(
-        first,
-        pi0=joined("pi0") / len(models),
+        one,
+        pi0=np.concatenate([share * model.pi0 for share, model in zip(shares, models, strict=True)]),
         Pi=blocks([model.Pi for model in models], crossing),
         A=joined("A"),
         b=joined("b"),

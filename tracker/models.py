@@ -56,11 +56,12 @@ def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     learned = combine(ahead, settings.rate_change)
     if settings.turn > 0.0:
         back = combine([backwards(model) for model in ahead], settings.rate_change)
-        learned = combine([learned, back], settings.turn)
+        learned = combine([learned, back], settings.turn, [1.0 - settings.turned, settings.turned])
     inflated = replace(learned, Q=learned.Q * settings.inflation)
     if settings.surprise == 0.0 or learned.order == 1:
         return inflated
-    return combine([inflated, _free(inflated, settings)], settings.surprise)
+    surprise = settings.surprise
+    return combine([inflated, _free(inflated, settings)], surprise, [1.0 - surprise, surprise])
 
 
 def switching_model(name: str, fps: float) -> SLDS:

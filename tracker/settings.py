@@ -94,10 +94,19 @@ class Settings(BaseModel):
     turn: float = Field(
         1e-6, ge=0, lt=1, description="probability a frame of walking backwards from now on, 0 for never"
     )
+    turned: float = Field(
+        0.01, gt=0, lt=1, description="probability of walking backwards in the marked frame, if ever"
+    )
+    recurrent: bool = Field(
+        True, description="whether a motion is taken up by who moves at its pace, not by anybody"
+    )
     rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
     inflation: float = Field(3.0, gt=0, le=1000, description="of the learned Q, for people it has not seen")
     surprise: float = Field(
-        0.01, ge=0, lt=1, description="probability a frame of a motion that the model does not foresee"
+        0.01,
+        ge=0,
+        lt=1,
+        description="probability of a motion that the model does not foresee, a frame and in the marked one",
     )
     free_angle: float = Field(
         3.0, gt=0, le=360, description="such a motion: change of an angle's speed a frame, degrees"

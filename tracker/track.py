@@ -216,7 +216,10 @@ class Tracker:
 
     def proposed(self, belief: Belief) -> Belief:
         """The priors that are tried."""
-        return propose(self.slds, belief, prune=self.settings.prune, most=self.settings.hypotheses)
+        settings = self.settings
+        return propose(
+            self.slds, belief, prune=settings.prune, most=settings.hypotheses, recurrent=settings.recurrent
+        )
 
     def looked(self, state: State, image: Image, priors: Gaussian) -> State:
         """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""

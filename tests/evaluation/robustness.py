@@ -3,7 +3,7 @@
     python -m tests.evaluation.robustness CLIPS docs/robustness.md [--draws N]
 
 CLIPS holds the videos, each with its NAME.keypoints.csv. Every disturbance comes alone. Two processes, of one
-thread each where the environment says so as in `make robustness`; about fourteen minutes.
+thread each where the environment says so as in `make robustness`; about forty minutes.
 """
 
 import argparse
@@ -107,14 +107,6 @@ class Unmarked:
     feet: str
 
 
-@dataclass(frozen=True)
-class Rendered:
-    """A walk past shrubs, rendered from a seed, and the way it is followed."""
-
-    seed: int
-    way: Ours
-
-
 def main() -> None:
     """Measure everything and write the page."""
     parser = argparse.ArgumentParser(prog="python -m tests.evaluation.robustness", description=__doc__)
@@ -135,26 +127,31 @@ def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scor
     pictures = [Disturbed(clip, name) for name in SHOTS for clip in clips]
     starts = [Moved(clip, draw) for clip in clips for draw in range(draws)]
     feet = [Unmarked(clip, name) for name in FEET for clip in clips]
-    walks = [Rendered(seed, way) for way in WAYS.values() for seed in WALKS]
     of_pictures = iter(measured(followed, pictures, progress, "disturbed pictures"))
     of_starts = iter(measured(followed, starts, progress, "disturbed starts"))
     of_feet = iter(measured(followed, feet, progress, "feet not marked"))
-    of_walks = iter(measured(followed, walks, progress, "rendered walks"))
+    of_walks = measured(past_shrubs, WALKS, progress, "rendered walks")
     return (
         {name: list(islice(of_pictures, len(clips))) for name in SHOTS},
         {clip.stem: list(islice(of_starts, draws)) for clip in clips},
         {name: list(islice(of_feet, len(clips))) for name in FEET},
-        {name: list(islice(of_walks, len(WALKS))) for name in WAYS},
+        {name: [scores[name] for scores in of_walks] for name in WAYS},
     )
 
 
-def followed(case: Disturbed | Moved | Unmarked | Rendered) -> Score | None:
+def followed(case: Disturbed | Moved | Unmarked) -> Score | None:
     """The score of the track; None where the start pose was refused."""
-    if isinstance(case, Rendered):
-        return _past_shrubs(case)
     if isinstance(case, Unmarked):
         return _without_feet(case)
     return _with_pictures(case) if isinstance(case, Disturbed) else _with_start(case)
+
+
+def past_shrubs(seed: int) -> dict[str, Score | None]:
+    """By way, the score of the walk that is rendered from a seed."""
+    with TemporaryDirectory() as folder:
+        video, table_of_marks = write_scene(render(seed), Path(folder))
+        marks = read_keypoints(table_of_marks)
+        return {name: _score(video, marks, marks, way) for name, way in WAYS.items()}
 
 
 def lost(found: Score | None) -> bool:
@@ -239,13 +236,6 @@ def _without_feet(case: Unmarked) -> Score | None:
     if feet.hedge:
         return _score_film(behind_hedge(read_film(case.clip, marks)), given)
     return _score(case.clip, given, marks)
-
-
-def _past_shrubs(case: Rendered) -> Score | None:
-    with TemporaryDirectory() as folder:
-        video, table_of_marks = write_scene(render(case.seed), Path(folder))
-        marks = read_keypoints(table_of_marks)
-        return _score(video, marks, marks, case.way)
 
 
 def _score_film(film: Film, given: Marks) -> Score | None:

@@ -15,11 +15,11 @@ from tests.evaluation.robustness import (
     WAYS,
     Disturbed,
     Moved,
-    Rendered,
     Unmarked,
     followed,
     lost,
     page,
+    past_shrubs,
     targets,
 )
 from tracker.clip import StartError
@@ -139,6 +139,7 @@ def test_a_start_without_feet_is_scored_against_all_marks(data_dir):
 
 
 def test_a_rendered_walk_is_followed_every_way():
-    errors = [followed(Rendered(100, way)).mean_error_leg for way in WAYS.values()]
+    found = past_shrubs(100)
+    errors = [found[name].mean_error_leg for name in WAYS]
     assert len(set(errors)) == len(errors)
     assert errors[0] < errors[-1]

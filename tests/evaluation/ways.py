@@ -39,6 +39,7 @@ WITHOUT: dict[str, Changes] = {
     "no free state": {"surprise": 0.0},
     "as filmed only": {"rates": (1.0,)},
     "ahead only": {"turn": 0.0},
+    "any motion at any pace": {"recurrent": False},
     "camera taken for still": {"camera": False},
     "nothing known of what lies behind": {"backdrop": False},
     "legs not named again": {"crossings": False},
