@@ -150,6 +150,15 @@ def test_combined_rows_sum_to_one_and_leave_their_motion_at_the_given_rate(rng):
     assert_allclose(both.Pi[2:5, 2:5], 0.95 * models[1].Pi, atol=1e-15)
 
 
+def test_combined_motions_begin_as_often_as_is_said(rng):
+    models = motions(rng)
+    both = combine(models, first=[0.9, 0.02, 0.08])
+    assert_allclose(both.pi0, np.r_[0.9 * models[0].pi0, 0.02 * models[1].pi0, 0.08], rtol=1e-14)
+    alike = combine(models)
+    assert_allclose([alike.pi0[:2].sum(), alike.pi0[2:5].sum(), alike.pi0[5]], 1.0 / 3.0, rtol=1e-14)
+    assert_array_equal(both.Pi, alike.Pi)
+
+
 def test_combined_states_keep_their_own_dynamics(rng):
     models = motions(rng)
     both = combine(models)

@@ -184,13 +184,14 @@ def test_a_learned_model_comes_once_for_each_playback_speed(sequences, tmp_path)
     assert_allclose(both.Pi[:4, 4:8].sum(axis=1), 0.02 * stay, rtol=1e-9)
     assert_allclose(both.Pi[4:8, :4].sum(axis=1), 0.02 * stay, rtol=1e-9)
     assert_allclose(both.Pi[8], [*[settings.surprise / 8] * 8, stay], rtol=1e-9)
+    assert_allclose(both.pi0[8], settings.surprise, rtol=1e-9)
 
 
 def test_a_learned_model_comes_once_more_with_time_running_back(sequences, tmp_path):
     slds = learned(sequences, replace(ONE, states=2))
     path = tmp_path / "mine.npz"
     save(slds, path, "tests")
-    settings = FULL.model_copy(update={"turn": 1e-4, "surprise": 0.0, "rates": (1.0, 0.5)})
+    settings = FULL.model_copy(update={"turn": 1e-4, "turned": 0.03, "surprise": 0.0, "rates": (1.0, 0.5)})
     both = find_model(str(path), 30.0, settings)
     assert both.labels == slds.labels * 4
     for k, slow in enumerate((slds, at_rate(slds, 60.0))):
@@ -205,6 +206,7 @@ def test_a_learned_model_comes_once_more_with_time_running_back(sequences, tmp_p
         assert_allclose(speed[1], -speed[0], rtol=0.05)
     assert_allclose(both.Pi[:8, 8:].sum(axis=1), 1e-4, rtol=1e-9)
     assert_allclose(both.Pi[8:, :8].sum(axis=1), 1e-4, rtol=1e-9)
+    assert_allclose(both.pi0[8:].sum(), 0.03, rtol=1e-9)
     assert_allclose(both.Pi[:4, 4:8].sum(axis=1), settings.rate_change * (1.0 - 1e-4), rtol=1e-9)
 
 
