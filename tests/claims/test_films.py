@@ -36,7 +36,8 @@ def test_where_grey_levels_are_few_they_are_spread(
     assert found.first_failure_frame is None
     assert found.swaps == 0
     assert found.mean_error_leg < 0.06
-    assert scored(pictures, tmp_path / "film.mov", contrast=0.0).mean_error_leg > 0.1
+    as_filmed = scored(pictures, tmp_path / "film.mov", contrast=0.0)
+    assert as_filmed.mean_error_leg > 1.3 * found.mean_error_leg
 
 
 def test_black_legs_that_pass_slowly_keep_their_names(data_dir: Path, tmp_path: Path) -> None:
