@@ -224,12 +224,12 @@ def _constant_velocity(fps: float, settings: Settings) -> SLDS:
 
 
 def _free(learned: SLDS, settings: Settings) -> SLDS:
-    """One state of constant velocity that joins a learned model; it starts wherever the model's states do."""
+    """One state of constant velocity that joins a learned model; it starts where any of its states does."""
     noise = by_freedom(learned.names, settings.free_place, np.radians(settings.free_angle))
     free = constant_velocity(
         learned.names, noise * (30.0 / learned.fps) ** 2, np.zeros(len(noise)), learned.fps
     )
-    start = collapse(learned.pi0, learned.start)
+    start = collapse(np.full(learned.K, 1.0 / learned.K), learned.start)
     return replace(
         free,
         R=learned.R,
