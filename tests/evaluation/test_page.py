@@ -39,9 +39,16 @@ def made_up(clips, **means):
     """Results with these mean errors (clips) by row; what is not named has 0.1 throughout."""
     names = [DEFAULT, DEFAULT + FILTERED, MANY_STATES, ONE_STATE, ALONE, CV, *RIVALS]
     rows = {name: [outcome(m) for m in means.get(name, [0.1] * len(clips))] for name in names}
-    grid = {(3.0,): rows[DEFAULT], (4.0,): [outcome(0.5)] * len(clips)}
-    tuning = Tuning(Grid(("inflation",), {}), grid, tune(grid))
-    return Results(tuple(clips), rows, {}, {DEFAULT: tuning})
+    # With the other value cv is better on the first clip and worse on the rest.
+    others = {DEFAULT: [0.5] * len(clips), CV: [0.05] + [0.9] * (len(clips) - 1)}
+    grids = {name: tuned(rows[name], [outcome(m) for m in other]) for name, other in others.items()}
+    return Results(tuple(clips), rows, {}, grids)
+
+
+def tuned(*found):
+    """A setting tuned over the values 0, 1, ..., with which this was found (clips)."""
+    grid = {(float(value),): outcomes for value, outcomes in enumerate(found)}
+    return Tuning(Grid(("inflation",), {}), grid, tune(grid))
 
 
 @pytest.fixture
@@ -76,6 +83,8 @@ def test_ratios_are_of_means_over_clips_and_the_best_rival_counts(clips):
     means = {DEFAULT: [0.02, 0.06], CV: [0.1, 0.3], FLOW: [0.4, 0.4], BOXES: [0.5, 0.1]}
     reached = {target.text: target for target in targets(made_up(clips, **means))}
     assert reached["mean error against constant velocity's"].value == pytest.approx(0.2)
+    # By the second clip alone the first value is better, by the first clip alone the other.
+    assert reached["the same, each clip held out"].value == pytest.approx(0.04 / 0.5)
     assert reached["mean error against the best rival's without weights"].value == pytest.approx(0.04 / 0.3)
 
 

@@ -25,7 +25,7 @@ def test_the_defaults_are_among_the_values_tried(name):
 def test_a_grid_has_a_way_for_every_combination():
     grid = FULL.grids[CV]
     assert grid.names == ("cv_angle", "cv_place")
-    assert len(set(grid.ways.values())) == len(grid.ways) == 16
+    assert len(set(grid.ways.values())) == len(grid.ways) == 20
     for (angle, place), way in grid.ways.items():
         assert (way.model, way.settings.cv_angle, way.settings.cv_place) == ("cv", angle, place)
 

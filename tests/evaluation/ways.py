@@ -57,11 +57,11 @@ WITHOUT: dict[str, Changes] = {
 }
 
 # What is tuned, and the values tried; the defaults are among them.
-TUNED_CV: Tried = {"cv_angle": (2.0, 3.0, 4.0, 6.0), "cv_place": (0.01, 0.02, 0.04, 0.06)}
+TUNED_CV: Tried = {"cv_angle": (3.0, 4.0, 6.0, 8.0, 12.0), "cv_place": (0.005, 0.01, 0.02, 0.06)}
 TUNED_DEFAULT: Tried = {"inflation": (2.0, 3.0, 5.0), "tempering": (0.02, 0.035, 0.06)}
 TUNED_FLOW: Tried = {
-    "window": (0.15, 0.2),
-    "home": (0.01, 0.02),
+    "window": (0.1, 0.15, 0.2, 0.3),
+    "home": (0.005, 0.01, 0.02, 0.04),
     "fresh": (True, False),
 }
 TUNED_BOXES: Tried = {"around": (0.1, 0.15, 0.2)}
