@@ -4,7 +4,7 @@ The start pose also sets what the figure's TOML leaves open: how long this perso
 pixels a leg is, and which way the figure faces.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from kinematics.spm import View
 Marks = Mapping[str, tuple[float, float]]
 
 STRAIGHT = 0.02  # share of the leg by which a knee of a straight one may seem bent: marks repeat no better
+FORESHORTENED = 0.75  # times its twin's length: feet of one person, marked square to the camera, differ less
 
 
 class PoseError(ValueError):
@@ -31,6 +32,7 @@ class Start:
     q      : (D,) the marked pose; scale zero
     known  : (D,) whether each freedom was marked; the others were assumed
     hidden : joints whose place was guessed, as something hides them
+    foreshortened : links turned towards the camera or away from it: it is not seen how long they are
     """
 
     figure: Figure
@@ -38,6 +40,7 @@ class Start:
     q: Array
     known: NDArray[np.bool_]
     hidden: frozenset[str] = frozenset()
+    foreshortened: frozenset[str] = frozenset()
 
 
 def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
@@ -45,7 +48,8 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
 
     A link whose tip is not marked takes its twin's length (names that differ in near/far only), and where
     neither is marked the rest proportions. Twins are as long as each other at rest: what tells them apart in
-    one frame, foreshortening and the marks' errors, is stretch.
+    one frame, foreshortening and the marks' errors, is stretch. A foot, which does not stretch, is as long as
+    its twin if it looks much shorter.
 
     Args:
         marks: pixel of each marked joint. The last joint of a leg may be missing, feet and arms altogether;
@@ -61,13 +65,17 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     pixels = _positions(marks)
     _check_complete(figure, marks, pixels)
     lengths = _link_lengths(figure, pixels)
+    foreshortened = _foreshortened(figure, lengths)
+    for i in foreshortened:
+        lengths[i] = lengths[figure.twins[i]]
     leg = _leg_length(figure, lengths)
     x, y = pixels[figure.base].tolist()
     view = View(origin=(x, y), unit=leg, facing=facing)
     fitted = figure.with_lengths([length / leg for length in lengths])
     q, known = recover(fitted, {name: view.to_body(point) for name, point in pixels.items()})
     figure, q = _evened(fitted, q)
-    return Start(figure, view, q, known)
+    names = frozenset(figure.links[i].name for i in foreshortened)
+    return Start(figure, view, q, known, foreshortened=names)
 
 
 def needed_joints(figure: Figure) -> list[str]:
@@ -189,6 +197,15 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
     twins = {link.kind: seen[link.name] for link in figure.links if link.name in seen}
     scale = sum(seen.values()) / sum(link.length for link in figure.links if link.name in seen)
     return [seen.get(link.name, twins.get(link.kind, scale * link.length)) for link in figure.links]
+
+
+def _foreshortened(figure: Figure, lengths: Sequence[float]) -> list[int]:
+    """Links of these lengths (L,) that cannot stretch and look much shorter than their twin, by position."""
+    return [
+        i
+        for i, twin in figure.twins.items()
+        if not figure.links[i].breathes and lengths[i] < FORESHORTENED * lengths[twin]
+    ]
 
 
 def _evened(figure: Figure, q: Array) -> tuple[Figure, Array]:

@@ -38,7 +38,7 @@ NOTHING = Belief(
     Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
 )
 
-GUESSED = 2.0  # times as far off is the angle of a limb whose tip was marked though hidden
+GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, or marked near its start
 
 OK, HIDDEN, LOST, FOUND, OUTSIDE = "ok", "hidden", "lost", "found", "outside"
 UNSURE = (LOST, OUTSIDE)  # nothing was measured
@@ -156,7 +156,7 @@ class Tracker:
         noise = np.full(D, np.radians(settings.start_angle))
         noise[:2] = settings.start_place
         noise[self.figure.index(SCALE) :] = settings.start_length
-        guessed = self._behind_something(start)
+        guessed = self._guessed(start)
         noise[layout.angle[guessed & layout.turns]] *= GUESSED
         y = np.where(start.known, start.q - self.offset, np.nan)
         y[layout.stretch[guessed & layout.breathes]] = np.nan
@@ -237,15 +237,16 @@ class Tracker:
         layout = self.figure.layout
         # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
         turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
-        turned &= ~self._behind_something(start)
+        turned &= ~self._guessed(start)
         placed = np.array([turned[chain].all() for chain in self.figure.chain])
         return self.templates_at(start.q, image, placed).completed(self.figure, 2.0 * self.settings.spacing)
 
-    def _behind_something(self, start: Start) -> NDArray[np.bool_]:
-        """(L,) whether a link's tip is hidden, and not by the figure itself."""
+    def _guessed(self, start: Start) -> NDArray[np.bool_]:
+        """(L,) whether a link does not show how it looks: foreshortened, or its tip behind another thing."""
         figure, bones = self.figure, skeleton(self.figure, start.q)
         own = covering(figure, bones, bones.tip, np.arange(len(figure.links)), self.settings.mark)
-        return np.array([link.joint in start.hidden for link in figure.links]) & ~own
+        hidden = np.array([link.joint in start.hidden for link in figure.links])
+        return (hidden & ~own) | [link.name in start.foreshortened for link in figure.links]
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
         """Freshened by what the frame shows where they settled."""

@@ -32,8 +32,11 @@ def marks_of(figure, q, *, facing=1, unit=100.0, origin=(320.0, 200.0), without=
 
 
 def uneven(figure, rng):
-    """The figure with other lengths, each side its own, and one leg length to a leg on average."""
-    lengths = [link.length * rng.uniform(0.7, 1.3) for link in figure.links]
+    """The figure with other lengths, each side its own, and one leg length to a leg on average.
+
+    No link is so short beside its twin that it must be foreshortened.
+    """
+    lengths = [link.length * rng.uniform(0.9, 1.15) for link in figure.links]
     legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
     return figure.with_lengths([length / (0.5 * sum(legs)) for length in lengths])
 
@@ -110,6 +113,28 @@ def test_twins_are_alike_at_rest_stretched_at_the_start_and_the_unit_is_the_mean
     # Neither torso nor head has a twin, and feet do not breathe.
     alone = [start.figure.index(STRETCH + name) for name in ("torso", "head")]
     assert_array_equal(start.q[alone], 0.0)
+
+
+@pytest.mark.parametrize(("share", "turned"), [(0.5, True), (0.7, True), (0.8, False), (1.3, False)])
+def test_a_foot_that_looks_much_shorter_than_the_other_is_foreshortened(share, turned):
+    far = WALKER.links[WALKER.link_of("far_toe")].length
+    sizes = {"foot_near": share * far}
+    turning = WALKER.with_lengths([sizes.get(link.name, link.length) for link in WALKER.links])
+    q = upright(WALKER, ankle_near=-0.4, hip_near=0.2)
+    start = start_pose(WALKER, marks_of(turning, q), 1)
+    assert start.foreshortened == ({"foot_near"} if turned else set())
+    near = start.figure.links[WALKER.link_of("near_toe")].length
+    assert near == pytest.approx(far if turned else share * far)
+    # It still points where it was marked.
+    assert_allclose(start.q[start.figure.index("ankle_near")], -0.4, **ROUNDING)
+
+
+def test_a_shank_that_looks_short_is_stretched_not_foreshortened():
+    sizes = {"shank_near": 0.2}
+    bent = WALKER.with_lengths([sizes.get(link.name, link.length) for link in WALKER.links])
+    start = start_pose(WALKER, marks_of(bent, upright(WALKER)), 1)
+    assert not start.foreshortened
+    assert start.q[start.figure.index(STRETCH + "shank_near")] < -0.3
 
 
 @pytest.mark.parametrize("without", [("far_ankle",), ("near_ankle",), ("far_ankle", "far_toe")])

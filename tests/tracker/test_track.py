@@ -546,6 +546,17 @@ def test_what_a_hidden_limb_is_taken_to_show_is_not_what_hides_it():
     assert not np.isclose(hidden.colours[:, shank], frank.colours[:, shank]).all(axis=(0, 2)).any()
 
 
+def test_a_foreshortened_foot_is_taken_to_look_as_its_twin_does():
+    tracker, start, picture = hiding(STRIDE)
+    short = replace(start, foreshortened=frozenset({"foot_near"}))
+    frank, taken = (tracker.begin(one, picture)[0].templates for one in (start, short))
+    near, far = (frank.link == WALKER.link_of(joint) for joint in ("near_toe", "far_toe"))
+    assert taken.known[near].mean() > 0.5
+    looks = {tuple(colour) for colour in taken.colours[-1, far]}
+    assert {tuple(colour) for colour in taken.colours[-1, near & taken.known]} <= looks
+    assert_array_equal(taken.colours[:, ~near], frank.colours[:, ~near])
+
+
 def test_a_mark_hidden_by_the_figure_s_own_nearer_leg_is_as_good_as_any():
     crossed = upright(WALKER, hip_near=0.1, hip_far=0.15, knee_far=0.1)
     (tracker, frank, picture), (_, hidden, _) = hiding(crossed), hiding(crossed, "far_knee", "far_ankle")
