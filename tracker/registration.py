@@ -36,7 +36,7 @@ from tracker.kernel import lay
 from tracker.laid import Behind, Laid, Lens, Noise, Points, Shape
 from tracker.sampling import Level, sample, within
 from tracker.settings import Settings
-from tracker.template import Templates
+from tracker.template import Templates, hiding
 
 COARSE = 2  # every so manieth point is looked at where the blur makes neighbours alike
 STANDS_OUT = 0.7  # share of a link of an unknown look that must differ from the scene to be learned
@@ -133,8 +133,7 @@ class Field:
         templates, bones = self.templates, skeleton(self.figure, found.q)
         link = templates.link[sought]
         points = surface(bones, link, templates.along[sought], templates.across[sought])
-        margin = self.settings.cover * self.levels[-1].sigma / self.view.unit
-        return covering(self.figure, bones, points, link, margin)
+        return covering(self.figure, bones, points, link, hiding(self.levels[-1], self.view, self.settings))
 
     def _in_part(self, pixels: Array) -> NDArray[np.bool_]:
         """Whether pixels (N, 2) lie in the part of the frame that is looked at."""
@@ -336,7 +335,7 @@ class _Search:
         parts = (bones.start, bones.direction, bones.length, bones.size)
         front = self.fronts[number]
         behind = Behind(scenery.differs, scenery.around, UNKNOWN, scenery.step, *level.corner, front)
-        noise = self.noise._replace(margin=self.settings.cover * level.sigma / view.unit)
+        noise = self.noise._replace(margin=hiding(level, view, self.settings))
         return _Fit(q, bones, lay(level.planes, lens, *parts, self.points[number], self.shape, behind, noise))
 
     def evidence(self, fit: _Fit) -> Array:

@@ -131,7 +131,7 @@ def cut(
     bones = skeleton(figure, q)
     points = surface(bones, link, along, across)
     pixels = view.to_pixels(points)
-    hidden = covering(figure, bones, points, link, margin=settings.cover * levels[-1].sigma / view.unit)
+    hidden = covering(figure, bones, points, link, hiding(levels[-1], view, settings))
     found = [sample(level, pixels) for level in levels]
     colours = np.stack([values for values, _ in found]).astype(np.float32)
     known = found[0][1] & ~hidden
@@ -148,6 +148,11 @@ def cut(
         np.zeros(len(link), np.intp),
         np.zeros(points.shape),
     )
+
+
+def hiding(level: Level, view: View, settings: Settings) -> float:
+    """How far beyond its outline a link hides others at a blur, leg lengths."""
+    return settings.cover * level.sigma / view.unit
 
 
 def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:
