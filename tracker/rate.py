@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dynamics.gpb2 import gpb2_all
+from dynamics.gpb2_filter import gpb2_filter
 from dynamics.rate import backwards
 from dynamics.slds import SLDS
 from tracker.models import CONSTANT_VELOCITY, TRAVELLING, by_freedom, switching_model
@@ -52,5 +52,4 @@ def _evidence(slds: SLDS, poses: Array) -> float:
         neck = slds.names.index("neck")
         y[:, neck] -= np.nanmean(y[:, neck])
     spread = by_freedom(slds.names, PLACE, ANGLE)
-    (posterior,) = gpb2_all(replace(slds, R=np.diag(spread**2)), [y])
-    return posterior.log_evidence
+    return float(gpb2_filter(replace(slds, R=np.diag(spread**2)), y).log_evidence.sum())

@@ -7,7 +7,7 @@ from itertools import islice
 from tracker.tone import Curve, toned
 from videos.frames import Image, Video
 
-HELD = 64 * 2**20  # bytes of pictures that are kept, and as many again while going back
+HELD = 32 * 2**20  # bytes of pictures that are kept, and as many again while going back
 
 
 class Reel:

@@ -15,7 +15,6 @@ from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from kinematics.spm import joint_jacobian, joints
 from tracker.sampling import Array
@@ -113,6 +112,8 @@ class _Foot:
 
 def _found(foot: _Foot, sure: NDArray[np.bool_]) -> list[Stride]:
     """Every stride, in order; rows of the track."""
+    from scipy.signal import find_peaks  # with scipy.stats, a sixth of a run's memory
+
     ahead = foot.ahead
     swing = float(np.ptp(np.percentile(ahead[sure], (5, 95)))) if sure.any() else 0.0
     if swing < REACH:
