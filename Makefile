@@ -51,11 +51,11 @@ motion: $(VENV)/installed-dev
 trial: $(VENV)/installed-dev
 	$(BIN)/python -m tests.trial
 
-# How fast filters, learning and, where there are clips, tracking are beside others.
+# How fast filters, learning and, where there are clips, tracking are beside others: docs/speed.md.
 bench: $(VENV)/installed-bench
 	$(BIN)/python -m tests.speed
 ifdef FIGTRACK_DATA
-	$(BIN)/python -m tests.speed.tracked $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.png
+	$(BIN)/python -m tests.speed.tracked $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.md
 endif
 
 $(VENV)/bin/python:

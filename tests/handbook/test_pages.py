@@ -10,7 +10,7 @@ from tracker.cli import COMMANDS
 
 INDEX = "docs/README.md"
 LINK = re.compile(r"\[([^\]]+)\]\(([^)]+)\)")
-MEASURED = ("results.md", "robustness.md", "motion.md")
+MEASURED = ("results.md", "robustness.md", "motion.md", "speed.md")
 
 
 def links(page):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.speed import tracking
+from tests.speed.page import page, targets
 from tests.speed.tracking import AIM, LIMIT, LONG, MOST_MEMORY, Cost, Growth, Memory
 
 ROOT = Path(__file__).parents[2]
@@ -92,3 +93,16 @@ def test_a_ratio_and_a_rate_are_of_the_whole_frame():
     cost = Cost({"decode": 2.0}, ours=1e3 / AIM, rival=2.0)
     assert cost.rate == pytest.approx(AIM)
     assert cost.ratio == pytest.approx(500.0 / AIM)
+
+
+def test_the_page_tells_ratios_to_the_rival_and_what_is_not_reached():
+    cost = Cost({"decode": 1.0, "kernel": 5.0}, ours=8.0, rival=2.0)
+    line, bent = Growth((1, 2, 4), (1.0, 2.0, 4.0)), Growth((1, 2, 4), (1.0, 2.0, 9.0))
+    memory = Memory((100, 500, 1000), (80.0, 80.0, 80.0), 70.0)
+    reached = {target.text: (target.value, target.reached) for target in targets(cost, line, bent, memory)}
+    assert reached["a frame against Lucas-Kanade's"] == (4.0, False)
+    assert reached["a frame against 150 a second"] == (pytest.approx(1.2), False)
+    assert [hit for _, hit in reached.values()] == [False, False, True, False, True]
+    text = page(tracking.Job(Path("a_walk.mp4"), {}, "walk-run", start=0), cost, line, bent, memory)
+    assert "| kernel | 5.00 | 2.50 |" in text
+    assert "| all, measured as a whole | 8.00 | 4.00 |" in text

@@ -1,7 +1,8 @@
-"""Print what a tracked frame costs, by stage, and how that grows; draw the growth.
+"""Print what a tracked frame costs, by stage, and how that grows.
 
-python -m tests.speed.tracked VIDEO [PICTURE]    tables; status 1 if a limit is missed
-python -m tests.speed.tracked VIDEO --json       the cost by stage for a program
+python -m tests.speed.tracked VIDEO [PAGE]    tables, also written to PAGE, with a picture; status 1
+                                              if a limit is missed
+python -m tests.speed.tracked VIDEO --json    the cost by stage for a program
 """
 
 import json
@@ -14,6 +15,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECL
 
 from tests.processes import spawned  # noqa: E402
 from tests.speed import tracking  # noqa: E402
+from tests.speed.page import page  # noqa: E402
 
 FRAMES = 2000  # of the long run
 
@@ -24,33 +26,16 @@ def main() -> int:
     if "--json" in sys.argv:
         print(json.dumps({"stages": cost.stages, "ours": cost.ours, "rival": cost.rival}))
         return 0
-
-    print(f"A frame of {job.video.stem} with {job.model}, ms of CPU time, one thread")
-    for name, spent in cost.stages.items():
-        print(f"{name:16}{spent:8.2f}")
-    print(f"{'all':16}{cost.ours:8.2f}   {cost.rate:.0f} frames a second; the aim is {tracking.AIM:.0f}")
-    late = "" if cost.ratio <= tracking.LIMIT else "!"
-    print(f"{'Lucas-Kanade':16}{cost.rival:8.2f}   ours is {cost.ratio:.2f}{late} of it; at most ", end="")
-    print(tracking.LIMIT)
-
     hypotheses, points = tracking.by_hypotheses(job), tracking.by_points(job)
-    for name, growth in (("hypotheses", hypotheses), ("template points", points)):
-        (slope, intercept), pairs = growth.line, zip(growth.sizes, growth.milliseconds, strict=True)
-        print(f"\n{name}: " + ", ".join(f"{size} in {spent:.2f} ms" for size, spent in pairs))
-        print(f"    {intercept:.2f} + {slope:.3g} n ms, the farthest off by {100 * growth.astray:.0f} %")
-    if len(sys.argv) > 2:
-        tracking.draw(hypotheses, points, Path(sys.argv[2]))
-
     # In a process of its own: what the runs above needed is not given back.
     with spawned(1) as pool:
         memory = pool.submit(tracking.memory, job, FRAMES).result()
-    half = len(memory.frames) // 2
-    print(f"\nresident: {memory.megabytes[half]:.0f} MB after {memory.frames[half]} frames, ", end="")
-    print(
-        f"{memory.megabytes[-1]:.0f} MB after {memory.frames[-1]}, {memory.made:.0f} MB with the track; ",
-        end="",
-    )
-    print(f"{memory.after:.0f} MB expected of {tracking.LONG}, at most {tracking.MOST_MEMORY:.0f}")
+    text = page(job, cost, hypotheses, points, memory)
+    print(text)
+    if len(sys.argv) > 2:
+        out = Path(sys.argv[2])
+        out.write_text(text, encoding="utf-8")
+        tracking.draw(hypotheses, points, out.with_suffix(".png"))
     return 0 if cost.ratio <= tracking.LIMIT and memory.after < tracking.MOST_MEMORY else 1
 
 
