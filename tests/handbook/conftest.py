@@ -12,7 +12,7 @@ def stage(tmp_path_factory):
     return furnish(tmp_path_factory.mktemp("stage"))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def scheduler(request):
     """Gives the address of a real Dask scheduler, which is started when first asked for."""
     running = []

@@ -18,7 +18,7 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Clip:
     return make_clip(tmp_path_factory.mktemp("clip"))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def cluster() -> Iterator["Client"]:
     """A real Dask cluster of two processes of this machine."""
     with local_cluster(2) as client:
