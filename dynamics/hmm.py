@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
 from dynamics.chain import ChainPosterior, best_path_all, blocks, forward_backward_all
-from dynamics.fill import fill
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, frozen, symmetric, transpose
 from dynamics.kalman import update
-from dynamics.prior import STILL
+from dynamics.learning.fill import fill
+from dynamics.learning.prior import STILL
 
 TRIES = 10  # k-means runs, the tightest is the start: single ones left learning in a poor place 1 time in 10
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
-from dynamics.regression import form
+from dynamics.learning.regression import form
 from dynamics.slds import SLDS
 
 POSE = 0.5  # weight of the pose's term; less than 1, as the dynamics count the pose already

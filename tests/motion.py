@@ -18,7 +18,7 @@ from tests import motion_ahead, motion_gaps, motion_splices, motion_synthesis
 from tests.motion_data import SAME, SPLICED, Job, Recipe, Source, captures, learn
 from tests.motion_page import CLAIM_HEADER, Results, table
 from tests.processes import each, spawned
-from tracker.learning import NOISE, STATES
+from tracker.models.learn import NOISE, STATES
 from tracker.progress import Progress
 
 SECTIONS = (motion_splices, motion_ahead, motion_gaps, motion_synthesis)

@@ -11,8 +11,8 @@ from itertools import product
 import numpy as np
 
 from dynamics.hmm import HMM
+from dynamics.motion.tasks import forecasts, predict
 from dynamics.slds import SLDS
-from dynamics.tasks import forecasts, predict
 from tests.motion_data import (
     ANGLES,
     MOTIONS,
@@ -33,8 +33,8 @@ from tests.motion_data import (
     straight,
 )
 from tests.motion_page import Claim, Results, number, table
-from tracker.learning import NOISE as LEARNED_NOISE
-from tracker.reproduce.ahead import rival
+from tracker.experiments.ahead import rival
+from tracker.models.learn import NOISE as LEARNED_NOISE
 
 NOISE = 2.0  # degrees
 ROOTS = {"clean": "as measured", "noisy": "with noise of 0.01 leg lengths", "blank": "not shown"}

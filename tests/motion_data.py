@@ -14,12 +14,12 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.em import from_origin
 from dynamics.hmm import HMM, HMMOptions
+from dynamics.learning.em import from_origin
 from dynamics.slds import SLDS
 from kinematics.mocap import POSE_COLUMNS, mirror, read_trials, sequences
-from tracker.learning import NOISE, STATES, gait_options
-from tracker.models import TRAVELLING, learn_hmms, learn_motions
+from tracker.models.find import TRAVELLING, learn_hmms, learn_motions
+from tracker.models.learn import NOISE, STATES, gait_options
 
 Array = NDArray[np.float64]
 Item = TypeVar("Item")

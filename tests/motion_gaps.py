@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from dynamics.gaps import interpolate
 from dynamics.hmm import HMM
+from dynamics.motion.gaps import interpolate
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi
 from tests.motion_data import (
@@ -33,9 +33,9 @@ from tests.motion_data import (
     straight,
 )
 from tests.motion_page import Claim, Results, number, table
-from tracker.learning import NOISE
-from tracker.reproduce.gaps import spline
-from tracker.reproduce.gaps import straight as straight_line
+from tracker.experiments.gaps import spline
+from tracker.experiments.gaps import straight as straight_line
+from tracker.models.learn import NOISE
 
 SIDE = 10
 NEAREST = 15
@@ -153,7 +153,7 @@ def best_path(slds: SLDS, y: Array) -> Array:
 
 
 def sampled(slds: SLDS, recurrent: bool, y: Array) -> Array:
-    """`dynamics.gaps` with one seed for all."""
+    """`dynamics.motion.gaps` with one seed for all."""
     return interpolate(slds, y, np.random.default_rng(11), recurrent=recurrent).mean
 
 

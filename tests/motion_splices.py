@@ -11,14 +11,14 @@ import numpy as np
 
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
+from dynamics.motion.tasks import InferWithHints, Labelling, classify, classify_hmm
 from dynamics.region import POSE
 from dynamics.slds import SLDS
-from dynamics.tasks import InferWithHints, Labelling, classify, classify_hmm
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from tests.motion_data import ANGLES, SHOWN_STATES, SPLICED, STATES, Recipe, Source, Splices, splices
 from tests.motion_page import Claim, Results, number, table
-from tracker.learning import NOISE
+from tracker.models.learn import NOISE
 
 FAR = 10
 NOISES = (2, 5, 10)

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.signal import welch
 
 from dynamics.hmm import HMM
+from dynamics.motion.tasks import synthesise
 from dynamics.slds import SLDS
-from dynamics.tasks import synthesise
 from kinematics.mocap import POSE_COLUMNS
 from tests.motion_data import (
     ANGLES,

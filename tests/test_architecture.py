@@ -125,7 +125,7 @@ def test_an_import_is_found_wherever_it_is_written():
 import numpy as np, av.container
 from typing import TYPE_CHECKING
 if TYPE_CHECKING:
-    from tracker.clip import Job
+    from tracker.clip.follow import Job
 def f():
     from . import report
     from .store import save
@@ -134,7 +134,7 @@ def f():
     wanted = {
         "numpy",
         "av.container",
-        "tracker.clip",
+        "tracker.clip.follow",
         "a.tracker.report",
         "a.tracker.store",
         "a.videos.frames",

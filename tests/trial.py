@@ -17,8 +17,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from tests.tracker.annotate.test_page import Page
 from tests.tracker.browser import chromium
-from tests.tracker.test_annotate_page import Page
 
 ROOT = Path(__file__).parents[1]
 ENDINGS = {

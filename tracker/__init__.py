@@ -1,6 +1,6 @@
 """The tracker: templates, registration, the loop, comparison, command line."""
 
-from tracker.face import follow
+from tracker.api import follow
 
 __all__ = ["follow"]
 __version__ = "0.1.0"

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tracker.clip import Job, follow
-from tracker.compare import Score, places, score
-from tracker.keypoints import Marks, read_keypoints
+from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
+from tracker.run.score import Score, places, score
+from tracker.tables.keypoints import Marks, read_keypoints
 
 EVERY = 20  # frames from one anchor to the next
 

@@ -4,13 +4,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.processes import spawned
-from tracker.clip import Job, follow
-from tracker.compare import places, score
-from tracker.demo import write_scene
-from tracker.keypoints import read_keypoints
+from tracker.cli.demo import write_scene
+from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
+from tracker.run.score import places, score
 from tracker.scene.film import render
 from tracker.settings import Settings
+from tracker.tables.keypoints import read_keypoints
 
 SEEDS = range(10)
 CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (4.0, 0.04), (8.0, 0.04))  # degrees, leg lengths a frame

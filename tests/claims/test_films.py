@@ -7,9 +7,9 @@ import pytest
 from tests.evaluation.cases import marks_of
 from tests.evaluation.disturbances import Film, read_film, write_film
 from tests.evaluation.films import FILMS
-from tracker.clip import Job, follow
-from tracker.compare import Score, places, score
+from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
+from tracker.run.score import Score, places, score
 from tracker.settings import Settings
 
 

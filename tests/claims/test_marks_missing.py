@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.evaluation.cases import marks_of
-from tracker.clip import Job, follow
-from tracker.compare import leg_length, places, score
+from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
+from tracker.run.score import leg_length, places, score
 
 # Their marks in frame 0 are little more than half as far from the ankle as the other foot's.
 TURNED = (("gym_walk_rl", "near_toe"), ("indoor_walk_lr", "far_toe"))

@@ -7,7 +7,7 @@ import pytest
 
 from tests.evaluation.cases import Case, Ours, outcome
 from tests.processes import spawned
-from tracker.compare import Score
+from tracker.run.score import Score
 
 Scores = dict[str, Score]
 

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 from tests.evaluation.cases import marks_of
-from tracker.clip import Job, follow
-from tracker.compare import places, score
-from tracker.models import find_model
+from tracker.clip.follow import Job, follow
+from tracker.models.find import find_model
 from tracker.progress import Progress
+from tracker.run.score import places, score
+from tracker.run.track import Track
 from tracker.settings import Settings
-from tracker.store import Track
 
 QUIET = Progress("quiet")
 

@@ -10,10 +10,10 @@ from tests.evaluation.cases import band_of, marks_of
 from tests.evaluation.disturbances import Film, write_film
 from tests.processes import spawned
 from tests.tracker.walls import behind_wall
-from tracker.clip import Job, follow
-from tracker.keypoints import points
+from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
-from tracker.store import Track
+from tracker.run.track import Track
+from tracker.tables.keypoints import points
 from videos.frames import Video
 
 FIRST, LAST = 204, 337  # columns of the wall: the walker of markers_walk_lr is behind it for some ten frames

@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.special import entr
 
 import dynamics.variational as module
-from dynamics.em import learn
 from dynamics.gaussian import Gaussian
-from dynamics.options import Options
+from dynamics.learning.em import learn
+from dynamics.learning.options import Options
 from dynamics.posterior import Posterior
 from dynamics.variational import Variational, variational, variational_all, variational_rounds
 from dynamics.viterbi import viterbi

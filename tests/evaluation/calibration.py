@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.keypoints import Marks
-from tracker.store import Track
+from tracker.run.track import Track
+from tracker.tables.keypoints import Marks
 
 Array = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ from tests.evaluation.calibration import distances
 from tests.processes import each, spawned
 from tests.rivals import correlation, lucas_kanade
 from tests.rivals.body import body_at, by_frame
-from tracker.clip import Job, follow, prepare
-from tracker.compare import Places, Score, places, score
-from tracker.keypoints import Marks, read_keypoints
+from tracker.clip.follow import Job, follow, prepare
 from tracker.progress import Progress
+from tracker.run.score import Places, Score, places, score
 from tracker.settings import Settings
+from tracker.tables.keypoints import Marks, read_keypoints
 
 Array = NDArray[np.float64]
 Answer = TypeVar("Answer")

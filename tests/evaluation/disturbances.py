@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.compare import leg_length
-from tracker.keypoints import Mark, Marks
+from tracker.run.score import leg_length
+from tracker.tables.keypoints import Mark, Marks
 from videos.frames import Video
 
 Image = NDArray[np.uint8]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tests.evaluation.disturbances import guessed
-from tracker.keypoints import Mark
+from tracker.tables.keypoints import Mark
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.evaluation.cases import Outcome
-from tracker.compare import Score
+from tracker.run.score import Score
 
 
 def outcome(mean, *, lost=None, band=None, marks=(0.01, 0.03), links=(1.0, 2.0), distances=(1.0, 3.0)):

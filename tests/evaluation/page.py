@@ -14,7 +14,7 @@ from tests.evaluation.targets import Target, target_table
 from tests.evaluation.ways import ALONE, BOXES, CV, DEFAULT, FILTERED, FLOW, MANY_STATES, ONE_STATE, RIVALS
 from tests.motion_page import table
 from tests.rivals import correlation
-from tracker.compare import Score
+from tracker.run.score import Score
 
 HEADER = ("mean", "median of marks", "leg directions, degrees", "lost", "swaps", "knee band, px")
 

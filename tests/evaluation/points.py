@@ -28,11 +28,11 @@ from tests.evaluation.spoiled import (
 )
 from tests.evaluation.ways import DEFAULT
 from tests.motion_page import table
-from tracker.clip import Job, follow
-from tracker.compare import Score, places, score
+from tracker.clip.follow import Job, follow
 from tracker.foreign.dlc import write_dlc
 from tracker.foreign.points import Points
 from tracker.progress import Progress
+from tracker.run.score import Score, places, score
 from tracker.settings import Settings
 
 DRAWS = 3

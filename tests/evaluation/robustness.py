@@ -33,13 +33,13 @@ from tests.evaluation.page import cell, written
 from tests.evaluation.targets import Target, target_table
 from tests.evaluation.ways import DEFAULT
 from tests.motion_page import table
-from tracker.clip import Job, StartError, follow
-from tracker.compare import Score, places, score
-from tracker.demo import write_scene
-from tracker.keypoints import Marks, read_keypoints
+from tracker.cli.demo import write_scene
+from tracker.clip.follow import Job, StartError, follow
 from tracker.progress import Progress
+from tracker.run.score import Score, places, score
 from tracker.scene.film import render
 from tracker.settings import Settings
+from tracker.tables.keypoints import Marks, read_keypoints
 
 Scores = dict[str, list[Score | None]]
 

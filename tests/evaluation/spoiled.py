@@ -9,9 +9,9 @@ from scipy.ndimage import median_filter
 
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict, smooth, update
-from tracker.compare import Places
 from tracker.foreign.points import Points
-from tracker.keypoints import KEYPOINTS, Marks
+from tracker.run.score import Places
+from tracker.tables.keypoints import KEYPOINTS, Marks
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import pytest
 
 from tests.evaluation.calibration import distances, inside, mark_noise, nees
 from tests.tracker.tracks import random_track, standing
-from tracker.keypoints import Mark
+from tracker.tables.keypoints import Mark
 
 T = 2000
 # Sliding along the thigh: variances along it and across, px^2.

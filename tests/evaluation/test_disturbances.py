@@ -19,7 +19,7 @@ from tests.evaluation.disturbances import (
     read_film,
     write_film,
 )
-from tracker.keypoints import Mark
+from tracker.tables.keypoints import Mark
 from videos.frames import Video
 
 

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.evaluation.disturbances import Film
 from tests.evaluation.films import FILMS, against_light, backwards, between, doubled, hazy, panned, slowed
-from tracker.keypoints import Mark
+from tracker.tables.keypoints import Mark
 
 SPOT = (40, 30)
 

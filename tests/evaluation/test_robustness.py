@@ -22,7 +22,7 @@ from tests.evaluation.robustness import (
     past_shrubs,
     targets,
 )
-from tracker.clip import StartError
+from tracker.clip.follow import StartError
 from videos.frames import Video
 
 

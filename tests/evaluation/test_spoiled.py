@@ -16,7 +16,7 @@ from tests.evaluation.spoiled import (
 )
 from tests.oracles import condition
 from tracker.foreign.points import Points
-from tracker.keypoints import Mark
+from tracker.tables.keypoints import Mark
 
 NAMES = ("head_top", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
 T = 200

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.handbook.stage import furnish, shorten
-from tracker.cluster import local_cluster
+from tracker.models.cluster import local_cluster
 
 
 @pytest.fixture(scope="session")

@@ -14,16 +14,17 @@ from functools import cache, partial
 import numpy as np
 
 from tests.handbook.blocks import FIGTRACK, PYTHON, ROOT
+from tests.tracker.annotate.test_launch import page, post, running
+from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_table
-from tests.tracker.test_annotate_run import page, post, running
-from tests.tracker.test_annotate_server import told
-from tests.tracker.test_learning import COLUMNS, FPS, T, write_walk
-from tracker import demo
+from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
+from tracker.cli import demo
+from tracker.experiments import reproduce as experiments
+from tracker.experiments import runtime
 from tracker.foreign.dlc import write_dlc
 from tracker.foreign.points import Points
-from tracker.keypoints import read_keypoints
-from tracker.reproduce import experiments, runtime
 from tracker.scene import film
+from tracker.tables.keypoints import read_keypoints
 
 FRAMES, SIZE = 18, (480, 270)
 SCHEDULER = "tcp://10.0.0.1:8786"  # of the pages; the address of a real one is put in its place

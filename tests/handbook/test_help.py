@@ -8,7 +8,7 @@ import pytest
 
 from tests.handbook.stage import run, set_up
 from tests.tracker.clips import figtrack
-from tracker.cli import COMMANDS
+from tracker.cli.app import COMMANDS
 
 
 def example(command):

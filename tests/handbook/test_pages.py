@@ -6,7 +6,7 @@ import re
 import pytest
 
 from tests.handbook.blocks import PAGES, ROOT
-from tracker.cli import COMMANDS
+from tracker.cli.app import COMMANDS
 
 INDEX = "docs/README.md"
 LINK = re.compile(r"\[([^\]]+)\]\(([^)]+)\)")

@@ -6,7 +6,7 @@ import pytest
 from kinematics.doubts import beyond_limits, doubts
 from kinematics.recover import facing_of
 from tests.kinematics.figures import HORSE, WALKER, Puppet, random_pose, upright
-from tracker.keypoints import points, read_keypoints
+from tracker.tables.keypoints import points, read_keypoints
 
 STEP = upright(WALKER, torso=0.1, hip_near=0.4, knee_near=0.3, hip_far=-0.3, knee_far=0.9)
 TOES = ("near_toe", "far_toe")

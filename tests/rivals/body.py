@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kinematics.recover import Start
 from kinematics.spm import joints
-from tracker.keypoints import Mark
+from tracker.tables.keypoints import Mark
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.uint8]
@@ -86,7 +86,7 @@ def body_at(start: Start, marks: Mapping[str, Mark]) -> Body:
 
 
 def by_frame(body: Body, rows: Iterable[Array]) -> dict[int, dict[str, tuple[float, float]]]:
-    """Joints (J, 2) of the start frame and those after it, as `tracker.compare.score` takes them."""
+    """Joints (J, 2) of the start frame and those after it, as `tracker.run.score.score` takes them."""
     return {
         frame: {name: (float(x), float(y)) for name, (x, y) in zip(body.names, row, strict=True)}
         for frame, row in enumerate(rows)

@@ -6,7 +6,7 @@ import numpy as np
 from kinematics.figure import load_figure
 from kinematics.recover import start_pose
 from tests.rivals.body import body_at
-from tracker.keypoints import Mark
+from tracker.tables.keypoints import Mark
 
 SIZE = (240, 320)
 STANDING = {

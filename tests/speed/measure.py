@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynamics.em import Options, data_prior, maximise
 from dynamics.frames import in_batches
 from dynamics.gpb2 import gpb2_all, gpb2_filter
-from dynamics.regression import form
+from dynamics.learning.em import Options, data_prior, maximise
+from dynamics.learning.regression import form
 from dynamics.variational import variational_all
 from dynamics.viterbi import forward, viterbi_all
 from tests.oracles import random_slds

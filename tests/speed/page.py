@@ -4,7 +4,7 @@ from tests.evaluation.page import written
 from tests.evaluation.targets import Target, target_table
 from tests.motion_page import table
 from tests.speed.tracking import AIM, LIMIT, LONG, MOST_MEMORY, Cost, Growth, Memory
-from tracker.clip import Job
+from tracker.clip.follow import Job
 
 STRAIGHT = 0.1  # share of the greatest cost by which one may lie beside the line, at most
 

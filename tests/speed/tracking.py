@@ -21,12 +21,15 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from tests.rivals import lucas_kanade
 from tests.rivals.body import body_at
-from tracker import clip, registration, smoothing, track
-from tracker.clip import Job, follow, prepare
-from tracker.keypoints import read_keypoints
+from tracker.clip.follow import Job, follow, prepare
+from tracker.clip.follow import follow as clip
+from tracker.loop import smoothing
+from tracker.loop import tracker as track
 from tracker.progress import Progress
-from tracker.registration import Field, align
+from tracker.registration.align import Field, align
+from tracker.registration.align import align as registration
 from tracker.settings import Settings
+from tracker.tables.keypoints import read_keypoints
 from videos.frames import Frame, Video
 
 MODEL = "walk-run"  # four learned states, at two speeds, and a free one

@@ -7,8 +7,8 @@ import cv2
 from tests.tracker import people
 from tests.tracker.clips import figtrack, write_table, write_video
 from tests.tracker.gaits import gait_model, saved
+from tests.tracker.models.test_learn import COLUMNS, T, write_walk
 from tests.tracker.people import WALKER
-from tests.tracker.test_learning import COLUMNS, T, write_walk
 
 FRAMES = 4  # of the clip
 OF_MARKS = "--keypoints marks.csv --model m.npz --quiet --overwrite"

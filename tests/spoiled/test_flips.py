@@ -11,9 +11,9 @@ from tests.spoiled.spoil import flip
 from tests.spoiled.stock import FOREIGN, words
 from tests.spoiled.test_spoiled import check_line
 from tests.tracker.clips import figtrack
-from tracker.foreign.start import read_start
-from tracker.foreign.text import ForeignError
-from tracker.jobs import JobsError, read_jobs
+from tracker.batch.jobs import JobsError, read_jobs
+from tracker.foreign.start_marks import read_start
+from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
 from tracker.settings import SettingsError, read_settings
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from typer.testing import CliRunner
 
-from tracker.cli import app
+from tracker.cli.app import app
 from tracker.scene.film import render, truth_table
 from videos.writer import Writer
 

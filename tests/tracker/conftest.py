@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.tracker.clips import Clip, make_clip
-from tracker.cluster import local_cluster
+from tracker.models.cluster import local_cluster
 
 if TYPE_CHECKING:
     from distributed import Client

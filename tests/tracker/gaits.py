@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 
 from dynamics.hmm import HMMOptions
-from dynamics.options import Options
+from dynamics.learning.options import Options
 from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import write_table
-from tracker.models import learn_hmms, learn_motions
-from tracker.poses import PoseSequence, pose_cells
+from tracker.models.find import learn_hmms, learn_motions
+from tracker.tables.poses import PoseSequence, pose_cells
 
 HEADER = ("seq", "frame", *POSE_COLUMNS)
 STRIDES = {"walk": 34.0, "run": 22.0}  # frames

@@ -4,7 +4,7 @@ import numpy as np
 
 from kinematics.spm import View
 from tests.kinematics.figures import WALKER
-from tracker.store import Track
+from tracker.run.track import Track
 
 SWING = np.radians(28.0)  # greatest angle of a thigh
 

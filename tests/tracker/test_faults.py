@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from dynamics.store import ModelError
-from tracker.faults import fault
-from tracker.folder import FolderError
+from tracker.errors import fault
+from tracker.run.folder import FolderError
 from videos.frames import VideoError
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from kinematics.spm import View
 from tests.kinematics.figures import WALKER, random_pose
 from tests.oracles import random_covariance
-from tracker.store import Track
+from tracker.run.track import Track
 
 OUTCOMES = ("ok", "hidden", "lost", "outside")
 

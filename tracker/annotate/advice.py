@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from kinematics.figure import Figure
 from kinematics.recover import PoseError, Start, needed_joints, start_pose
-from tracker.keypoints import Mark, points
-from tracker.start import objections, outside
+from tracker.clip.start import objections, outside
+from tracker.tables.keypoints import Mark, points
 
 
 @dataclass(frozen=True)

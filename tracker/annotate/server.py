@@ -18,9 +18,9 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from tracker.annotate.page import compose
+from tracker.annotate.marking_page import compose
 from tracker.annotate.session import CheckRequest, SaveRequest, Session
-from tracker.folder import FolderError
+from tracker.run.folder import FolderError
 from videos.frames import VideoError
 
 LOOPBACK = "127.0.0.1"

@@ -14,10 +14,10 @@ from kinematics.figure import Figure, load_figure
 from kinematics.recover import needed_joints
 from tracker.annotate.advice import Advice, advise
 from tracker.annotate.frames import Frames
-from tracker.annotate.table import Table
-from tracker.foreign.start import Taken
-from tracker.keypoints import KEYPOINTS, Mark, Marks
-from tracker.start import facing_at
+from tracker.annotate.marks import Table
+from tracker.clip.start import facing_at
+from tracker.foreign.start_marks import Taken
+from tracker.tables.keypoints import KEYPOINTS, Mark, Marks
 
 FARTHEST = 1e5  # pixels; nobody marks a joint beyond it
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.foreign.people import People, Person, frame_number, sighting, triples
-from tracker.foreign.text import ForeignError, load_json
+from tracker.foreign.text_files import ForeignError, load_json
 
 COCO_17 = (
     *("nose", "left_eye", "right_eye", "left_ear", "right_ear"),

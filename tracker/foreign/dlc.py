@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from dynamics.gaussian import Array
 from tracker.foreign.people import People, Person, frame_number, sighting
 from tracker.foreign.points import Points
-from tracker.foreign.text import ForeignError, opened
-from tracker.sampling import Array
+from tracker.foreign.text_files import ForeignError, opened
 
 SCORER = "figtrack"
 COORDS = ("x", "y", "likelihood")

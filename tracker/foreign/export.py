@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tracker.folder import fresh_file, fresh_folder
 from tracker.foreign import dlc, mot, myogait, openpose, trc
 from tracker.foreign.points import HALPE, JOINTS, named_points
 from tracker.foreign.scale import Scale, scale_by_height, scale_by_points
-from tracker.foreign.text import ForeignError
+from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
-from tracker.runs import RUN_FILES, Record, read_run
+from tracker.run.folder import fresh_file, fresh_folder
+from tracker.run.read import RUN_FILES, Record, read_run
 
 PIXELS = "_px"  # what Sports2D wants in the name of a file in pixels
 

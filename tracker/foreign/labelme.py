@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.foreign.people import People, Sighting, frame_number, sighting
-from tracker.foreign.text import ForeignError, load_json
+from tracker.foreign.text_files import ForeignError, load_json
 
 CORNER = 0.5
 HIDDEN_FLAGS = ("hidden", "occluded")

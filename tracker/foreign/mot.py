@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.foreign.points import side_seen
 from tracker.foreign.scale import Scale
-from tracker.foreign.text import ForeignError
-from tracker.runs import Record
-from tracker.sampling import Array
+from tracker.foreign.text_files import ForeignError
+from tracker.run.read import Record
 
 Frames = NDArray[np.bool_]  # (T,)
 

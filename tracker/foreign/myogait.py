@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from dynamics.gaussian import Array
 from tracker.foreign.points import Points
-from tracker.runs import News
-from tracker.sampling import Array
+from tracker.run.read import News
 
 VERSION = "0.9.2"  # of myogait, whose layout this is
 NAMES = {

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from kinematics.recover import facing_of
 from tracker.foreign.people import Person, Sighting
 from tracker.foreign.points import near_far
-from tracker.keypoints import KEYPOINTS
+from tracker.tables.keypoints import KEYPOINTS
 
 PARTS = {
     **dict.fromkeys(("headtop", "topofhead", "head", "vertex", "crown"), "head_top"),

@@ -10,7 +10,7 @@ import numpy as np
 
 from tracker.foreign.people import People, Person, frame_number, sighting, triples
 from tracker.foreign.points import HIPS, JOINTS, SHOULDERS, Points
-from tracker.foreign.text import ForeignError, load_json
+from tracker.foreign.text_files import ForeignError, load_json
 
 BODY_25 = (
     *("Nose", "Neck", "RShoulder", "RElbow", "RWrist", "LShoulder", "LElbow", "LWrist"),

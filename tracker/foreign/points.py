@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.runs import Record, RunError
-from tracker.sampling import Array
+from dynamics.gaussian import Array
+from tracker.run.read import Record, RunError
 
 WITHIN = 0.1  # leg lengths
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dynamics.gaussian import Array
 from tracker.foreign.points import apart, leg_pixels, middle
-from tracker.runs import Record
-from tracker.sampling import Array
+from tracker.run.read import Record
 
 ANKLE_HEIGHT = 0.039  # of the person's height
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from dynamics.gaussian import Array
 from tracker.foreign.people import People, Person, sighting, triples
 from tracker.foreign.points import Points
 from tracker.foreign.scale import Scale
-from tracker.foreign.text import ForeignError, opened
-from tracker.sampling import Array
+from tracker.foreign.text_files import ForeignError, opened
 
 KEYS = (
     "DataRate",

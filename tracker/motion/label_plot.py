@@ -7,9 +7,9 @@ from typing import Any
 import matplotlib
 import numpy as np
 
-from dynamics.tasks import Labelling
-from tracker.poses import PoseSequence, stretches
-from tracker.sampling import Array
+from dynamics.gaussian import Array
+from dynamics.motion.tasks import Labelling
+from tracker.tables.poses import PoseSequence, stretches
 
 matplotlib.use("Agg")
 from matplotlib import pyplot

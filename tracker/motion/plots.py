@@ -8,11 +8,11 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
+from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import DPI, bar, frame_edges, patches, save
 from tracker.motion.sticks import layers, sticks
-from tracker.poses import ROOT_COLUMNS, PoseSequence, stretches
-from tracker.sampling import Array
+from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, stretches
 from videos.overlay import FAR, INK, NEAR, TRUNK
 
 matplotlib.use("Agg")

@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 
+from dynamics.gaussian import Array
 from kinematics.figure import Figure, load_figure
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.spm import skeleton
-from tracker.sampling import Array
 
 GROUND_SECONDS = 0.6  # a foot touches the ground at least once in twice this time
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dynamics.tasks import Labelling
+from dynamics.gaussian import Array
+from dynamics.motion.tasks import Labelling
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.tasks import Filled
-from tracker.poses import ROOT_COLUMNS, PoseSequence
-from tracker.sampling import Array
+from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
 ANGLES = slice(ROOT_COLUMNS, len(POSE_COLUMNS))
 STRIDES = 3.0  # at least so many lie in what their period is measured from

@@ -11,15 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dynamics.gaps import interpolate
-from dynamics.gaussian import Gaussian
+from dynamics.gaussian import Array, Gaussian
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
-from dynamics.noise import SEARCHES, at_noise
-from dynamics.region import POSE
-from dynamics.slds import SLDS
-from dynamics.store import Model
-from dynamics.tasks import (
+from dynamics.motion.gaps import interpolate
+from dynamics.motion.noise import SEARCHES, at_noise
+from dynamics.motion.tasks import (
     CLASSIFY_TICKS,
     InferWithHints,
     Labelling,
@@ -28,13 +25,15 @@ from dynamics.tasks import (
     predict,
     predict_ticks,
 )
+from dynamics.region import POSE
+from dynamics.slds import SLDS
+from dynamics.store import Model
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.choices import Inference, Use
-from tracker.poses import ROOT_COLUMNS, PoseSequence, PosesError
 from tracker.progress import Progress
-from tracker.sampling import Array
+from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, PosesError
 
 NECK = POSE_COLUMNS.index("neck")
 # Standard deviations of what is unknown at a start: leg lengths for the place, radians for the neck.

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from tracker.gait import Gait
-from tracker.poses import stretches
-from tracker.sampling import Array
-from tracker.store import Track
-from tracker.strides import SIDES, Side
+from dynamics.gaussian import Array
+from tracker.gait.figures import Gait
+from tracker.gait.strides import SIDES, Side
+from tracker.run.track import Track
+from tracker.tables.poses import stretches
 
 # A panel: its title, how to read it, and its curves: what each is called and its freedom.
 PANELS = (

@@ -12,9 +12,9 @@ from importlib import resources
 from pathlib import Path
 from urllib.parse import quote
 
-from tracker.compare import LOST_ERROR, Score, error_curve
 from tracker.report.chapter import Chapter
-from tracker.report.tables import comparison_table, gait_table
+from tracker.report.html_tables import comparison_table, gait_table
+from tracker.run.score import LOST_ERROR, Score, error_curve
 
 SCRIPTS = ("plots.js", "player.js", "page.js")
 LARGEST = 60_000_000  # bytes of clips that are written into a page; larger ones are linked

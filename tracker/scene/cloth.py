@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.scene.gait import Array
+from tracker.scene.steps import Array
 
 Image = NDArray[np.float32]
 Window = tuple[slice, slice]

@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.scene.body import MARK_RANKS, Painter, compose, seen
 from tracker.scene.cloth import Image, Wardrobe
-from tracker.scene.figure import MARK_RANKS, Painter, compose, seen
-from tracker.scene.gait import STEPS, Array, Gait, joint_places, random_build, walk
+from tracker.scene.steps import STEPS, Array, Gait, joint_places, random_build, walk
 from tracker.scene.street import FLOOR, foreground, light_fields, street
 
 Picture = NDArray[np.uint8]

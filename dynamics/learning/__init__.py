@@ -1,0 +1,1 @@
+"""Learning by expectation-maximisation."""

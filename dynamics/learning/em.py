@@ -1,0 +1,248 @@
+"""Learning an SLDS from pose sequences by expectation-maximisation with any of the inferences.
+
+Every start is climbed from by E-steps (`infer`) and M-steps (`dynamics.learning.mstep`), and the one that
+reaches the highest value is kept. The value of a round is the weighted sum of what the inference calls log evidence, plus
+the log prior. With an exact or variational E-step it never falls. The best path and GPB2 promise nothing of
+the kind, so of every climb the best round is kept, one fall by less than the tolerance is climbed on from,
+and a second, or a greater one, ends it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+
+import numpy as np
+
+from dynamics.gaussian import Array, Gaussian, symmetric
+from dynamics.learning.fill import fill
+from dynamics.learning.initialise import first_guess
+from dynamics.learning.mstep import maximise
+from dynamics.learning.options import DEFAULTS, Options
+from dynamics.learning.prior import Prior, changes, data_prior, log_prior
+from dynamics.learning.regression import Form, companion, form
+from dynamics.posterior import Posterior
+from dynamics.slds import SLDS
+from dynamics.viterbi import viterbi_all
+
+__all__ = [
+    "Fit",
+    "Infer",
+    "Options",
+    "anywhere",
+    "data_prior",
+    "from_origin",
+    "learn",
+    "log_prior",
+    "maximise",
+]
+
+Infer = Callable[[SLDS, Sequence[Array]], list[Posterior]]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A learned system and how it was come to.
+
+    slds    : of the best round of the best start
+    values  : log evidence (or bound, or path value) plus log prior at every round of that start
+    stopped : why it stopped
+    finals  : the best value of every start
+    """
+
+    slds: SLDS
+    values: tuple[float, ...]
+    stopped: str
+    finals: tuple[float, ...] = ()
+
+
+def learn(
+    ys: Sequence[Array],
+    *,
+    names: Sequence[str],
+    travelling: Sequence[str],
+    fps: float,
+    label: str,
+    options: Options = DEFAULTS,
+    weights: Array | None = None,
+    infer: Infer = viterbi_all,
+    progress: Callable[[int, float], None] | None = None,
+) -> Fit:
+    """Learn one motion's switching dynamics.
+
+    Args:
+        ys: sequences (T, M), T >= 2, in body units (leg lengths, radians); NaN entries were not measured.
+        names: the M freedoms; `travelling` those whose place must not matter.
+        fps: frames a second of the sequences.
+        label: name of the motion, given to every state.
+        weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
+        infer: E-step. It is handed the sequences in an order of learning's own, the same every time.
+        progress: called after each round with its number, counted on from start to start, and its value.
+
+    Raises:
+        ValueError: no sequences, or unusable ones; or maximum likelihood and too little data for it.
+    """
+    w = np.ones(len(ys)) if weights is None else np.asarray(weights, dtype=float)
+    _check(ys, names, w)
+    ys, w = _in_order([from_origin(y, names, travelling) for y in ys], w / w.mean())
+    shape = form(tuple(names), tuple(travelling), options.order)
+    prior = data_prior(ys, shape, options)
+    blank = _blank(ys, shape, options, tuple(names), tuple(travelling), label, fps)
+    number = count()
+
+    def report(value: float) -> None:
+        if progress is not None:
+            progress(next(number), value)
+
+    fits = []
+    for seed in np.random.SeedSequence(options.seed).spawn(options.restarts):
+        guess = first_guess(ys, shape, options, np.random.default_rng(seed))
+        try:
+            slds = _first_model(blank, ys, guess, shape, prior, w)
+            fits.append(_climb(slds, ys, shape, prior, w, options, infer, report))
+        except np.linalg.LinAlgError as error:
+            raise ValueError(
+                f"a covariance of {options.states} states collapsed ({error}); "
+                "learn fewer states, from more data, or with a prior above 0"
+            ) from error
+    finals = tuple(max(fit.values) for fit in fits)
+    return replace(fits[int(np.argmax(finals))], finals=finals)
+
+
+def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
+    """The same system whose first frame may fall anywhere in the motion.
+
+    mean0 and cov0 become each state's moments over all frames, with travelling freedoms counted from where
+    they are now. A tracker meets a figure in the middle of its stride, not where a capture was cut.
+    """
+    moves = np.array([name in slds.travelling for name in slds.names])
+    mean0, cov0, share = slds.mean0.copy(), slds.cov0.copy(), np.zeros(slds.K)
+    prob = np.concatenate([p.prob[1:] for p in posteriors])
+    mean = np.concatenate([p.states.mean[1:] for p in posteriors]) @ slds.from_here.T
+    for k in range(slds.K):
+        share[k] = prob[:, k].sum()
+        if share[k] > 1.0:
+            w = prob[:, k] / share[k]
+            mean0[k] = w @ mean
+            cov0[k] = (w[:, None] * (mean - mean0[k])).T @ (mean - mean0[k])
+    floor = 1e-6 * np.eye(mean.shape[1]) + np.diag(np.tile(moves * 1e-4, slds.order))
+    return replace(slds, mean0=mean0, cov0=symmetric(cov0) + floor, pi0=share / share.sum())
+
+
+def from_origin(y: Array, names: Sequence[str], travelling: Sequence[str]) -> Array:
+    """The sequence with its travelling freedoms counted from where they were first measured."""
+    moves = np.array([name in travelling for name in names])
+    return y - np.where(moves, fill([y])[0][0], 0.0)
+
+
+def _climb(
+    slds: SLDS,
+    ys: Sequence[Array],
+    shape: Form,
+    prior: Prior,
+    weights: Array,
+    options: Options,
+    infer: Infer,
+    report: Callable[[float], None],
+) -> Fit:
+    """EM from one first model."""
+    best, falls = slds, 0
+    values: list[float] = []
+    stopped = f"reached {options.rounds} rounds"
+    while True:
+        posteriors = infer(slds, ys)
+        evidence = sum(w * p.log_evidence for w, p in zip(weights, posteriors, strict=True))
+        value = float(evidence) + log_prior(slds, shape, prior)
+        if not np.isfinite(value):
+            raise np.linalg.LinAlgError(f"the value of round {len(values)} is {value}")
+        report(value)
+        rise = value - values[-1] if values else np.inf
+        if value > max(values, default=-np.inf):
+            best = slds
+        values.append(value)
+        least = options.tolerance * abs(value)
+        falls += rise < 0
+        if rise < 0 and (falls > 1 or -rise > least):
+            stopped = "fell; the best round is kept"
+        elif 0 <= rise < least:
+            stopped = "rose by less than the tolerance"
+        elif len(values) < options.rounds:
+            slds = maximise(slds, ys, posteriors, shape, prior, weights)
+            continue
+        return Fit(best, tuple(values), stopped)
+
+
+def _blank(
+    ys: Sequence[Array],
+    shape: Form,
+    options: Options,
+    names: tuple[str, ...],
+    travelling: tuple[str, ...],
+    label: str,
+    fps: float,
+) -> SLDS:
+    """Constant velocity in every state; R is a tenth of the frame-to-frame change."""
+    d, N = shape.carry.shape
+    K = options.states
+    change, spread = changes(ys, shape.order), changes(ys, 0)
+    A, b, Q = companion(shape, np.stack([shape.steady] * K), np.stack([np.diag(change)] * K))
+    return SLDS(
+        pi0=np.full(K, 1.0 / K),
+        Pi=np.full((K, K), 1.0 / K),
+        A=A,
+        b=b,
+        Q=Q,
+        C=np.eye(d, N),
+        R=np.diag(0.1 * change),
+        mean0=np.zeros((K, N)),
+        cov0=np.stack([np.diag(np.tile(spread, shape.order))] * K),
+        names=names,
+        travelling=travelling,
+        labels=(label,) * K,
+        fps=fps,
+    )
+
+
+def _first_model(
+    blank: SLDS,
+    ys: Sequence[Array],
+    guess: Sequence[Posterior],
+    shape: Form,
+    prior: Prior,
+    weights: Array,
+) -> SLDS:
+    """The model that the starting labels give. What maximum likelihood fits exactly is blurred a little."""
+    blur = 1e-5 * np.diag(np.tile(changes(ys, shape.order), shape.order))
+    blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + blur)) for p in guess]
+    return replace(maximise(blank, ys, blurred, shape, prior, weights), R=blank.R)
+
+
+def _in_order(ys: Sequence[Array], weights: Array) -> tuple[list[Array], Array]:
+    """Sequences ordered by what they hold, so that the order they came in does not enter the start."""
+    keys = [
+        (len(y), np.nan_to_num(y, nan=np.inf).ravel().tolist(), w) for y, w in zip(ys, weights, strict=True)
+    ]
+    order = sorted(range(len(ys)), key=lambda n: keys[n])
+    return [ys[n] for n in order], weights[order]
+
+
+def _check(ys: Sequence[Array], names: Sequence[str], weights: Array) -> None:
+    if not ys:
+        raise ValueError("learning needs at least one sequence; got none")
+    for n, y in enumerate(ys):
+        if y.ndim != 2 or y.shape[1] != len(names) or len(y) < 2:
+            raise ValueError(f"sequence {n} must be (T, {len(names)}) with T >= 2; got {y.shape}")
+        if np.isinf(y).any():
+            raise ValueError(f"sequence {n} has infinite entries; mark what was not measured with NaN")
+        if np.isnan(y).all():
+            raise ValueError(f"sequence {n} measured nothing; leave it out")
+    measured = ~np.isnan(np.concatenate(ys))
+    if not measured.any(0).all():
+        name = names[int(measured.any(0).argmin())]
+        raise ValueError(f"freedom {name!r} was never measured; leave it out")
+    if (
+        weights.shape != (len(ys),)
+        or not np.isfinite(weights).all()
+        or weights.min() < 0
+        or not weights.any()
+    ):
+        raise ValueError(f"weights must be {len(ys)} numbers, none negative and not all 0; got {weights}")

@@ -1,0 +1,136 @@
+"""The M-step: parameters from expected moments.
+
+Pavlović et al. (1999), section 2.3, with the sums' ends put right (sums over steps hold T - 1 terms and never
+cross from one sequence to the next), an affine offset, weights per sequence and priors. All statistics come
+before any parameter.
+
+Where only part of a frame's entries was measured, the noise w = y - C x of the others is completed by its
+moments given that of the measured, w_m | w_o ~ N(R_mo R_oo^-1 w_o, R_mm - R_mo R_oo^-1 R_om), with R from
+before; a frame that measured nothing says nothing about R and is left out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, symmetric, transpose
+from dynamics.learning.prior import Prior
+from dynamics.learning.regression import Form, solve
+from dynamics.posterior import Posterior
+from dynamics.slds import SLDS
+
+
+def maximise(
+    slds: SLDS,
+    ys: Sequence[Array],
+    posteriors: Sequence[Posterior],
+    shape: Form,
+    prior: Prior,
+    weights: Array,
+) -> SLDS:
+    """The parameters that maximise the expected log joint plus the log prior (C is fixed).
+
+    A state that the posteriors never enter keeps what it had where the priors leave it nothing.
+
+    Args:
+        slds: the system that the posteriors are of.
+        ys: sequences (T, M), NaN where not measured.
+        posteriors: one a sequence, from any inference.
+        shape: form of the dynamics.
+        prior: see `data_prior`.
+        weights: how much each sequence counts.
+
+    Raises:
+        numpy.linalg.LinAlgError: maximum likelihood, and a state entered less often than it has coefficients.
+    """
+    V, n = _step_statistics(posteriors, weights, len(slds.names))
+    entered = n + prior.ridge.count > 0
+    A, b, Q = slds.A.copy(), slds.b.copy(), slds.Q.copy()
+    A[entered], b[entered], Q[entered] = solve(V[entered], n[entered], shape, prior.ridge)
+    mean0, cov0 = _start(posteriors, weights, prior)
+    counts = sum(w * p.pair.sum(0) for w, p in zip(weights, posteriors, strict=True))
+    counts = counts + prior.alpha + prior.sticky * np.eye(slds.K)
+    first = sum(w * p.prob[0] for w, p in zip(weights, posteriors, strict=True)) + prior.alpha
+    unborn = first + prior.start_count <= 1e-9
+    return replace(
+        slds,
+        A=A,
+        b=b,
+        Q=Q,
+        Pi=_rows(counts, slds.Pi),
+        pi0=_rows(first[None], slds.pi0[None])[0],
+        mean0=np.where(unborn[:, None], slds.mean0, mean0),
+        cov0=np.where(unborn[:, None, None], slds.cov0, cov0),
+        R=_measurement_noise(slds, ys, posteriors, weights, prior),
+    )
+
+
+def _step_statistics(posteriors: Sequence[Posterior], weights: Array, d: int) -> tuple[Array, Array]:
+    """sum_t E[v v' s_t(k)] with v = [pose_t; x_{t-1}; 1], and the expected counts (K,)."""
+    K, N = posteriors[0].prob.shape[1], posteriors[0].states.mean.shape[1]
+    V, n = np.zeros((K, d + N + 1, d + N + 1)), np.zeros(K)
+    spread = np.zeros((K, 1, 4 * N * N))
+    pick = np.r_[0:d, N : 2 * N]
+    for w, posterior in zip(weights, posteriors, strict=True):
+        prob, steps = w * posterior.prob[1:], posterior.step_moments()
+        mean = steps.mean[..., pick]
+        v = np.concatenate([mean, np.ones((*mean.shape[:-1], 1))], axis=-1).swapaxes(0, 1)
+        V += (prob.T[:, None] * transpose(v)) @ v
+        spread += prob.T[:, None] @ steps.cov.reshape(*mean.shape[:-1], -1).swapaxes(0, 1)
+        n += prob.sum(0)
+    V[:, :-1, :-1] += spread.reshape(K, 2 * N, 2 * N)[:, pick[:, None], pick]
+    return V, n
+
+
+def _start(posteriors: Sequence[Posterior], weights: Array, prior: Prior) -> tuple[Array, Array]:
+    """Mean and covariance of the first frame's state given each switching state."""
+    K, N = posteriors[0].prob.shape[1], posteriors[0].states.mean.shape[1]
+    n, total, square = np.zeros(K), np.zeros((K, N)), np.zeros((K, N, N))
+    for w, posterior in zip(weights, posteriors, strict=True):
+        prob, first = w * posterior.prob[0], posterior.start_moments()
+        n += prob
+        total += prob[:, None] * first.mean
+        outer = first.mean[..., :, None] * first.mean[..., None, :]
+        square += prob[:, None, None] * (first.cov + outer)
+    # A state that no sequence starts in takes the mean of those that do, at the prior's covariance.
+    born = n > 1e-9
+    own, common = total / np.maximum(n, 1e-9)[:, None], total.sum(0) / max(n.sum(), 1e-9)
+    mean = np.where(born[:, None], own, common)
+    scatter = square - n[:, None, None] * mean[:, :, None] * mean[:, None, :]
+    scatter = np.where(born[:, None, None], scatter, 0.0)
+    count = np.maximum(n + prior.start_count, 1e-9)
+    return mean, symmetric(scatter + np.diag(prior.start)) / count[:, None, None]
+
+
+def _measurement_noise(
+    slds: SLDS, ys: Sequence[Array], posteriors: Sequence[Posterior], weights: Array, prior: Prior
+) -> Array:
+    """R from the residuals of every frame that measured something."""
+    y, w = np.concatenate(ys), np.repeat(weights, [len(y) for y in ys])
+    cov = np.concatenate([p.states.cov for p in posteriors])
+    seen = ~np.isnan(y)
+    e = np.where(seen, y - np.concatenate([p.states.mean for p in posteriors]) @ slds.C.T, 0.0)
+    full = seen.all(1)
+    part = seen.any(1) & ~full
+    spread = slds.C @ np.tensordot(w[full], cov[full], 1) @ slds.C.T
+    scatter = np.diag(prior.R) + (w[full] * e[full].T) @ e[full] + spread
+    if part.any():
+        moments = e[part, :, None] * e[part, None, :] + slds.C @ cov[part] @ slds.C.T
+        scatter = scatter + np.tensordot(w[part], _completed(moments, seen[part], slds.R), 1)
+    return symmetric(scatter / (prior.R_count + w[full | part].sum()))
+
+
+def _completed(moments: Array, seen: NDArray[np.bool_], R: Array) -> Array:
+    """E[w w'] of all entries' noise from that of the measured: moments (n, M, M), seen (n, M)."""
+    both = seen[:, :, None] & seen[:, None, :]
+    known = np.where(seen[:, None, :], R, 0.0)
+    gain = transpose(np.linalg.solve(np.where(both, R, np.eye(len(R))), transpose(known)))
+    completed: Array = gain @ moments @ transpose(gain) + R - gain @ transpose(known)
+    return completed
+
+
+def _rows(counts: Array, fallback: Array) -> Array:
+    totals = counts.sum(-1, keepdims=True)
+    return np.where(totals > 0, counts / np.where(totals > 0, totals, 1.0), fallback)

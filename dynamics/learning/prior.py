@@ -1,0 +1,122 @@
+"""The priors of learning, scaled from the data so that units do not matter.
+
+Inverse-Wishart on Q, on R and on the first frame's covariance, Dirichlet on Pi and pi0, and a ridge of the
+regression towards constant velocity (matrix-normal given Q). Where entries were not measured, spreads are
+those of what was.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from dynamics.learning.options import Options
+from dynamics.learning.regression import Form, Ridge, maximum_likelihood
+from dynamics.slds import SLDS
+
+STILL = 1e-10  # variance that even a freedom which never moves is taken to have: 1e-5 leg lengths or radians
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Priors scaled from the data; see `data_prior`.
+
+    ridge : of the regression
+    R     : (M,) diagonal of the inverse-Wishart scale of R, and its count
+    start : (N,) diagonal of the inverse-Wishart scale of the first frame's covariance
+    alpha : Dirichlet counts added to every transition, and `sticky` more to staying
+    """
+
+    ridge: Ridge
+    R: Array
+    R_count: float
+    start: Array
+    start_count: float
+    alpha: float
+    sticky: float
+
+
+def data_prior(ys: Sequence[Array], shape: Form, options: Options) -> Prior:
+    """Priors scaled from the spread of what was measured (NaN: was not); all zero at strength 0."""
+    d, N = shape.carry.shape
+    if options.prior == 0.0:
+        return Prior(maximum_likelihood(shape), np.zeros(d), 0.0, np.zeros(N), 0.0, 0.0, 0.0)
+    spread, change = _variance(np.concatenate(ys)) + STILL, changes(ys, shape.order)
+    speed, _ = _mean(np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2)
+    frames = sum(len(y) for y in ys)
+    strength = options.prior * options.ridge * _regressor_sizes(ys, shape) * frames / (4.0 * options.states)
+    # A travelling freedom starts near its first place, however far it goes.
+    places = np.where(shape.carry.any(axis=1), np.minimum(spread, speed + STILL), spread)
+    return Prior(
+        ridge=Ridge(strength, options.prior * 0.1 * change, options.prior * (d + 2.0)),
+        R=options.prior * 0.03 * np.minimum(spread, change),
+        R_count=options.prior * (d + 11.0),
+        start=options.prior * 0.1 * np.tile(places, shape.order),
+        start_count=options.prior * (N + 2.0),
+        alpha=0.1 * options.prior,
+        sticky=options.stickiness * options.prior,
+    )
+
+
+def changes(ys: Sequence[Array], order: int) -> Array:
+    """(d,) variance of the change that the dynamics must explain: of velocity, or at first order of place.
+
+    Where a freedom was never measured often enough in a row for that, of the next lower difference.
+    """
+    change = np.zeros(ys[0].shape[1])
+    for n in range(order + 1):
+        differences = np.concatenate([np.diff(y, n=n, axis=0) for y in ys])
+        enough = (~np.isnan(differences)).sum(0) >= min(n, 1) + 1
+        change = np.where(enough, _variance(differences), change)
+    return change + STILL
+
+
+def log_prior(slds: SLDS, shape: Form, prior: Prior) -> float:
+    """The log prior density up to a constant: what the M-step adds to the expected log joint."""
+    d = len(shape.carry)
+    total = 0.0
+    if prior.ridge.count > 0:
+        for A, b, Q in zip(slds.A, slds.b, slds.Q, strict=True):
+            free = A[:d] - shape.carry
+            B = np.hstack([free @ np.linalg.pinv(shape.regard), b[:d, None]]) - shape.steady
+            scatter = (B * prior.ridge.strength) @ B.T + np.diag(prior.ridge.noise)
+            count = prior.ridge.count + np.count_nonzero(prior.ridge.strength)
+            total += _inverse_wishart(Q[:d, :d], scatter, count)
+        for cov in slds.cov0:
+            total += _inverse_wishart(cov, np.diag(prior.start), prior.start_count)
+        total += _inverse_wishart(slds.R, np.diag(prior.R), prior.R_count)
+        Pi, pi0 = np.maximum(slds.Pi, 1e-300), np.maximum(slds.pi0, 1e-300)
+        total += float(((prior.alpha + prior.sticky * np.eye(slds.K)) * np.log(Pi)).sum())
+        total += float((prior.alpha * np.log(pi0)).sum())
+    return total
+
+
+def _inverse_wishart(cov: Array, scatter: Array, count: float) -> float:
+    return float(-0.5 * (count * np.linalg.slogdet(cov)[1] + np.trace(np.linalg.solve(cov, scatter))))
+
+
+def _regressor_sizes(ys: Sequence[Array], shape: Form) -> Array:
+    """(N' + 1,) mean square of each regressor over the frames where all that it is made of was measured."""
+    x = np.concatenate(ys if shape.order == 1 else [np.hstack([y[1:], y[:-1]]) for y in ys])
+    gaps = np.isnan(x)
+    regressors = np.where(gaps, 0.0, x) @ shape.regard.T
+    regressors[gaps.astype(float) @ np.abs(shape.regard.T) > 0] = np.nan
+    size, seen = _mean(regressors**2)
+    # A velocity whose two frames were never measured in a row has the size that changes of place have.
+    involved = np.abs(shape.regard).reshape(len(shape.regard), shape.order, -1).max(1)
+    size = np.where(seen > 0, size, involved @ changes(ys, 1))
+    return np.append(np.where(size > 0, size, 1.0), 1.0)
+
+
+def _mean(values: Array) -> tuple[Array, Array]:
+    """Mean over the rows that are not NaN, 0 where all are; and how many are not."""
+    seen = ~np.isnan(values)
+    count = seen.sum(0)
+    mean: Array = np.where(seen, values, 0.0).sum(0) / np.maximum(count, 1)
+    return mean, count
+
+
+def _variance(values: Array) -> Array:
+    mean, _ = _mean(values)
+    return _mean((values - mean) ** 2)[0]

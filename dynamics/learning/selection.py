@@ -1,0 +1,142 @@
+"""How many switching states, of which order: by the likelihood of groups held out.
+
+Maximum likelihood's own value rises with every state added, so it cannot choose. Here the groups (subjects)
+are dealt out to folds; every candidate learns from all folds but one and is scored on that one, in log
+likelihood per measured frame. Groups count alike, in learning by weights and in scoring by a mean over them.
+
+Of the candidates that are not clearly worse than the best one the simplest is taken: those whose groups fall
+short of the best candidate's by no more than one standard error of that difference, group by group
+(Breiman et al. 1984, section 3.4.3, with paired differences, since some subjects are harder for everyone).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from dynamics.learning.em import Infer, from_origin, learn
+from dynamics.learning.options import Options
+from dynamics.learning.regression import form
+from dynamics.slds import SLDS
+from dynamics.viterbi import viterbi_all
+
+Score = Callable[[SLDS, Sequence[Array]], Array]
+
+
+@dataclass(frozen=True)
+class Row:
+    """How one candidate did on the groups held out, in nats per measured frame.
+
+    options : the candidate
+    mean    : over groups
+    error   : standard error of that mean
+    values  : one a group, in the order of `Choice.groups`
+    """
+
+    options: Options
+    mean: float
+    error: float
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was compared, a row a candidate in the order given, and the candidate to take."""
+
+    groups: tuple[str, ...]
+    rows: tuple[Row, ...]
+    best: Options
+
+
+def path_values(slds: SLDS, ys: Sequence[Array]) -> Array:
+    """(len(ys),) log p(y, S*) of each sequence's best path: minus the cost of approximate Viterbi."""
+    return np.array([posterior.log_evidence for posterior in viterbi_all(slds, ys)])
+
+
+def choose(
+    sequences: Sequence[Array],
+    groups: Sequence[str],
+    candidates: Sequence[Options],
+    *,
+    names: Sequence[str],
+    travelling: Sequence[str],
+    fps: float,
+    folds: int = 5,
+    score: Score = path_values,
+    infer: Infer = viterbi_all,
+    progress: Callable[[Options, int], None] | None = None,
+) -> Choice:
+    """Learn every candidate on all folds but one, score it on that one, and choose.
+
+    Args:
+        sequences: (T, M) each, as for `learn`.
+        groups: the group of each sequence; a group is never split between folds.
+        candidates: the settings to choose from.
+        names, travelling, fps: as for `learn`.
+        folds: in how many parts to deal the groups; more than there are groups leaves out one at a time.
+        score: (n,) log likelihood of each of n sequences, travelling freedoms counted from their first frame.
+        infer: E-step of learning.
+        progress: called with the candidate and the fold that it was just scored on.
+
+    Raises:
+        ValueError: fewer than two groups, no candidates, or sequences that cannot be learned from.
+    """
+    held = tuple(sorted(set(groups)))
+    if len(groups) != len(sequences):
+        raise ValueError(f"every sequence needs a group; got {len(groups)} for {len(sequences)} sequences")
+    if len(held) < 2 or folds < 2:
+        raise ValueError(f"choosing needs two folds and two groups at least; got {folds} and {len(held)}")
+    if not candidates:
+        raise ValueError("choosing needs at least one candidate; got none")
+    ys = [from_origin(y, names, travelling) for y in sequences]
+    fold = {group: n % folds for n, group in enumerate(held)}
+    of = np.array([fold[group] for group in groups])
+    frames = _per_group([float((~np.isnan(y)).any(1).sum()) for y in ys], groups, held)
+    if not frames.all():
+        raise ValueError(f"group {held[int(frames.argmin())]!r} measured nothing; leave it out")
+    weights = np.array([1.0 / frames[held.index(group)] for group in groups])
+    rows = []
+    for options in candidates:
+        scores = np.zeros(len(ys))
+        for n in range(max(fold.values()) + 1):
+            kept, out = np.flatnonzero(of != n), np.flatnonzero(of == n)
+            fit = learn(
+                [ys[i] for i in kept],
+                names=names,
+                travelling=travelling,
+                fps=fps,
+                label="candidate",
+                options=options,
+                weights=weights[kept],
+                infer=infer,
+            )
+            scores[out] = score(fit.slds, [ys[i] for i in out])
+            if progress is not None:
+                progress(options, n)
+        values = _per_group(scores, groups, held) / frames
+        rows.append(Row(options, float(values.mean()), _standard_error(values), tuple(values.tolist())))
+    sizes = [_parameters(options, tuple(names), tuple(travelling)) for options in candidates]
+    return Choice(held, tuple(rows), _simplest(rows, sizes))
+
+
+def _simplest(rows: Sequence[Row], sizes: Sequence[int]) -> Options:
+    best = max(rows, key=lambda row: row.mean)
+    behind = [np.subtract(best.values, row.values) for row in rows]
+    near = [n for n, short in enumerate(behind) if short.mean() <= _standard_error(short)]
+    return rows[min(near, key=lambda n: (sizes[n], -rows[n].mean))].options
+
+
+def _standard_error(values: Array) -> float:
+    return float(values.std(ddof=1) / np.sqrt(len(values)))
+
+
+def _per_group(values: Sequence[float] | Array, groups: Sequence[str], held: Sequence[str]) -> Array:
+    return np.array([sum(v for v, g in zip(values, groups, strict=True) if g == group) for group in held])
+
+
+def _parameters(options: Options, names: tuple[str, ...], travelling: tuple[str, ...]) -> int:
+    """How many numbers the switching dynamics have free: coefficients, offsets, noise and transitions."""
+    K = options.states
+    d, regressors = form(names, travelling, options.order).steady.shape
+    return int(K * (d * regressors + d * (d + 1) // 2 + K - 1))

@@ -1,0 +1,95 @@
+"""Filling gaps by sampled switch paths.
+
+The papers' best path stops the gait inside a gap: nothing but Pi speaks there, and staying costs least. Here
+the path is sampled, and the switch may depend on the pose (`dynamics.region`):
+
+    x  starts as the smoothed states of one state a motion, which knows both sides but no switch
+    s  is drawn given x, by filtering backwards and sampling forwards:
+       log Pr(s_t = j | s_{t-1} = i, x_{t-1}) + log N(pose_t; A_j x_{t-1} + b_j, Q_j)
+    x  is smoothed along s, from all that was measured; and again
+
+for several paths at once. The answer has the moments of their mixture.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density, symmetric
+from dynamics.learning.em import from_origin
+from dynamics.motion.moments import by_motion
+from dynamics.region import regions
+from dynamics.slds import SLDS
+from dynamics.viterbi import viterbi, viterbi_all
+
+PATHS = 20
+ROUNDS = 2
+ANYWHERE = 100.0  # variance of a first place that was not measured, squared units
+
+
+def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bool = True) -> Gaussian:
+    """Every frame's pose given all that was measured, before and after.
+
+    Args:
+        y: (T, M) in body units; NaN entries, whole rows too, were not measured.
+        recurrent: let the switch depend on the pose; False is the papers' switch.
+
+    Returns:
+        mean (T, M) and cov (T, M, M) of the pose without measurement noise.
+
+    Raises:
+        ValueError: nothing was measured.
+    """
+    if np.isnan(y).all():
+        raise ValueError("nothing was measured; give at least one frame to fill from")
+    placed = _placed(slds)
+    local = from_origin(y, slds.names, slds.travelling)
+    x = np.repeat(viterbi(by_motion(placed), local).states.mean[None], PATHS, 0)
+    for _ in range(ROUNDS):
+        paths = _sample_paths(slds, x, rng, recurrent)
+        on_path = [np.where(np.arange(slds.K) == path[:, None], 0.0, -np.inf) for path in paths]
+        smoothed = [p.states for p in viterbi_all(placed, [local] * PATHS, on_path)]
+        x = np.stack([states.mean for states in smoothed])
+    covs = np.stack([states.cov for states in smoothed], axis=1)
+    states = collapse(np.full((len(y), PATHS), 1.0 / PATHS), Gaussian(np.swapaxes(x, 0, 1), covs))
+    place = np.nan_to_num(y - local)[np.isfinite(y - local).argmax(0), np.arange(y.shape[1])]
+    return Gaussian(apply(slds.C, states.mean) + place, symmetric(slds.C @ states.cov @ slds.C.T))
+
+
+def _placed(slds: SLDS) -> SLDS:
+    """The same system starting anywhere: a first frame that was not measured need not be at the origin."""
+    moves = np.array([float(name in slds.travelling) for name in slds.names])
+    together = np.tile(np.diag(moves), (slds.order, slds.order))
+    return replace(slds, cov0=slds.cov0 + ANYWHERE * together)
+
+
+def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: bool) -> NDArray[np.intp]:
+    """(P, T) switch paths given the states x (P, T, N)."""
+    P, T, _ = x.shape
+    d, rows = len(slds.names), np.arange(P)
+    ahead = apply(slds.A, x[:, :-1, None]) + slds.b
+    steps = Gaussian(ahead[..., :d], slds.Q[:, :d, :d])
+    log_step = log_density(steps, x[:, 1:, None, :d])
+    reach = regions(slds)
+    first = slds.log_pi0 + reach.log_density(x[:, 0, None])
+    switch = np.broadcast_to(slds.log_Pi, (P, T - 1, slds.K, slds.K))
+    if recurrent:
+        switch = switch + reach.log_density(ahead)[:, :, None]
+        switch = switch - np.logaddexp.reduce(switch, axis=-1, keepdims=True)
+    log_step = switch + log_step[:, :, None]
+    later = np.zeros((P, T, slds.K))
+    for t in range(T - 2, -1, -1):
+        later[:, t] = np.logaddexp.reduce(log_step[:, t] + later[:, t + 1, None], axis=-1)
+    paths = np.empty((P, T), dtype=np.intp)
+    paths[:, 0] = _draw(first + later[:, 0], rng)
+    for t in range(1, T):
+        paths[:, t] = _draw(log_step[rows, t - 1, paths[:, t - 1]] + later[:, t], rng)
+    return paths
+
+
+def _draw(log_p: Array, rng: np.random.Generator) -> NDArray[np.intp]:
+    """(P,) one index from each row of unnormalised log probabilities (P, K)."""
+    heap = np.exp(log_p - log_p.max(-1, keepdims=True)).cumsum(-1)
+    drawn: NDArray[np.intp] = (heap <= rng.random((len(heap), 1)) * heap[:, -1:]).sum(-1)
+    return drawn

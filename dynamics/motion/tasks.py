@@ -1,0 +1,196 @@
+"""What a learned model says of a sequence of poses: which motion, where next; and a motion of its own.
+
+Pavlović et al. (2000), sections 4.1 to 4.3: classification by the switching states, prediction and synthesis.
+Filling of gaps is in `dynamics.motion.gaps`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
+from dynamics.gpb2 import gpb2_all, gpb2_filter_all
+from dynamics.hmm import HMM, hmm_all
+from dynamics.kalman import predict as step
+from dynamics.kalman import update
+from dynamics.motion.noise import SEARCHES, at_noise
+from dynamics.posterior import Posterior
+from dynamics.region import POSE, Regions, pose_hints, pose_regions, regions
+from dynamics.slds import SLDS
+
+InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]
+Tick = Callable[[], None]
+
+CLASSIFY_TICKS = SEARCHES + 1
+NOISE_KNOWN = (5, 15, 45, 135)  # frames after which forecasts go by the noise so far
+PULL = 1.5  # of a state's region on every step of synthesis; much more and no two strides differ
+INSIDE = 0.995  # share of a state's own poses within the distance that synthesis keeps to
+LEAST, MOST = 0.1, 1e4  # weights of the poses that are tried to keep to it
+
+
+@dataclass(frozen=True)
+class Labelling:
+    """Which motion each of T frames belongs to.
+
+    label  : (T,) the motion
+    state  : (T,) the switching state
+    labels : the L motions
+    prob   : (T, L) probability of each; 0 or 1 where the inference gives a path only
+    """
+
+    label: tuple[str, ...]
+    state: NDArray[np.intp]
+    labels: tuple[str, ...]
+    prob: Array
+
+
+def classify(
+    slds: SLDS,
+    ys: Sequence[Array],
+    *,
+    infer: InferWithHints = gpb2_all,
+    pose: float = POSE,
+    tick: Tick = lambda: None,
+) -> list[Labelling]:
+    """The motion of every frame: the one whose switching states are the most probable together.
+
+    R is raised to the noise of these sequences, and each pose speaks for the states in whose region it lies.
+
+    Args:
+        ys: sequences (T, M) in body units; NaN entries were not measured.
+        infer: viterbi_all, gpb2_all, variational_all.
+        pose: weight of the pose's term; 0 leaves it out, as in the papers.
+        tick: called CLASSIFY_TICKS times, as the work goes on.
+    """
+    noisy = at_noise(slds, ys, tick)
+    hints = [pose_hints(noisy, y, pose) for y in ys] if pose > 0 else None
+    found = [_labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
+    tick()
+    return found
+
+
+def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
+    """The same with a hidden Markov model, the papers' baseline."""
+    return [_labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
+
+
+def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lambda: None) -> list[Gaussian]:
+    """Forecasts `horizon` frames ahead by the GPB2 filter: one Gaussian a switching state, collapsed.
+
+    R is raised to the noise of the frames so far, anew at each of NOISE_KNOWN frames into the sequences.
+
+    Args:
+        ys: sequences (T, M) in body units; NaN entries were not measured.
+        horizon: at least 1.
+        tick: called `predict_ticks(ys)` times, as the work goes on.
+
+    Returns:
+        For each sequence mean (T + horizon, M) and cov of the pose without measurement noise: entry t from
+        the frames up to t - horizon. The first `horizon` entries have no frame to go by and are NaN.
+
+    Raises:
+        ValueError: a horizon below 1.
+    """
+    found = forecasts(slds, ys, horizon)
+    tick()
+    for known, until in pairwise([*_edges(ys), max(map(len, ys), default=0)]):
+        longer = [i for i, y in enumerate(ys) if len(y) > known]
+        fitted = at_noise(slds, [y[:known] for y in ys], tick)
+        later = forecasts(fitted, [ys[i][:until] for i in longer], horizon)
+        tick()
+        for i, ahead in zip(longer, later, strict=True):
+            rows = slice(known + horizon, len(ahead.mean))
+            found[i].mean[rows], found[i].cov[rows] = ahead.mean[rows], ahead.cov[rows]
+    return found
+
+
+def predict_ticks(ys: Sequence[Array]) -> int:
+    """How often `predict` ticks for these sequences."""
+    return 1 + len(_edges(ys)) * (SEARCHES + 1)
+
+
+def forecasts(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
+    """What the GPB2 filter expects `horizon` frames ahead with the model's own R; otherwise as `predict`.
+
+    Raises:
+        ValueError: a horizon below 1.
+    """
+    if horizon < 1:
+        raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
+    found = []
+    for filtered in gpb2_filter_all(slds, ys):
+        prob, states = filtered.prob, filtered.states
+        for _ in range(horizon):
+            prob, states = _switched(slds, prob, states)
+        ahead = collapse(prob, states)
+        M = len(slds.names)
+        mean = np.full((len(prob) + horizon, M), np.nan)
+        cov = np.full((len(prob) + horizon, M, M), np.nan)
+        mean[horizon:] = apply(slds.C, ahead.mean)
+        cov[horizon:] = symmetric(slds.C @ ahead.cov @ slds.C.T)
+        found.append(Gaussian(mean, cov))
+    return found
+
+
+def synthesise(
+    slds: SLDS, T: int, rng: np.random.Generator, *, recurrent: bool = True
+) -> tuple[NDArray[np.intp], Array]:
+    """A motion of the model's own: switching states (T,) and poses (T, M) without measurement noise.
+
+    Args:
+        recurrent: let the switch depend on the pose, and weigh every step by the region of its state; see
+            `dynamics.region`. False is the papers' model, whose free run soon leaves the motion's range.
+    """
+    reach, poses = regions(slds), pose_regions(slds)
+    s = np.empty(T, dtype=np.intp)
+    x = np.empty((T, slds.A.shape[-1]))
+    for t in range(T):
+        if t == 0:
+            s[0] = rng.choice(slds.K, p=slds.pi0)
+            x[0] = rng.multivariate_normal(slds.mean0[s[0]], slds.cov0[s[0]], method="svd")
+            continue
+        ahead = apply(slds.A, x[t - 1]) + slds.b
+        log_p = slds.log_Pi[s[t - 1]] + (reach.log_density(ahead) if recurrent else 0.0)
+        p = np.exp(log_p - log_p.max())
+        k = s[t] = rng.choice(slds.K, p=p / p.sum())
+        following = Gaussian(ahead[k], slds.Q[k])
+        if recurrent:
+            near, _ = update(following, reach.mean[k], reach.regard, reach.cov[k] / PULL)
+            following = _kept_in(near, poses, k)
+        x[t] = rng.multivariate_normal(following.mean, following.cov, method="svd")
+    return s, apply(slds.C, x)
+
+
+def _edges(ys: Sequence[Array]) -> list[int]:
+    """Frames after which the noise of these sequences is measured anew."""
+    longest = max(map(len, ys), default=0)
+    return [known for known in NOISE_KNOWN if known < longest]
+
+
+def _kept_in(following: Gaussian, poses: Regions, k: int) -> Gaussian:
+    """The next state, drawn towards the poses of state k as far as it takes to lie among most of them."""
+    limit, weight, near = chi2.ppf(INSIDE, len(poses.regard)), LEAST, following
+    while poses.distance(near.mean)[k] > limit and weight < MOST:
+        near, _ = update(following, poses.mean[k], poses.regard, poses.cov[k] / weight)
+        weight *= 2.0
+    return near
+
+
+def _labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:
+    motions = tuple(dict.fromkeys(labels))
+    belongs = np.array([[label == motion for motion in motions] for label in labels], dtype=float)
+    shares = prob @ belongs
+    return Labelling(tuple(motions[i] for i in shares.argmax(1)), path, motions, shares)
+
+
+def _switched(slds: SLDS, prob: Array, states: Gaussian) -> tuple[Array, Gaussian]:
+    """One frame on, nothing measured: Pr(s) (T, K) and x given each s, collapsed over the state before."""
+    joint = prob[:, :, None] * slds.Pi
+    later: Array = joint.sum(1)
+    weights = np.where(later[:, None] > 0, joint / np.maximum(later, 1e-300)[:, None], 1.0 / slds.K)
+    ahead = step(states[:, None], slds.A[:, None], slds.b[:, None], slds.Q[:, None])
+    return later, collapse(np.swapaxes(weights, 1, 2), ahead)

@@ -1,0 +1,180 @@
+"""The first guesses of the switching states."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.learning.fill import fill
+from dynamics.learning.initialise import first_guess, hmm, kmeans
+from dynamics.learning.options import STARTS, Options
+from dynamics.learning.regression import form
+
+NAMES = ("x", "hip")
+
+
+def two_paces(rng):
+    """A hip that rests near 0 or rises from 3, while x walks on; and which it is."""
+    ys, labels = [], []
+    for s in (0, 1, 0):
+        hip = s * (3.0 + 0.05 * np.arange(40.0)) + 0.01 * rng.normal(size=40)
+        ys.append(np.column_stack([0.1 * np.arange(40.0), hip]))
+        labels.append(np.full(40, s))
+    return ys, labels
+
+
+def two_turns(rng, *, T=60, n=8):
+    """An oscillator about 0 that turns slowly or fast, the same poses all along; and which it does."""
+    ys, labels = [], []
+    for _ in range(n):
+        s = (np.arange(T) + rng.integers(T)) % T < T // 2
+        phase = np.cumsum(np.where(s, 0.25, 0.9)) + rng.uniform(0.0, 6.0)
+        ys.append(np.stack([np.cos(phase), np.sin(phase)], axis=1) + 0.01 * rng.normal(size=(T, 2)))
+        labels.append(s.astype(int))
+    return ys, labels
+
+
+def same_partition(one, other):
+    return np.array_equal(one == one[0], other == other[0])
+
+
+def guess(ys, K, shape, start, seed=3):
+    options = Options(states=K, order=shape.order, start=start)
+    posteriors = first_guess(ys, shape, options, np.random.default_rng(seed))
+    return np.concatenate([p.path for p in posteriors]), posteriors
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("start", ["kmeans", "hmm"])
+def test_clusters_of_poses_become_the_switching_states(order, start, rng):
+    ys, labels = two_paces(rng)
+    got, _ = guess(ys, 2, form(NAMES, ("x",), order), start)
+    assert same_partition(got, np.concatenate(labels))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_segments_tell_apart_what_only_moves_otherwise_and_clusters_do_not(order, rng):
+    ys, labels = two_turns(rng)
+    # Seen from the side a turn needs the pose before; both coordinates at second order would hold both turns.
+    ys, names = (ys, ("x", "y")) if order == 1 else ([y[:, :1] for y in ys], ("x",))
+    want, shape = np.concatenate(labels), form(names, (), order)
+
+    def right(start):
+        share = np.mean(guess(ys, 2, shape, start)[0] == want)
+        return max(share, 1.0 - share)
+
+    # A switch may be put a frame or two early or late.
+    assert right("segments") > 0.93
+    if order == 1:
+        assert right("kmeans") < 0.9
+
+
+def test_segments_tell_a_steady_hand_from_a_shaky_one(rng):
+    labels = [np.repeat([n % 2, 1 - n % 2], 50) for n in range(6)]
+    ys = [(np.where(s, 0.02, 0.5) * rng.normal(size=100)).cumsum()[:, None] for s in labels]
+    got, want = guess(ys, 2, form(("x",), (), 1), "segments")[0], np.concatenate(labels)
+    share = np.mean(got == want)
+    assert max(share, 1.0 - share) > 0.9
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("start", STARTS)
+def test_poses_are_taken_as_measured_exactly(order, start, rng):
+    ys, _ = two_paces(rng)
+    _, posteriors = guess(ys, 3, form(NAMES, ("x",), order), start)
+    for y, p in zip(ys, posteriors, strict=True):
+        assert_array_equal(p.states.mean[:, :2], y)
+        if order == 2:
+            assert_array_equal(p.states.mean[1:, 2:], y[:-1])
+            # The pose before the first carries its velocity back; a rounding or two.
+            assert_allclose(p.states.mean[0, 2:], 2.0 * y[0] - y[1], atol=1e-15)
+        assert_array_equal(p.states.cov, 0.0)
+        assert_array_equal(p.prob.argmax(1), p.path)
+        assert_array_equal(p.pair.sum(2), p.prob[:-1])
+        assert_array_equal(p.pair.sum(1), p.prob[1:])
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_neither_place_nor_units_change_the_guess(start, rng):
+    turns, _ = two_turns(rng)
+    ys = [np.column_stack([0.1 * np.arange(60.0) + 0.02 * y[:, 1], y[:, 0]]) for y in turns]
+    shape = form(NAMES, ("x",), 2)
+
+    def partition(change):
+        return guess([change(y) for y in ys], 3, shape, start)[0]
+
+    want = partition(lambda y: y)
+    assert len(set(want)) > 1
+    assert_array_equal(partition(lambda y: y + np.array([7.0, 0.0])), want)
+    assert_array_equal(partition(lambda y: y * [1.0, 57.3]), want)
+    assert_array_equal(partition(lambda y: y * [100.0, 1.0]), want)
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_the_same_seed_gives_the_same_start_and_another_seed_another(start, rng):
+    ys = [rng.normal(size=(40, 2)).cumsum(axis=0) for _ in range(4)]
+    shape = form(NAMES, (), 2)
+    one, other = (guess(ys, 4, shape, start, seed=5)[0] for _ in range(2))
+    assert_array_equal(one, other)
+    assert any((guess(ys, 4, shape, start, seed=seed)[0] != one).any() for seed in range(4))
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_one_switching_state_takes_every_frame(start, rng):
+    ys, _ = two_paces(rng)
+    assert_array_equal(guess(ys, 1, form(NAMES, ("x",), 2), start)[0], 0)
+    for p in (*hmm(ys, 1, form(NAMES, ("x",), 2), rng), *kmeans(ys, 1, form(NAMES, ("x",), 2), rng)):
+        assert_array_equal(p.path, 0)
+
+
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("states", [1, 3])
+def test_a_freedom_that_never_moves_is_no_obstacle(start, states, rng):
+    ys = [np.column_stack([np.arange(20.0), np.full(20, 0.3)]) for _ in range(2)]
+    for p in guess(ys, states, form(NAMES, ("x",), 2), start)[1]:
+        assert np.isfinite(p.states.mean).all()
+
+
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("order", [1, 2])
+def test_no_sequence_is_too_short_to_be_labelled(start, order, rng):
+    for lengths in [(2,), (2, 3, 2), (2, 40, 2)]:
+        ys = [rng.normal(size=(T, 2)) for T in lengths]
+        _, posteriors = guess(ys, 3, form(NAMES, (), order), start)
+        assert [len(p.path) for p in posteriors] == list(lengths)
+        assert [p.prob.shape for p in posteriors] == [(T, 3) for T in lengths]
+
+
+def test_frames_before_the_first_step_share_its_label(rng):
+    ys, _ = two_turns(rng)
+    for order in (1, 2):
+        for p in guess(ys, 2, form(("x", "y"), (), order), "segments")[1]:
+            assert len(set(p.path[: order + 1])) == 1
+
+
+# Gaps
+
+
+def test_gaps_are_filled_by_straight_lines_and_ends_are_held():
+    nan = np.nan
+    one = np.array([[nan, 1.0], [2.0, nan], [nan, nan], [nan, 4.0], [8.0, nan]])
+    other = np.array([[5.0, nan], [7.0, nan]])
+    filled = fill([one, other])
+    assert_allclose(filled[0], [[2.0, 1.0], [2.0, 2.0], [4.0, 3.0], [6.0, 4.0], [8.0, 4.0]])
+    # What a sequence never measured is at the mean of what the others did.
+    assert_allclose(filled[1], [[5.0, 2.5], [7.0, 2.5]])
+    assert np.isnan(one).any()
+    assert_array_equal(fill([np.full((2, 1), nan)])[0], 0.0)
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_a_start_sees_gaps_as_filled(start, rng):
+    ys, _ = two_paces(rng)
+    for y in ys:
+        y[rng.random(y.shape) < 0.1] = np.nan
+        y[10:13] = np.nan
+    shape = form(NAMES, ("x",), 2)
+    got, posteriors = guess(ys, 2, shape, start)
+    for p, y in zip(posteriors, fill(ys), strict=True):
+        assert_array_equal(p.states.mean[:, :2], y)
+    if start != "segments":  # whose prior is scaled from what was measured
+        assert_array_equal(got, guess(fill(ys), 2, shape, start)[0])

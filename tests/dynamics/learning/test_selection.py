@@ -1,0 +1,165 @@
+"""Choosing order and states: the arithmetic by hand, then on data of a known kind."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from dynamics.learning.em import from_origin, learn
+from dynamics.learning.options import Options
+from dynamics.learning.selection import choose, path_values
+from dynamics.viterbi import viterbi_all
+from tests.oracles import random_slds
+
+LEARNT = {"names": ("a", "b"), "travelling": ("a",), "fps": 30.0}
+GROUPS = ("p", "p", "q", "r", "r", "r")
+
+
+def walks(rng, lengths=(12, 9, 15, 8, 10, 11)):
+    """Sequences that wander, with a mark of their own in the first entry of the second freedom."""
+    ys = [rng.normal(size=(T, 2)).cumsum(axis=0) for T in lengths]
+    for n, y in enumerate(ys):
+        y[0, 1] = float(n)
+    return ys
+
+
+def marks(ys):
+    return {int(y[0, 1]) for y in ys}
+
+
+def quick(**more):
+    return Options(states=1, order=1, rounds=1, **more)
+
+
+def scored_by(values):
+    """A score that knows what every candidate gets on every sequence, by its strength of prior."""
+
+    def score(slds, ys):
+        return np.array([values[slds.K][int(y[0, 1])] for y in ys])
+
+    return score
+
+
+def two_oscillators(rng, *, groups=6, per_group=2, T=60):
+    slds = random_slds(2, order=2, noise=0.05, stay=0.95, rng=rng)
+    ys = [slds.sample(T + 30, rng)[2][30:] for _ in range(groups * per_group)]
+    return ys, [f"subject {n // per_group}" for n in range(len(ys))], slds.names
+
+
+def test_every_group_is_scored_once_by_what_never_saw_it(rng):
+    ys, learnt, scored = walks(rng), [], []
+
+    def infer(slds, sequences):
+        learnt.append(marks(sequences))
+        return viterbi_all(slds, sequences)
+
+    def score(slds, sequences):
+        scored.append(marks(sequences))
+        return path_values(slds, sequences)
+
+    choose(ys, GROUPS, [quick()], folds=9, infer=infer, score=score, **LEARNT)
+    assert scored == [{0, 1}, {2}, {3, 4, 5}]
+    assert learnt == [{2, 3, 4, 5}, {0, 1, 3, 4, 5}, {0, 1, 2}]
+    scored.clear()
+    choose(ys, GROUPS, [quick()], folds=2, infer=infer, score=score, **LEARNT)
+    assert scored == [{0, 1, 3, 4, 5}, {2}]
+
+
+def test_rows_hold_the_likelihood_a_measured_frame_of_every_group(rng):
+    ys = walks(rng)
+    ys[2][5:9] = np.nan  # 11 frames measured something
+    ys[0][3, 0] = np.nan  # still 12
+    values = {1: [24.0, 18.0, 33.0, 29.0, 29.0, 29.0]}
+    choice = choose(ys, GROUPS, [quick()], score=scored_by(values), **LEARNT)
+    assert choice.groups == ("p", "q", "r")
+    assert_allclose(choice.rows[0].values, [42.0 / 21.0, 3.0, 3.0])
+    assert choice.rows[0].mean == pytest.approx(8.0 / 3.0)
+    assert choice.rows[0].error == pytest.approx(np.std([2.0, 3.0, 3.0], ddof=1) / np.sqrt(3.0))
+    assert choice.best == choice.rows[0].options == quick()
+
+
+def test_the_score_is_what_learning_on_the_others_gives_weighted_by_group(rng):
+    ys = walks(rng)
+    choice = choose(ys, GROUPS, [replace(quick(), rounds=3)], folds=3, **LEARNT)
+    weights = np.array([1.0 / 15.0, 1.0 / 29.0, 1.0 / 29.0, 1.0 / 29.0])
+    options = replace(quick(), rounds=3)
+    fit = learn(ys[2:], label="x", options=options, weights=weights, **LEARNT)
+    held = [from_origin(y, ("a", "b"), ("a",)) for y in ys[:2]]
+    want = sum(p.log_evidence for p in viterbi_all(fit.slds, held)) / 21.0
+    assert choice.rows[0].values[0] == pytest.approx(want, rel=1e-9)  # the same sums
+    alike = learn(ys[2:], label="x", options=options, **LEARNT)
+    assert abs(sum(path_values(alike.slds, held)) / 21.0 - want) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("small", "large", "best"),
+    [
+        # Hard and easy groups alike gain: the difference is sure though the means scatter.
+        ((0.0, 5.0, 10.0), (0.5, 5.4, 10.6), 2),
+        # One group gains and the others lose a little: not sure, so the simpler.
+        ((0.0, 5.0, 10.0), (2.0, 4.9, 9.9), 1),
+        # The simpler is better.
+        ((1.0, 5.0, 10.0), (0.0, 4.9, 9.9), 1),
+        # Exactly alike.
+        ((0.0, 5.0, 10.0), (0.0, 5.0, 10.0), 1),
+    ],
+)
+def test_the_simplest_within_a_standard_error_of_the_difference_is_taken(small, large, best, rng):
+    ys, groups = walks(rng, (5, 5, 5)), ("p", "q", "r")
+    score = scored_by({1: 5.0 * np.array(small), 2: 5.0 * np.array(large)})
+    for states in ((1, 2), (2, 1)):
+        candidates = [replace(quick(), states=K) for K in states]
+        choice = choose(ys, groups, candidates, score=score, **LEARNT)
+        assert [row.options for row in choice.rows] == candidates
+        assert choice.best.states == best
+
+
+def test_of_equally_simple_candidates_the_likelier_is_taken(rng):
+    ys, groups = walks(rng, (5, 5, 5)), ("p", "q", "r")
+    calls = iter([[0.0], [5.0], [10.0], [10.0], [4.0], [10.0]])
+    candidates = [quick(seed=1), quick(seed=2)]
+    choice = choose(ys, groups, candidates, score=lambda slds, ys: np.array(next(calls)), **LEARNT)
+    assert choice.best == candidates[1]
+
+
+def test_oscillators_are_given_second_order(rng):
+    ys, groups, names = two_oscillators(rng)
+    candidates = [Options(states=2, order=order, rounds=8, ridge=1e-3) for order in (1, 2)]
+    choice = choose(ys, groups, candidates, names=names, travelling=(), fps=30.0, folds=3)
+    assert choice.best.order == 2
+    assert choice.rows[1].mean > choice.rows[0].mean + 0.1
+
+
+def test_two_states_are_not_taken_for_eight_nor_for_one(rng):
+    ys, groups, names = two_oscillators(rng)
+    candidates = [Options(states=K, rounds=8, ridge=1e-3) for K in (1, 2, 8)]
+    choice = choose(ys, groups, candidates, names=names, travelling=(), fps=30.0, folds=3)
+    assert choice.best.states == 2
+
+
+def test_progress_is_reported_for_every_candidate_and_fold(rng):
+    seen, candidates = [], [quick(seed=1), quick(seed=2)]
+    choose(
+        walks(rng),
+        GROUPS,
+        candidates,
+        folds=2,
+        progress=lambda options, n: seen.append((options, n)),
+        **LEARNT,
+    )
+    assert seen == [(options, n) for options in candidates for n in range(2)]
+
+
+def test_what_cannot_be_compared_is_named(rng):
+    ys = walks(rng)
+    with pytest.raises(ValueError, match="every sequence needs a group; got 2 for 6 sequences"):
+        choose(ys, GROUPS[:2], [quick()], **LEARNT)
+    with pytest.raises(ValueError, match="two folds and two groups at least; got 5 and 1"):
+        choose(ys, ["p"] * 6, [quick()], **LEARNT)
+    with pytest.raises(ValueError, match="two folds and two groups at least; got 1 and 3"):
+        choose(ys, GROUPS, [quick()], folds=1, **LEARNT)
+    with pytest.raises(ValueError, match="at least one candidate; got none"):
+        choose(ys, GROUPS, [], **LEARNT)
+    with pytest.raises(ValueError, match="group 'q' measured nothing; leave it out"):
+        choose([*ys[:2], np.full((9, 2), np.nan), *ys[3:]], GROUPS, [quick()], **LEARNT)

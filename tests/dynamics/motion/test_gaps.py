@@ -1,0 +1,322 @@
+"""Filled gaps against conditioning the joint Gaussian and against sums over all switching paths."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import multivariate_normal
+
+from dynamics.gaussian import Gaussian
+from dynamics.motion import gaps
+from dynamics.motion.gaps import interpolate
+from dynamics.motion.moments import by_motion
+from tests.oracles import enumerated, given_path, random_slds
+
+# The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
+SMOOTHED = 1e-9
+
+
+def anywhere(slds, y):
+    """The system and the sequence as filling sees them: started anywhere, places from the first measured."""
+    moves = np.array([float(name in slds.travelling) for name in slds.names])
+    wide = np.tile(np.diag(moves), (slds.order, slds.order))
+    place = np.array(
+        [m * next((v for v in column if v == v), 0.0) for m, column in zip(moves, y.T, strict=True)]
+    )
+    return replace(slds, cov0=slds.cov0 + 100.0 * wide), y - place, place
+
+
+def conditioned(slds, y, path):
+    """Mean (T, M) and cov (T, M, M) of the poses given y and the path, and the mean of the states."""
+    placed, local, place = anywhere(slds, y)
+    x, P, _ = given_path(placed, local, path)
+    cov = np.stack([slds.C @ P[t, :, t] @ slds.C.T for t in range(len(y))])
+    return x @ slds.C.T + place, cov, x
+
+
+def with_gaps(y, *spans):
+    y = y.copy()
+    for start, stop in spans:
+        y[start:stop] = np.nan
+    return y
+
+
+GAPS = {
+    "at the start": [(0, 3)],
+    "at the end": [(7, 10)],
+    "in the middle": [(3, 6)],
+    "all but one frame": [(0, 4), (5, 10)],
+    "none": [],
+}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("where", GAPS)
+@pytest.mark.parametrize("recurrent", [True, False])
+def test_with_one_switching_state_a_gap_is_filled_by_conditioning(order, where, recurrent, rng):
+    slds = random_slds(1, order=order, rng=rng)
+    y = with_gaps(slds.sample(10, rng)[2], *GAPS[where])
+    mean, cov, _ = conditioned(slds, y, [0] * 10)
+    got = interpolate(slds, y, rng, recurrent=recurrent)
+    assert_allclose(got.mean, mean, atol=SMOOTHED)
+    assert_allclose(got.cov, cov, atol=SMOOTHED)
+    assert_array_equal(got.cov, np.swapaxes(got.cov, 1, 2))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_single_entries_of_a_pose_are_filled_by_conditioning(order, rng):
+    slds = random_slds(1, d=3, order=order, travelling=("b",), rng=rng)
+    y = slds.sample(12, rng)[2] + [0.0, 30.0, 0.0]
+    y[rng.random(y.shape) < 0.3] = np.nan
+    y[0, 1] = y[-1, 0] = y[5, 2] = np.nan
+    mean, cov, _ = conditioned(slds, y, [0] * 12)
+    got = interpolate(slds, y, rng)
+    # Starting anywhere has a variance of 100, which the smoother's blur counts by.
+    assert_allclose(got.mean, mean, atol=100 * SMOOTHED)
+    assert_allclose(got.cov, cov, atol=100 * SMOOTHED)
+
+
+def test_dense_measurements_are_answered_by_poses_as_they_are_measured(rng):
+    slds = replace(random_slds(1, order=2, rng=rng), C=rng.normal(size=(2, 4)))
+    y = with_gaps(slds.sample(8, rng)[2], (3, 5))
+    mean, cov, _ = conditioned(slds, y, [0] * 8)
+    got = interpolate(slds, y, rng)
+    assert_allclose(got.mean, mean, atol=SMOOTHED)
+    assert_allclose(got.cov, cov, atol=SMOOTHED)
+
+
+@pytest.mark.parametrize("K", [1, 3])
+def test_moving_the_figure_moves_the_answer(K, rng):
+    slds = random_slds(K, d=2, order=2, travelling=("a",), rng=rng)
+    y = with_gaps(slds.sample(15, rng)[2], (0, 2), (6, 9))
+    away = np.array([64.0, 0.0])
+    here = interpolate(slds, y, np.random.default_rng(1))
+    there = interpolate(slds, y + away, np.random.default_rng(1))
+    # Rounding of places near 64.
+    assert_allclose(there.mean, here.mean + away, atol=1e-11)
+    assert_allclose(there.cov, here.cov, atol=1e-11)
+
+
+def test_a_place_that_was_never_measured_is_left_open(rng):
+    slds = random_slds(2, d=2, order=2, travelling=("a",), rng=rng)
+    y = slds.sample(12, rng)[2]
+    y[:, 0] = np.nan
+    got = interpolate(slds, y, rng)
+    assert np.isfinite(got.mean).all()
+    assert (got.cov[:, 0, 0] > 50.0).all()
+    assert (got.cov[:, 1, 1] < 5.0).all()
+
+
+def test_before_the_first_measurement_a_figure_may_have_stood_elsewhere(rng):
+    slds = random_slds(1, d=2, order=2, travelling=("a",), rng=rng)
+    y = with_gaps(np.cumsum(np.tile([3.0, 0.0], (20, 1)), axis=0), (0, 5))
+    drifts = replace(
+        slds, A=[[[2, 0, -1, 0], [0, 0.5, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0]]], b=np.zeros((1, 4))
+    )
+    got = interpolate(drifts, y, rng)
+    # It moved by 3 a frame, whatever mean0 says; the posterior's own deviation is the measure.
+    off = got.mean[:, 0] - 3.0 * np.arange(1, 21)
+    assert (np.abs(off) < 3.0 * np.sqrt(got.cov[:, 0, 0])).all()
+    assert got.cov[0, 0, 0] < 50.0
+
+
+def test_what_was_measured_well_stays(rng):
+    slds = replace(random_slds(3, order=2, rng=rng), R=1e-8 * np.eye(2))
+    y = slds.sample(20, rng)[2]
+    gappy = with_gaps(y, (8, 11))
+    gappy[4, 0] = np.nan
+    got = interpolate(slds, gappy, rng)
+    seen = ~np.isnan(gappy)
+    # Six deviations of the measurement's noise.
+    assert_allclose(got.mean[seen], y[seen], atol=6e-4)
+    sd = np.sqrt(np.diagonal(got.cov, axis1=1, axis2=2))
+    assert (sd[seen] < 1.01e-4).all()
+    assert (sd[~seen] > 1e-2).all()
+
+
+def test_nothing_measured_is_refused(rng):
+    slds = random_slds(2, rng=rng)
+    with pytest.raises(ValueError, match=r"nothing was measured; give at least one frame"):
+        interpolate(slds, np.full((5, 2), np.nan), rng)
+
+
+@pytest.mark.parametrize("measured", [0, 3])
+def test_one_measured_entry_is_enough(measured, rng):
+    slds = random_slds(2, order=2, travelling=("a",), rng=rng)
+    y = np.full((4, 2), np.nan)
+    y[measured, 1] = 0.3
+    got = interpolate(slds, y, rng)
+    assert np.isfinite(got.mean).all()
+    assert (np.linalg.eigvalsh(got.cov) > 0).all()
+
+
+def test_a_single_frame_is_answered(rng):
+    slds = random_slds(1, order=2, rng=rng)
+    y = np.array([[0.4, np.nan]])
+    mean, cov, _ = conditioned(slds, y, [0])
+    got = interpolate(slds, y, rng)
+    assert_allclose(got.mean, mean, atol=SMOOTHED)
+    assert_allclose(got.cov, cov, atol=SMOOTHED)
+
+
+def test_the_same_seed_fills_alike_and_another_differently(rng):
+    slds = random_slds(3, order=2, stay=0.3, rng=rng)
+    y = with_gaps(slds.sample(30, rng)[2], (10, 20))
+    first, again, other = (interpolate(slds, y, np.random.default_rng(seed)) for seed in (5, 5, 6))
+    assert_array_equal(first.mean, again.mean)
+    assert_array_equal(first.cov, again.cov)
+    assert np.abs(first.mean - other.mean).max() > 1e-6
+
+
+def test_covariances_of_a_long_gap_are_symmetric_positive_definite(rng):
+    slds = random_slds(3, d=3, order=2, travelling=("a",), rng=rng)
+    y = with_gaps(slds.sample(400, rng)[2], (50, 250))
+    got = interpolate(slds, y, rng)
+    assert_array_equal(got.cov, np.swapaxes(got.cov, 1, 2))
+    assert (np.linalg.eigvalsh(got.cov) > 0).all()
+    widest = np.trace(got.cov, axis1=1, axis2=2)
+    assert widest[100:200].min() > widest[:40].max()
+
+
+# The switch
+
+
+def log_region(slds, k, x):
+    """log N of the state x in the region of state k, its place left out (a is what may travel)."""
+    d = len(slds.names)
+    take = np.eye(slds.A.shape[-1])
+    if "a" in slds.travelling:
+        take[0, d] = -1.0
+        take = np.delete(take, d, axis=0)
+    return multivariate_normal(take @ slds.mean0[k], take @ slds.cov0[k] @ take.T).logpdf(take @ x)
+
+
+def log_joint(slds, x, path, recurrent):
+    """log Pr(path, x) given the first x, up to a constant; what `gaps` says it samples from."""
+    d = len(slds.names)
+    total = np.log(slds.pi0[path[0]]) + log_region(slds, path[0], x[0])
+    for t in range(1, len(x)):
+        ahead = [slds.A[k] @ x[t - 1] + slds.b[k] for k in range(slds.K)]
+        switch = np.log(slds.Pi[path[t - 1]])
+        if recurrent:
+            switch = switch + [log_region(slds, k, ahead[k]) for k in range(slds.K)]
+            switch -= np.logaddexp.reduce(switch)
+        s = path[t]
+        total += switch[s] + multivariate_normal(ahead[s][:d], slds.Q[s][:d, :d]).logpdf(x[t, :d])
+    return total
+
+
+def over_all_paths(slds, y, recurrent):
+    """What two rounds of sampling a path come to; and how much single paths deviate from its mean and cov."""
+    paths = list(product(range(slds.K), repeat=len(y)))
+    given = [conditioned(slds, y, path) for path in paths]
+
+    def probable(x):
+        log_p = np.array([log_joint(slds, x, path, recurrent) for path in paths])
+        return np.exp(log_p - np.logaddexp.reduce(log_p))
+
+    motions = by_motion(slds)
+    assert motions.K == 1
+    weights = probable(conditioned(motions, y, [0] * len(y))[2])
+    weights = weights @ np.array([probable(x) for _, _, x in given])
+    means, covs = np.array([m for m, _, _ in given]), np.array([P for _, P, _ in given])
+    mean = np.tensordot(weights, means, 1)
+    apart = means - mean
+    squares = covs + apart[..., :, None] * apart[..., None, :]
+    cov = np.tensordot(weights, squares, 1)
+    deviations = (np.sqrt(np.tensordot(weights, d**2, 1)) for d in (apart, squares - cov))
+    return Gaussian(mean, cov), Gaussian(*deviations)
+
+
+@pytest.mark.parametrize(
+    ("order", "travelling", "recurrent"),
+    [
+        (1, (), True),
+        (2, ("a",), True),
+        (1, (), False),
+        (2, ("a",), False),
+    ],
+)
+def test_many_samples_come_to_the_sum_over_all_paths(order, travelling, recurrent, rng, monkeypatch):
+    slds = random_slds(2, d=2, order=order, travelling=travelling, noise=1.0, stay=0.95, rng=rng)
+    y = with_gaps(slds.sample(5, rng)[2], (1, 4))
+    want, deviation = over_all_paths(slds, y, recurrent)
+    monkeypatch.setattr(gaps, "PATHS", 5000)
+    got = interpolate(slds, y, rng, recurrent=recurrent)
+    # Five standard errors of means over 5000 paths, and what the regions are widened by.
+    assert (np.abs(got.mean - want.mean) < 5.0 * deviation.mean / np.sqrt(5000) + 1e-5).all()
+    assert (np.abs(got.cov - want.cov) < 5.0 * deviation.cov / np.sqrt(5000) + 1e-5).all()
+    assert_array_equal(got.cov, np.swapaxes(got.cov, 1, 2))
+
+
+@pytest.mark.parametrize("recurrent", [True, False])
+def test_paths_along_alike_states_are_all_the_one_state_answer(recurrent, rng):
+    one = random_slds(1, order=2, travelling=("a",), rng=rng)
+    fields = {name: np.repeat(getattr(one, name), 3, axis=0) for name in ("A", "b", "Q", "mean0", "cov0")}
+    three = replace(one, pi0=np.full(3, 1 / 3), Pi=np.full((3, 3), 1 / 3), labels=("random",) * 3, **fields)
+    y = with_gaps(one.sample(12, rng)[2], (0, 2), (5, 9))
+    mean, cov, _ = conditioned(one, y, [0] * 12)
+    got = interpolate(three, y, rng, recurrent=recurrent)
+    assert_allclose(got.mean, mean, atol=100 * SMOOTHED)
+    assert_allclose(got.cov, cov, atol=100 * SMOOTHED)
+
+
+@pytest.mark.parametrize("recurrent", [True, False])
+def test_where_the_measurements_tell_the_path_the_answer_is_the_exact_posterior(recurrent, rng):
+    slds = told_apart(rng)
+    for _ in range(5):
+        s = np.repeat(rng.permutation(2), 4)
+        x = np.zeros((8, 2))
+        for t in range(8):
+            x[t] = (0.5 * x[t - 1] if t else 0.0) + slds.b[s[t]] + 0.1 * rng.normal(size=2)
+        y = with_gaps(x + 0.01 * rng.normal(size=x.shape), (2, 3))
+        y[5, 0] = y[6, 1] = np.nan
+        want = enumerated(slds, y)
+        assert want.prob.max(1).min() > 1.0 - 1e-6
+        got = interpolate(slds, y, rng, recurrent=recurrent)
+        # What the other paths have of the posterior, at most a distance of 2 each.
+        assert_allclose(got.mean, want.states.mean, atol=1e-6)
+        assert_allclose(got.cov, want.states.cov, atol=1e-6)
+
+
+def told_apart(rng):
+    """Two states that push into opposite directions, ten deviations of the noise."""
+    slds = random_slds(2, d=2, rng=rng)
+    return replace(
+        slds,
+        pi0=[0.5, 0.5],
+        Pi=[[0.8, 0.2], [0.2, 0.8]],
+        A=np.stack([0.5 * np.eye(2)] * 2),
+        b=[[1.0, 1.0], [-1.0, -1.0]],
+        Q=np.stack([0.01 * np.eye(2)] * 2),
+        R=1e-4 * np.eye(2),
+        mean0=[[1.0, 1.0], [-1.0, -1.0]],
+        cov0=np.stack([0.01 * np.eye(2)] * 2),
+    )
+
+
+def test_a_switch_that_cannot_be_is_not_taken(rng):
+    slds = replace(random_slds(2, order=1, rng=rng), pi0=[1.0, 0.0], Pi=[[1.0, 0.0], [0.5, 0.5]])
+    y = with_gaps(slds.sample(10, rng)[2], (4, 7))
+    mean, cov, _ = conditioned(slds, y, [0] * 10)  # the second state is never come to
+    for recurrent in (True, False):
+        got = interpolate(slds, y, rng, recurrent=recurrent)
+        assert_allclose(got.mean, mean, atol=SMOOTHED)
+        assert_allclose(got.cov, cov, atol=SMOOTHED)
+
+
+def test_measurements_long_after_a_gap_speak_for_the_switch_within_it(rng):
+    slds = told_apart(rng)
+    # From the second state nobody returns, and single frames hardly tell the two apart.
+    unclear = {"b": [[0.5, 0.5], [-0.5, -0.5]], "Q": np.stack([np.eye(2)] * 2)}
+    slds = replace(slds, pi0=[1.0, 0.0], Pi=[[0.7, 0.3], [0.0, 1.0]], **unclear)
+    x = np.full((120, 2), 1.0) + 0.2 * rng.normal(size=(120, 2))
+    y = with_gaps(x, (4, 9))
+    mean, cov, _ = conditioned(slds, y[:40], [0] * 40)
+    got = interpolate(slds, y, rng, recurrent=False)
+    # A frame says 1 nat against having switched, and not to switch costs 0.36: 100 frames leave no chance.
+    # What comes after frame 40 says nothing of the first 20, as a state forgets by more than half a frame.
+    assert_allclose(got.mean[:20], mean[:20], atol=1e-6)
+    assert_allclose(got.cov[:20], cov[:20], atol=1e-6)

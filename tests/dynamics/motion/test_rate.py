@@ -1,0 +1,177 @@
+"""The same motion at another frame rate, and backwards."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.gaussian import Gaussian
+from dynamics.kalman import predict
+from dynamics.motion.rate import at_rate, backwards
+from tests.oracles import given_path, random_slds
+
+FIELDS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
+
+
+def places_off(slds):
+    """(N, N): counts the travelling freedoms from where they are now."""
+    matrix, d = np.eye(slds.A.shape[-1]), len(slds.names)
+    for name in slds.travelling:
+        i = slds.names.index(name)
+        matrix[i::d, i] -= 1.0
+    return matrix
+
+
+def settled(slds):
+    """The system with mean0 and cov0 of every state where its own dynamics come to rest."""
+    off, start = places_off(slds), slds.start
+    for _ in range(2000):
+        start = predict(start, slds.A, slds.b, slds.Q)
+        start = Gaussian(start.mean @ off.T, off @ start.cov @ off.T)
+    return replace(slds, mean0=start.mean, cov0=start.cov + 1e-9 * np.eye(len(off)))
+
+
+def frames(slds, k, times):
+    """Joint mean and covariance of the poses at these frames in state k, from the joint Gaussian of a run."""
+    T, d = max(times) + 1, len(slds.names)
+    mean, cov, _ = given_path(slds, np.full((T, d), np.nan), [k] * T)
+    n = len(times) * d
+    return mean[times][:, :d].ravel(), cov[times][:, :d][:, :, times][..., :d].reshape(n, n)
+
+
+def assert_regresses(slds, k, mean, cov, old_Q):
+    """State k's dynamics predict the first pose from the others with the moments of their joint."""
+    d = len(slds.names)
+    A, b, Q = slds.A[k][:d], slds.b[k][:d], slds.Q[k][:d, :d]
+    P = cov[d:, d:]
+    # Normal equations with condition numbers near 1e4.
+    assert_allclose(A @ mean[d:] + b, mean[:d], atol=1e-9)
+    assert_allclose(A @ P, cov[:d, d:], atol=1e-9)
+    # A hundredth of the old noise is added on purpose.
+    floor = 1e-2 * np.diag(np.diag(old_Q[k])[:d])
+    assert_allclose(A @ P @ A.T + Q, cov[:d, :d] + floor, atol=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_same_rate_is_the_identity(order, rng):
+    slds = random_slds(3, order=order, rng=rng)
+    same = at_rate(slds, 30.0)
+    for name in FIELDS:
+        assert_array_equal(getattr(same, name), getattr(slds, name))
+    assert same.fps == 30.0
+    assert at_rate(slds, 29.98).fps == 29.98  # 29.97 and 30 are one rate to a model
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_at_half_the_rate_it_has_the_moments_of_every_second_frame(order, rng):
+    slds = random_slds(2, order=order, rng=rng)
+    half = at_rate(slds, 15.0)
+    times = [3, 1] if order == 1 else [4, 2, 0]
+    for k in range(2):
+        assert_regresses(half, k, *frames(slds, k, times), slds.Q)
+    assert half.fps == 15.0
+
+
+def test_at_half_the_rate_a_first_order_step_is_two_steps(rng):
+    slds = random_slds(2, rng=rng)
+    half = at_rate(slds, 15.0)
+    for k in range(2):
+        A, b, Q = slds.A[k], slds.b[k], slds.Q[k]
+        # As above: condition numbers near 1e4 and the floor.
+        assert_allclose(half.A[k], A @ A, atol=1e-9)
+        assert_allclose(half.b[k], A @ b + b, atol=1e-9)
+        assert_allclose(half.Q[k], A @ Q @ A.T + Q + 1e-2 * np.diag(np.diag(Q)), atol=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("fps", [15.0, 20.0, 25.0, 50.0, 60.0, 120.0])
+def test_a_settled_motion_stays_settled_at_every_rate(order, fps, rng):
+    slds = settled(random_slds(2, order=order, travelling=("a",), rng=rng))
+    other = at_rate(slds, fps)
+    start, later = other.start, predict(other.start, other.A, other.b, other.Q)
+    off = places_off(other)
+    if order == 2:
+        # The speed of the travelling freedom, per second.
+        speed, was = -fps * other.mean0[:, 2], -30.0 * slds.mean0[:, 2]
+        assert_allclose(speed, was, rtol=1e-6, atol=1e-6)
+    # Interpolated poses have the mean of the frames; the cubic weights add to one.
+    assert_allclose(later.mean @ off.T, start.mean, atol=1e-6)
+    if fps == 15.0:
+        # Floors of 1e-6 on the start and a hundredth of the old noise on a step.
+        floor = 1e-2 * slds.Q.max() + 1e-4
+        assert_allclose(off @ later.cov @ off.T, start.cov, atol=floor)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("fps", [7.5, 24.0, 29.0, 31.0, 60.0, 120.0])
+def test_every_rate_gives_a_proper_system(order, fps, rng):
+    slds = random_slds(3, d=3, order=order, travelling=("a", "b"), rng=rng)
+    other = at_rate(slds, fps)
+    assert other.fps == fps
+    assert_allclose(other.Pi.sum(1), 1.0, atol=1e-14)  # sums of three probabilities
+    assert np.linalg.eigvalsh(other.Q[:, :3, :3]).min() > 0.0
+    assert np.linalg.eigvalsh(other.cov0).min() > 0.0
+    shift = np.tile([5.0, -3.0, 0.0], order)
+    for A in other.A:
+        assert_allclose(A @ shift, shift, atol=1e-8)  # where the figure stands still does not matter
+
+
+@pytest.mark.parametrize("fps", [7.5, 15.0, 24.0, 60.0, 120.0])
+def test_a_stay_lasts_as_many_seconds_as_before(fps, rng):
+    Pi = np.array([[0.9, 0.07, 0.03], [0.0, 0.5, 0.5], [0.005, 0.005, 0.99]])
+    slds = replace(random_slds(3, rng=rng), Pi=Pi)
+    other = at_rate(slds, fps)
+    p, q = np.diag(Pi), np.diag(other.Pi)
+    # The chance of staying half a second; probabilities through powers.
+    assert_allclose(q ** (0.5 * fps), p**15.0, rtol=1e-9)
+    # A stay is counted in whole frames, so its mean may differ by the difference of two frames.
+    mean, was = 1.0 / (1.0 - q) / fps, 1.0 / (1.0 - p) / 30.0
+    assert (np.abs(mean - was) <= abs(1.0 / fps - 1.0 / 30.0)).all()
+    # Where it goes on leaving is as before.
+    assert_allclose(other.Pi[0, 1] / other.Pi[0, 2], 7.0 / 3.0, rtol=1e-12)
+    assert other.Pi[1, 0] == 0.0
+
+
+def test_states_never_or_always_left_stay_so(rng):
+    slds = replace(random_slds(2, rng=rng), Pi=[[1.0, 0.0], [1.0, 0.0]])
+    for fps in (15.0, 60.0):
+        Pi = at_rate(slds, fps).Pi
+        assert_allclose(Pi[0], [1.0, 0.0], atol=1e-9)
+        assert_allclose(Pi[1], [1.0, 0.0], atol=1e-4)  # staying is taken to be at least 1e-9 likely
+
+
+@pytest.mark.parametrize("fps", [7.0, 121.0])
+def test_rates_too_far_away_are_refused(fps, rng):
+    with pytest.raises(ValueError, match=f"cannot go from 30 to {fps:g} frames a second; learn again"):
+        at_rate(random_slds(1, rng=rng), fps)
+
+
+# Backwards
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_backwards_it_has_the_moments_of_the_frames_in_reverse(order, rng):
+    slds = random_slds(2, order=order, rng=rng)
+    back = backwards(slds)
+    times = [1, 2] if order == 1 else [0, 1, 2]
+    for k in range(2):
+        assert_regresses(back, k, *frames(slds, k, times), slds.Q)
+
+
+def test_backwards_the_figure_walks_the_other_way(rng):
+    slds = settled(random_slds(1, order=2, travelling=("a",), rng=rng))
+    back = backwards(slds)
+    step = predict(back.start, back.A, back.b, back.Q).mean[0, 0]
+    assert step == pytest.approx(slds.mean0[0, 2], rel=1e-6)  # where it came from, to the settled accuracy
+    assert abs(step) > 1e-3
+
+
+def test_backwards_every_switch_is_made_the_other_way_as_often(rng):
+    Pi = np.array([[0.8, 0.2, 0.0], [0.0, 0.7, 0.3], [0.4, 0.0, 0.6]])  # a ring
+    slds = replace(random_slds(3, rng=rng), Pi=Pi)
+    share = np.linalg.matrix_power(Pi, 500)[0]
+    back = backwards(slds).Pi
+    # The 500th power and a least-squares solution, both to a few roundings.
+    assert_allclose(share[:, None] * back, (share[:, None] * Pi).T, atol=1e-12)
+    assert_allclose(back.sum(1), 1.0, atol=1e-14)

@@ -1,0 +1,122 @@
+"""What is said of a frame's marks: missing joints, impossible ones, and what tracking makes of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from kinematics.figure import load_figure
+from kinematics.recover import PoseError
+from tests.tracker.people import WALKER
+from tracker.annotate.advice import advise
+from tracker.clip.start import StartError, marked_start
+from tracker.tables.keypoints import Mark
+
+FIGURE, SIZE = load_figure(), (300, 240)
+MARKS = {
+    "head_top": Mark(108, 28),
+    "neck": Mark(100, 70),
+    "hip": Mark(100, 130),
+    **{
+        f"{ours}_{part}": Mark(*WALKER[f"{theirs}_{part}"])
+        for ours, theirs in (("near", "right"), ("far", "left"))
+        for part in ("knee", "ankle", "toe")
+    },
+}
+
+
+def advised(marks, facing=1):
+    return advise(FIGURE, marks, SIZE, facing)
+
+
+def without(*names):
+    return {name: mark for name, mark in MARKS.items() if name not in names}
+
+
+def test_a_good_frame_lacks_nothing_and_its_facing_is_said():
+    advice = advised(MARKS)
+    assert (advice.missing, advice.faults) == ((), ())
+    (note,) = advice.notes
+    assert "face right" in note
+    assert "--facing left" in note
+
+
+def test_what_a_start_needs_is_missing_until_it_is_marked():
+    assert set(advised({}).missing) == {"hip", "neck", "head_top", "near_knee", "far_knee"}
+    assert advised(without("neck", "far_toe", "far_ankle")).missing == ("neck",)
+    assert advised(without("near_ankle", "near_toe", "far_toe")).missing == ()
+
+
+def test_a_lone_foot_is_no_fault():
+    assert advised(without("far_toe")).faults == ()
+
+
+@pytest.mark.parametrize(("x", "wrong"), [(-0.5, False), (-0.6, True), (299.5, False), (299.6, True)])
+def test_a_joint_outside_the_picture_is_said(x, wrong):
+    found = advised({"near_toe": Mark(x, 30)}).faults
+    assert [fault.startswith("near_toe lies outside the picture of 300 x 240 px") for fault in found] == [
+        True
+    ] * wrong
+
+
+def test_joints_in_one_place_are_said_with_the_figures_own_error():
+    faults = advised(MARKS | {"neck": MARKS["hip"]}).faults
+    assert faults[0] == "neck lies on the joint before it; mark the two apart"
+
+
+def test_exchanged_ankles_are_said():
+    ankles = {"near_ankle": MARKS["far_ankle"], "far_ankle": MARKS["near_ankle"]}
+    (fault,) = advised(MARKS | ankles).faults
+    assert "near_ankle and far_ankle" in fault
+
+
+def refusal(marks, facing):
+    """What `figtrack track` says to a start, None if it accepts it."""
+    try:
+        marked_start({0: marks}, 0, facing, SIZE)
+    except (StartError, PoseError) as error:
+        return str(error)
+    return None
+
+
+def test_a_start_tells_the_joints_that_were_marked_though_hidden():
+    marks = MARKS | {name: replace(MARKS[name], visible=False) for name in ("far_ankle", "far_toe")}
+    start = marked_start({0: without("neck"), 7: marks}, 7, 1, SIZE)
+    assert start.hidden == {"far_ankle", "far_toe"}
+    seen = marked_start({7: MARKS}, 7, 1, SIZE)
+    assert seen.hidden == frozenset()
+    assert start.view == seen.view
+    assert_array_equal(start.q, seen.q)  # they are marked all the same
+    assert start.known.all()
+
+
+def test_a_joint_that_is_not_marked_is_not_one_that_was_marked_though_hidden():
+    start = marked_start({0: without("far_ankle", "far_toe")}, 0, 1, SIZE)
+    assert start.hidden == frozenset()
+    unseen = [FIGURE.freedoms[i] for i in np.flatnonzero(~start.known)]
+    assert unseen == ["knee_far", "ankle_far", "stretch_shank_far"]
+
+
+def test_whatever_track_refuses_is_said_and_a_start_that_is_accepted_is_complete(rng):
+    refused = 0
+    for _ in range(400):
+        names = rng.permutation(list(MARKS))[: rng.integers(4, 10)]
+        marks = {name: MARKS[name] for name in names}
+        for name in names[: rng.integers(0, 4)]:
+            dx, dy = rng.normal(scale=40.0, size=2)
+            marks[name] = Mark(marks[name].x + dx, marks[name].y + dy)
+        advice, said = advised(marks, 1), refusal(marks, 1)
+        if said is not None:
+            refused += 1
+            assert advice.missing or advice.faults, said
+        if not advice.missing and not advice.faults:
+            assert said is None
+    assert 100 < refused < 390
+
+
+def test_the_reasons_for_a_refusal_are_the_advice_to_the_letter():
+    wrong = MARKS | {"near_ankle": MARKS["far_ankle"], "far_ankle": MARKS["near_ankle"]}
+    assert refusal(wrong, 1) == f"mark the start again at frame 0: {'; '.join(advised(wrong).faults)}"
+    assert advised(MARKS, -1).faults[-1] == "or give --facing right if that is where the figure faces"
+    assert refusal(MARKS, -1).endswith(advised(MARKS, -1).faults[-1])

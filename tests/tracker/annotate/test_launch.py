@@ -1,0 +1,177 @@
+"""The annotate command: what it opens, what it prints, how it ends, and what it refuses in one line."""
+
+import http.client
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import webbrowser
+from contextlib import contextmanager
+from pathlib import Path
+
+from tests.tracker import people
+from tests.tracker.annotate.test_server import told
+from tests.tracker.clips import figtrack
+from tests.tracker.people import WALKER
+from tracker.annotate import launch as module
+from tracker.tables.keypoints import Mark, read_keypoints
+
+ROOT = Path(__file__).parents[2]
+
+
+def unmasked():
+    """A shell that runs tests in the background hides Ctrl-C from them."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
+def running(*words, cwd=None):
+    """The command at work, and the address it printed."""
+    command = [sys.executable, "-m", "tracker", "annotate", *map(str, words), "--no-browser"]
+    process = subprocess.Popen(
+        command,
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=unmasked,
+    )
+    try:
+        lines = iter(process.stdout.readline, "")
+        address = next(found[0] for line in lines if (found := re.search(r"http://\S+", line)))
+        yield process, address
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def post(address, what, body):
+    host, key = address.removeprefix("http://").rstrip("/").split("/")
+    connection = http.client.HTTPConnection(host, timeout=10)
+    headers = {"Content-Type": "application/json", "Origin": f"http://{host}"}
+    connection.request("POST", f"/{key}/{what}", json.dumps(body), headers)
+    return json.loads(connection.getresponse().read())
+
+
+def page(address):
+    """What the page starts with."""
+    host, key = address.removeprefix("http://").rstrip("/").split("/")
+    connection = http.client.HTTPConnection(host, timeout=10)
+    connection.request("GET", f"/{key}/")
+    text = connection.getresponse().read().decode()
+    return json.loads(re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)[1])
+
+
+def test_ctrl_c_before_a_save_leaves_nothing_and_says_so(clip, tmp_path):
+    with running(clip.video, "--out", tmp_path / "k.csv") as (process, _):
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=20)
+        assert (process.returncode, errors) == (1, "error: interrupted; nothing was written\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
+    table = tmp_path / "k.csv"
+    with running(clip.video, "--out", table) as (process, address):
+        assert post(address, "save", {"frames": {"2": told({"hip": Mark(3, 4)})}})["saved"] == str(table)
+        process.send_signal(signal.SIGINT)
+        out, errors = process.communicate(timeout=20)
+    assert (process.returncode, errors) == (0, "")
+    assert out.splitlines()[-3:] == [
+        "stopped; what was not saved is gone",
+        f"1 frame marked in {table}",
+        f"next: figtrack track {clip.video} --keypoints {table}",
+    ]
+
+
+def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(clip, tmp_path):
+    with running(clip.video, "--frame", 3, cwd=tmp_path) as (process, address):
+        assert page(address)["frame"]["index"] == 3
+        frames = {"0": told({"hip": Mark(1, 2)}), "3": told({"hip": Mark(3, 4)})}
+        post(address, "save", {"frames": frames, "close": True, "anyway": True})
+        out, _ = process.communicate(timeout=20)
+    assert out.endswith(f"next: figtrack track {clip.video} --keypoints walk.keypoints.csv --anchors\n")
+    assert sorted(read_keypoints(tmp_path / "walk.keypoints.csv")) == [0, 3]
+
+
+def test_a_table_that_exists_is_opened_at_its_first_frame(clip, tmp_path):
+    table = tmp_path / "k.csv"
+    table.write_text("frame,keypoint,x,y\n7,hip,1,2\n")
+    with running(clip.video, "--out", table) as (_, address):
+        opening = page(address)
+    assert opening["frame"]["index"] == 7
+    assert opening["marks"] == {"7": told({"hip": Mark(1, 2)})}
+
+
+def test_marks_taken_from_another_program_open_their_frame(clip, tmp_path):
+    source = people.dlc(tmp_path / "net.csv", {"4": WALKER})
+    with running(clip.video, "--out", tmp_path / "k.csv", "--from", source, "--facing", "left") as (
+        _,
+        address,
+    ):
+        opening = page(address)
+    assert opening["frame"]["index"] == opening["taken"]["frame"] == 4
+    assert opening["taken"]["marks"]["near_knee"]["x"] == WALKER["left_knee"][0]
+    assert "faces left" in opening["taken"]["told"]
+
+
+def test_the_browser_is_opened_unless_told_not_to_or_it_would_take_the_terminal(monkeypatch):
+    class Window:
+        def __init__(self):
+            self.opened = []
+
+        def open(self, address):
+            self.opened.append(address)
+
+    window = Window()
+    monkeypatch.setattr(webbrowser, "get", lambda: window)
+    module._open("http://here/")
+    assert window.opened == ["http://here/"]
+
+    class Text(webbrowser.GenericBrowser):
+        def open(self, *_):
+            raise AssertionError("a browser in the terminal was opened")
+
+    monkeypatch.setattr(webbrowser, "get", lambda: Text("w3m"))
+    module._open("http://here/")
+
+    def none():
+        raise webbrowser.Error("could not locate runnable browser")
+
+    monkeypatch.setattr(webbrowser, "get", none)
+    module._open("http://here/")
+
+
+def annotate(clip, out, *more):
+    return refused_words("annotate", clip.video, "--out", out, "--no-browser", *more)
+
+
+def refused_words(*words):
+    """The one line of a command that could not be done."""
+    result = figtrack(*words)
+    assert (result.exit_code, result.stdout) == (1, "")
+    (line,) = result.stderr.splitlines()
+    return line
+
+
+def test_what_cannot_be_opened_is_said_in_one_line(clip, tmp_path):
+    out = tmp_path / "k.csv"
+    assert "no video at" in refused_words("annotate", tmp_path / "no.mp4", "--out", out)
+    assert "ends with frame 9" in annotate(clip, out, "--frame", 10)
+    assert "is a folder" in annotate(clip, tmp_path)
+    assert "none of the files" in annotate(clip, out, "--from", clip.keypoints)
+    (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
+    line = annotate(clip, tmp_path / "bad.csv")
+    assert "no keypoints table" in line
+    assert "--overwrite" in line
+    assert not out.exists()
+
+
+def test_a_port_that_is_taken_is_said_in_one_line(clip, tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        line = annotate(clip, tmp_path / "k.csv", "--port", other.getsockname()[1])
+    assert "choose another --port" in line

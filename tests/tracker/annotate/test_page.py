@@ -1,0 +1,461 @@
+"""The page in a real browser: clicks, drags, keys, touches, and the pixels that end up in the table."""
+
+import re
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.tracker.browser import chromium
+from tests.tracker.clips import figtrack, write_table
+from tracker.annotate.marks import Table
+from tracker.annotate.server import Server
+from tracker.annotate.session import Session
+from tracker.foreign.start_marks import Taken
+from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
+
+TO_WINDOW = """(() => {{
+  const place = new DOMPoint({x}, {y}).matrixTransform(document.querySelector('#picture').getScreenCTM());
+  return [place.x, place.y];
+}})()"""
+SAVED = "document.querySelector('#saved').textContent.startsWith('Saved')"
+HUNDREDTH = 0.011  # pixels, in which places are written
+
+
+class Page:
+    """The page of one session, and what a person does on it."""
+
+    def __init__(self, browser, address, **window):
+        self.browser, self.address = browser, address
+        browser.open(address, **window)
+        browser.wait("document.querySelectorAll('#joints button').length === 9")
+
+    def window(self, x, y):
+        """Where a pixel of the frame is in the window."""
+        return self.browser.value(TO_WINDOW.format(x=x, y=y))
+
+    def click(self, x, y):
+        self.browser.click(*self.window(x, y))
+
+    def mark(self, places):
+        """Click joints in the order in which the page asks for them."""
+        for name in KEYPOINTS:
+            assert self.browser.text("#guide").startswith(f"Click the {name.replace('_', ' ')}")
+            self.click(*places[name])
+
+    def drag(self, start, *others):
+        self.browser.drag(*(self.window(*place) for place in (start, *others)))
+
+    def press(self, *keys):
+        for key in keys:
+            self.browser.press(*key.split("+")[::-1])
+
+    def points(self):
+        """Where the page shows the marks, in pixels of the frame."""
+        shown = self.browser.value(
+            "[...document.querySelectorAll('#points circle[data-joint]')]"
+            ".map(c => [c.dataset.joint, c.cx.baseVal.value, c.cy.baseVal.value])"
+        )
+        return {name: (x, y) for name, x, y in shown}
+
+    def save(self):
+        self.browser.push("#save")
+        self.browser.wait(SAVED)
+
+    def advice(self, words):
+        """Until the page says this of the marks; the style gives a note a capital."""
+        self.browser.wait(
+            f"document.querySelector('#advice').innerText.toLowerCase().includes({words.lower()!r})"
+        )
+
+    def turn_to(self, frame):
+        self.browser.wait(f"document.querySelector('#picture').ariaLabel === 'Frame {frame} of walk.mp4'")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("profile")) as browser:
+        yield browser
+
+
+@pytest.fixture
+def table(tmp_path):
+    return tmp_path / "k.csv"
+
+
+@pytest.fixture
+def page(browser, clip, table):
+    """The page of a session on the rendered walk; its console must stay silent."""
+    with session_page(browser, clip.video, table) as page:
+        yield page
+    assert browser.errors == []
+
+
+@contextmanager
+def session_page(browser, video, table, *, taken=None, **window):
+    browser.errors.clear()
+    with Server(Session(video, Table(table), taken.frame if taken else 0, taken)) as server:
+        threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+        page = Page(browser, server.address, **window)
+        page.server = server
+        yield page
+        seen = list(browser.errors)
+        browser.open("about:blank")  # a page that outlives its server complains
+        server.shutdown()
+    browser.errors[:] = seen
+
+
+@pytest.fixture
+def truth(clip):
+    """The joints of frame 0, hundredths of pixels."""
+    return {name: tuple(np.round(places[0], 2).tolist()) for name, places in clip.joints.items()}
+
+
+def near(place, wanted, within=HUNDREDTH):
+    return np.hypot(*np.subtract(place, wanted)) <= within * np.sqrt(2.0)
+
+
+def test_what_is_clicked_dragged_and_hidden_on_the_commands_page_is_in_its_table(browser, clip, table, truth):
+    browser.errors.clear()
+    words = [sys.executable, "-m", "tracker", "annotate", clip.video, "--out", table, "--no-browser"]
+    command = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    page = Page(browser, re.search(r"http://\S+", command.stdout.readline())[0])
+    page.mark(truth)
+    page.drag(truth["hip"], (truth["hip"][0] + 40, 90), (truth["hip"][0] + 2, truth["hip"][1] + 1))
+    browser.push("button[data-joint=far_knee]")
+    browser.push("#hidden")
+    page.advice("seems to face right")
+    browser.push("#close")
+    browser.wait("document.querySelector('.over')")
+    assert "figtrack track" in browser.text(".over")
+    out, errors = command.communicate(timeout=20)
+    assert (command.returncode, errors, browser.errors) == (0, "", [])
+    assert out.splitlines()[-2:] == [
+        f"1 frame marked in {table}",
+        f"next: figtrack track {clip.video} --keypoints {table}",
+    ]
+
+    marks = read_keypoints(table)[0]
+    wanted = truth | {"hip": (truth["hip"][0] + 2, truth["hip"][1] + 1)}
+    assert list(marks) == list(KEYPOINTS)
+    for name, place in wanted.items():
+        assert near((marks[name].x, marks[name].y), place), name
+    assert [name for name, mark in marks.items() if not mark.visible] == ["far_knee"]
+
+    out = table.parent / "followed"
+    result = figtrack("track", clip.video, "--keypoints", table, "--model", "cv", "--stop", 1, "--out", out)
+    assert result.exit_code == 0, result.stderr
+    assert (out / "run.json").exists()
+
+
+def test_the_middle_of_a_pixel_as_seen_is_that_pixel_in_the_table(browser, tmp_path, table):
+    image = np.full((48, 64, 3), 60, np.uint8)
+    image[21, 37] = 255
+    (tmp_path / "v").mkdir()
+    cv2.imwrite(str(tmp_path / "v" / "1.png"), image)
+    with session_page(browser, tmp_path / "v", table) as page:
+        browser.picture(tmp_path / "seen.png")
+        seen = cv2.imread(str(tmp_path / "seen.png"), cv2.IMREAD_GRAYSCALE)[60:780, :930]
+        ys, xs = np.nonzero(seen == 255)
+        assert len(xs) > 100
+        browser.click(xs.mean() + 0.5, ys.mean() + 60.5)
+        page.save()
+    assert near(
+        (read_keypoints(table)[0]["head_top"].x, read_keypoints(table)[0]["head_top"].y), (37, 21), 0.06
+    )
+
+
+def test_a_stick_figure_grows_with_the_clicks(page, browser, truth):
+    for count, name in enumerate(KEYPOINTS, 1):
+        page.click(*truth[name])
+        assert len(page.points()) == count
+        limbs = browser.value("document.querySelectorAll('#limbs .bone').length")
+        assert limbs == count - 1
+
+
+def test_steps_are_undone_one_by_one_and_done_again(page, browser, truth):
+    page.mark(truth)
+    whole = page.points()
+    page.drag(truth["neck"], (30, 40))
+    moved = page.points()
+    assert near(moved["neck"], (30, 40))
+    browser.push("#undo")
+    assert page.points() == whole
+    page.press("Control+z", "Control+z")
+    assert page.points().keys() == set(KEYPOINTS) - {"far_toe", "far_ankle"}
+    assert browser.text("#guide").startswith("Click the far ankle")
+    page.press("Control+y", "Control+Shift+Z")
+    browser.push("#redo")
+    assert page.points() == moved
+    assert browser.value("document.querySelector('#redo').disabled")
+
+
+def test_a_new_step_leaves_nothing_to_do_again(page, browser, truth):
+    page.click(*truth["head_top"])
+    page.press("Control+z")
+    page.click(*truth["neck"])
+    assert browser.value("document.querySelector('#redo').disabled")
+    page.press("Control+y")
+    assert near(page.points()["head_top"], truth["neck"])
+
+
+def test_a_point_that_is_grabbed_beside_its_middle_does_not_jump(page, truth):
+    page.mark(truth)
+    x, y = truth["head_top"]
+    page.drag((x + 2, y - 3), (x + 20, y + 20), (x + 12, y + 7))
+    assert near(page.points()["head_top"], (x + 10, y + 10))
+
+
+def test_the_wheel_zooms_to_the_pointer(page, browser, truth):
+    at = page.window(*truth["hip"])
+    for _ in range(4):
+        browser.mouse("mouseWheel", *at, deltaX=0, deltaY=-240)
+    browser.wait("document.querySelector('#picture').classList.contains('near')")
+    assert near(page.window(*truth["hip"]), at, 1.0)  # a wheel's place is in whole window pixels
+    one, other = page.window(0, 0), page.window(1, 0)
+    assert other[0] - one[0] > 7.0
+    page.click(*truth["hip"])
+    assert near(page.points()["head_top"], truth["hip"])
+    page.press("0")
+    assert browser.value("document.querySelector('#picture').getScreenCTM().a") < 3.0
+
+
+def test_dragging_the_picture_moves_it_and_marks_nothing(page, browser):
+    before = page.window(100, 100)
+    page.drag((100, 100), (130, 90), (150, 120))
+    shift = np.subtract(page.window(100, 100), before)
+    assert shift[0] > 50
+    assert page.points() == {}
+    browser.push("#fit")
+    assert near(page.window(100, 100), before)
+
+
+def test_a_click_on_a_point_marks_the_joint_asked_for_where_legs_cross(page, truth):
+    page.mark(truth | {"far_knee": truth["near_knee"]})
+    assert near(page.points()["far_knee"], truth["near_knee"])
+    assert near(page.points()["near_knee"], truth["near_knee"])
+
+
+def test_arrow_keys_nudge_the_chosen_joint(page, browser, truth):
+    page.mark(truth)
+    page.press("3", "ArrowRight", "ArrowRight", "ArrowUp", "Shift+ArrowLeft", "Control+ArrowDown")
+    x, y = truth["hip"]
+    assert near(page.points()["hip"], (x + 1.75, y + 9), 2 * HUNDREDTH)
+    browser.push("#undo")
+    assert near(page.points()["hip"], truth["hip"])
+
+
+def test_a_figure_can_be_marked_and_saved_with_the_keyboard_alone(page, browser, table):
+    steps = [
+        "ArrowUp",
+        "ArrowDown",
+        "ArrowRight",
+        "ArrowDown",
+        "ArrowDown",
+        "ArrowRight",
+        "ArrowLeft",
+        "ArrowDown",
+        "ArrowLeft",
+    ]
+    for step in steps:
+        page.press(*[f"Control+{step}"] * 2, "Enter")
+    page.press("Control+s")
+    browser.wait(SAVED)
+    assert list(read_keypoints(table)[0]) == list(KEYPOINTS)
+
+
+def test_the_keyboard_stays_on_the_joint_that_it_chose(page, browser):
+    browser.value("document.querySelector('button[data-joint=near_knee]').focus()")
+    page.press("Enter")
+    assert browser.value("document.activeElement.dataset.joint") == "near_knee"
+    assert browser.value("document.activeElement.getAttribute('aria-current')") == "true"
+    assert browser.value("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+
+
+def test_joints_can_be_skipped_deleted_and_hidden_before_they_are_placed(page, browser, table, truth):
+    for name in KEYPOINTS:
+        if name == "near_toe":
+            browser.push("#skip")
+            continue
+        if name == "far_ankle":
+            page.press("h")
+        page.click(*truth[name])
+    page.press("9", "Delete", "s")
+    assert "Left out: near toe, far toe" in browser.text("#guide")
+    page.save()
+    marks = read_keypoints(table)[0]
+    assert [name for name in KEYPOINTS if name not in marks] == ["near_toe", "far_toe"]
+    assert [name for name, mark in marks.items() if not mark.visible] == ["far_ankle"]
+
+
+def test_every_frame_has_marks_of_its_own(page, browser, table, truth):
+    page.click(*truth["head_top"])
+    browser.push("#ahead1")
+    page.turn_to(1)
+    assert page.points() == {}
+    page.click(50, 60)
+    page.press(".")
+    page.turn_to(2)
+    browser.value(
+        "(f => {f.value = 7; f.dispatchEvent(new Event('change'))})(document.querySelector('#frame'))"
+    )
+    page.turn_to(7)
+    page.click(70, 80)
+    page.press(",", ",")
+    page.turn_to(5)
+    browser.push("#marked button:first-of-type")
+    page.turn_to(0)
+    assert near(page.points()["head_top"], truth["head_top"])
+    page.save()
+    assert {t: list(marks) for t, marks in read_keypoints(table).items()} == {
+        t: ["head_top"] for t in (0, 1, 7)
+    }
+
+
+def test_each_frame_shows_its_own_picture(page, browser):
+    first = browser.value("document.querySelector('#image').getAttribute('href')")
+    page.press(".")
+    page.turn_to(1)
+    assert browser.value("document.querySelector('#image').getAttribute('href')") != first
+
+
+def test_a_frame_beyond_the_end_is_said_and_the_page_stays_where_it_is(page, browser):
+    page.press(">")
+    browser.wait("document.querySelector('#saved').textContent.includes('ends with frame 9')")
+    assert browser.value("document.querySelector('#frame').value") == "0"
+    (refused,) = browser.errors
+    assert refused.endswith("/frame/10")
+    browser.errors.clear()
+
+
+def test_what_cannot_be_right_is_said_at_once_and_again_before_closing(page, browser, clip, table):
+    apart = int(np.argmax(np.abs(clip.joints["near_ankle"][:, 0] - clip.joints["far_ankle"][:, 0])))
+    places = {name: joints[apart] for name, joints in clip.joints.items()}
+    places |= {"near_ankle": places["far_ankle"], "far_ankle": places["near_ankle"]}
+    page.mark(places)
+    page.advice("near ankle and far ankle")
+    browser.push("#close")
+    browser.wait("document.querySelector('#doubt').open")
+    assert "frame 0: near ankle and far ankle" in browser.text("#doubts").replace(
+        "near knee and far knee, or ", ""
+    )
+    browser.push("#stay")
+    page.drag(places["near_ankle"], places["far_ankle"])
+    assert table.exists()
+
+
+def test_missing_joints_are_said_when_the_rest_is_done(page, browser, truth):
+    page.press("s")
+    for name in KEYPOINTS[1:]:
+        page.click(*truth[name])
+    page.advice("Tracking cannot start from this frame without head top")
+
+
+def test_a_table_that_exists_is_opened_and_extended(browser, clip, table):
+    write_table(
+        table,
+        [(0, "hip", 100, 90, 1, "me"), (4, "neck", 7, 8, 0, "you")],
+        ("frame", "keypoint", "x", "y", "visible", "by"),
+    )
+    with session_page(browser, clip.video, table) as page:
+        assert page.points() == {"hip": (100, 90)}
+        assert browser.text("#marked").split()[-2:] == ["0", "4"]
+        page.click(120, 40)
+        page.save()
+    assert browser.errors == []
+    first, *others = table.read_text().splitlines()[1:]
+    assert others == ["0,hip,100,90,1,me", "4,neck,7,8,0,you"]
+    assert first.startswith("0,head_top,")
+
+
+def test_taken_marks_are_shown_unsaved_and_can_be_undone(browser, clip, table):
+    taken = Taken(3, {"hip": Mark(50.5, 60.25, visible=False)}, "took 1 joint from somewhere")
+    with session_page(browser, clip.video, table, taken=taken) as page:
+        assert page.points() == {"hip": (50.5, 60.25)}
+        assert browser.text("#saved") == "took 1 joint from somewhere"
+        assert browser.value("document.title").startswith("* ")
+        assert not table.exists()
+        page.press("Control+z")
+        assert page.points() == {}
+        page.press("Control+y")
+        page.save()
+    assert read_keypoints(table) == {3: {"hip": Mark(50.5, 60.25, visible=False)}}
+
+
+def test_fingers_tap_drag_and_pinch(browser, clip, table):
+    with session_page(browser, clip.video, table, width=390, height=844, touch=True) as page:
+        browser.touch("touchStart", page.window(200, 120))
+        browser.touch("touchEnd")
+        assert near(page.points()["head_top"], (200, 120), 0.7)
+        before = browser.value("document.querySelector('#picture').getScreenCTM().a")
+        (x, y) = page.window(240, 135)
+        browser.touch("touchStart", (x - 20, y), (x + 20, y))
+        for apart in (30, 40, 50, 60):
+            browser.touch("touchMove", (x - apart, y), (x + apart, y))
+        browser.touch("touchEnd")
+        assert browser.value("document.querySelector('#picture').getScreenCTM().a") == pytest.approx(
+            3.0 * before, rel=0.05
+        )
+        assert list(page.points()) == ["head_top"]
+    assert browser.errors == []
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_nothing_sticks_out_and_words_stand_out_from_what_is_behind_them(browser, clip, table, width, dark):
+    with session_page(
+        browser, clip.video, table, width=width, height=800, dark=dark, touch=width < 500
+    ) as page:
+        assert browser.value("document.documentElement.scrollWidth") <= width
+        page.press("s")
+        contrasts = browser.value(CONTRASTS)
+        assert len(contrasts) > 15
+        assert {words: ratio for words, ratio in contrasts if ratio < 4.5} == {}
+        assert (
+            browser.value("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+        ) != dark
+    assert browser.errors == []
+
+
+# Every element with words of its own: the ratio of luminances of its ink and of what it stands on (WCAG 2).
+CONTRASTS = """(() => {
+  const numbers = (colour) => colour.match(/[0-9.]+/g).map(Number);
+  const light = (colour) => {
+    const [r, g, b] = numbers(colour).map((v) => v / 255)
+      .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const ground = (element) => {
+    const colour = getComputedStyle(element).backgroundColor;
+    return numbers(colour)[3] === 0 ? ground(element.parentElement) : colour;
+  };
+  const worded = [...document.querySelectorAll('body *')].filter((element) =>
+    !element.closest('svg, script, style, :disabled, dialog') && element.getClientRects().length &&
+    [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()));
+  return worded.map((element) => {
+    const [one, other] = [light(getComputedStyle(element).color), light(ground(element))];
+    return [element.innerText, (Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05)];
+  });
+})()"""
+
+
+def test_every_control_has_a_name(page, browser):
+    nameless = browser.value(
+        "[...document.querySelectorAll('button, input, [role=application], [role=group], section')]"
+        ".filter(e => !(e.ariaLabel || e.textContent.trim() || e.labels?.length)).map(e => e.outerHTML)"
+    )
+    assert nameless == []
+
+
+def test_a_server_that_is_gone_is_said_and_the_marks_stay(browser, clip, table, truth):
+    with session_page(browser, clip.video, table) as page:
+        page.server.shutdown()
+        page.server.server_close()
+        page.click(*truth["head_top"])
+        browser.push("#save")
+        browser.wait("document.querySelector('#saved').textContent.includes('does not answer any more')")
+        assert list(page.points()) == ["head_top"]

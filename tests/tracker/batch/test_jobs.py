@@ -1,0 +1,109 @@
+"""The table of jobs: what it says of each clip, and what cannot be."""
+
+from dataclasses import replace
+
+import pytest
+
+from tests.tracker.clips import write_table
+from tracker.batch.jobs import JobsError, read_jobs
+from tracker.clip.follow import Job
+from tracker.progress import Progress
+from tracker.settings import Settings
+
+HEADER = ("video", "keypoints", "start", "model", "out")
+QUIET = Progress("quiet")
+
+
+@pytest.fixture
+def table(tmp_path):
+    def write(*rows, header=HEADER):
+        (tmp_path / "Läufe").mkdir(exist_ok=True)
+        write_table(tmp_path / "Läufe" / "jobs.csv", rows, header)
+        return tmp_path / "Läufe" / "jobs.csv"
+
+    return write
+
+
+def test_files_are_relative_to_the_table_and_results_to_their_place(table, tmp_path, clip):
+    beside = tmp_path / "Läufe"
+    path = table(
+        ("a b.mp4", "k.csv", "", "", ""),
+        (clip.video, clip.keypoints, 6, "mine.npz", "out é"),
+        ("", "", "", "", ""),
+    )
+    one, other = read_jobs(path, tmp_path / "place", QUIET)
+    assert (one.video, one.keypoints) == (beside / "a b.mp4", beside / "k.csv")
+    assert (one.model, one.out, one.start) == ("walk-run", tmp_path / "place" / "a b-track", None)
+    assert (other.video, other.model) == (clip.video, str(beside / "mine.npz"))
+    assert (other.out, other.start) == (tmp_path / "place" / "out é", 6)
+
+
+def test_a_row_is_the_job_that_track_would_do(table, tmp_path, clip):
+    (tmp_path / "Läufe").mkdir()
+    (tmp_path / "Läufe" / "s.toml").write_text("iterations = 3\n")
+    header = (*HEADER, "stop", "facing", "rate", "smooth", "settings", "anchors")
+    rows = (
+        (clip.video, clip.keypoints, 3, "cv", "a", 7, "left", 0.5, 0, "s.toml", 1),
+        (clip.video, clip.keypoints, "", "cv", "b", "", "", "", "", "", ""),
+    )
+    one, other = (row.job() for row in read_jobs(table(*rows, header=header), tmp_path, QUIET))
+    marks = one.marks
+    assert len(marks) == len(clip)
+    settings = Settings(iterations=3)
+    wanted = Job(clip.video, marks, "cv", settings, start=3, stop=7, facing=-1, rate=0.5)
+    assert one == replace(wanted, smooth=False, anchors=True)
+    assert other == Job(clip.video, marks, "cv")
+
+
+def test_short_rows_have_empty_cells_and_columns_any_order(table, tmp_path):
+    path = table(("k.csv", " a.mp4 "), header=("keypoints", " video ", "start"))
+    (row,) = read_jobs(path, tmp_path, QUIET)
+    assert row.video.name == "a.mp4"
+    assert row.start is None
+
+
+def test_a_column_that_is_not_read_is_said(table, tmp_path, capsys):
+    read_jobs(table(("a", "b", "left"), header=("video", "keypoints", "facng")), tmp_path, QUIET)
+    assert "column 'facng' of jobs.csv is not read" in capsys.readouterr().err
+
+
+ROW = ("a.mp4", "k.csv", "", "", "")
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "words"),
+    [
+        (HEADER, (), "has no jobs; write a row"),
+        (("video", "start"), (("a", 0),), "column 'keypoints' is missing"),
+        (("keypoints",), (("a",),), "column 'video' is missing"),
+        (("video", "keypoints", "out", "out"), (("a", "b", "c", "d"),), "two columns 'out'"),
+        (HEADER, (("", "k.csv", "", "", ""),), "line 2: video is empty"),
+        (HEADER, (("a.mp4", " ", "", "", ""),), "line 2: keypoints is empty"),
+        (HEADER, (ROW, ("b.mp4", "k.csv", "-1", "", "")), "line 3: start must be a whole number from 0"),
+        (HEADER, (("b.mp4", "k.csv", "٣", "", ""),), "start must be a whole number"),
+        (HEADER, ((*ROW, "x"),), "line 2 has more cells than the header"),
+        ((*HEADER, "rate"), ((*ROW, "9"),), "rate must be from 0.25 to 4, or empty; got '9'"),
+        ((*HEADER, "rate"), ((*ROW, "nan"),), "rate must be"),
+        ((*HEADER, "facing"), ((*ROW, "up"),), "facing must be left, right or empty; got 'up'"),
+        ((*HEADER, "smooth"), ((*ROW, "no"),), "smooth must be 1, 0 or empty"),
+        ((*HEADER, "anchors"), ((*ROW, "2"),), "anchors must be 1, 0 or empty"),
+        (HEADER, (ROW, ROW), "two rows have the same out, .*a-track; give each its own"),
+        (HEADER, (("a", "k", "", "", "x"), ("b", "k", "", "", "y/../x")), "two rows have the same out"),
+        (HEADER, (("a", "k", "", "", "x"), ("b", "k", "", "", "x/y")), "lie in one another"),
+        (HEADER, (("a", "k", "", "", "."),), "would hold the whole batch"),
+    ],
+)
+def test_what_cannot_be_is_said_before_any_work(table, tmp_path, header, rows, words):
+    with pytest.raises(JobsError, match=words):
+        read_jobs(table(*rows, header=header), tmp_path, QUIET)
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00v", b'video,keypoints\na.mp4,"k\n' + b"x" * 200_000])
+def test_what_is_no_table_is_refused(tmp_path, content):
+    (tmp_path / "jobs.csv").write_bytes(content)
+    with pytest.raises(JobsError, match=r"jobs\.csv"):
+        read_jobs(tmp_path / "jobs.csv", tmp_path, QUIET)
+    with pytest.raises(JobsError, match="no table of jobs"):
+        read_jobs(tmp_path / "absent.csv", tmp_path, QUIET)
+    with pytest.raises(JobsError, match="cannot read"):
+        read_jobs(tmp_path, tmp_path, QUIET)

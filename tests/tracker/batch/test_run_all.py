@@ -1,0 +1,334 @@
+"""figtrack batch: every clip by itself, what is done stays, and nothing is lost with a process that dies."""
+
+import os
+import signal
+import threading
+import time
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from pathlib import Path
+
+import pytest
+
+from tests.tracker.clips import everything, figtrack, read_csv, read_json, refused, write_table, write_video
+from tracker.batch import run_all as batch
+from tracker.batch.jobs import read_jobs
+from tracker.batch.run_all import Ending, job_key, run_batch, run_row
+from tracker.clip.follow import Job
+from tracker.models.cluster import local_cluster
+from tracker.progress import Progress
+from tracker.settings import Settings
+from tracker.tables.keypoints import Mark
+
+HEADER = ("video", "keypoints", "start", "model", "out")
+RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
+QUIET = Progress("quiet")
+
+
+@pytest.fixture
+def table(clip, tmp_path):
+    """A table beside a clip whose name has a space and a letter beyond ASCII."""
+    folder = tmp_path / "späte Läufe"
+    folder.mkdir()
+    (folder / "走る 1.mp4").write_bytes(clip.video.read_bytes())
+    (folder / "k 1.csv").write_bytes(clip.keypoints.read_bytes())
+
+    def write(*rows, header=HEADER):
+        write_table(folder / "jobs.csv", rows, header)
+        return folder / "jobs.csv"
+
+    return write
+
+
+CLIP = ("走る 1.mp4", "k 1.csv")
+ROW = (*CLIP, "", "cv", "a")
+
+
+def rows_of(path):
+    return [(row["status"], row["frames"], row["error"]) for row in read_csv(path)]
+
+
+def test_a_failed_clip_does_not_stop_the_others_and_a_second_run_skips_what_is_done(table, tmp_path):
+    path = table(
+        (*CLIP, "", "cv", "été #1"), ("absent.mp4", "k 1.csv", "", "cv", "b"), (*CLIP, 99, "cv", "c"),
+        ("走る 1.mp4", "jobs.csv", "", "cv", "d"), (*CLIP, "", "nobody", "e"), (*CLIP, 3, "walk-run", ""),
+    )  # fmt: skip
+    first = figtrack("batch", path, "--workers", 2, "--quiet")
+    assert first.exit_code == 1
+    assert first.stderr == ""
+    assert "2 done, 4 failed" in first.stdout
+    wanted = ["", "no video at", "frame 99 is not marked", "no keypoints table", "nobody", ""]
+    summary = path.with_name("summary.csv")
+    for words, (status, frames, error) in zip(wanted, rows_of(summary), strict=True):
+        assert words in error
+        assert "\n" not in error
+        assert (status, frames) == (("failed", "") if words else ("done", "10"))
+    for name in ("été #1", "走る 1-track"):
+        assert {inner.name for inner in (path.parent / name).iterdir()} == RUN_FILES
+    before = everything(path.parent)
+
+    (path.parent / "absent.mp4").write_bytes((path.parent / CLIP[0]).read_bytes())
+    again = figtrack("batch", path, "--progress", "json")
+    assert again.exit_code == 1
+    assert "2 skipped, 1 done, 3 failed" in again.stdout
+    assert [status for status, _, _ in rows_of(summary)] == ["skipped", "done"] + ["failed"] * 3 + ["skipped"]
+    assert '"task": "batch jobs.csv", "done": 6, "total": 6' in again.stderr
+    after = everything(path.parent)
+    changed = {name for name in before if before[name] != after[name]}
+    assert changed == {Path("summary.csv")}
+
+
+def test_results_go_where_told_and_all_done_is_exit_status_0(table, tmp_path):
+    path = table(ROW, header=HEADER)
+    result = figtrack("batch", path, "--out", tmp_path / "new" / "place", "--workers", 1)
+    assert result.exit_code == 0, result.output
+    assert {inner.name for inner in (tmp_path / "new" / "place").iterdir()} == {"a", "summary.csv"}
+    assert "batch jobs.csv: 1 of 1" in result.stderr
+    (row,) = read_csv(tmp_path / "new" / "place" / "summary.csv")
+    counts = Counter(pose["outcome"] for pose in read_csv(tmp_path / "new" / "place" / "a" / "pose.csv"))
+    said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
+    rate = read_json(tmp_path / "new" / "place" / "a" / "run.json")["rate"]
+    assert (row["outcomes"], row["rate"], row["model"]) == (said, f"{rate:g}", "cv")
+    assert counts.total() == 10
+
+
+def test_a_row_is_tracked_as_track_does_it(table, clip, tmp_path):
+    (row,) = read_jobs(table(ROW), tmp_path, QUIET)
+    assert run_row(row, overwrite=False).status == "done"
+    words = ["--keypoints", clip.keypoints, "--model", "cv", "--out", tmp_path / "b", "--quiet"]
+    assert figtrack("track", clip.video, *words).exit_code == 0
+    for name in ("keypoints.csv", "pose.csv"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def test_a_run_of_another_job_is_replaced_only_when_asked(table, tmp_path):
+    row, other = (
+        read_jobs(table((*ROW, stop), header=(*HEADER, "stop")), tmp_path, QUIET)[0] for stop in (2, 1)
+    )
+    assert run_row(row, overwrite=False).frames == 3
+    kept = everything(tmp_path / "a")
+    ended = run_row(other, overwrite=False)
+    assert (ended.status, ended.frames) == ("failed", None)
+    assert "holds a complete run" in ended.error
+    assert everything(tmp_path / "a") == kept
+    # The same job is never done again, asked or not.
+    assert run_row(row, overwrite=True).status == "skipped"
+    assert everything(tmp_path / "a") == kept
+    assert run_row(other, overwrite=True).frames == 2
+    # A run that is not whole is no run that is done.
+    (tmp_path / "a" / "run.json").write_text("{")
+    assert run_row(other, overwrite=True).status == "failed"
+
+
+def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
+    mark = {"hip": Mark(1.0, 2.0)}
+    job = Job(clip.video, {0: mark}, "cv")
+    others = {
+        "video": clip.keypoints,
+        "marks": {0: {"hip": Mark(1.0, 2.0, visible=False)}},
+        "model": "walk-run",
+        "settings": Settings(iterations=3),
+        "start": 0,
+        "stop": 5,
+        "facing": 1,
+        "rate": 1.0,
+        "smooth": False,
+        "anchors": True,
+        "measure": clip.keypoints,
+    }
+    keys = {job_key(replace(job, **{name: value})) for name, value in others.items()} | {job_key(job)}
+    assert len(keys) == len(others) + 1
+    # A new field of Job must make another job too, or be named here.
+    assert {field.name for field in fields(Job)} - {"called"} == others.keys()
+    copy = tmp_path / "copy.mp4"
+    copy.write_bytes(clip.video.read_bytes())
+    assert job_key(replace(job, video=copy, called="so")) == job_key(job)
+
+
+def test_a_job_is_another_when_its_model_s_file_or_an_image_is(tmp_path):
+    (tmp_path / "m.npz").write_bytes(b"one")
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "0.png").write_bytes(b"one")
+    job = Job(tmp_path / "images", {}, str(tmp_path / "m.npz"))
+    keys = [job_key(job)]
+    (tmp_path / "m.npz").write_bytes(b"two")
+    keys.append(job_key(job))
+    (tmp_path / "images" / "0.png").write_bytes(b"two")
+    keys.append(job_key(job))
+    assert len(set(keys)) == 3
+
+
+def broken(row, overwrite):
+    """A mistake of ours in one row of two."""
+    if row.model == "cv":
+        raise RuntimeError("a mistake\nof ours")
+    return Ending("done", frames=1)
+
+
+def test_a_mistake_of_ours_fails_its_own_row(table, tmp_path, cluster, monkeypatch):
+    monkeypatch.setattr(batch, "run_row", broken)
+    path = table((*CLIP, "", "cv", "a"), (*CLIP, "", "walk-run", "b"))
+    address = cluster.scheduler.address
+    ended = run_batch(path, tmp_path, workers=None, scheduler=address, overwrite=False, progress=QUIET)
+    assert [ending.status for _, ending in ended] == ["failed", "done"]
+    assert ended[0][1].error == "RuntimeError: a mistake of ours"
+
+
+def test_a_process_killed_in_the_middle_loses_nothing(table, clip, tmp_path, cluster):
+    write_video(tmp_path / "späte Läufe" / "long.mp4", clip.images * 6)
+    long = ("long.mp4", "k 1.csv", "", "cv", "a")
+    path = table(long, (*CLIP, "", "cv", "b"), (*CLIP, 2, "cv", "c"))
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "run.json").write_text('{"figtrack": "0"}')
+    killed = []
+
+    def kill():
+        """The process that is at the long clip, once it has begun to write."""
+        while not list(tmp_path.glob(".a.*.part")):
+            time.sleep(0.01)
+        at_work = {worker for worker, tasks in cluster.processing().items() if tasks}
+        for worker, pid in cluster.run(os.getpid).items():
+            if worker in at_work:
+                os.kill(pid, signal.SIGKILL)
+                killed.append(list(tmp_path.glob(".a.*.part")))
+                return
+
+    killer = threading.Thread(target=kill, daemon=True)
+    killer.start()
+    address = cluster.scheduler.address
+    ended = run_batch(path, tmp_path, workers=None, scheduler=address, overwrite=True, progress=QUIET)
+    killer.join(timeout=60)
+    assert len(killed) == 1
+    assert [(ending.status, ending.frames) for _, ending in ended] == [
+        ("done", 60),
+        ("done", 10),
+        ("done", 10),
+    ]
+    for name in "abc":
+        assert {inner.name for inner in (tmp_path / name).iterdir()} == RUN_FILES
+    assert not list(tmp_path.rglob("*.part"))
+    cluster.wait_for_workers(2, timeout=60)
+
+
+def noted(row, overwrite):
+    """Says that it has begun; the second row ends once the first one's process is dead."""
+    with (row.out.parent / "begun.txt").open("a") as file:
+        file.write(f"{row.out.name} {os.getpid()}\n")
+    while row.out.name == "b" and not (row.out.parent / "killed").exists():
+        time.sleep(0.01)
+    return Ending("done", frames=1)
+
+
+def test_what_is_done_is_not_done_again_when_its_process_dies_later(table, tmp_path, cluster, monkeypatch):
+    monkeypatch.setattr(batch, "run_row", noted)
+    tasks = cluster.cluster.scheduler.tasks
+
+    class Killing(Progress):
+        @contextmanager
+        def task(self, name, total):
+            yield self.advance
+
+        def advance(self):
+            """Kill the process of the row that ended first, once the scheduler may have forgotten the row."""
+            if (tmp_path / "killed").exists():
+                return
+            end = time.monotonic() + 2.0
+            while len(tasks) > 1 and time.monotonic() < end:
+                time.sleep(0.01)
+            begun = dict(line.split() for line in (tmp_path / "begun.txt").read_text().splitlines())
+            os.kill(int(begun["a"]), signal.SIGKILL)
+            (tmp_path / "killed").touch()
+
+    path, address = table((*CLIP, "", "cv", "a"), (*CLIP, "", "cv", "b")), cluster.scheduler.address
+    run_batch(path, tmp_path, workers=None, scheduler=address, overwrite=False, progress=Killing("quiet"))
+    begun = [line.split()[0] for line in (tmp_path / "begun.txt").read_text().splitlines()]
+    assert sorted(begun) == ["a", "b"]
+    cluster.wait_for_workers(2, timeout=60)
+
+
+@contextmanager
+def deserted(workers):
+    """A cluster that has lost its processes."""
+    with local_cluster(1) as client:
+        client.cluster.scale(0)
+        while client.cluster.scheduler.workers:
+            time.sleep(0.01)
+        yield client
+
+
+def test_without_any_process_the_rows_fail_instead_of_waiting_for_ever(table, tmp_path, monkeypatch):
+    monkeypatch.setattr("tracker.models.cluster.STALLED", "0.5s")
+    monkeypatch.setattr(batch, "local_cluster", deserted)
+    path = table((*CLIP, "", "cv", "a"), (*CLIP, "", "cv", "b"))
+    ended = run_batch(path, tmp_path, workers=1, scheduler=None, overwrite=False, progress=QUIET)
+    assert [ending.status for _, ending in ended] == ["failed"] * 2
+    assert {ending.error for _, ending in ended} == {
+        "no process was left to do it; the same batch again goes on here"
+    }
+
+
+def interrupted(futures, **_):
+    """Ctrl-C as soon as the first clip is done."""
+    while not any(future.done() for future in futures):
+        time.sleep(0.01)
+    raise KeyboardInterrupt
+
+
+def test_a_batch_that_is_stopped_keeps_what_is_done(table, tmp_path, cluster, monkeypatch):
+    path = table(ROW, ("absent.mp4", "k 1.csv", "", "cv", "b"))
+    words = ["batch", path, "--out", tmp_path / "out", "--scheduler", cluster.scheduler.address]
+    with monkeypatch.context() as patch:
+        patch.setattr("distributed.as_completed", interrupted)
+        assert refused(*words).endswith("the same batch again goes on there")
+    assert not (tmp_path / "out" / "summary.csv").exists()
+    # What was being done may have ended all the same; again, all ends.
+    assert figtrack(*words, "--quiet").exit_code == 1
+    statuses = [status for status, _, _ in rows_of(tmp_path / "out" / "summary.csv")]
+    assert statuses in (["done", "failed"], ["skipped", "failed"])
+    assert not list(tmp_path.rglob("*.part"))
+
+
+def test_errors_of_the_table_come_before_any_work(table, tmp_path):
+    assert "has no jobs" in refused("batch", table())
+    assert "no table of jobs" in refused("batch", tmp_path / "absent.csv")
+    assert "two rows have the same out" in refused("batch", table(ROW, ROW))
+    assert "column 'keypoints' is missing" in refused("batch", table(("a",), header=("video",)))
+    assert [path.name for path in tmp_path.iterdir()] == ["späte Läufe"]
+
+
+def test_a_file_where_a_folder_should_be_fails_that_row_alone(table, tmp_path):
+    (tmp_path / "a").write_text("mine")
+    (row,) = read_jobs(table(ROW), tmp_path, QUIET)
+    assert "is a file; --out wants a folder" in run_row(row, overwrite=True).error
+    assert (tmp_path / "a").read_text() == "mine"
+    below = replace(row, out=tmp_path / "a" / "b")
+    assert run_row(below, overwrite=True).status == "failed"
+
+
+def test_a_summary_of_something_else_is_never_replaced(table, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "summary.csv").write_text("my,own\n1,2\n")
+    said = refused("batch", table(ROW), "--out", tmp_path / "out", "--overwrite")
+    assert "is of something else" in said
+    assert everything(tmp_path / "out") == {Path("summary.csv"): b"my,own\n1,2\n"}
+    (tmp_path / "place").write_text("")
+    assert refused("batch", table(ROW), "--out", tmp_path / "place")
+
+
+def test_workers_and_a_scheduler_are_wrong_usage_together(table):
+    assert figtrack("batch", table(ROW), "--workers", 2, "--scheduler", "tcp://127.0.0.1:9").exit_code == 2
+    assert figtrack("batch", table(ROW), "--workers", 0).exit_code == 2
+
+
+def test_no_scheduler_is_said(table, monkeypatch):
+    monkeypatch.setattr("tracker.models.cluster.PATIENCE", 0.5)
+    assert "no Dask scheduler answers" in refused("batch", table(ROW), "--scheduler", "tcp://127.0.0.1:9")
+
+
+def test_the_run_json_of_a_batch_names_its_job(table, tmp_path):
+    (row,) = read_jobs(table(ROW), tmp_path, QUIET)
+    run_row(row, overwrite=False)
+    news = read_json(tmp_path / "a" / "run.json")
+    assert news["job"] == job_key(row.job())
+    assert news["size"] == [480, 270]

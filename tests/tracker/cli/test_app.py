@@ -1,0 +1,489 @@
+"""The commands: what they leave, what they say, and how they fail."""
+
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from dynamics.slds import constant_velocity
+from dynamics.store import save
+from kinematics.mocap import POSE_COLUMNS
+from tests.tracker.clips import (
+    HEADER,
+    everything,
+    figtrack,
+    read_csv,
+    read_json,
+    refused,
+    write_table,
+    write_video,
+)
+from tracker import __version__
+from tracker.cli.app import COMMANDS
+from tracker.tables.keypoints import KEYPOINTS
+
+ROOT = Path(__file__).parents[2]
+RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
+SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
+
+
+def command(*words):
+    return [sys.executable, "-m", "tracker", *map(str, words)]
+
+
+def unmasked():
+    """A shell that runs tests in the background hides Ctrl-C from them."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def track(clip, tmp_path):
+    """The words of a track command, its --out tmp_path/out; options given replace the usual ones."""
+
+    def words(video=clip.video, keypoints=clip.keypoints, model="cv", out=tmp_path / "out", more=()):
+        return ["track", video, "--keypoints", keypoints, "--model", model, "--out", out, *more]
+
+    return words
+
+
+@pytest.fixture(scope="module")
+def done(clip, tmp_path_factory):
+    """A finished run with most options, its folder and what was printed."""
+    out = tmp_path_factory.mktemp("done") / "out"
+    result = figtrack(
+        "track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--out", out,
+        "--start", 3, "--stop", 7, "--facing", "right", "--rate", 0.5, "--quiet",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    return out, result
+
+
+def test_a_run_leaves_the_files_it_promises_and_no_others(done):
+    out, _ = done
+    assert {path.name for path in out.iterdir()} == RUN_FILES
+    assert [path.name for path in out.parent.iterdir()] == ["out"]
+
+
+def test_keypoints_hold_every_joint_of_every_frame(clip, done):
+    rows = read_csv(done[0] / "keypoints.csv")
+    assert list(rows[0]) == [*HEADER, "time_s", "sxx", "sxy", "syy"]
+    assert [(int(row["frame"]), row["keypoint"]) for row in rows] == [
+        (t, n) for t in range(8) for n in KEYPOINTS
+    ]
+    assert all(cell for row in rows for cell in row.values())
+
+
+def test_poses_hold_every_frame(done):
+    rows = read_csv(done[0] / "pose.csv")
+    assert list(rows[0]) == ["seq", "frame", *POSE_COLUMNS, "time_s", "state", "label", "outcome"]
+    assert [int(row["frame"]) for row in rows] == list(range(8))
+    assert {row["outcome"] for row in rows} <= {"ok", "hidden", "lost", "found", "outside"}
+    assert float(rows[3]["root_x"]) == pytest.approx(0.0, abs=0.05)
+    assert float(rows[7]["root_x"]) > 0.05 > -0.05 > float(rows[0]["root_x"])
+
+
+def test_run_json_says_what_was_done(clip, done):
+    news = read_json(done[0] / "run.json")
+    assert {"figtrack", "video", "model", "settings", "fps", "frames", "rate", "facing"} <= news.keys()
+    assert {"seconds_per_frame", "warnings"} <= news.keys()
+    assert (news["figtrack"], news["video"], news["model"]) == (__version__, str(clip.video), "cv")
+    assert (news["rate"], news["facing"], news["fps"], news["frames"]) == (0.5, "right", 30.0, 8)
+    assert news["seconds_per_frame"].keys() == {"read", "track", "smooth", "write"}
+    assert news["smooth"] is True
+    assert news["warnings"] == []
+    assert news["settings"]["mode"] == "full"
+
+
+def test_facing_is_reported_as_told(clip, track, tmp_path):
+    more = ["--facing", "left", "--start", 6, "--stop", 6]
+    result = figtrack(*track(more=more))
+    assert result.exit_code == 1
+    assert "; or give --facing right" in result.stderr
+    # Without feet, legs as straight as in frame 6 may face either way.
+    write_table(tmp_path / "k.csv", [row for row in clip.rows([6]) if "toe" not in row[1]])
+    assert figtrack(*track(keypoints=tmp_path / "k.csv", more=more)).exit_code == 0
+    assert read_json(tmp_path / "out" / "run.json")["facing"] == "left"
+
+
+def test_a_start_in_the_middle_is_tracked_backwards_to_frame_zero(clip, track, tmp_path):
+    result = figtrack(*track(model="walk-run", more=["--start", 6, "--quiet"]))
+    assert result.exit_code == 0, result.output
+    errors = clip.errors(tmp_path / "out" / "keypoints.csv")
+    assert len(errors) == len(clip)
+    assert errors.max() < 0.15
+
+
+def test_a_quiet_run_is_silent_on_stderr_and_short_on_stdout(done):
+    _, result = done
+    assert result.stderr == ""
+    first, second = result.stdout.splitlines()
+    assert first.startswith("8 frames of walk.mp4 with cv: ")
+    assert second.startswith("see ")
+
+
+def test_json_progress_is_one_object_a_line(track):
+    result = figtrack(*track(more=["--stop", 3, "--progress", "json"]))
+    lines = [json.loads(line) for line in result.stderr.splitlines()]
+    assert {"task": "walk.mp4 with cv", "done": 4, "total": 4}.items() <= lines[1].items()
+    assert all(isinstance(line, dict) for line in lines)
+
+
+def test_names_with_spaces_and_other_letters_work(clip, tmp_path):
+    folder = tmp_path / "späte Läufe"
+    folder.mkdir()
+    video, keypoints, out = folder / "走る 1:2%.mp4", folder / "ключевые точки.csv", folder / "été #1 [a]"
+    video.write_bytes(clip.video.read_bytes())
+    keypoints.write_bytes(clip.keypoints.read_bytes())
+    words = [video, "--keypoints", keypoints, "--out", out, "--stop", 2, "--model", "cv"]
+    assert figtrack("track", *words).exit_code == 0
+    assert {path.name for path in out.iterdir()} == RUN_FILES
+    assert figtrack("compare", *words, "--overwrite").exit_code == 0
+    assert "走る 1:2%.mp4" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_results_go_into_the_folder_one_is_in_unless_told(clip, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = figtrack("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 1)
+    assert result.exit_code == 0
+    assert (tmp_path / "walk-track" / "run.json").is_file()
+
+
+# What cannot be done
+
+
+@pytest.fixture
+def nothing_left(tmp_path):
+    """Whatever happened, tmp_path is afterwards as the test left it: no results, no .part."""
+    yield
+    assert not (tmp_path / "out").exists()
+    assert not list(tmp_path.rglob("*.part"))
+
+
+@pytest.mark.usefixtures("nothing_left")
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("absent.mp4", None, "no video at"),
+        ("text.mp4", b"My video is on the other disk.\n" * 50, "text.mp4"),
+        ("text.txt", b"frame,keypoint\n", "text.txt"),
+        ("noise.mp4", bytes(np.random.default_rng(1).integers(0, 256, 5000, dtype=np.uint8)), "noise.mp4"),
+        ("empty.mp4", b"", "is empty (0 bytes)"),
+        ("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(200), "picture.png"),
+    ],
+)
+def test_what_is_no_video_is_refused(track, tmp_path, name, content, words):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    assert words in refused(*track(video=tmp_path / name))
+
+
+@pytest.mark.usefixtures("nothing_left")
+def test_a_video_without_frames_is_refused(track, tmp_path):
+    with av.open(str(tmp_path / "none.mp4"), "w") as container:
+        stream = container.add_stream("libx264", rate=30)
+        stream.width = stream.height = 64
+        stream.pix_fmt = "yuv420p"
+    assert "none.mp4" in refused(*track(video=tmp_path / "none.mp4"))
+    (tmp_path / "images").mkdir()
+    assert "holds no numbered images" in refused(*track(video=tmp_path / "images"))
+
+
+@pytest.mark.parametrize("style", ["--quiet", "--progress=json"])
+def test_a_video_cut_short_is_tracked_as_far_as_it_goes_and_it_is_said(clip, track, tmp_path, style):
+    write_video(tmp_path / "long.mp4", clip.images * 3)
+    data = (tmp_path / "long.mp4").read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(data[: len(data) // 2])
+    result = figtrack(*track(video=tmp_path / "cut.mp4", more=[style]))
+    assert result.exit_code == 0, result.output
+    news = read_json(tmp_path / "out" / "run.json")
+    assert news["warnings"][0].startswith("cut.mp4 ")
+    assert (
+        f"{news['frames']} of about 30" in news["warnings"][0] or "cannot be decoded" in news["warnings"][0]
+    )
+    warnings = [line for line in result.stderr.splitlines() if "warning" in line]
+    shown = (
+        [json.loads(line)["warning"] for line in warnings] if "json" in style else [w[9:] for w in warnings]
+    )
+    assert shown == news["warnings"]
+    assert len(read_csv(tmp_path / "out" / "pose.csv")) == news["frames"] < 28
+
+
+def marks(clip, frame=0):
+    return [list(row) for row in clip.rows([frame])]
+
+
+@pytest.mark.usefixtures("nothing_left")
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda rows: [row for row in rows if row[1] != "hip"], "the start pose lacks hip; mark hip, neck"),
+        (lambda rows: [row for row in rows if "near_knee" not in row[1]], "the start pose lacks near_knee"),
+        (lambda rows: [*rows, [0, "tail", 1, 2, 1]], "line 11: unknown joint 'tail'"),
+        (lambda rows: [*rows[1:], [0, "head_top", "nan", 2, 1]], "line 10: x must be a finite number"),
+        (lambda rows: [*rows, rows[0]], "line 11: head_top of frame 0 is marked twice"),
+        (lambda rows: [], "has no marked joints"),
+        (lambda rows: [[0, n, 100, 100, 1] for _, n, *_ in rows], "lies on the joint before it"),
+        (lambda rows: [[t, n, x + 5000, y, 1] for t, n, x, y, _ in rows], "lies outside the picture"),
+        (lambda rows: [[900, *row[1:]] for row in rows], "frame 900 is not in walk.mp4, which has 10"),
+    ],
+    ids=["no hip", "no knee", "unknown", "nan", "twice", "no rows", "one point", "outside", "past the end"],
+)
+def test_marks_that_cannot_be_used_are_refused(clip, track, tmp_path, spoil, words):
+    write_table(tmp_path / "k.csv", spoil(marks(clip)))
+    assert words in refused(*track(keypoints=tmp_path / "k.csv"))
+
+
+@pytest.mark.usefixtures("nothing_left")
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "no keypoints file"),
+        (b"", "column 'frame' is missing"),
+        (b"frame,joint,x,y\n0,hip,1,2\n", "column 'keypoint' is missing"),
+        (b"\x00\xff\xfe\x89" * 50, "as a UTF-8 CSV table"),
+    ],
+    ids=["absent", "empty", "other header", "binary"],
+)
+def test_what_is_no_keypoints_table_is_refused(track, tmp_path, content, words):
+    if content is not None:
+        (tmp_path / "k.csv").write_bytes(content)
+    assert words in refused(*track(keypoints=tmp_path / "k.csv"))
+
+
+@pytest.mark.usefixtures("nothing_left")
+def test_a_start_that_is_not_marked_is_refused(track):
+    assert "frame 700 is not marked in the keypoints table; marked are 0, 1" in refused(
+        *track(more=["--start", 700])
+    )
+    assert "--stop 2 comes before the start frame 5" in refused(*track(more=["--start", 5, "--stop", 2]))
+
+
+def model_file(path, names=POSE_COLUMNS, version=1, keep=1.0):
+    slds = constant_velocity(names, np.full(len(names), 0.01), np.full(len(names), 0.1), 30.0)
+    save(slds, path, "a test")
+    if version != 1:
+        with np.load(path) as archive:
+            arrays = dict(archive)
+        header = json.loads(str(arrays["header"])) | {"version": version}
+        np.savez(path, **(arrays | {"header": np.array(json.dumps(header))}))
+    data = path.read_bytes()
+    path.write_bytes(data[: int(keep * len(data))])
+    return path
+
+
+@pytest.mark.usefixtures("nothing_left")
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"names": ("root_x", "root_y", "tail")}, "the model speaks of root_x, root_y, tail; the figure"),
+        ({"version": 99}, "m.npz has format version 99, this program reads 1; update figtrack"),
+        ({"keep": 0.5}, "m.npz is no model file or is damaged"),
+        ({"keep": 0.0}, "m.npz is no model file or is damaged"),
+    ],
+    ids=["other freedoms", "newer", "damaged", "empty"],
+)
+def test_a_model_that_cannot_be_used_is_refused(track, tmp_path, options, words):
+    assert words in refused(*track(model=model_file(tmp_path / "m.npz", **options)))
+
+
+def test_a_model_from_a_file_is_used(track, tmp_path):
+    assert figtrack(*track(model=model_file(tmp_path / "m.npz"), more=["--stop", 1])).exit_code == 0
+    assert read_json(tmp_path / "out" / "run.json")["model"] == str(tmp_path / "m.npz")
+
+
+@pytest.mark.usefixtures("nothing_left")
+def test_an_unknown_model_is_refused(track, tmp_path):
+    assert "no model 'swim' ships; there are gait, walk-run, walk-run-1" in refused(*track(model="swim"))
+    assert "no model file" in refused(*track(model=tmp_path / "absent.npz"))
+
+
+@pytest.mark.usefixtures("nothing_left")
+def test_every_fault_of_the_settings_is_named_at_once(track, tmp_path):
+    (tmp_path / "s.toml").write_text("colour = 1\niterations = 0\n")
+    line = refused(*track(more=["--settings", tmp_path / "s.toml"]))
+    assert "colour: no such setting" in line
+    assert "iterations: input should be greater than or equal to 1, got 0" in line
+    assert "no settings file" in refused(*track(more=["--settings", tmp_path / "absent.toml"]))
+
+
+@pytest.mark.usefixtures("nothing_left")
+def test_folders_that_cannot_be_written_are_refused_before_the_work(track, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    assert "file is a file; --out wants a folder" in refused(*track(out=tmp_path / "file"))
+    assert "cannot write into" in refused(*track(out=tmp_path / "file" / "below"))
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_foreign_folder_is_never_replaced(track, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.tex").write_text("years of work")
+    for more in ([], ["--overwrite"]):
+        assert "holds files that are no run of figtrack" in refused(*track(more=more))
+    assert [path.name for path in tmp_path.rglob("*")] == ["out", "thesis.tex"]
+
+
+def test_a_complete_run_is_replaced_only_when_told_and_only_by_a_complete_one(clip, track, tmp_path):
+    out = tmp_path / "out"
+    assert figtrack(*track(more=["--stop", 2])).exit_code == 0
+    before = everything(out)
+    assert "holds a complete run; choose another --out, or replace it with --overwrite" in refused(*track())
+    write_table(tmp_path / "k.csv", [[900, *row[1:]] for row in marks(clip)])
+    assert "frame 900" in refused(*track(keypoints=tmp_path / "k.csv", more=["--overwrite"]))
+    assert everything(out) == before
+    assert figtrack(*track(more=["--stop", 1, "--overwrite"])).exit_code == 0
+    assert read_json(out / "run.json")["frames"] == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["k.csv", "out"]
+
+
+def test_a_folder_with_the_video_in_it_is_not_replaced(clip, track, tmp_path):
+    out = tmp_path / "out"
+    assert figtrack(*track(more=["--stop", 1])).exit_code == 0
+    (out / "walk.mp4").write_bytes(clip.video.read_bytes())
+    before = everything(out)
+    assert "would be replaced, and with it" in refused(*track(video=out / "walk.mp4", more=["--overwrite"]))
+    assert everything(out) == before
+
+
+def test_of_two_runs_into_one_folder_at_once_one_is_refused_and_the_other_whole(track, tmp_path):
+    both = [
+        subprocess.Popen(command(*track(more=["--quiet"])), cwd=ROOT, stderr=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    errors = [process.communicate(timeout=60)[1] for process in both]
+    assert sorted(process.returncode for process in both) == [0, 1]
+    (line,) = "".join(errors).splitlines()
+    assert line.startswith("error: ")
+    assert "holds a complete run" in line
+    assert {path.name for path in (tmp_path / "out").iterdir()} == RUN_FILES
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_ends_in_one_line_and_keeps_what_was_there(clip, track, tmp_path, sent):
+    assert figtrack(*track(more=["--stop", 1])).exit_code == 0
+    write_video(tmp_path / "long.mp4", clip.images * 20)
+    before = everything(tmp_path)
+    words = track(video=tmp_path / "long.mp4", more=["--overwrite", "--progress", "json"])
+    process = subprocess.Popen(
+        command(*words),
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=unmasked,
+    )
+    assert json.loads(process.stderr.readline())["done"] == 0
+    time.sleep(0.3)
+    process.send_signal(sent)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 1
+    assert err.splitlines()[-1] == "error: interrupted; nothing was written"
+    assert [line for line in err.splitlines()[:-1] if not line.startswith("{")] == []
+    assert out == ""
+    assert everything(tmp_path) == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["long.mp4", "out"]
+
+
+def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monkeypatch):
+    def broken(*_):
+        raise AttributeError("a fault")
+
+    monkeypatch.setattr("tracker.clip.follow.follow", broken)
+    with pytest.raises(AttributeError, match="a fault"):
+        figtrack(*track())
+
+
+# Wrong usage, help, start
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["trak"],
+        ["track"],
+        ["track", "walk.mp4"],
+        ["track", "walk.mp4", "--keypoints", "k.csv", "--start", "-1"],
+        ["track", "walk.mp4", "--keypoints", "k.csv", "--start", "first"],
+        ["track", "walk.mp4", "--keypoints", "k.csv", "--rate", "9"],
+        ["track", "walk.mp4", "--keypoints", "k.csv", "--facing", "north"],
+        ["track", "walk.mp4", "--keypoints", "k.csv", "--progress", "loud"],
+        ["track", "walk.mp4", "--keypoints", "k.csv", "--colour"],
+        ["compare", "walk.mp4"],
+        ["learn"],
+        ["learn", "--trials", "t.csv", "--order", "3"],
+        [],
+    ],
+)
+def test_wrong_usage_ends_with_status_two(words):
+    assert figtrack(*words).exit_code == 2
+
+
+@pytest.mark.parametrize("words", [["--help"], ["track", "-h"], ["compare", "--help"], ["--version"]])
+def test_help_and_version_end_with_status_zero(words):
+    result = figtrack(*words)
+    assert result.exit_code == 0
+    assert result.stderr == ""
+
+
+def test_what_a_command_does_is_told_in_full_where_they_are_listed():
+    ran = subprocess.run(
+        command("--help"),
+        cwd=ROOT,
+        env=os.environ | {"COLUMNS": "80"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    _, listed = ran.stdout.split("Commands:")
+    assert len(listed.split("\n  ")) == len(COMMANDS) + 1
+    assert "..." not in listed
+
+
+def test_it_also_runs_as_a_module():
+    ran = subprocess.run(command("--version"), cwd=ROOT, capture_output=True, text=True, check=True)
+    assert (ran.stdout, ran.stderr) == (f"figtrack {__version__}\n", "")
+
+
+def test_the_command_line_itself_imports_nothing_slow():
+    code = f"import sys, tracker.cli; print([name for name in {SLOW} if name in sys.modules])"
+    ran = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert ran.stdout == "[]\n"
+
+
+@pytest.mark.speed
+def test_help_answers_at_once():
+    def seconds():
+        began = time.perf_counter()
+        subprocess.run(command("--help"), cwd=ROOT, capture_output=True, check=True)
+        return time.perf_counter() - began
+
+    assert statistics.median(seconds() for _ in range(5)) < 0.5
+
+
+def test_the_shell_completes_commands_and_options():
+    def completed(*words):
+        asked = {"_FIGTRACK_COMPLETE": "complete_bash", "COMP_CWORD": str(len(words))}
+        environment = os.environ | asked | {"COMP_WORDS": " ".join(["figtrack", *words])}
+        ran = subprocess.run(command(), cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+        return ran.stdout.split()
+
+    assert completed("tra") == ["track"]
+    assert completed("track", "walk.mp4", "--keyp") == ["--keypoints"]
+    assert completed("track", "walk.mp4", "--facing", "r") == ["right"]
+
+
+def test_what_makes_the_shell_complete_can_be_shown():
+    environment = os.environ | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    words = command("--show-completion", "zsh")
+    ran = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert "#compdef figtrack" in ran.stdout
+    assert "_FIGTRACK_COMPLETE=complete_zsh" in ran.stdout

@@ -1,0 +1,77 @@
+"""The demo on few frames: the whole of it, but short."""
+
+import numpy as np
+import pytest
+
+from tests.tracker.clips import everything, read_json
+from tracker.cli.demo import MODELS, run_demo, write_scene
+from tracker.progress import Progress
+from tracker.run.folder import FolderError
+from tracker.scene.film import render
+from tracker.tables.keypoints import KEYPOINTS, read_keypoints
+from videos.frames import Video
+
+QUIET = Progress("quiet")
+FEW = 6
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A short demo's folder and what it gave."""
+    out = tmp_path_factory.mktemp("demo") / "out"
+    return out, *run_demo(out, 2, overwrite=False, progress=QUIET, models=["cv"], frames=FEW)
+
+
+def test_a_demo_leaves_the_clip_its_truth_and_a_comparison(done):
+    out, page, table = done
+    assert {path.name for path in out.iterdir()} == {
+        "walk.mp4", "walk.keypoints.csv", "cv",
+        "compare.json", "failure.png", "errors.png", "report.html", "demo.json",
+    }  # fmt: skip
+    assert page == out / "report.html"
+    assert table.splitlines()[1].startswith("cv")
+    assert read_json(out / "demo.json")["seed"] == 2
+    assert read_json(out / "compare.json")["models"]["cv"]["truth_frames"] == FEW - 1
+
+
+def test_its_results_name_the_clip_where_it_came_to_lie(done):
+    out, _, _ = done
+    assert read_json(out / "cv" / "run.json")["video"] == str(out / "walk.mp4")
+
+
+def test_its_page_says_that_the_clip_is_rendered(done):
+    assert "A rendered clip" in done[1].read_text(encoding="utf-8")
+
+
+def test_a_second_demo_replaces_the_first_only_when_told(done):
+    out, _, _ = done
+    before = everything(out)
+    with pytest.raises(FolderError, match="holds a complete run"):
+        run_demo(out, 2, overwrite=False, progress=QUIET, models=["cv"], frames=FEW)
+    assert everything(out) == before
+
+
+def test_it_compares_the_learned_model_with_constant_velocity():
+    assert set(MODELS) >= {"walk-run", "cv"}
+
+
+def test_the_clip_and_its_marks_are_those_of_the_scene(tmp_path):
+    scene = render(1, frames=3, size=(320, 180))
+    video, keypoints = write_scene(scene, tmp_path)
+    images = [frame.image for frame in Video(video)]
+    assert len(images) == 3
+    for image, wanted in zip(images, scene.images, strict=True):
+        # A strongly compressed copy is a few grey levels off, another picture some dozens.
+        assert np.abs(image.astype(float) - wanted).mean() < 8.0
+    marks = read_keypoints(keypoints)
+    assert sorted(marks) == [0, 1, 2]
+    for t, marked in marks.items():
+        assert set(marked) == set(KEYPOINTS)
+        for name, mark in marked.items():
+            assert (mark.x, mark.y) == pytest.approx(tuple(scene.joints[name][t]), abs=0.0051)
+            assert mark.visible == scene.visible[name][t]
+
+
+def test_every_picture_that_is_rendered_is_a_step(tmp_path, capsys):
+    run_demo(tmp_path / "out", 2, overwrite=False, progress=Progress("plain"), models=["cv"], frames=FEW)
+    assert f"rendering a walk: {FEW} of {FEW} in" in capsys.readouterr().err

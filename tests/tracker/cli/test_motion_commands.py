@@ -1,0 +1,446 @@
+"""classify, predict, interpolate, synthesise: what they leave, what they say, and how they fail."""
+
+import json
+import sys
+from dataclasses import replace
+from types import ModuleType
+
+import av
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from kinematics.mocap import POSE_COLUMNS
+from tests.tracker.clips import everything, figtrack, read_csv, refused, write_table
+from tests.tracker.gaits import HEADER, both, gait, gait_hmm, gait_model, saved, sequence, write_poses
+from tracker.models.learn import NOISE, STATES
+from tracker.tables.poses import read_poses
+
+SD = [f"{name}_sd" for name in POSE_COLUMNS]
+ON_TABLES = ("classify", "predict", "interpolate")
+PNG = b"\x89PNG"
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    return saved(tmp_path_factory.mktemp("model") / "gait.npz", gait_model())
+
+
+@pytest.fixture(scope="module")
+def hmm(tmp_path_factory):
+    return saved(tmp_path_factory.mktemp("hmm") / "hmm.npz", gait_hmm())
+
+
+@pytest.fixture
+def poses(tmp_path, rng):
+    """Two sequences; one has its own labels, a gap and an empty cell, the other a number written oddly."""
+    y, labels = both(rng, frames=30)
+    y[20:24] = np.nan
+    y[40, 4] = np.nan
+    further = sequence(gait("walk", 30, rng), "b", first=5, labels=("",) * 30)
+    odd = list(further.cells)
+    odd[4] = (*odd[4][:4], "1.50e1", *odd[4][5:])
+    further = replace(further, cells=tuple(odd))
+    return write_poses(tmp_path / "poses.csv", sequence(y, "a", labels=labels), further, further=["label"])
+
+
+def done(*words):
+    result = figtrack(*words, "--quiet")
+    assert result.exit_code == 0, result.output
+    assert result.stderr == ""
+    return result.stdout
+
+
+# What they leave
+
+
+@pytest.mark.parametrize("inference", ["viterbi", "gpb2", "variational", "hmm", None])
+def test_classify_leaves_a_row_a_frame_with_probabilities(tmp_path, poses, model, hmm, inference):
+    asked = [] if inference is None else ["--inference", inference]
+    out = tmp_path / "l.csv"
+    said = done("classify", poses, "--model", hmm if inference == "hmm" else model, *asked, "--out", out)
+    rows = read_csv(out)
+    shares = [] if inference == "viterbi" else ["p_walk", "p_run"]
+    assert list(rows[0]) == ["seq", "frame", "label", "state", *shares]
+    assert [(row["seq"], int(row["frame"])) for row in rows] == [
+        *(("a", t) for t in range(60)), *(("b", t) for t in range(5, 35))
+    ]  # fmt: skip
+    assert {row["label"] for row in rows} == {"walk", "run"}
+    for row in rows:
+        chances = [float(row[name]) for name in shares]
+        assert not chances or sum(chances) == pytest.approx(1.0, abs=2e-6)
+        assert not chances or row["label"] == ["walk", "run"][int(np.argmax(chances))]
+    first, second, last = said.splitlines()
+    assert first.startswith("90 frames in 2 sequences: walk 6")
+    assert second.startswith("the table's own label on 9") or second.startswith(
+        "the table's own label on 100"
+    )
+    assert "of 56 frames that have one" in second  # rows that are not there have no label
+    assert last == f"see {out}, {out.with_suffix('.png')}"
+    assert out.with_suffix(".png").read_bytes().startswith(PNG)
+
+
+def test_classify_without_the_poses_own_term_is_another_answer(tmp_path, poses, model):
+    for weight in (0, 1):
+        words = ["--pose-weight", weight, "--no-plot", "--out", tmp_path / f"{weight}.csv"]
+        done("classify", poses, "--model", model, *words)
+    assert (tmp_path / "0.csv").read_text() != (tmp_path / "1.csv").read_text()
+
+
+@pytest.mark.parametrize("horizon", [1, 4])
+def test_predict_leaves_a_forecast_a_row_and_as_many_past_the_end(tmp_path, poses, model, horizon):
+    out = tmp_path / "p.csv"
+    said = done("predict", poses, "--model", model, "--horizon", horizon, "--out", out)
+    rows = read_csv(out)
+    assert list(rows[0]) == [*HEADER, *SD]
+    frames = [int(row["frame"]) for row in rows if row["seq"] == "b"]
+    assert frames == list(range(5, 35 + horizon))
+    for row in rows:
+        early = int(row["frame"]) < horizon + (5 if row["seq"] == "b" else 0)
+        assert all((row[name] == "") == early for name in (*POSE_COLUMNS, *SD))
+    assert said.startswith(f"forecasts {horizon} frame{'s' * (horizon > 1)} ahead in 2 sequences: ")
+    assert "degrees RMSE" in said
+    assert out.with_suffix(".png").read_bytes().startswith(PNG)
+
+
+def test_row_t_of_predict_is_the_forecast_of_frame_t(tmp_path, model, rng):
+    y = gait("walk", 80, rng)
+    poses = write_poses(tmp_path / "poses.csv", sequence(y))
+    done("predict", poses, "--model", model, "--horizon", 4, "--no-plot", "--out", tmp_path / "p.csv")
+    (found,) = read_poses(tmp_path / "p.csv")
+    errors = [np.abs(found.y[40:70, 4:] - y[40 + shift : 70 + shift, 4:]).mean() for shift in range(-4, 5)]
+    assert int(np.argmin(errors)) - 4 == 0
+
+
+def test_interpolate_fills_what_is_empty_and_leaves_the_rest_to_the_letter(tmp_path, poses, model):
+    out = tmp_path / "i.csv"
+    said = done("interpolate", poses, "--model", model, "--out", out)
+    assert said.startswith("33 cells filled in 5 frames of 2 sequences, angles to ")
+    rows = {(row["seq"], row["frame"]): row for row in read_csv(out)}
+    assert rows["b", "9"]["hip_near"] == "1.50e1"
+    given = {(row["seq"], row["frame"]): row for row in read_csv(poses)}
+    assert list(next(iter(rows.values()))) == [*HEADER, *SD]
+    assert len(rows) == 90
+    assert len(given) == 86
+    for key, row in rows.items():
+        for name in POSE_COLUMNS:
+            before = given[key][name] if key in given else ""
+            assert row[name] == before if before else float(row[name]) < 1e3
+            assert (row[f"{name}_sd"] == "") == bool(before)
+    assert out.with_suffix(".png").read_bytes().startswith(PNG)
+
+
+def test_interpolate_is_the_same_for_a_seed_and_a_sequence_alone(tmp_path, model, rng):
+    y, _ = both(rng, frames=20)
+    y[8:32] = np.nan  # somewhere in it, which is drawn, walking becomes running
+    for name, sequences in {"one": "a", "two": "ba", "again": "ba"}.items():
+        poses = write_poses(tmp_path / f"{name}.csv", *(sequence(y, seq) for seq in sequences))
+        done("interpolate", poses, "--model", model, "--no-plot", "--out", tmp_path / f"{name}.out.csv")
+    one, two, again = ((tmp_path / f"{name}.out.csv").read_text() for name in ("one", "two", "again"))
+    assert two == again
+    assert one.splitlines()[1:] == two.splitlines()[41:]
+
+
+def test_synthesise_leaves_a_table_a_picture_and_a_clip(tmp_path, model):
+    out = tmp_path / "s.csv"
+    said = done("synthesise", "--model", model, "--frames", 120, "--label", "run", "--out", out)
+    rows = read_csv(out)
+    assert list(rows[0]) == [*HEADER, "state", "label"]
+    assert [(row["seq"], int(row["frame"])) for row in rows] == [("0", t) for t in range(120)]
+    assert all(row[name] for row in rows for name in POSE_COLUMNS)
+    assert {row["label"] for row in rows} == {"run"}
+    assert said.startswith("120 frames of gait.npz at 30 a second: run 100 %")
+    assert out.with_suffix(".png").read_bytes().startswith(PNG)
+    with av.open(str(out.with_suffix(".mp4"))) as clip:
+        stream = clip.streams.video[0]
+        assert (stream.codec_context.name, float(stream.average_rate)) == ("h264", 30.0)
+        assert sum(1 for _ in clip.decode(stream)) == 120
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_synthesis_is_the_same_for_a_seed_and_another_for_another(tmp_path, model):
+    for name, seed in {"a": 1, "b": 1, "c": 2}.items():
+        words = ["--frames", 30, "--seed", seed, "--no-clip", "--no-plot", "--out", tmp_path / f"{name}.csv"]
+        done("synthesise", "--model", model, *words)
+    a, b, c = ((tmp_path / f"{name}.csv").read_text() for name in "abc")
+    assert a == b != c
+    assert not list(tmp_path.glob("*.mp4"))
+
+
+@pytest.mark.parametrize("command", ["interpolate", "synthesise"])
+def test_the_papers_switch_is_another_answer(tmp_path, poses, model, command):
+    given = [poses] if command == "interpolate" else ["--frames", 60, "--no-clip"]
+    for name, more in {"a": [], "b": ["--no-recurrent"]}.items():
+        words = [*given, "--model", model, "--no-plot", "--out", tmp_path / f"{name}.csv", *more]
+        done(command, *words)
+    assert (tmp_path / "a.csv").read_text() != (tmp_path / "b.csv").read_text()
+
+
+def test_what_is_synthesised_can_be_read_and_classified(tmp_path, model):
+    done("synthesise", "--model", model, "--frames", 80, "--label", "walk", "--no-clip", "--no-plot",
+         "--out", tmp_path / "s.csv")  # fmt: skip
+    said = done("classify", tmp_path / "s.csv", "--model", model, "--no-plot", "--out", tmp_path / "l.csv")
+    assert "the table's own label on 100.00 % of 80 frames" in said
+
+
+@pytest.mark.parametrize("command", [*ON_TABLES, "synthesise"])
+def test_results_go_into_the_folder_one_is_in_unless_told(tmp_path, poses, model, monkeypatch, command):
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    if command == "synthesise":
+        done(command, "--model", model, "--frames", 20)
+        assert {path.name for path in here.iterdir()} == {
+            f"gait-synthesise.{s}" for s in ("csv", "png", "mp4")
+        }
+    else:
+        done(command, poses, "--model", model)
+        assert {path.name for path in here.iterdir()} == {f"poses-{command}.{s}" for s in ("csv", "png")}
+
+
+def test_the_picture_goes_where_it_is_told(tmp_path, poses, model):
+    done(
+        "classify", poses, "--model", model, "--out", tmp_path / "l.csv", "--plot", tmp_path / "new" / "p.svg"
+    )
+    assert "<svg" in (tmp_path / "new" / "p.svg").read_text(encoding="utf-8")
+    assert not (tmp_path / "l.png").exists()
+
+
+def test_another_rate_of_the_table_is_another_model(tmp_path, rng, model):
+    y = gait("walk", 160, rng)
+    slow = write_poses(tmp_path / "poses.csv", sequence(y[::2]))  # 15 frames a second
+
+    def error(*more):
+        done(
+            "predict", slow, "--model", model, "--no-plot", "--overwrite", "--out", tmp_path / "p.csv", *more
+        )
+        (found,) = read_poses(tmp_path / "p.csv")
+        return np.abs(found.y[10:80] - y[20::2])[:, 4:].mean()
+
+    assert error("--fps", 15) < 0.7 * error()
+
+
+@pytest.mark.parametrize("command", ON_TABLES)
+@pytest.mark.parametrize("frames", [1, 2])
+def test_one_or_two_frames_are_a_sequence(tmp_path, rng, model, command, frames):
+    poses = write_poses(tmp_path / "poses.csv", sequence(gait("walk", frames, rng)))
+    done(command, poses, "--model", model, "--out", tmp_path / "o.csv")
+    assert len(read_csv(tmp_path / "o.csv")) == frames + (command == "predict")
+
+
+def test_the_model_that_ships_answers_all_four(tmp_path, poses):
+    for command in ON_TABLES:
+        done(command, poses, "--no-plot", "--out", tmp_path / f"{command}.csv")
+        assert (tmp_path / f"{command}.csv").is_file()
+    done("synthesise", "--frames", 40, "--no-plot", "--no-clip", "--out", tmp_path / "s.csv")
+    assert (tmp_path / "s.csv").is_file()
+
+
+# What cannot be done, and what is said
+
+
+@pytest.fixture
+def untouched(tmp_path, poses):
+    """Whatever happened, the folder is afterwards as it was."""
+    before = everything(tmp_path)
+    yield
+    assert everything(tmp_path) == before
+
+
+@pytest.mark.usefixtures("untouched")
+@pytest.mark.parametrize("command", ON_TABLES)
+def test_a_table_that_cannot_be_read_is_refused(tmp_path, model, command, tmp_path_factory):
+    spoiled = tmp_path_factory.mktemp("spoiled") / "bad.csv"
+    write_table(spoiled, [("a", 0, *["x"] * 8)], header=HEADER)
+    words = ["--model", model, "--out", tmp_path / "o.csv"]
+    assert "line 2: root_x must be a finite number or empty; got 'x'" in refused(command, spoiled, *words)
+    assert "no pose table" in refused(command, tmp_path / "absent.csv", *words)
+    write_table(spoiled, [("a", t, *[""] * 8) for t in range(3)], header=HEADER)
+    assert "sequence 'a' has no measured" in refused(command, spoiled, *words)
+
+
+@pytest.mark.usefixtures("untouched")
+@pytest.mark.parametrize(
+    ("command", "more", "said"),
+    [
+        ("classify", ["--model", "swim"], "no model 'swim' ships; there are gait, walk-run"),
+        ("classify", ["--inference", "hmm"], "it wants --inference viterbi, gpb2 or variational, not hmm"),
+        ("predict", ["--fps", "500"], "cannot go from 30 to 500 frames a second; learn again"),
+        ("predict", ["--show", "c"], "has no sequence 'c' to show; there are a, b"),
+        ("interpolate", ["--plot", "p.txt"], "p.txt is no name of a picture; --plot wants"),
+    ],
+)
+def test_what_does_not_fit_is_refused(tmp_path, poses, model, command, more, said):
+    given = [] if "--model" in more else ["--model", model]
+    assert said in refused(command, poses, *given, "--out", tmp_path / "o.csv", *more)
+
+
+@pytest.mark.usefixtures("untouched")
+def test_a_hidden_markov_model_classifies_at_its_own_rate_and_does_nothing_else(tmp_path, poses, hmm):
+    words = ["--model", hmm, "--out", tmp_path / "o.csv"]
+    assert "it wants --inference hmm, not gpb2" in refused("classify", poses, *words, "--inference", "gpb2")
+    line = refused("classify", poses, *words, "--fps", 25)
+    assert (
+        "was learned at 30 frames a second and cannot be converted to 25; learn it again with --fps" in line
+    )
+    for command in ("predict", "interpolate"):
+        assert f"a hidden Markov model, which cannot {command}" in refused(command, poses, *words)
+    assert "a hidden Markov model, which cannot synthesise" in refused("synthesise", *words)
+
+
+@pytest.mark.usefixtures("untouched")
+def test_synthesis_of_a_motion_that_the_model_has_not_is_refused(tmp_path, model):
+    line = refused("synthesise", "--model", model, "--label", "swim", "--out", tmp_path / "o.csv")
+    assert "the model has no motion 'swim'; it has walk, run" in line
+
+
+@pytest.mark.usefixtures("untouched")
+def test_a_motion_that_runs_away_is_refused(tmp_path, tmp_path_factory):
+    growing = replace(gait_model(), A=1.5 * gait_model().A)
+    path = saved(tmp_path_factory.mktemp("wild") / "m.npz", growing)
+    line = refused("synthesise", "--model", path, "--no-recurrent", "--out", tmp_path / "o.csv")
+    assert "the model's motion leaves all that a figure can do at frame" in line
+
+
+@pytest.mark.usefixtures("untouched")
+def test_what_the_work_reads_is_never_written_over(tmp_path, poses, model):
+    line = refused("classify", poses, "--model", model, "--out", poses, "--overwrite")
+    assert f"{poses} is what the work reads" in line
+    line = refused("predict", poses, "--model", model, "--out", tmp_path / "o.png")
+    assert "table, plot and clip would be one file" in line
+    line = refused("classify", poses, "--model", model, "--plot", poses.with_suffix(".PNG"), "--out", model,
+                   "--overwrite")  # fmt: skip
+    assert "gait.npz is what the work reads" in line
+
+
+def test_results_are_replaced_only_when_told_and_only_by_complete_ones(tmp_path, poses, model):
+    out = tmp_path / "o.csv"
+    done("classify", poses, "--model", model, "--out", out)
+    before = everything(tmp_path)
+    assert "o.csv exists; choose another --out" in refused("classify", poses, "--model", model, "--out", out)
+    refused("classify", poses, "--model", "swim", "--out", out, "--overwrite")
+    assert everything(tmp_path) == before
+    done("classify", poses, "--model", model, "--out", out, "--overwrite", "--inference", "viterbi")
+    assert {path.name for path in tmp_path.iterdir()} == {"poses.csv", "o.csv", "o.png"}
+    assert "p_walk" not in out.read_text()
+
+
+def test_an_old_picture_stops_the_work_before_it_begins(tmp_path, poses, model, monkeypatch):
+    def never(*_, **__):
+        raise AssertionError("the work began")
+
+    monkeypatch.setattr("tracker.motion.commands.label_all", never)
+    (tmp_path / "o.png").write_text("mine")
+    assert "o.png exists" in refused("classify", poses, "--model", model, "--out", tmp_path / "o.csv")
+    assert (tmp_path / "o.png").read_text() == "mine"
+
+
+def test_radians_and_another_rate_are_warned_of_and_the_work_is_done(tmp_path, rng, model):
+    y = gait("walk", 40, rng)
+    rows = [("a", t, *pose, f"{t / 60.0:.6f}") for t, pose in enumerate(y)]
+    write_table(tmp_path / "poses.csv", rows, header=(*HEADER, "time_s"))
+    result = figtrack("classify", tmp_path / "poses.csv", "--model", model, "--quiet", "--no-plot",
+                      "--out", tmp_path / "o.csv")  # fmt: skip
+    assert result.exit_code == 0
+    one, other = result.stderr.splitlines()
+    assert one.startswith("warning: every angle of sequence 'a' lies within 3.2 degrees")
+    assert other.startswith("warning: time_s of sequence 'a' says 60 frames a second")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["classify"],
+        ["classify", "p.csv", "--inference", "guess"],
+        ["classify", "p.csv", "--use", "root"],
+        ["classify", "p.csv", "--plot", "a.png", "--no-plot"],
+        ["predict", "p.csv", "--horizon", "0"],
+        ["interpolate", "p.csv", "--fps", "0"],
+        ["synthesise", "p.csv"],
+        ["synthesise", "--frames", "0"],
+        ["learn", "p.csv", "--restarts", "0"],
+        ["reproduce"],
+    ],
+)
+def test_wrong_usage_ends_with_status_two(words):
+    assert figtrack(*words).exit_code == 2
+
+
+@pytest.mark.parametrize("command", ["learn", *ON_TABLES, "synthesise", "reproduce"])
+def test_help_shows_an_example(command):
+    result = figtrack(command, "--help")
+    assert result.exit_code == 0
+    assert f"Example: figtrack {command}" in " ".join(result.stdout.split())
+
+
+# What is handed on
+
+
+def test_learn_hands_on_what_it_is_told(tmp_path, monkeypatch):
+    asked = []
+
+    def learn_model(request, out, **_):
+        asked.append(request)
+        return f"{out}: learned"
+
+    monkeypatch.setattr("tracker.models.learn.learn_model", learn_model)
+    done("learn", tmp_path / "p.csv")
+    done("learn", tmp_path / "p.csv", "--inference", "gpb2", "--restarts", 3, "--choose", "--states", 6,
+         "--noise", 2.5)  # fmt: skip
+    usual, told = asked
+    assert (usual.states, usual.noise, usual.order) == (STATES, NOISE, 2)
+    assert (usual.inference, usual.restarts, usual.choose) == ("viterbi", 1, False)
+    assert (told.inference, told.restarts, told.choose) == ("gpb2", 3, True)
+    assert (told.states, told.noise) == (6, 2.5)
+
+
+def test_reproduce_hands_on_what_it_is_told(tmp_path, monkeypatch):
+    asked = []
+
+    def reproduce(trials, out, **options):
+        asked.append((trials, out, options))
+        return "claims"
+
+    module = ModuleType("tracker.experiments.reproduce")
+    module.reproduce = reproduce
+    monkeypatch.setitem(sys.modules, "tracker.experiments.reproduce", module)
+    words = ["--trials", tmp_path / "t.csv", "--out", tmp_path / "r", "--seed", 4, "--quick", "--overwrite"]
+    assert done("reproduce", *words) == "claims\n"
+    ((trials, out, options),) = asked
+    assert (trials, out) == (tmp_path / "t.csv", tmp_path / "r")
+    assert options.pop("progress").style == "quiet"
+    assert options == {"overwrite": True, "seed": 4, "quick": True}
+
+
+# Real captures
+
+
+def test_captured_walks_and_runs_are_told_apart_and_their_gaps_filled(data_dir, tmp_path):
+    truth = {(row["seq"], row["frame"]): row["label"] for row in read_csv(data_dir / "splices" / "truth.csv")}
+    rows = [
+        row | {"label": truth[row["seq"], row["frame"]]}
+        for row in read_csv(data_dir / "splices" / "splice_n0.csv")
+        if row["seq"] == "s02" and int(row["frame"]) < 150
+    ]
+    header = (*HEADER, "label")
+    write_table(tmp_path / "t.csv", [[row[name] for name in header] for row in rows], header)
+    said = done("classify", tmp_path / "t.csv", "--no-plot", "--out", tmp_path / "l.csv")
+    assert float(said.split("own label on ")[1].split(" %")[0]) > 75.0
+    gap = [t for t in range(150) if t % 40 in range(20, 24)]
+    kept = [[row[name] for name in HEADER] for row in rows if int(row["frame"]) not in gap]
+    write_table(tmp_path / "g.csv", kept, HEADER)
+    done("interpolate", tmp_path / "g.csv", "--no-plot", "--out", tmp_path / "i.csv")
+    ((found,), (want,)) = (read_poses(tmp_path / name) for name in ("i.csv", "t.csv"))
+    assert np.degrees(np.abs(found.y - want.y)[gap, 2:]).mean() < 8.0
+    assert_allclose(np.delete(found.y, gap, 0), np.delete(want.y, gap, 0))
+
+
+@pytest.mark.parametrize("command", ON_TABLES)
+def test_a_command_shows_how_far_it_is_in_steps(tmp_path, poses, model, command):
+    words = ["--no-plot", "--progress", "json", "--out", tmp_path / "p.csv"]
+    result = figtrack(command, poses, "--model", model, *words)
+    assert result.exit_code == 0, result.output
+    news = [json.loads(line) for line in result.stderr.splitlines()]
+    ended = [line for line in news if line["done"] == line["total"]]
+    assert len(ended) == (2 if command == "interpolate" else 1)
+    assert ended[0]["total"] > 4

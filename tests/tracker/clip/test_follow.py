@@ -1,0 +1,300 @@
+"""A clip followed: every frame once, both ways from the start frame, with its own times."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.motion.rate import at_rate
+from dynamics.store import ModelError, load_shipped
+from kinematics.recover import PoseError
+from tests.tracker.clips import FPS, read_csv, read_json, write_video
+from tracker.clip import pictures as reel_module
+from tracker.clip.follow import Job, follow, prepare, write_run
+from tracker.clip.follow import follow as clip_module
+from tracker.clip.start import StartError
+from tracker.progress import Progress
+from tracker.tables.keypoints import Mark, read_keypoints
+from videos.frames import Video, VideoError
+
+QUIET = Progress("quiet")
+
+
+@pytest.fixture(scope="module")
+def job(clip):
+    return Job(clip.video, read_keypoints(clip.keypoints), "cv")
+
+
+@pytest.fixture(scope="module")
+def ahead(job):
+    return follow(job, QUIET)
+
+
+@pytest.fixture
+def frames_read(monkeypatch):
+    """Index of every frame decoded from now on."""
+    read = []
+
+    class Watched(Video):
+        def __iter__(self):
+            for frame in super().__iter__():
+                read.append(frame.index)
+                yield frame
+
+    monkeypatch.setattr(clip_module, "Video", Watched)
+    return read
+
+
+def write_images(folder, images):
+    folder.mkdir()
+    for t, image in enumerate(images):
+        cv2.imwrite(str(folder / f"{t}.png"), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    return folder
+
+
+def test_every_frame_is_followed_from_the_start_frame_on(clip, ahead):
+    assert ahead.frames == len(ahead.track) == len(clip)
+    assert ahead.track.first == 0
+    assert ahead.warnings == []
+    hips = ahead.track.joints()[:, ahead.track.figure.joints.index("hip")]
+    # Cloth hides the joints themselves; a tenth of the leg is less than a thigh's half width.
+    assert np.hypot(*(hips - clip.joints["hip"]).T).max() < 0.1 * clip.leg_px
+
+
+def test_frames_are_read_once_and_in_order(clip, job, frames_read):
+    follow(replace(job, start=4), QUIET)
+    # Opening a video decodes its first frame to learn the size.
+    assert frames_read == [0, *range(len(clip))]
+
+
+def test_frames_before_the_start_are_followed_as_a_clip_that_runs_backwards(clip, job, tmp_path):
+    middle, T = 4, len(clip)
+    forth = replace(
+        job, video=write_images(tmp_path / "forth", clip.images), start=middle, facing=1, smooth=False
+    )
+    mirrored = {T - 1 - t: marks for t, marks in job.marks.items()}
+    back = replace(
+        forth, video=write_images(tmp_path / "back", clip.images[::-1]), marks=mirrored, start=T - 1 - middle
+    )
+    one, other = follow(forth, QUIET).track, follow(back, QUIET).track
+    # Constant velocity knows no direction of time, so both see the same pictures in the same order.
+    assert_allclose(one.q, other.q[::-1], atol=1e-12)
+    assert one.outcome == other.outcome[::-1]
+
+
+def test_what_is_known_at_a_frame_after_the_start_does_not_depend_on_what_was_before(clip, job, tmp_path):
+    start = 3
+    whole = write_images(tmp_path / "whole", clip.images)
+    late = write_images(tmp_path / "late", clip.images[start:])
+    one = follow(replace(job, video=whole, start=start, smooth=False), QUIET).track
+    marks = {t - start: marks for t, marks in job.marks.items() if t >= start}
+    other = follow(replace(job, video=late, marks=marks, start=0, smooth=False), QUIET).track
+    assert_array_equal(one.q[start:], other.q)
+
+
+def test_a_smoothed_start_is_surer_than_what_either_side_of_it_tells(clip, job, tmp_path):
+    start = 4
+    late = write_images(tmp_path / "late", clip.images[start:])
+    marks = {t - start: marks for t, marks in job.marks.items() if t >= start}
+    both = follow(replace(job, start=start), QUIET).track
+    before = follow(replace(job, start=start, stop=start), QUIET).track
+    after = follow(replace(job, video=late, marks=marks, start=0), QUIET).track
+    angles = slice(2, 10)
+    spreads = [np.diag(cov)[angles] for cov in (both.cov[start], before.cov[start], after.cov[0])]
+    assert (spreads[0] < 0.999 * spreads[1]).all()
+    assert (spreads[0] < 0.999 * spreads[2]).all()
+
+
+@pytest.mark.parametrize("anchors", [False, True])
+def test_a_start_late_in_a_long_clip_keeps_few_pictures(anchors, clip, job, frames_read, monkeypatch):
+    plain = follow(replace(job, start=8, anchors=anchors), QUIET).track
+    alone = len(frames_read)
+    monkeypatch.setattr(reel_module, "HELD", 3 * clip.images[0].nbytes)
+    held = follow(replace(job, start=8, anchors=anchors), QUIET).track
+    assert_array_equal(held.q, plain.q)
+    # Frames 0 .. 4 are read again in blocks of three and two, each from the beginning.
+    assert len(frames_read) - alone >= alone + 5 + 2
+
+
+def broken_off(clip, folder):
+    """The clip with a cut in the film: from frame 4 on the figure stands a leg and a half further left."""
+    by = int(1.5 * clip.leg_px)
+    moved = [np.roll(image, -by, axis=1) for image in clip.images[4:]]
+    video = write_images(folder, [*clip.images[:4], *moved])
+    places = {name: at - np.outer(np.arange(len(at)) >= 4, [by, 0]) for name, at in clip.joints.items()}
+    marks = {t: {name: Mark(*at[t]) for name, at in places.items()} for t in (0, len(clip) - 1)}
+    return video, marks, places
+
+
+@pytest.mark.parametrize("model", ["cv", "walk-run"])
+@pytest.mark.parametrize("smooth", [True, False])
+def test_an_anchor_gets_a_lost_figure_back_and_the_frames_before_it_too(model, smooth, clip, job, tmp_path):
+    video, marks, places = broken_off(clip, tmp_path / "cut")
+    lost = replace(job, video=video, marks=marks, model=model, smooth=smooth)
+    away = {}
+    for anchors in (False, True):
+        track = follow(replace(lost, anchors=anchors), QUIET).track
+        truth = np.stack([places[name] for name in track.figure.joints], axis=1)
+        away[anchors] = np.linalg.norm(track.joints() - truth, axis=-1).mean(1) / clip.leg_px
+    assert away[False][5:].min() > 0.3
+    assert away[True].max() < 0.15
+    assert len(away[True]) == len(clip)
+
+
+def test_anchors_before_the_start_are_passed_through_as_well(clip, job):
+    spoiled = {t: dict(job.marks[t]) for t in (0, 5)}
+    spoiled[0] = {name: replace(mark, y=mark.y - 8.0) for name, mark in spoiled[0].items()}
+    tracks = [
+        follow(replace(job, marks=spoiled, start=5, anchors=anchors), QUIET).track
+        for anchors in (False, True)
+    ]
+    hip = tracks[0].figure.joints.index("hip")
+    plain, drawn = (track.joints()[:, hip, 1] for track in tracks)
+    assert drawn[0] < plain[0] - 4.0
+    assert_allclose(drawn[6:], plain[6:], atol=2.0)
+
+
+def test_without_anchors_other_marked_frames_are_not_looked_at(clip, job):
+    one = {0: job.marks[0]}
+    assert_array_equal(follow(replace(job, marks=one, facing=1), QUIET).track.q, follow(job, QUIET).track.q)
+
+
+@pytest.mark.parametrize("model", ["cv", "walk-run"])
+def test_a_start_in_the_middle_reaches_frame_zero(clip, job, model):
+    track = follow(replace(job, model=model, start=6), QUIET).track
+    hips = track.joints()[:, track.figure.joints.index("hip")]
+    assert len(track) == len(clip)
+    assert np.hypot(*(hips - clip.joints["hip"]).T).max() < 0.1 * clip.leg_px
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0, 5), (3, 5), (5, 5), (0, 0), (2, 999)])
+def test_the_stop_frame_is_the_last_one_followed(clip, job, start, stop):
+    finished = follow(replace(job, start=start, stop=stop), QUIET)
+    assert finished.frames == len(finished.track) == min(stop + 1, len(clip))
+
+
+def test_nothing_past_the_stop_frame_is_read(job, frames_read):
+    follow(replace(job, stop=3), QUIET)
+    assert max(frames_read) == 3
+
+
+def test_a_stop_before_the_start_is_refused(job):
+    with pytest.raises(StartError, match="--stop 2 comes before the start frame 4"):
+        prepare(replace(job, start=4, stop=2))
+
+
+def test_frames_keep_their_own_times(clip, job, tmp_path):
+    # Multiples of 1/90 s and of 1/90000 s, so that the file's clock holds them exactly.
+    times = [2.0 + t / 30.0 + (t % 3) / 90.0 for t in range(len(clip))]
+    write_video(tmp_path / "uneven.mp4", clip.images, times)
+    finished = follow(replace(job, video=tmp_path / "uneven.mp4"), QUIET)
+    assert_allclose(finished.track.times, np.array(times) - times[0], atol=2e-5)
+    write_run(finished, tmp_path, QUIET)
+    assert [float(row["time_s"]) for row in read_csv(tmp_path / "pose.csv")] == pytest.approx(
+        finished.track.times, abs=1e-6
+    )
+    drawn = [frame.time for frame in Video(tmp_path / "overlay.mp4")]
+    assert np.diff(drawn) == pytest.approx(np.diff(times), abs=2e-5)
+
+
+def test_of_a_video_cut_short_what_was_read_is_followed_and_it_is_said(clip, job, tmp_path):
+    write_video(tmp_path / "long.mp4", clip.images * 4)
+    data = (tmp_path / "long.mp4").read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(data[: len(data) // 2])
+    finished = follow(replace(job, video=tmp_path / "cut.mp4"), QUIET)
+    (warning,) = [text for text in finished.warnings if "cut.mp4" in text]
+    assert f"ends after {finished.frames} of about 40 frames" in warning or "cannot be decoded" in warning
+    assert 3 < finished.frames == len(finished.track) < 38
+
+
+def test_a_start_past_the_end_says_how_long_the_video_is(clip, job):
+    marks = {50: job.marks[0]}
+    with pytest.raises(StartError, match=f"frame 50 is not in walk.mp4, which has {len(clip)}"):
+        follow(replace(job, marks=marks), QUIET)
+
+
+def test_a_start_that_is_not_marked_says_which_are(job):
+    with pytest.raises(StartError, match=r"frame 50 is not marked .* marked are 0, 1, 2"):
+        prepare(replace(job, start=50))
+
+
+def test_the_first_marked_frame_is_the_start_unless_told(job):
+    marks = {t: marked for t, marked in job.marks.items() if t in (2, 7)}
+    assert prepare(replace(job, marks=marks)).start.view == prepare(replace(job, start=2)).start.view
+
+
+@pytest.mark.parametrize("shift", [(-1000, 0), (0, 1000), (250, 0)])
+def test_a_start_pose_outside_the_picture_is_refused(job, shift):
+    dx, dy = shift
+    away = {name: replace(mark, x=mark.x + dx, y=mark.y + dy) for name, mark in job.marks[0].items()}
+    with pytest.raises(StartError, match="start pose of frame 0 lies outside the picture of 480 x 270 px"):
+        prepare(replace(job, marks={0: away}))
+
+
+def test_a_start_pose_may_leave_the_picture_but_not_with_its_hip(job):
+    def moved(name):
+        """All of it, until this joint is below the picture."""
+        by = 275.0 - job.marks[0][name].y
+        return {joint: replace(mark, y=mark.y + by) for joint, mark in job.marks[0].items()}
+
+    lowest = max(job.marks[0], key=lambda name: job.marks[0][name].y)
+    assert prepare(replace(job, marks={0: moved(lowest)})).start.known.all()
+    with pytest.raises(StartError, match=r"lies outside the picture .* \(.*hip.*\)"):
+        prepare(replace(job, marks={0: moved("hip")}))
+
+
+def test_a_start_pose_that_cannot_be_right_is_refused_with_the_frame_and_the_reason(job):
+    knee = job.marks[4]["near_knee"]
+    wrong = job.marks[4] | {"near_knee": replace(knee, y=knee.y + 60.0)}
+    with pytest.raises(StartError, match="mark the start again at frame 4: from hip to near_knee is"):
+        prepare(replace(job, marks={4: wrong}))
+
+
+def test_a_figure_taken_to_face_the_wrong_way_is_told_of_facing(job):
+    with pytest.raises(StartError, match=r"frame 0: .* more than a body can.*; or give --facing right"):
+        prepare(replace(job, facing=-1))
+
+
+def test_a_start_pose_without_a_joint_that_it_needs_is_refused(job):
+    marked = {name: mark for name, mark in job.marks[0].items() if name != "neck"}
+    with pytest.raises(PoseError, match="lacks neck"):
+        prepare(replace(job, marks={0: marked}))
+
+
+def test_what_cannot_be_opened_is_said_before_the_work(job, tmp_path):
+    with pytest.raises(VideoError, match="no video at"):
+        prepare(replace(job, video=tmp_path / "absent.mp4"))
+    with pytest.raises(ModelError, match=r"no model 'swim' ships; there are .*walk-run"):
+        prepare(replace(job, model="swim"))
+
+
+@pytest.mark.parametrize("facing", [1, -1, None])
+def test_facing_is_seen_from_the_marks_unless_told(job, facing):
+    straight = {"head_top": 20.0, "neck": 40.0, "hip": 90.0}
+    legs = {f"{side}_{joint}": y for side in ("near", "far") for joint, y in (("knee", 140), ("ankle", 190))}
+    marks = {0: {name: Mark(200.0, y) for name, y in (straight | legs).items()}}
+    assert prepare(replace(job, marks=marks, facing=facing)).start.view.facing == (facing or 1)
+
+
+def test_half_speed_doubles_the_frame_rate_of_the_motion(job):
+    ahead = job.settings.model_copy(update={"turn": 0.0})
+    given = prepare(replace(job, model="walk-run-1", rate=0.5, settings=ahead))
+    halved = replace(at_rate(load_shipped("walk-run-1", 2.0 * FPS), 2.0 * FPS), fps=FPS)
+    assert_array_equal(given.slds.A[:-1], halved.A)
+
+
+def test_the_overlay_shows_what_was_followed(clip, ahead, tmp_path):
+    write_run(ahead, tmp_path, QUIET)
+    drawn = list(Video(tmp_path / "overlay.mp4"))
+    assert len(drawn) == len(clip)
+    # A low picture is drawn twice as large.
+    assert drawn[0].image.shape == (540, 960, 3)
+    plain = np.repeat(np.repeat(clip.images[0], 2, axis=0), 2, axis=1)
+    assert np.abs(drawn[0].image.astype(int) - plain).max() > 100
+
+
+def test_the_results_may_call_the_video_by_another_name(ahead, tmp_path):
+    write_run(replace(ahead, job=replace(ahead.job, called="there/walk.mp4")), tmp_path, QUIET)
+    assert read_json(tmp_path / "run.json")["video"] == "there/walk.mp4"

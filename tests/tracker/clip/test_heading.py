@@ -1,0 +1,92 @@
+"""Which way a figure faces whose feet are not marked, seen from the film."""
+
+from dataclasses import replace
+
+import pytest
+
+from tests.tracker.clips import FPS, write_video
+from tracker.clip.follow import Job, follow, prepare
+from tracker.clip.follow import follow as clip_module
+from tracker.clip.heading import footless, heading
+from tracker.clip.start import marked_start
+from tracker.progress import Progress
+from tracker.settings import Settings
+from tracker.tables.keypoints import read_keypoints
+
+FEET = ("near_ankle", "near_toe", "far_ankle", "far_toe")
+
+
+def without(marks, joints):
+    return {0: {name: mark for name, mark in marks[0].items() if name not in joints}}
+
+
+@pytest.fixture(scope="module")
+def marks(clip):
+    return read_keypoints(clip.keypoints)
+
+
+@pytest.fixture(scope="module")
+def mirrored(clip):
+    """The clip's pictures and its first marks, right and left exchanged."""
+
+    def turn(marks):
+        width = clip.images[0].shape[1]
+        return {t: {n: replace(m, x=width - 1 - m.x) for n, m in row.items()} for t, row in marks.items()}
+
+    return [image[:, ::-1].copy() for image in clip.images], turn
+
+
+def start_of(marks, facing, image):
+    return marked_start(marks, 0, facing, image.shape[1::-1])
+
+
+@pytest.mark.parametrize("taken", [1, -1], ids=["taken-right", "taken-left"])
+def test_a_figure_faces_the_way_it_goes_whichever_way_its_start_was_taken(taken, clip, marks, mirrored):
+    images, turn = mirrored
+    lacking = without(marks, FEET)
+    right = start_of(lacking, taken, images[0])
+    left = start_of(turn(lacking), taken, images[0])
+    assert heading(clip.images, right, FPS, Settings()) == 1
+    assert heading(images, left, FPS, Settings()) == -1
+
+
+def test_nothing_tells_where_knees_bend_to_without_an_ankle(clip, marks):
+    image = clip.images[0]
+    assert footless(start_of(without(marks, FEET), 1, image))
+    for ankle in ("near_ankle", "far_ankle"):
+        assert not footless(start_of(without(marks, set(FEET) - {ankle}), 1, image))
+
+
+def test_a_job_whose_marks_lack_the_feet_faces_as_the_film_shows(clip, marks, mirrored, tmp_path):
+    images, turn = mirrored
+    write_video(tmp_path / "left.mp4", images)
+    lacking = turn(without(marks, FEET))
+    job = Job(tmp_path / "left.mp4", lacking, "cv")
+    assert prepare(job).start.view.facing == -1
+    assert prepare(replace(job, facing=1)).start.view.facing == 1
+
+
+@pytest.mark.parametrize("facing", [None, 1])
+def test_a_facing_that_nobody_told_is_said(facing, clip, marks):
+    job = Job(clip.video, without(marks, FEET), "cv", facing=facing, stop=1)
+    said = [warning for warning in follow(job, Progress("quiet")).warnings if "face right" in warning]
+    assert len(said) == (facing is None)
+
+
+def test_a_job_with_a_foot_marked_is_not_asked_of_the_film(clip, marks, monkeypatch):
+    monkeypatch.setattr(clip_module, "heading", None)
+    assert prepare(Job(clip.video, marks, "cv")).start.view.facing == 1
+
+
+def test_the_scene_is_sought_around_the_start_frame(clip, marks, monkeypatch):
+    asked = []
+
+    def watched(images, frame, box, unit):
+        asked.append((len(list(images)), frame))
+
+    monkeypatch.setattr(clip_module, "plate", watched)
+    monkeypatch.setattr(clip_module, "REACH", 3)
+    whole = Job(clip.video, marks, "cv")
+    for start in (0, 2, 6):
+        assert prepare(replace(whole, start=start)).scene is None
+    assert asked == [(4, 0), (6, 2), (7, 3)]

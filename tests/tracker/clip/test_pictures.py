@@ -1,0 +1,97 @@
+"""Pictures ahead and back: all of them in order, few of them held."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tracker.clip.pictures import Reel
+
+
+class Counted:
+    """A video of `count` pictures, each one grey level; notes every frame that is read."""
+
+    width, height = 4, 2
+
+    def __init__(self, count):
+        self.count, self.read = count, []
+
+    def __iter__(self):
+        for t in range(self.count):
+            self.read.append(t)
+            yield SimpleNamespace(index=t, time=10.0 + t / 30.0, image=np.full((2, 4, 3), t, np.uint8))
+
+
+def levels(images):
+    return [int(image[0, 0, 0]) for image in images]
+
+
+@pytest.mark.parametrize("stop", [None, 6, 99])
+def test_ahead_are_all_frames_up_to_the_stop_with_their_times(stop):
+    reel = Reel(Counted(12), stop)
+    last = 11 if stop is None else min(stop, 11)
+    assert levels(reel.ahead()) == list(range(last + 1))
+    assert reel.times == [10.0 + t / 30.0 for t in range(last + 1)]
+
+
+@pytest.mark.parametrize("held", [1, 3, 5, 100])
+@pytest.mark.parametrize(("first", "last"), [(9, 0), (7, 2), (4, 4), (2, 0), (9, 8)])
+def test_back_are_the_same_frames_the_other_way_however_few_are_held(held, first, last):
+    video = Counted(12)
+    reel = Reel(video, held=held)
+    ahead = reel.ahead()
+    for _ in range(10):
+        next(ahead)
+    assert levels(reel.span(first, last)) == list(range(first, last - 1, -1))
+    assert levels(ahead) == [10, 11]
+
+
+@pytest.fixture
+def video():
+    return Counted(10)
+
+
+@pytest.fixture
+def reel(video):
+    """All of it read, the last four at hand."""
+    reel = Reel(video, held=4)
+    list(reel.ahead())
+    video.read.clear()
+    return reel
+
+
+def test_frames_at_hand_are_not_read_again(reel, video):
+    assert levels(reel.span(9, 6)) == [9, 8, 7, 6]
+    assert video.read == []
+
+
+def test_going_back_holds_a_block_at_a_time(reel, video):
+    back = reel.span(9, 0)
+    assert levels(next(back) for _ in range(5)) == [9, 8, 7, 6, 5]
+    assert video.read == [0, 1, 2, 3, 4, 5]
+    assert levels(back) == [4, 3, 2, 1, 0]
+    assert video.read[6:] == [0, 1]
+
+
+def test_a_span_ahead_is_read_again_one_picture_at_a_time(reel, video):
+    span = reel.span(3, 6)
+    assert levels([next(span)]) == [3]
+    assert video.read == [0, 1, 2, 3]
+    assert levels(span) == [4, 5, 6]
+
+
+def test_what_is_held_is_bounded_by_the_size_of_the_pictures():
+    small, large = Counted(3), Counted(3)
+    large.width, large.height = 1920, 1080
+    assert Reel(small).held > 500
+    assert 5 <= Reel(large).held <= 10
+
+
+def test_pictures_go_through_the_curve_from_when_it_is_given(video):
+    reel = Reel(video, held=4)
+    ahead = reel.ahead()
+    assert next(ahead)[0, 0, 0] == 0
+    reel.curve = np.arange(255, -1, -1).astype(np.uint8)
+    assert levels(ahead) == [255 - t for t in range(1, 10)]
+    assert levels(reel.span(9, 0)) == [255 - t for t in range(9, -1, -1)]
+    assert levels(reel.span(2, 5)) == [253, 252, 251, 250]

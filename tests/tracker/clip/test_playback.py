@@ -1,0 +1,81 @@
+"""How fast a clip is played, from the tracked poses."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from dynamics.motion.tasks import synthesise
+from tracker.clip.playback import RATES, playback_rate
+from tracker.models.find import switching_model
+from tracker.motion.tasks import of_motion
+
+T = 90
+
+
+@pytest.fixture(scope="module")
+def walked() -> np.ndarray:
+    """Poses of a walk at 30 frames a second, as the model of many states makes them up."""
+    gait = switching_model("gait", 30.0)
+    return synthesise(of_motion(gait, "walk"), 4 * T, np.random.default_rng(2))[1]
+
+
+def played(poses: np.ndarray, rate: float) -> np.ndarray:
+    """The first T frames of the same motion shown at another speed."""
+    times = np.arange(T) * rate
+    return np.stack([np.interp(times, np.arange(len(poses)), column) for column in poses.T], axis=1)
+
+
+@pytest.mark.parametrize("rate", [0.25, 0.5, 1.0, 2.0])
+def test_slow_and_quick_motion_is_told_from_the_pace_of_the_gait(walked, rate):
+    found = playback_rate("walk-run", played(walked, rate), 30.0)
+    assert abs(np.log2(found / rate)) <= 0.5
+
+
+def test_the_frame_rate_of_the_clip_is_taken_into_account(walked):
+    as_filmed = playback_rate("walk-run", played(walked, 0.5), 60.0)
+    assert abs(np.log2(as_filmed)) <= 0.5
+
+
+def test_a_clip_played_backwards_has_the_same_pace(walked):
+    poses = played(walked, 0.5)
+    assert abs(np.log2(playback_rate("walk-run", poses[::-1], 30.0) / 0.5)) <= 0.5
+
+
+def test_frames_where_the_figure_was_lost_say_nothing(walked):
+    poses = played(walked, 0.5)
+    poses[40:50] = np.nan
+    assert abs(np.log2(playback_rate("walk-run", poses, 30.0) / 0.5)) <= 0.5
+
+
+def test_constant_velocity_has_no_pace_of_its_own_and_asks_the_shipped_model(walked):
+    poses = played(walked, 0.5)
+    assert playback_rate("cv", poses, 30.0) == playback_rate("walk-run", poses, 30.0)
+
+
+def test_where_the_first_frame_finds_the_figure_does_not_matter(walked):
+    """A track's origin is the hip of the marked frame, which need not be its first."""
+    poses = played(walked, 0.5)
+    moved = poses.copy()
+    moved[:, :2] += (-2.0, 0.1)
+    assert playback_rate("walk-run", moved, 30.0) == playback_rate("walk-run", poses, 30.0)
+
+
+def test_where_the_neck_was_marked_does_not_matter(walked):
+    poses = played(walked, 0.5)
+    moved = poses.copy()
+    moved[:, 3] += 0.4
+    assert playback_rate("walk-run", moved, 30.0) == playback_rate("walk-run", poses, 30.0)
+
+
+def test_speeds_from_a_quarter_to_double_are_tried():
+    assert_allclose([min(RATES), max(RATES)], [0.25, 2.0])
+
+
+def test_the_pace_is_that_of_the_frames_after_a_long_loss(walked):
+    poses = played(walked, 0.5)
+    late = np.concatenate([np.full((700, poses.shape[1]), np.nan), poses])
+    assert playback_rate("walk-run", late, 30.0) == playback_rate("walk-run", poses, 30.0)
+
+
+def test_a_figure_that_is_never_seen_is_taken_to_move_as_filmed(walked):
+    assert playback_rate("walk-run", np.full_like(walked, np.nan), 30.0) == 1.0

@@ -1,0 +1,470 @@
+"""The papers' experiments: what they cut, hold out and measure, what they say of it, and the page."""
+
+import json
+import re
+from dataclasses import replace
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from dynamics.hmm import HMM
+from kinematics.mocap import POSE_COLUMNS
+from kinematics.mocap import Sequence as Capture
+from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
+from tracker.experiments import ahead as reproduce_ahead
+from tracker.experiments import classify as reproduce_classify
+from tracker.experiments import gaps as reproduce_gaps
+from tracker.experiments import motions as reproduce_motions
+from tracker.experiments import phases as reproduce_phases
+from tracker.experiments import runtime as reproduce_runtime
+from tracker.experiments import study as reproduce_study
+from tracker.experiments import synthesis as reproduce_synthesis
+from tracker.experiments.findings import write_page
+from tracker.experiments.motions import Cell, Draw
+from tracker.experiments.panels import INK
+from tracker.experiments.reproduce import reproduce
+from tracker.experiments.section import Claim, Plot, Section, Table, Verdict, share_verdict, spread
+from tracker.experiments.splices import LONGEST, SHORTEST, SIDE, Splice, splice
+from tracker.experiments.study import Recipe, Study, centred
+from tracker.progress import Progress
+
+QUIET = Progress("quiet")
+KEYS = ["phases", "classification", "prediction", "synthesis", "interpolation", "runtime"]
+PEOPLE = "abcdef"
+
+
+def gait(label, subject, frames=100, seed=0):
+    """A capture of swinging legs: 34 frames a stride of walk, 22 of run."""
+    rng = np.random.default_rng([seed, *subject.encode()])
+    phase = 2.0 * np.pi * (np.arange(frames) / (34.0 if label == "walk" else 22.0) + rng.random())
+    y = np.zeros((frames, len(POSE_COLUMNS)))
+    y[:, 0] = 0.05 * np.arange(frames)
+    for side, turn in ((4, 0.0), (6, np.pi)):
+        y[:, side] = 0.5 * np.cos(phase + turn)
+        y[:, side + 1] = 0.6 + 0.5 * np.cos(phase + turn - 2.0)
+    y[:, 2:] += 0.01 * rng.normal(size=(frames, 6))
+    return Capture(y, subject, label, "free", f"{subject}_{label}{seed}")
+
+
+def study(**changes):
+    """Everybody walks, every second one runs too."""
+    captures = [gait("walk", who) for who in PEOPLE] + [gait("run", who) for who in PEOPLE[::2]]
+    return Study(captures, **changes)
+
+
+def write_table(folder, rows):
+    """Captures and their table; rows of (subject, activity, stride)."""
+    lines = [COLUMNS]
+    for i, (subject, activity, stride) in enumerate(rows):
+        write_walk(folder / f"c{i}.bvh", stride, i)
+        lines.append(f"c{i}.bvh,{subject},t{i},{activity},{FPS},0-{T},,free")
+    (folder / "trials.csv").write_text("\n".join(lines) + "\n")
+    return folder / "trials.csv"
+
+
+def run(folder, rows):
+    """The page's text, the numbers and what is said in a terminal."""
+    out = folder / "out"
+    said = reproduce(write_table(folder, rows), out, overwrite=False, progress=QUIET, quick=True)
+    assert sorted(path.name for path in out.iterdir()) == ["reproduce.html", "reproduce.json"]
+    numbers = json.loads((out / "reproduce.json").read_text(encoding="utf-8"))
+    return (out / "reproduce.html").read_text(encoding="utf-8"), numbers, said
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A quick run on four people who walk and run."""
+    rows = [(who, "walk", 31.0 + i) for i, who in enumerate("abcd")]
+    rows += [(who, "run", 20.0 + i) for i, who in enumerate("abcd")]
+    return run(tmp_path_factory.mktemp("whole"), rows)
+
+
+@pytest.fixture(scope="module")
+def walks(tmp_path_factory):
+    """A quick run on one person who walks."""
+    return run(tmp_path_factory.mktemp("walks"), [("a", "walk", 33.0)])
+
+
+def test_every_experiment_leaves_a_part_of_the_page_and_its_numbers(whole):
+    page, numbers, said = whole
+    assert list(numbers["experiments"]) == KEYS
+    assert re.findall(r"<section id='(\w+)'", page) == KEYS
+    assert not any("left_out" in part for part in numbers["experiments"].values())
+    assert said.endswith("out/reproduce.html")
+
+
+def test_the_page_loads_nothing_and_takes_its_ink_from_the_reader(whole):
+    page, _, _ = whole
+    assert page.count("<svg") >= 8
+    assert not re.findall(r"""(?:src|href)=["'](?!#)[^"']*""", page.replace("xlink:", ""))
+    assert "@import" not in page
+    assert "url(http" not in page
+    assert "currentColor" in page
+    assert INK not in page
+
+
+def test_every_claim_of_the_numbers_stands_on_the_page(whole):
+    page, numbers, _ = whole
+    for part in numbers["experiments"].values():
+        assert part["claims"]
+        for claim in part["claims"]:
+            assert claim["verdict"] in set(Verdict)
+            assert page.count(claim["paper"].replace("'", "&#x27;")) >= 2  # in short, and in its part
+
+
+def test_people_left_out_are_all_of_them_once_each(whole):
+    _, numbers, _ = whole
+    assert sorted(who for fold in numbers["folds"] for who in fold) == list("abcd")
+
+
+def test_captures_of_one_walker_leave_out_what_needs_runs_and_say_so(walks):
+    page, numbers, said = walks
+    parts = numbers["experiments"]
+    assert [key for key in KEYS if "left_out" in parts[key]] == ["phases", "classification"]
+    assert "no run" in parts["classification"]["left_out"]
+    assert parts["classification"]["left_out"] in page
+    assert "not tested" in said
+    assert "Too few subjects to leave some out" in page
+
+
+def test_a_table_without_walk_or_run_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="no walk or run"):
+        run(tmp_path, [("a", "other", 33.0)])
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_same_seed_gives_the_same_figures(tmp_path_factory, walks):
+    _, again, _ = run(tmp_path_factory.mktemp("again"), [("a", "walk", 33.0)])
+    for key in KEYS[:-1]:
+        assert again["experiments"][key] == walks[1]["experiments"][key], key
+
+
+def test_folds_have_every_motion_and_leave_every_motion(rng):
+    tried = study()
+    assert len(tried.folds) == 3
+    for fold in tried.folds:
+        for motion in ("walk", "run"):
+            doing = {c.subject for c in tried.of(motion)}
+            assert doing & fold
+            assert doing - fold
+
+
+def test_whom_a_recipe_holds_out_is_not_learned_from(monkeypatch):
+    shown = []
+    monkeypatch.setattr(reproduce_study, "learn_motions", lambda data, **_: shown.append(data))
+    tried = study()
+    held = tried.folds[0]
+    tried.learn(Recipe(1, held=held))
+    tried.learn(Recipe(1, held=held))
+    assert len(shown) == 1  # each model once
+    assert {subject for subject, _, _ in shown[0]} == set(PEOPLE) - held
+    assert {c.subject for c in tried.tested(held)} == held
+
+
+def test_bends_are_learned_from_but_never_measured_on(monkeypatch):
+    shown = []
+    monkeypatch.setattr(reproduce_study, "learn_motions", lambda data, **_: shown.append(data))
+    tried = Study([gait("walk", "a"), gait("walk", "b")], [gait("walk", "z")])
+    tried.learn(Recipe(1, motions=("walk",)))
+    assert {subject for subject, _, _ in shown[0]} == {"a", "b", "z"}
+    assert {c.subject for c in tried.captures} == {"a", "b"}
+
+
+def flat(value, label, subject, frames=120):
+    """A capture that stands at one angle, by which its pieces are known again."""
+    y = np.full((frames, 8), float(value))
+    return Capture(y, subject, label, "free", subject)
+
+
+def test_a_splice_is_pieces_of_the_right_length_and_label_smoothed_only_at_joints(rng):
+    made = splice([flat(1, "walk", "a"), flat(2, "run", "b")], rng, pieces=30)
+    lengths = np.diff([0, *made.joints, len(made.y)])
+    assert lengths.min() >= SHORTEST
+    assert lengths.max() <= LONGEST
+    assert len(lengths) == 30
+    torso, run_ = made.y[:, 2], np.array(made.labels) == "run"
+    calm = made.far(SIDE)
+    assert_allclose(torso[calm], np.where(run_, 2.0, 1.0)[calm], atol=1e-12)
+    assert 0.2 < run_.mean() < 0.8
+    changes = np.flatnonzero(run_[1:] != run_[:-1]) + 1
+    assert set(changes) <= set(made.joints)
+    assert len(changes)
+    # Unsmoothed, the angle would jump by 1 from one frame to the next.
+    assert np.abs(np.diff(torso)).max() < 0.5
+    assert np.isnan(made.y[:, :2]).all()
+
+
+def test_frames_far_from_joints_are_counted_from_the_nearest_on_either_side():
+    made = Splice(np.zeros((12, 8)), ("walk",) * 12, (6,))
+    assert np.flatnonzero(~made.far(2)).tolist() == [4, 5, 6, 7]
+    assert replace(made, joints=()).far(2).all()
+
+
+def test_people_left_out_of_a_model_are_the_only_ones_it_is_shown(monkeypatch):
+    shown = []
+
+    def spy(captures, rng, pieces):
+        shown.append({c.subject for c in captures})
+        return splice(captures, rng, pieces)
+
+    monkeypatch.setattr(reproduce_motions, "splice", spy)
+    tried = study()
+    for draw in reproduce_motions.draws(tried):
+        wanted = set(draw.held) if draw.people == "unseen" else set(PEOPLE)
+        for _ in draw.splices:
+            assert shown.pop(0) == wanted
+    assert not shown
+
+
+def test_a_cell_counts_wrong_frames_far_ones_and_unsure_ones():
+    made = Splice(np.zeros((60, 8)), ("walk",) * 30 + ("run",) * 30, (30,))
+    draw = Draw("seen", frozenset(), (made,), (made.y,))
+    said = np.array(["walk"] * 35 + ["run"] * 24 + ["walk"])  # five late, and one far from the joint
+    prob = np.c_[np.full(60, 1.0), np.zeros(60)]
+    prob[:15] = 0.5
+    cell = reproduce_motions._cell(draw, (1, 1, "viterbi"), said, [prob])
+    assert_allclose([cell.wrong, cell.far, cell.soft], [10.0, 2.5, 25.0])
+
+
+def cells(hmm, slds, **changes):
+    """One state a motion: an error for the hidden Markov model, and one by order and inference."""
+    found = [Cell("seen", 1, 0, "hmm", hmm, 0.0, 0.0)]
+    for order, (name, error) in product((1, 2), slds.items()):
+        found.append(Cell("seen", 1, order, name, error, 0.0, changes.get(name, 0.0)))
+    return found
+
+
+ALIKE = {"viterbi": 3.0, "gpb2": 3.0, "variational": 3.0}
+
+
+@pytest.mark.parametrize(
+    ("hmm", "verdict", "winner"),
+    [(4.0, Verdict.HOLDS, "switching"), (2.0, Verdict.FAILS, "hidden Markov")],
+)
+def test_the_better_model_is_named_whichever_it_is(hmm, verdict, winner):
+    claim = reproduce_classify._hmm_worse(cells(hmm, ALIKE), "seen")
+    assert claim.verdict is verdict
+    assert f"The best {winner} model wins" in claim.here
+
+
+def test_inferences_that_differ_are_not_called_alike():
+    assert reproduce_classify._inferences_alike(cells(4.0, ALIKE), ["seen"]).verdict is Verdict.HOLDS
+    apart = reproduce_classify._inferences_alike(cells(4.0, ALIKE | {"gpb2": 5.0}), ["seen"])
+    assert apart.verdict is Verdict.FAILS
+    assert "2.0 at most" in apart.here
+
+
+def test_softness_is_ordered_by_the_numbers():
+    soft = {"gpb2": 20.0, "variational": 5.0, "viterbi": 0.0}
+    assert reproduce_classify._softness(cells(1.0, ALIKE, **soft)).verdict is Verdict.HOLDS
+    soft["variational"] = 30.0
+    assert reproduce_classify._softness(cells(1.0, ALIKE, **soft)).verdict is Verdict.PARTLY
+
+
+def test_the_papers_error_is_reached_only_at_or_under_it():
+    def multi(error):
+        found = cells(1.0, ALIKE | {"viterbi": error})
+        return reproduce_classify._papers_error([replace(c, states=2) for c in found], ["seen"])
+
+    assert multi(2.9).verdict is Verdict.HOLDS
+    assert multi(3.0).verdict is Verdict.FAILS
+
+
+def test_a_cut_by_the_leg_ahead_is_regular_and_tells_the_leg_and_a_random_one_does_not(rng):
+    jogs = [gait("run", who, 220) for who in "ab"]
+    legs = [(c.y[:, 4] > c.y[:, 6]).astype(int) for c in jogs]
+    by_leg, by_chance = reproduce_phases.Cut(), reproduce_phases.Cut()
+    by_leg.add(jogs, legs)
+    by_chance.add(jogs, [rng.integers(2, size=220) for _ in jogs])
+    assert min(by_leg.leg.values()) == 100.0
+    assert min(by_leg.regular.values()) > 90.0
+    assert_allclose(by_leg.switches, 2.0, atol=0.15)  # ten strides, cut at their ends
+    assert max(by_chance.leg.values()) < 65.0
+    assert max(by_chance.regular.values()) < 70.0
+    assert reproduce_phases.claim({2: by_leg}).verdict is Verdict.HOLDS
+    assert reproduce_phases.claim({2: by_chance}).verdict is Verdict.FAILS
+
+
+def test_a_cut_by_legs_apart_or_crossing_is_regular_but_does_not_tell_the_leg():
+    jog = gait("run", "a", 220)
+    apart = jog.y[:, 4] - jog.y[:, 6]
+    cut = reproduce_phases.Cut()
+    cut.add([jog], [(np.abs(apart) > np.median(np.abs(apart))).astype(int)])
+    claim = reproduce_phases.claim({2: cut})
+    assert claim.verdict is Verdict.HOLDS
+    assert "do not tell the legs apart" in claim.here
+    assert_allclose(cut.switches, 4.0, atol=0.4)
+
+
+def test_the_hidden_markov_forecast_is_the_mean_over_all_paths(rng):
+    K, M, frames, ahead = 3, 2, 4, 2
+    rows = rng.random((K, K)) + 0.1
+    hmm = HMM(
+        pi0=np.array([0.5, 0.3, 0.2]),
+        Pi=rows / rows.sum(1, keepdims=True),
+        mean=rng.normal(size=(K, M)),
+        cov=np.stack([np.eye(M) * v for v in (0.5, 1.0, 2.0)]),
+        names=("a", "b"),
+        labels=("x",) * K,
+        fps=30.0,
+    )
+    y = rng.normal(size=(frames, M))
+    total, mean = 0.0, np.zeros(M)
+    for path in product(range(K), repeat=frames + ahead):
+        p = hmm.pi0[path[0]] * np.prod([hmm.Pi[i, j] for i, j in pairwise(path)])
+        for t in range(frames):
+            k = path[t]
+            v = hmm.cov[k, 0, 0]
+            p *= np.exp(-0.5 * ((y[t] - hmm.mean[k]) ** 2).sum() / v) / v
+        total, mean = total + p, mean + p * hmm.mean[path[-1]]
+    found = reproduce_ahead.hmm_forecast(hmm, y, ahead)
+    assert_allclose(found[-1], mean / total, rtol=1e-10)
+    assert np.isnan(found[:ahead]).all()
+    assert np.isfinite(found[ahead:]).all()
+
+
+def test_the_rival_has_the_best_noise_of_the_grid(monkeypatch):
+    captures = [gait("walk", "a", 60), gait("walk", "b", 60)]
+    errors, noises = reproduce_ahead.best_rival(captures, 2, seed=0)
+    least = reproduce_study.rmse(reproduce_ahead.pooled(errors))
+    for pair in product(reproduce_ahead.CHANGES[::2], reproduce_ahead.MEASURED[::2]):
+        monkeypatch.setattr(reproduce_ahead, "CHANGES", (pair[0],))
+        monkeypatch.setattr(reproduce_ahead, "MEASURED", (pair[1],))
+        other, _ = reproduce_ahead.best_rival(captures, 2, seed=0)
+        assert least <= reproduce_study.rmse(reproduce_ahead.pooled(other)) + 1e-12
+        monkeypatch.undo()
+    assert noises[0] in reproduce_ahead.CHANGES
+    assert noises[1] in reproduce_ahead.MEASURED
+
+
+def test_forecasts_are_scored_against_the_clean_pose_of_their_own_frame():
+    capture = gait("walk", "a", 40)
+    ahead = np.vstack([centred(capture.y), np.zeros((3, 8))])
+    exact = reproduce_ahead._by_subject([capture], [ahead])
+    assert_allclose(exact["a"][0], 0.0)
+    late = reproduce_ahead._by_subject([capture], [np.roll(ahead, 1, axis=0)])
+    assert np.abs(late["a"][0]).max() > 0.05
+
+
+def test_noise_of_a_capture_is_its_own_whoever_else_is_shown():
+    a, b = gait("walk", "a"), gait("walk", "b")
+    both = reproduce_ahead.shown([b, a], 0)
+    assert_allclose(both[1], reproduce_ahead.shown([a], 0)[0])
+    noises = [(y - centred(c.y))[:, 2:] for y, c in zip(both, (b, a), strict=True)]
+    assert np.abs(noises[0] - noises[1]).max() > 0.01
+    assert_allclose(np.degrees(np.std((both[1] - centred(a.y))[:, 2:])), reproduce_ahead.NOISE, rtol=0.15)
+
+
+@pytest.mark.parametrize(("better", "verdict"), [(1.0, Verdict.HOLDS), (3.0, Verdict.FAILS)])
+def test_prediction_is_called_better_only_where_its_error_is_lower(better, verdict):
+    total = {"slds": {("walk", 1): better}, "kalman": {("walk", 1): 2.0}, "hmm": {("walk", 1): 2.0}}
+    for rival in ("kalman", "hmm"):
+        claim = reproduce_ahead._against(total, rival)
+        assert claim.verdict is verdict
+        assert ("50 % less" if better < 2.0 else "50 % more") in claim.here
+
+
+def test_lines_and_splines_fill_lines_and_cubics_exactly():
+    t = np.arange(30.0)
+    y = np.outer(t, np.ones(8))
+    gappy = reproduce_gaps.blanked(y, slice(10, 20))
+    assert np.isnan(gappy[10:20]).all()
+    assert np.isfinite(np.delete(gappy, np.s_[10:20], 0)).all()
+    assert_allclose(reproduce_gaps.straight(gappy), y, atol=1e-9)
+    cubic = (y / 10.0 - 1.0) ** 3
+    filled = reproduce_gaps.spline(reproduce_gaps.blanked(cubic, slice(10, 20)))
+    assert_allclose(filled, cubic, atol=1e-9)  # a not-a-knot spline of a cubic is the cubic
+
+
+def test_a_gap_lies_in_the_middle_with_as_much_shown_on_both_sides():
+    y = np.arange(200.0)[:, None] * np.ones(8)
+    cut, hole = reproduce_gaps.cut_middle(y, 50)
+    assert (hole.stop - hole.start, len(cut) - hole.stop, hole.start) == (50, 40, 40)
+    assert cut[hole][0, 0] == 75.0
+    short, hole = reproduce_gaps.cut_middle(y[:40], 20)
+    assert (hole.start, hole.stop, len(short)) == (10, 20 + 10, 40)
+
+
+@pytest.mark.parametrize(
+    ("path", "sampled", "verdict"),
+    [(5.0, 5.0, Verdict.HOLDS), (19.0, 5.0, Verdict.PARTLY), (19.0, 18.0, Verdict.FAILS)],
+)
+def test_filling_is_judged_by_what_knows_nothing_of_walking(path, sampled, verdict):
+    names = (reproduce_gaps.LINEAR, reproduce_gaps.SPLINE, reproduce_gaps.PATH, reproduce_gaps.SAMPLED)
+    total = {(name, 50): e for name, e in zip(names, (20.0, 25.0, path, sampled), strict=True)}
+    assert reproduce_gaps._claims(total, [50])[0].verdict is verdict
+
+
+def test_a_walk_that_leaves_its_range_is_not_called_one():
+    periods = ("0-50", "50-150", "150-300")
+
+    def shares(*values):
+        return {period: [value] for period, value in zip(periods, values, strict=True)}
+
+    natural, worse = reproduce_synthesis.claims(shares(5.0, 20.0, 60.0), shares(0.0, 1.0, 2.0))
+    assert natural.verdict is Verdict.HOLDS
+    assert worse.verdict is Verdict.HOLDS
+    assert "keeps it to 2 %" in worse.here
+    natural, worse = reproduce_synthesis.claims(shares(80.0, 80.0, 80.0), shares(90.0, 90.0, 90.0))
+    assert natural.verdict is Verdict.FAILS
+    assert worse.verdict is Verdict.FAILS
+    assert "does not help" in worse.here
+
+
+def test_the_training_range_is_widened_on_both_sides():
+    y = np.zeros((2, 8))
+    y[1, 2:] = 1.0
+    low, high = reproduce_synthesis.training_range([y])
+    assert_allclose([low, high], [np.full(6, -0.05), np.full(6, 1.05)])
+
+
+@pytest.mark.parametrize(
+    ("others", "verdict"),
+    [((3.0, 2.0), Verdict.HOLDS), ((3.0, 1.2), Verdict.PARTLY), ((0.5, 0.8), Verdict.FAILS)],
+)
+def test_viterbi_is_the_clear_winner_only_if_all_others_take_half_as_long_again(others, verdict):
+    micro = {4: {"viterbi": 10.0, "gpb2": 10.0 * others[0], "variational": 10.0 * others[1]}}
+    assert reproduce_runtime.claim(micro).verdict is verdict
+
+
+def test_a_claim_of_all_cases_holds_in_part_from_half_of_them():
+    assert [share_verdict(s) for s in (1.0, 0.99, 0.5, 0.49)] == [
+        Verdict.HOLDS,
+        Verdict.PARTLY,
+        Verdict.PARTLY,
+        Verdict.FAILS,
+    ]
+    assert spread([1.0, 3.0]) == "2.0 (1.0 to 3.0)"
+    assert spread([2.0]) == "2.0"
+    assert spread([]) == "-"
+
+
+def test_words_on_the_page_are_text_not_markup(tmp_path):
+    claim = Claim("<b>papers</b>", Verdict.PARTLY, "5 < 6 & so on")
+    table = Table("caption", ("<i>",), (("a<b",),))
+    section = Section("key", "<title>", "s", "m", (claim,), (table,), (Plot("<svg></svg>", "it's", "c"),))
+    write_page([section], "<about>", ["<note>"], tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    for raw in ("<b>", "<i>", "a<b", "5 < 6", "<about>", "<note>", "it's'"):
+        assert raw not in page.replace("<body>", "").replace("<badge", "")
+    assert "<svg></svg>" in page
+    assert "holds in part" in page
+
+
+def test_real_captures_give_every_part(data_dir, tmp_path):
+    mocap = data_dir / "mocap"
+    head, *rows = (mocap / "trials.csv").read_text(encoding="utf-8").splitlines()
+    some = [
+        row.replace("open/", f"{mocap}/open/", 1)
+        for row in rows
+        if re.match(r"open/(am1|bn2|02|35_0[1-9]|35_2)", row)
+    ]
+    (tmp_path / "trials.csv").write_text("\n".join([head, *some]), encoding="utf-8")
+    said = reproduce(tmp_path / "trials.csv", tmp_path / "out", overwrite=False, progress=QUIET, quick=True)
+    numbers = json.loads((tmp_path / "out" / "reproduce.json").read_text(encoding="utf-8"))
+    assert not any("left_out" in part for part in numbers["experiments"].values())
+    errors = numbers["experiments"]["prediction"]["rmse_degrees"]
+    assert 1.0 < errors["slds"]["run+1"]["all"] < errors["hmm"]["run+1"]["all"] < 60.0
+    assert "holds" in said

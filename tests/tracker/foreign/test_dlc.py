@@ -1,0 +1,104 @@
+"""DeepLabCut's CSV: the layout to the letter, there and back, and what is no such table."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.tracker.records import FRAMES, made_track, validated, validator, write_folder
+from tracker.foreign.dlc import read_people, write_dlc
+from tracker.foreign.formats import read_points
+from tracker.foreign.people import Sighting
+from tracker.foreign.points import JOINTS, Points, named_points, near_far
+from tracker.foreign.text_files import ForeignError
+from tracker.run.read import read_run
+
+NOWHERE = (np.nan, np.nan)
+
+
+@pytest.fixture
+def points(rng, tmp_path):
+    return named_points(read_run(write_folder(made_track(rng), tmp_path / "run")), JOINTS, 1)
+
+
+def test_the_layout_to_the_letter(tmp_path):
+    places = np.array([[[100.512, 200.95], [140.9494, 300.312]], [[101.021, 200.871], NOWHERE]])
+    points = Points(("Hip", "RKnee"), places, np.array([[0.9442, 0.8733], [0.944, 0.0]]))
+    write_dlc(points, tmp_path / "p.csv")
+    assert (tmp_path / "p.csv").read_bytes().decode() == (
+        "scorer,figtrack,figtrack,figtrack,figtrack,figtrack,figtrack\n"
+        "bodyparts,Hip,Hip,Hip,RKnee,RKnee,RKnee\n"
+        "coords,x,y,likelihood,x,y,likelihood\n"
+        "0,100.512,200.950,0.9442,140.949,300.312,0.8733\n"
+        "1,101.021,200.871,0.9440,,,\n"
+    )
+
+
+def test_points_come_back(points, tmp_path):
+    write_dlc(points, tmp_path / "p.csv")
+    found = read_points(tmp_path / "p.csv", 1)
+    own = [near_far(JOINTS[name], 1) for name in points.names]
+    assert set(found.names) == set(own)
+    order = [found.names.index(name) for name in own]
+    # Three decimals of a pixel, four of a likelihood are written.
+    assert_allclose(found.places[:, order], points.known, atol=0.5e-3 + 1e-9)
+    assert_allclose(found.likelihood[:, order], points.likelihood, atol=0.5e-4 + 1e-9)
+
+
+def test_the_validator_finds_nothing_wrong_and_what_is_spoiled(points, tmp_path):
+    path = tmp_path / "p.csv"
+    write_dlc(points, path)
+    said = validated("check_movement.py", path, "--structure-only")
+    assert f"'frames': {FRAMES}" in said
+    assert "warning" not in said
+    check = validator("check_movement.py").structure_of_dlc_csv
+    path.write_text(path.read_text().replace("scorer", '"scorer"'))
+    assert check(path)[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "rows"),
+    [
+        ("scorer,a,a\nbodyparts,k,k\ncoords,x,y\n0,1,2\n2,3,4\n", {0: (1, 2), 2: (3, 4)}),
+        ("scorer,a,a\nindividuals,i,i\nbodyparts,k,k\ncoords,x,y\n0,1,nan\n1,3,4\n", {0: None, 1: (3, 4)}),
+        ("\ufeffscorer,a,a\r\nbodyparts,k,k\r\ncoords,y,x\r\n0,2,1\r\n", {0: (1, 2)}),
+    ],
+)
+def test_other_tables_of_the_kind_are_read(tmp_path, text, rows):
+    (tmp_path / "p.csv").write_text(text)
+    wanted = {frame: [{"k": Sighting(*place)}] if place else [] for frame, place in rows.items()}
+    assert read_people(tmp_path / "p.csv") == wanted
+
+
+HEAD = "scorer,a,a\nbodyparts,k,k\ncoords,x,y\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("scorer,a,a\n0,1,2\n", "no DeepLabCut table"),
+        ("frame,keypoint,x,y\n0,hip,1,2\n", "none of the files"),
+        (HEAD, "nobody is marked"),
+        (HEAD + "0,1,2\n0,1,2\n", "two rows of frame 0"),
+        (HEAD + "-1,1,2\n", "names no frame"),
+        (HEAD + "999999999,1,2\n", "to 999999999"),
+        (HEAD + "0,1,two\n", "frame 0: could not convert"),
+        (HEAD + "0,1\n", "frame 0: "),
+        (HEAD + "0,1,2,3\n", "frame 0: "),
+        ("scorer,a,a\nbodyparts,k,k\ncoords,x,x\n0,1,2\n", "one column x and one y"),
+        (HEAD + "0,1,2\n", "no point of ours"),
+    ],
+)
+def test_what_is_no_such_table_or_holds_nothing_of_ours_is_refused(tmp_path, text, words):
+    (tmp_path / "p.csv").write_text(text)
+    with pytest.raises(ForeignError, match=words):
+        read_points(tmp_path / "p.csv", 1)
+
+
+def test_files_that_cannot_be_read_are_refused(tmp_path):
+    with pytest.raises(ForeignError, match="no file"):
+        read_people(tmp_path / "absent.csv")
+    (tmp_path / "p.csv").write_bytes(HEAD.encode() + b"0,1,\xff\n")
+    with pytest.raises(ForeignError, match="as text"):
+        read_people(tmp_path / "p.csv")
+    with pytest.raises(ForeignError, match="as text"):
+        read_people(tmp_path)

@@ -1,0 +1,198 @@
+"""figtrack export: every format from one run, where it goes, and what keeps it from being written."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.tracker import clips
+from tests.tracker.clips import everything, figtrack
+from tests.tracker.records import FIRST, FRAMES, T, made_track, validated, write_folder
+from tracker.foreign.export import FORMATS
+from tracker.foreign.formats import read_people, read_points
+from tracker.run.read import read_run
+
+
+@pytest.fixture
+def run(rng, tmp_path):
+    return write_folder(made_track(rng), tmp_path / "späte Läufe" / "walk-track")
+
+
+def exported(run, to, *more):
+    result = figtrack("export", run, "--to", to, *more, "--quiet")
+    assert result.exit_code == 0, result.output
+    assert result.stderr == ""
+    return result.stdout
+
+
+def refused(*words):
+    return clips.refused("export", *words)
+
+
+def test_every_format_is_written_beside_one_unless_told(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = everything(run)
+    for to in FORMATS:
+        exported(run, to, "--height", 1.75)
+    assert {path.name for path in tmp_path.iterdir()} - {"späte Läufe"} == {
+        "walk-track.dlc.csv",
+        "walk-track.trc",
+        "walk-track.mot",
+        "walk-track_px.trc",
+        "walk-track-openpose",
+        "walk-track.myogait.json",
+    }
+    assert everything(run) == before
+    assert {path.name[:7] for path in (tmp_path / "walk-track-openpose").iterdir()} == {"walk 1_"}
+
+
+def test_all_exports_of_one_run_pass_their_validators(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for to in ("dlc", "trc", "mot", "sports2d"):
+        exported(run, to, "--height", 1.75)
+    validated("check_movement.py", "walk-track.dlc.csv", "--structure-only")
+    validated("check_trc.py", "walk-track.trc", "walk-track.mot", "walk-track_px.trc", "--allow-px")
+
+
+def test_all_readers_find_the_run_s_own_pixels(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    record = read_run(run)
+    for to in ("dlc", "sports2d", "openpose"):
+        exported(run, to)
+    names = {"walk-track.dlc.csv": 9, "walk-track_px.trc": 9, "walk-track-openpose": 8}
+    for name, joints in names.items():
+        points = read_points(tmp_path / name, record.facing)
+        assert (len(points), len(points.names)) == (FRAMES, joints)
+        for joint in points.names:
+            places = points.places[:, points.names.index(joint)]
+            assert_allclose(places[record.sure], record.place(joint)[record.sure], atol=0.01)
+            assert np.isnan(places[~record.sure]).all()
+
+
+def test_metres_do_not_follow_a_camera_that_moves_and_pixels_do(rng, tmp_path):
+    still = replace(made_track(rng), shift=np.zeros((T, 2)))
+    moved = replace(still, shift=np.outer(np.arange(T), [30.0, 20.0]))
+    runs = [write_folder(track, tmp_path / name) for track, name in ((still, "still"), (moved, "moved"))]
+    heads = {"m.trc": ("trc", 5), "a.mot": ("mot", -1), "p_px.trc": ("sports2d", 5)}
+    found = {}
+    for name, (to, head) in heads.items():
+        for run in runs:
+            path = tmp_path / f"{run.name} to" / name
+            exported(run, to, "--height", 1.75, "--out", path)
+            lines = path.read_text().splitlines()
+            rows = lines[head:] if head > 0 else lines[lines.index("endheader") + 2 :]
+            found[run.name, to] = np.array([line.split("\t") for line in rows], dtype=float)
+    for to in ("trc", "mot"):
+        # Pixels are written to 0.0005, of 70 px a leg and 0.9 m.
+        assert_allclose(found["moved", to], found["still", to], atol=1e-4)
+    away = found["moved", "sports2d"][FIRST + 2, 2:5] - found["still", "sports2d"][FIRST + 2, 2:5]
+    assert_allclose(away, [60.0, 40.0, 0.0], atol=0.01)
+
+
+def test_facing_names_the_sides(run, tmp_path):
+    exported(run, "dlc", "--out", tmp_path / "a.csv")
+    exported(run, "dlc", "--out", tmp_path / "b.csv", "--facing", "left")
+    (_, one), (_, other) = read_people(tmp_path / "a.csv"), read_people(tmp_path / "b.csv")
+    for name, twin in (("RKnee", "LKnee"), ("LBigToe", "RBigToe"), ("Hip", "Hip")):
+        found = [them[0][name] for them in one.values() if them]
+        assert found
+        assert found == [them[0][twin] for them in other.values() if them]
+    exported(run, "myogait", "--out", tmp_path / "c.json", "--facing", "left")
+    news = json.loads((tmp_path / "c.json").read_text())
+    assert news["extraction"]["direction_detected"] == "left"
+
+
+def heads(path):
+    """(frames, 3) of the marker Head in a TRC."""
+    rows = [line.split("\t") for line in path.read_text().splitlines()]
+    i = rows[3].index("Head")
+    return np.array([row[i : i + 3] for row in rows[5:]], float)
+
+
+def test_two_points_scale_as_a_height_does(run, tmp_path):
+    exported(run, "trc", "--out", tmp_path / "a.trc", "--scale-points", "0,0,100,0,1.5")
+    exported(run, "trc", "--out", tmp_path / "b.trc", "--scale-points", "0, 10, 0, 60, 1.5")
+    one, other = heads(tmp_path / "a.trc"), heads(tmp_path / "b.trc")
+    assert_allclose(other, 2.0 * one, atol=2e-6)
+    assert np.isnan(one).any(1).sum() == FRAMES - T + 2
+
+
+def test_a_trc_without_a_scale_is_refused(run, tmp_path):
+    said = refused(run, "--to", "trc", "--out", tmp_path / "w.trc")
+    assert "give --height METRES of the person, or --scale-points" in said
+    assert not (tmp_path / "w.trc").exists()
+    assert not list(tmp_path.rglob("*.part"))
+
+
+def test_a_mot_without_a_scale_says_that_it_has_no_pelvis(run, tmp_path):
+    assert "no pelvis position" in exported(run, "mot", "--out", tmp_path / "w.mot")
+
+
+def test_sports2d_wants_px_in_the_name(run, tmp_path):
+    assert "'_px' in its name" in refused(run, "--to", "sports2d", "--out", tmp_path / "w.trc")
+    exported(run, "sports2d", "--out", tmp_path / "w_px.trc")
+
+
+def test_myogait_wants_the_size_of_a_frame(rng, tmp_path):
+    run = write_folder(made_track(rng), tmp_path / "run", size=None)
+    assert "how large a frame is" in refused(run, "--to", "myogait", "--out", tmp_path / "m.json")
+
+
+@pytest.mark.parametrize("to", ["dlc", "openpose"])
+def test_what_is_there_is_replaced_only_when_asked(run, tmp_path, to):
+    out = tmp_path / "out"
+    exported(run, to, "--out", out)
+    before = everything(tmp_path)
+    assert "--overwrite" in refused(run, "--to", to, "--out", out)
+    assert everything(tmp_path) == before
+    exported(run, to, "--out", out, "--overwrite", "--facing", "left")
+    assert everything(tmp_path).keys() == before.keys()
+    assert everything(tmp_path) != before
+
+
+def test_a_folder_of_something_else_is_never_replaced(run, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("years of work")
+    said = refused(run, "--to", "openpose", "--out", tmp_path / "out", "--overwrite")
+    assert "holds files" in said
+    assert "is a folder" in refused(run, "--to", "dlc", "--out", tmp_path / "out", "--overwrite")
+    assert "is a file" in refused(run, "--to", "openpose", "--out", run / "pose.csv", "--overwrite")
+    assert (tmp_path / "out" / "thesis.txt").read_text() == "years of work"
+    assert refused(run, "--to", "openpose", "--out", run, "--overwrite")
+    assert (run / "pose.csv").is_file()
+
+
+def test_what_is_no_run_is_refused(run, tmp_path):
+    assert "holds no complete run" in refused(tmp_path / "absent", "--to", "dlc")
+    assert "holds no complete run" in refused(run / "pose.csv", "--to", "dlc")
+    assert "give one of the runs in it, walk-track" in refused(run.parent, "--to", "dlc")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--to", "bvh"),
+        ("--to", "trc", "--height", 175),
+        ("--to", "trc", "--scale-points", "1,2,3,4"),
+        ("--to", "trc", "--scale-points", "1,2,3,4,five"),
+        ("--to", "trc", "--scale-points", "1,2,3,4,5", "--height", 1.7),
+    ],
+)
+def test_wrong_usage_is_exit_status_2(run, words):
+    assert figtrack("export", run, *words).exit_code == 2
+
+
+def test_a_tracked_clip_is_exported_whole(clip, tmp_path):
+    out = tmp_path / "out"
+    words = ["--keypoints", clip.keypoints, "--model", "cv", "--stop", 3, "--out", out, "--quiet"]
+    assert figtrack("track", clip.video, *words).exit_code == 0
+    exported(out, "dlc", "--out", tmp_path / "w.csv")
+    points = read_points(tmp_path / "w.csv", 1)
+    for joint in ("near_knee", "far_knee", "head_top"):
+        away = points.places[0, points.names.index(joint)] - clip.joints[joint][0]
+        assert np.hypot(*away) < 3.0
+    exported(out, "myogait", "--out", tmp_path / "m.json")
+    meta = json.loads((tmp_path / "m.json").read_text())["meta"]
+    assert (meta["width"], meta["height"], meta["fps"]) == (480, 270, 30.0)

@@ -1,0 +1,68 @@
+"""myogait's JSON: its keys, shares of the frame, nothing where nothing is sure."""
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.tracker.records import FPS, FRAMES, SIZE, made_track, write_folder
+from tracker.foreign.myogait import NAMES, write_myogait
+from tracker.foreign.points import named_points, near_far
+from tracker.run.read import read_run
+
+
+@pytest.fixture(params=[1, -1], ids=["right", "left"])
+def record(request, rng, tmp_path):
+    return read_run(write_folder(made_track(rng, facing=request.param), tmp_path / "run"))
+
+
+@pytest.fixture
+def table(record, tmp_path):
+    points = named_points(record, NAMES, record.facing)
+    write_myogait(points, record.times, record.news, SIZE, record.facing, tmp_path / "m.json")
+
+    def no_constants(name):
+        raise AssertionError(f"{name} is no JSON")
+
+    return json.loads((tmp_path / "m.json").read_text(), parse_constant=no_constants)
+
+
+def test_the_keys_that_myogait_reads(record, table):
+    assert list(table) == [
+        "myogait_version", "meta", "subject", "extraction", "frames", "normalization", "angles", "events",
+    ]  # fmt: skip
+    assert table["meta"] == {
+        "source": "video",
+        "video_path": record.news.video,
+        "fps": FPS,
+        "width": SIZE[0],
+        "height": SIZE[1],
+        "n_frames": FRAMES,
+        "duration_s": FRAMES / FPS,
+    }
+    way = "right" if record.facing > 0 else "left"
+    assert table["extraction"] == {"model": "slds", "direction_detected": way}
+    assert [table[key] for key in ("subject", "normalization", "angles", "events")] == [None] * 4
+
+
+def test_landmarks_are_shares_of_the_frame_where_the_figure_was_seen(record, table):
+    assert [frame["frame_idx"] for frame in table["frames"]] == list(range(FRAMES))
+    for t, frame in enumerate(table["frames"]):
+        assert frame["time_s"] == pytest.approx(record.times[t], abs=1e-6)
+        if not record.sure[t]:
+            assert frame["landmarks"] == {}
+            assert frame["confidence"] == 0.0
+            continue
+        assert set(frame["landmarks"]) == set(NAMES)
+        for name, landmark in frame["landmarks"].items():
+            place = record.place(near_far(NAMES[name], record.facing))[t]
+            assert_allclose([landmark["x"] * SIZE[0], landmark["y"] * SIZE[1]], place, atol=1e-3)
+            assert 0.0 < landmark["visibility"] <= 1.0
+        seen = np.mean([landmark["visibility"] for landmark in frame["landmarks"].values()])
+        assert frame["confidence"] == pytest.approx(seen, abs=1e-3)
+
+
+def test_the_right_side_is_near_for_who_faces_right():
+    assert near_far(NAMES["RIGHT_KNEE"], 1) == near_far(NAMES["LEFT_KNEE"], -1) == "near_knee"
+    assert near_far(NAMES["LEFT_FOOT_INDEX"], 1) == "far_toe"

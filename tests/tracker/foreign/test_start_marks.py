@@ -1,0 +1,186 @@
+"""A start pose out of another program's file: which person, which leg, which names, and what is refused."""
+
+import json
+
+import pytest
+
+from tests.tracker import people
+from tests.tracker.people import WALKER, mirrored, moved
+from tracker.foreign.names import CROWN
+from tracker.foreign.start_marks import read_start
+from tracker.foreign.text_files import ForeignError
+from tracker.tables.keypoints import KEYPOINTS, Mark, points
+
+LEGS = {
+    f"{ours}_{part}": WALKER[f"{theirs}_{part}"]
+    for ours, theirs in (("near", "right"), ("far", "left"))
+    for part in ("knee", "ankle", "toe")
+}
+DERIVED = {"neck": (100.0, 70.0), "hip": (100.0, 130.0)}
+CROWN_AT = (100.0 + CROWN * 6.0, 70.0 - CROWN * 30.0)
+WHOLE = {"head_top": CROWN_AT, **DERIVED, **LEGS}
+WITHOUT_TOES = {name: place for name, place in WHOLE.items() if "toe" not in name}
+
+WRITERS = {
+    "OpenPose": lambda path, who: people.openpose(path, who),
+    "COCO": lambda path, who: people.coco(path, {"img0.png": who}),
+    "labelme": lambda path, who: people.labelme(path, who),
+    "DeepLabCut": lambda path, who: people.dlc(
+        path, {"0": who}, individuals=[f"one{i}" for i in range(len(who))]
+    ),
+}
+every_format = pytest.mark.parametrize("program", WRITERS)
+
+
+@pytest.mark.parametrize("program", [*WRITERS, "TRC"])
+def test_a_walker_is_read_from_whatever_format_told_apart_by_content(tmp_path, program):
+    write = people.trc if program == "TRC" else WRITERS[program]
+    taken = read_start(write(tmp_path / "start.file", [WALKER]))
+    wanted = WITHOUT_TOES if program == "COCO" else WHOLE
+    assert points(taken.marks) == wanted
+    assert list(taken.marks) == [name for name in KEYPOINTS if name in wanted]
+    assert program in taken.told
+
+
+@every_format
+def test_of_several_people_the_largest_is_taken_and_it_is_said(tmp_path, program):
+    small, large = moved(WALKER, size=0.5), moved(WALKER, dx=30.0)
+    taken = read_start(WRITERS[program](tmp_path / "start.file", [small, large]))
+    assert taken.marks["hip"] == Mark(130.0, 130.0)
+    assert "person 2 of 2" in taken.told
+
+
+def test_of_two_people_as_tall_the_surer_is_taken(tmp_path):
+    path = people.openpose(tmp_path / "a.json", [WALKER, moved(WALKER, dx=50.0)])
+    content = json.loads(path.read_text())
+    numbers = content["people"][0]["pose_keypoints_2d"]
+    content["people"][0]["pose_keypoints_2d"] = [n * 0.6 if i % 3 == 2 else n for i, n in enumerate(numbers)]
+    path.write_text(json.dumps(content))
+    assert read_start(path).marks["hip"] == Mark(150.0, 130.0)
+
+
+@every_format
+def test_of_somebody_who_faces_left_the_left_leg_is_near(tmp_path, program):
+    taken = read_start(WRITERS[program](tmp_path / "start.file", [mirrored(WALKER)]))
+    assert (taken.marks["near_knee"].x, taken.marks["far_knee"].x) == (205.0, 180.0)
+    assert "faces left, so the left leg is near" in taken.told
+
+
+def test_a_facing_that_is_given_decides_which_leg_is_near(tmp_path):
+    path = people.openpose(tmp_path / "a.json", [WALKER])
+    taken = read_start(path, facing=-1)
+    assert points(taken.marks)["near_knee"] == WALKER["left_knee"]
+
+
+def test_without_toes_the_nose_tells_the_facing_even_of_straight_legs(tmp_path):
+    straight = WALKER | {
+        f"{s}_{p}": (100.0, y) for s in ("left", "right") for p, y in (("knee", 175.0), ("ankle", 218.0))
+    }
+    path = people.coco(tmp_path / "a.json", {"1.png": [mirrored(straight)]})
+    assert "faces left" in read_start(path).told
+
+
+def test_toes_tell_the_facing_better_than_a_turned_head(tmp_path):
+    back = WALKER | {"nose": (96.0, 42.0)}
+    assert "faces right" in read_start(people.openpose(tmp_path / "a.json", [back])).told
+
+
+def test_a_derived_crown_is_an_estimate_and_a_midpoint_is_as_sure_as_its_ends(tmp_path):
+    path = people.coco(tmp_path / "a.json", {"1.png": [WALKER]}, flags={"left_hip": 1, "right_knee": 1})
+    taken = read_start(path)
+    hidden = {name for name, mark in taken.marks.items() if not mark.visible}
+    assert hidden == {"head_top", "hip", "near_knee"}
+    assert "estimated: head_top, neck, hip" in taken.told
+    assert "not there: near_toe, far_toe" in taken.told
+
+
+def test_what_the_file_has_itself_is_not_derived(tmp_path):
+    own = {"head_top": (90.0, 20.0), "neck": (91.0, 71.0), "hip": (92.0, 133.0)}
+    taken = read_start(people.labelme(tmp_path / "a.json", [WALKER | own]))
+    assert {name: points(taken.marks)[name] for name in own} == own
+    assert "estimated" not in taken.told
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "right_knee",
+        "RKnee",
+        "R_Knee",
+        "rknee",
+        "knee_r",
+        "Knee Right",
+        "RIGHT-KNEE",
+        "kneeRight",
+        "near_knee",
+    ],
+)
+def test_a_knee_is_a_knee_in_any_spelling(tmp_path, name):
+    rest = {k: v for k, v in WALKER.items() if k != "right_knee"}
+    taken = read_start(people.labelme(tmp_path / "a.json", [rest | {name: (1.0, 2.0)}]))
+    assert taken.marks["near_knee"] == Mark(1.0, 2.0)
+
+
+@pytest.mark.parametrize("name", ["right_wrist", "kneecap", "r", "", "7", "right"])
+def test_a_point_that_is_none_of_ours_is_left_out(tmp_path, name):
+    taken = read_start(people.labelme(tmp_path / "a.json", [WALKER | {name: (1.0, 2.0)}]))
+    assert points(taken.marks) == WHOLE
+
+
+def test_unsure_points_are_estimates_and_hopeless_ones_are_left_out(tmp_path):
+    unsure = people.openpose(tmp_path / "a.json", [WALKER], confidence=0.4)
+    assert not any(mark.visible for mark in read_start(unsure).marks.values())
+    hopeless = people.openpose(tmp_path / "b.json", [WALKER], confidence=0.05)
+    with pytest.raises(ForeignError, match="no point of ours"):
+        read_start(hopeless)
+
+
+def test_the_frame_asked_for_is_taken(tmp_path):
+    path = people.dlc(tmp_path / "a.csv", {str(t): moved(WALKER, dx=t) for t in range(9)})
+    taken = read_start(path, frame=7)
+    assert (taken.frame, taken.marks["hip"].x) == (7, 107.0)
+
+
+def test_unless_told_the_first_frame_with_a_whole_figure_is_taken(tmp_path):
+    half = {name: WALKER[name] for name in ("nose", "left_hip", "right_hip")}
+    path = people.dlc(tmp_path / "a.csv", {"0": {}, "1": half, "2": WALKER, "3": WALKER})
+    assert read_start(path).frame == 2
+
+
+def test_the_only_frame_of_a_file_stands_for_any_that_is_asked_for(tmp_path):
+    path = people.labelme(tmp_path / "a.json", [WALKER], image="walk_0012.png")
+    assert read_start(path).frame == 12
+    taken = read_start(path, frame=40)
+    assert taken.frame == 40
+    assert "frame 12" in taken.told
+
+
+def test_a_frame_without_anybody_is_refused_with_those_that_have_somebody(tmp_path):
+    path = people.dlc(tmp_path / "a.csv", {"3": WALKER, "5": WALKER})
+    with pytest.raises(ForeignError, match=r"frame 4 .* somebody in 3, 5"):
+        read_start(path, frame=4)
+
+
+@pytest.mark.parametrize(
+    "content", ["", "{}", "[]", "3", "frame,keypoint,x,y\n0,hip,1,2\n", '{"people": 3}', "\x00"]
+)
+def test_another_kind_of_file_is_refused_in_words(tmp_path, content):
+    path = tmp_path / "a.json"
+    path.write_text(content)
+    with pytest.raises(ForeignError, match=r"none of the files|no JSON file"):
+        read_start(path)
+
+
+def test_files_that_cannot_be_opened_are_refused_in_words(tmp_path):
+    with pytest.raises(ForeignError, match="check its name"):
+        read_start(tmp_path / "none.json")
+    (tmp_path / "a.json").write_bytes(b"\xff\xfe\x00\x80")
+    with pytest.raises(ForeignError, match="cannot read"):
+        read_start(tmp_path / "a.json")
+    with pytest.raises(ForeignError, match="no files NAME_"):
+        read_start(tmp_path)
+
+
+def test_a_file_with_nobody_in_it_is_refused(tmp_path):
+    with pytest.raises(ForeignError, match="nobody is marked"):
+        read_start(people.openpose(tmp_path / "a.json", []))

@@ -1,0 +1,83 @@
+"""TRC in metres and in pixels: the layout to the letter, missing markers, there and back."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.tracker.records import FPS, FRAMES, made_track, validated, validator, write_folder
+from tracker.foreign.points import HALPE, Points, named_points
+from tracker.foreign.scale import Scale, scale_by_height
+from tracker.foreign.text_files import ForeignError
+from tracker.foreign.trc import read_people, write_px_trc, write_trc
+from tracker.run.read import read_run
+
+
+@pytest.fixture(params=[1, -1], ids=["right", "left"])
+def record(request, rng, tmp_path):
+    return read_run(write_folder(made_track(rng, facing=request.param), tmp_path / "run"))
+
+
+def test_the_layout_to_the_letter(tmp_path):
+    places = np.array([[[110.0, 10.0], [0.0, 0.0]], [[90.0, 100.0], [5.0, 5.0]]])
+    points = Points(("RKnee", "RAnkle"), places, np.array([[1.0, 0.0], [0.5, 0.0]]))
+    scale = Scale(pixel=0.01, origin=100.0, floor=100.0, facing=1)
+    write_trc(points, np.array([0.0, 0.0334]), 30000 / 1001, scale, tmp_path / "walk.trc")
+    assert (tmp_path / "walk.trc").read_bytes().decode().replace("\t", ">") == (
+        "PathFileType>4>(X/Y/Z)>walk.trc\n"
+        "DataRate>CameraRate>NumFrames>NumMarkers>Units>OrigDataRate>OrigDataStartFrame>OrigNumFrames\n"
+        "29.970030>29.970030>2>2>m>29.970030>1>2\n"
+        "Frame#>Time>RKnee>>>RAnkle>>>\n"
+        ">>X1>Y1>Z1>X2>Y2>Z2>\n"
+        "1>0.000000>0.100000>0.900000>0.000000>nan>nan>nan\n"
+        "2>0.033400>-0.100000>0.000000>0.000000>nan>nan>nan\n"
+    )
+
+
+def test_the_validator_finds_nothing_wrong_with_either_and_what_is_spoiled(record, tmp_path):
+    points = named_points(record, HALPE, record.facing)
+    scale = scale_by_height(record, 1.75, record.facing)
+    metres, pixels = tmp_path / "w.trc", tmp_path / "w_px.trc"
+    write_trc(points, record.times, FPS, scale, metres)
+    write_px_trc(points, record.times, FPS, pixels)
+    names = ",".join(HALPE)
+    assert f"'frames': {FRAMES}" in validated("check_trc.py", metres, "--names", names, "--fps", FPS)
+    validated("check_trc.py", pixels, "--names", names, "--fps", FPS, "--allow-px")
+    check = validator("check_trc.py").check_trc
+    assert check(pixels, allow_px=False)[0]
+    metres.write_text(metres.read_text().replace("\tnan\tnan\tnan\n", "\t\t\t\n"))
+    assert check(metres, allow_px=False)[0]
+
+
+def test_markers_in_pixels_come_back_but_for_those_that_are_not_sure(record, tmp_path):
+    points = named_points(record, HALPE, record.facing)
+    write_px_trc(points, record.times, FPS, tmp_path / "w_px.trc")
+    found = read_people(tmp_path / "w_px.trc")
+    assert list(found) == list(range(FRAMES))
+    for t, (person,) in found.items():
+        assert person.keys() == {
+            name for name, p in zip(points.names, points.likelihood[t], strict=True) if p
+        }
+        for name, point in person.items():
+            place = points.places[t, points.names.index(name)]
+            assert_allclose([point.x, point.y, point.confidence], [*place, 1.0], atol=1e-6)
+    assert (points.likelihood == 0).any()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda text: "", "no TRC file"),
+        (lambda text: text.replace("PathFileType", "Path"), "no TRC file"),
+        (lambda text: text.replace("\tpx\t", "\tm\t"), "in m units"),
+        (lambda text: text.replace("OrigDataRate", "Orig").replace("Units", "Unit"), "in no units"),
+        (lambda text: text.replace("\t0.000000\n", "\n", 1), "three numbers a marker"),
+        (lambda text: text.replace("\t0.000000\n", "\tzero\n", 1), "could not convert"),
+        (lambda text: "\n".join(text.splitlines()[:5]) + "\n", "hold a frame"),
+    ],
+)
+def test_what_is_no_trc_in_pixels_is_refused(record, tmp_path, spoil, words):
+    path = tmp_path / "w_px.trc"
+    write_px_trc(named_points(record, HALPE, 1), record.times, FPS, path)
+    path.write_text(spoil(path.read_text()))
+    with pytest.raises(ForeignError, match=words):
+        read_people(path)

@@ -1,0 +1,94 @@
+"""Two ways between anchors made one: averaged where they agree, joined where one was lost."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from dynamics.gaussian import Gaussian
+from tests.kinematics.figures import WALKER, upright
+from tests.tracker.painted import STRIDE
+from tracker.loop import both_ways as passage_module
+from tracker.loop.both_ways import Passage, joined
+from tracker.loop.tracker import NOTHING, Estimate
+from tracker.settings import Settings
+
+TRACKER = SimpleNamespace(figure=WALKER)
+D = len(WALKER.freedoms)
+
+
+def estimate(x=0.0, cost=1.0, outcome="ok", spread=1.0, began=False):
+    pose = Gaussian(STRIDE + upright(WALKER, root_x=x), spread * np.eye(D))
+    return Estimate(pose, 0, outcome, NOTHING, shift=np.zeros(2), misfit=cost, began=began)
+
+
+def places(estimates):
+    return [e.pose.mean[0] for e in estimates]
+
+
+def test_each_way_counts_by_how_near_its_own_anchor_is():
+    found = joined(TRACKER, [estimate(0.0)] * 3, [estimate(0.1)] * 3)
+    assert_allclose(places(found), [0.025, 0.05, 0.075])
+
+
+def test_the_way_whose_pictures_cost_less_counts_more():
+    (found,) = joined(TRACKER, [estimate(0.0, cost=3.0)], [estimate(0.1, cost=1.0)])
+    assert places([found])[0] == pytest.approx(0.075)
+
+
+def test_an_average_is_no_surer_than_the_two_and_speaks_as_the_nearer():
+    there, back = [estimate(spread=1.0, outcome="hidden")] * 3, [estimate(spread=3.0)] * 3
+    found = joined(TRACKER, there, back)
+    assert_allclose([e.pose.cov[0, 0] for e in found], [1.5, 2.0, 2.5])
+    assert [e.outcome for e in found][::2] == ["hidden", "ok"]
+
+
+def test_where_one_way_was_lost_they_are_joined_where_that_costs_least():
+    there = [estimate(0.0, 1.0), estimate(0.0, 1.0), estimate(2.0, 9.0), estimate(2.0, 9.0)]
+    back = [estimate(0.1, 5.0), estimate(0.1, 1.5), estimate(0.1, 1.0), estimate(0.1, 1.0)]
+    assert places(joined(TRACKER, there, back)) == [0.0, 0.0, 0.1, 0.1]
+
+
+def test_between_two_frames_in_a_row_there_is_nothing_to_join():
+    assert joined(TRACKER, [], []) == []
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
+    """Anchors at 0, 3 and 7 from the start; a frame's place is its number, 100 more on the way back."""
+    seen = []
+
+    def following(offset):
+        return SimpleNamespace(
+            figure=WALKER,
+            settings=Settings(),
+            step=lambda state, image, _: (state, estimate(image + offset, cost=1.0)),
+        )
+
+    def anchored(tracker, state, before, anchor, image):
+        seen.append(anchor)
+        return state, estimate(image)
+
+    monkeypatch.setattr(passage_module, "passed", anchored)
+    monkeypatch.setattr(
+        passage_module, "anew", lambda tracker, state, anchor, image: (state, estimate(image))
+    )
+    monkeypatch.setattr(passage_module, "FAR", 1000.0)
+    start = 10
+    frames = [start + way * t for t in range(10)]
+    passage = Passage(
+        tracker=following(0.0),
+        other=lambda: following(100.0),
+        anchors={frames[t]: f"anchor {t}" for t in (0, 3, 7)},
+        way=way,
+        span=lambda first, last: range(first, last - way, -way),
+        smooth=lambda _, estimates: list(estimates),
+    )
+    state = SimpleNamespace(templates=SimpleNamespace(strange=np.zeros(len(WALKER.links), bool)))
+    raw = list(passage.run(start, state, estimate(start), iter(frames[1:])))
+    assert places(raw) == frames
+    extra = np.subtract(places(passage.joined(raw, start)), frames)
+    # Shares of the way back: a third and two thirds of 100, then quarters; nothing after the last anchor.
+    assert_allclose(extra, [0, 100 / 3, 200 / 3, 0, 25, 50, 75, 0, 0, 0], atol=1e-9)
+    assert seen == ["anchor 3", "anchor 0", "anchor 7", "anchor 3"]

@@ -1,0 +1,234 @@
+"""Detected joints as a measurement: its mode, what is linearised there, and whose leg is whose."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.optimize import minimize
+from scipy.stats import multivariate_t
+
+from dynamics.gaussian import Gaussian
+from kinematics.spm import View
+from tests.kinematics.figures import FOOTLESS, WALKER, Puppet, upright
+from tests.oracles import central_difference, condition
+from tests.tracker.painted import FULL, STRIDE, VIEW
+from tracker.loop.detections import FREEDOM, Detections, Detector
+
+NAMES = ("head_top", "neck", "hip", "near_knee", "near_ankle", "near_toe", "far_knee", "far_ankle", "far_toe")
+D = len(WALKER.freedoms)
+NETWORK = Detector(WALKER, VIEW, FULL)
+LEGS_OF = {"near": "far", "far": "near"}
+
+
+def pixels_of(q, view=VIEW, figure=WALKER):
+    """Joint to pixels, by the definition alone."""
+    return {
+        name: np.asarray(view.origin) + at * np.array([view.facing * view.unit, -view.unit])
+        for name, at in Puppet(figure, q).joints().items()
+    }
+
+
+def detected(q, *, names=NAMES, without=(), view=VIEW, swap=False):
+    """The joints of a pose as a network would give them without error."""
+    at = pixels_of(q, view)
+    named = {name: at[other_leg(name) if swap else name] for name in names}
+    return Detections.of(WALKER, names, np.array([[np.nan] * 2 if n in without else named[n] for n in names]))
+
+
+def other_leg(name):
+    """The same joint of the other leg."""
+    side, _, part = name.partition("_")
+    return f"{LEGS_OF[side]}_{part}" if side in LEGS_OF else name
+
+
+def ways_of(found):
+    """The points as each naming has them, joint by joint: as told, exchanged, on the near, on the far leg."""
+    names = [WALKER.joints[j] for j in found.joint]
+    ways = [
+        names,
+        [other_leg(name) for name in names],
+        [name.replace("far_", "near_") for name in names],
+        [name.replace("near_", "far_") for name in names],
+    ]
+    return [Detections(np.array([WALKER.joints.index(n) for n in way]), found.pixels) for way in ways]
+
+
+def prior_about(q, sd=0.05):
+    sd = np.broadcast_to(sd, D)
+    return Gaussian(q[None], np.diag(sd**2)[None])
+
+
+def minus_log_points(q, found, view=VIEW, settings=FULL):
+    """Of the points in a pose, as scipy has it."""
+    at, shape = pixels_of(q, view), settings.point**2 * np.eye(2)
+    away = [
+        (pixel - at[WALKER.joints[j]]) / view.unit for j, pixel in zip(found.joint, found.pixels, strict=True)
+    ]
+    return -sum(multivariate_t.logpdf(each, shape=shape, df=FREEDOM) for each in away)
+
+
+def minus_log_density(q, found, prior, view=VIEW, settings=FULL):
+    """Of pose and points together but for a constant."""
+    away = q - prior.mean[0]
+    points = minus_log_points(q, found, view, settings)
+    return 0.5 * away @ np.linalg.solve(prior.cov[0], away) + points
+
+
+@pytest.mark.parametrize("facing", [1, -1])
+def test_each_naming_settles_where_the_density_of_pose_and_points_is_highest(facing, rng):
+    view = replace(VIEW, facing=facing)
+    found = detected(STRIDE, view=view)
+    found = replace(found, pixels=found.pixels + rng.normal(0.0, 4.0, found.pixels.shape))
+    found.pixels[3] += 40.0  # one point far off
+    prior = prior_about(STRIDE + rng.normal(0.0, 0.05, D))
+    ways, all_told = ways_of(found), Detector(WALKER, view, FULL).namings(found, prior)
+    for way, told in zip(ways, all_told, strict=True):
+        slope = central_difference(lambda q, way=way: minus_log_density(q, way, prior, view), told.q[0], 1e-5)
+        # The search ends at steps of 1e-4, and the density's curvature is about 1e4 at most.
+        assert np.abs(slope).max() < 1.0
+        start = minus_log_density(prior.mean[0], way, prior, view)
+        best = minimize(minus_log_density, told.q[0], (way, prior, view)).fun
+        reached = minus_log_density(told.q[0], way, prior, view)
+        assert reached - best < 1e-3 < start - best
+    costs = [minus_log_points(told.q[0], way, view) for way, told in zip(ways, all_told, strict=True)]
+    want = costs - np.log([0.88, 0.1, 0.01, 0.01])  # as FULL has them
+    got = np.array([told.cost[0] for told in all_told])
+    assert_allclose(got - got[0], want - want[0], rtol=1e-9)
+
+
+def test_points_where_they_are_foreseen_are_linear_measurements_of_the_joints():
+    found = detected(STRIDE, without=("far_toe", "neck"))
+    prior = prior_about(STRIDE)
+    told, *_ = NETWORK.namings(found, prior)
+    joints = [WALKER.joints[j] for j in found.joint]
+    assert {"far_toe", "neck"}.isdisjoint(joints)
+    J = central_difference(lambda q: np.ravel([Puppet(WALKER, q).joints()[j] for j in joints]), STRIDE, 1e-6)
+    # At its mode a Student t is as sharp as a Gaussian of a smaller variance.
+    R = FULL.point**2 * FREEDOM / (FREEDOM + 2.0) * np.eye(len(J))
+    mean, cov, _ = condition(STRIDE, prior.cov[0], J, R, J @ STRIDE)
+    assert_allclose(told.q[0], mean, atol=1e-8)
+    assert_allclose(np.linalg.inv(np.linalg.inv(prior.cov[0]) + told.information[0]), cov, atol=1e-9)
+    assert_allclose(told.vector[0], told.information[0] @ STRIDE, atol=1e-6)
+
+
+def test_a_joint_without_a_point_measures_nothing():
+    found = detected(STRIDE, without=("far_knee", "far_ankle", "far_toe"))
+    told, *_ = NETWORK.namings(found, prior_about(STRIDE))
+    spread = np.diag(told.information[0])
+    far = [WALKER.index(name) for name in ("hip_far", "knee_far")]
+    near = [WALKER.index(name) for name in ("hip_near", "knee_near")]
+    assert_array_equal(spread[far], 0.0)
+    assert (spread[near] > 100.0).all()
+
+
+def evidence(way, prior, settings, freedoms, reach, steps=33):
+    """Minus the log of the points' probability, summed over a grid of two freedoms; the others are known."""
+    grid = np.linspace(-reach, reach, steps)
+    total = 0.0
+    floor = minus_log_density(prior.mean[0], way, prior, settings=settings)
+    for a in grid:
+        for b in grid:
+            q = prior.mean[0].copy()
+            q[freedoms] += (a, b)
+            total += np.exp(floor - minus_log_density(q, way, prior, settings=settings))
+    return floor - np.log(total)
+
+
+@pytest.mark.parametrize(("exchange", "one_leg"), [(0.1, 0.02), (0.4, 0.2)])
+def test_names_are_weighed_as_the_sum_over_all_poses_weighs_them(exchange, one_leg, rng):
+    # Legs so near each other that any naming may be right.
+    q = upright(WALKER, hip_near=0.06, hip_far=0.0, torso=0.05)
+    settings = FULL.model_copy(update={"exchange": exchange, "one_leg": one_leg, "point": 0.05})
+    free = [WALKER.index("hip_near"), WALKER.index("hip_far")]
+    sd = np.full(D, 1e-6)
+    sd[free] = 0.04
+    prior = prior_about(q, sd)
+    found = detected(q, swap=True)
+    found = replace(found, pixels=found.pixels + rng.normal(0.0, 1.0, found.pixels.shape))
+    costs = []
+    for told in Detector(WALKER, VIEW, settings).namings(found, prior):
+        away = told.q[0] - q
+        spread = np.linalg.slogdet(np.eye(D) + prior.cov[0] @ told.information[0])[1]
+        costs.append(told.cost[0] + 0.5 * away @ (away / sd**2) + 0.5 * spread)
+    rare = [exchange, one_leg / 2.0, one_leg / 2.0]
+    want = [evidence(way, prior, settings, free, 0.16) for way in ways_of(found)] - np.log(
+        [1.0 - sum(rare), *rare]
+    )
+    # A Student t is a Gaussian only at its mode: about a tenth of a nat here.
+    assert_allclose(np.subtract(costs, costs[0]), want - want[0], atol=0.15)
+    assert np.ptp(want) > 0.5
+
+
+def test_exchanged_names_are_seen_for_what_they_are():
+    found = detected(STRIDE, swap=True)
+    told, exchanged, *_ = NETWORK.namings(found, prior_about(STRIDE))
+    assert exchanged.cost[0] < told.cost[0] - 10.0
+    assert_allclose(exchanged.q[0], STRIDE, atol=1e-6)
+    assert NETWORK.misnamed(found, STRIDE)
+    assert not NETWORK.misnamed(detected(STRIDE), STRIDE)
+
+
+def test_names_are_not_taken_for_exchanged_where_that_makes_no_difference():
+    together = upright(WALKER, torso=0.1)
+    assert not NETWORK.misnamed(detected(together), together)
+
+
+@pytest.mark.parametrize("seen", ["near", "far"])
+def test_one_leg_s_points_on_both_legs_leave_the_other_where_it_was_foreseen(seen):
+    found = detected(STRIDE)
+    at = pixels_of(STRIDE)
+    for i, j in enumerate(found.joint):
+        name = WALKER.joints[j]
+        found.pixels[i] = at[name.replace("near", seen).replace("far", seen)]
+    ways = NETWORK.namings(found, prior_about(STRIDE))
+    costs = [told.cost[0] for told in ways]
+    assert int(np.argmin(costs)) == {"near": 2, "far": 3}[seen]
+    best = ways[int(np.argmin(costs))]
+    assert_allclose(best.q[0], STRIDE, atol=1e-6)
+    unseen = WALKER.index("knee_far" if seen == "near" else "knee_near")
+    assert best.information[0][unseen, unseen] == 0.0
+    assert min(np.delete(costs, np.argmin(costs))) > min(costs) + 5.0
+    assert not NETWORK.misnamed(found, STRIDE)
+    assert NETWORK.agreement(found, STRIDE) == (1.0, False)
+
+
+def test_what_the_figure_has_not_and_what_is_not_there_is_left_out():
+    figure = FOOTLESS
+    at = pixels_of(STRIDE)
+    places = np.array([[np.nan, 1.0] if name == "neck" else at[name] for name in NAMES])
+    found = Detections.of(figure, NAMES, places)
+    assert [figure.joints[j] for j in found.joint] == [
+        name for name in NAMES if "toe" not in name and name != "neck"
+    ]
+    assert_allclose(found.pixels[1], at["hip"])
+    nothing = Detections.of(figure, NAMES, np.full((9, 2), np.nan))
+    n = len(figure.freedoms)
+    anything = Gaussian(np.zeros((2, n)), np.stack([np.eye(n)] * 2))
+    told, exchanged, *_ = Detector(figure, VIEW, FULL).namings(nothing, anything)
+    assert_array_equal(told.information, 0.0)
+    assert_allclose(exchanged.cost - told.cost, np.log(0.88 / 0.1))
+
+
+def test_exchanging_names_twice_leaves_them_and_the_trunk_keeps_its_own():
+    found = detected(STRIDE)
+    once = found.exchanged(WALKER)
+    assert_array_equal(once.exchanged(WALKER).joint, found.joint)
+    changed = {NAMES[i]: WALKER.joints[j] for i, j in enumerate(once.joint)}
+    assert changed["near_ankle"] == "far_ankle"
+    assert changed["far_toe"] == "near_toe"
+    assert changed["hip"] == "hip"
+
+
+def test_agreement_is_one_where_points_meet_joints_and_little_far_off():
+    assert NETWORK.agreement(detected(STRIDE), STRIDE) == (1.0, True)
+    assert NETWORK.agreement(detected(STRIDE, swap=True), STRIDE) == (1.0, True)
+    part, whole = NETWORK.agreement(detected(STRIDE, without=("neck",)), STRIDE)
+    assert (part, whole) == (1.0, False)
+    off = detected(STRIDE)
+    off.pixels[0] += 0.3 * VIEW.unit
+    part, whole = NETWORK.agreement(off, STRIDE)
+    assert 8 / 9 < part < 9 / 9
+    assert not whole
+    far = View((VIEW.origin[0] + VIEW.unit, VIEW.origin[1]), VIEW.unit, 1)
+    assert Detector(WALKER, far, FULL).agreement(detected(STRIDE), STRIDE)[0] < 0.02

@@ -1,0 +1,169 @@
+"""Smoothing of a run: the Rauch-Tung-Striebel pass along the best path, a window at a time."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from dynamics.belief import Belief, first_belief, propose
+from dynamics.gaussian import Gaussian, apply
+from dynamics.kalman import update
+from dynamics.viterbi import viterbi
+from tests.oracles import condition, random_slds
+from tracker.loop.smoothing import smoothed, turned_belief
+from tracker.loop.tracker import Estimate
+
+
+def filtered(slds, y):
+    """What the loop leaves of measurements that come straight from the poses: an estimate a frame."""
+    R = slds.R
+    belief = first_belief(slds, y[0], R)
+    beliefs = [belief]
+    for row in y[1:]:
+        prior = propose(slds, belief, prune=np.inf, most=9)
+        states, log_lik = update(prior.states, row, slds.C, R)
+        belief = Belief(states, prior.cost - log_lik, prior.s, prior.parent)
+        beliefs.append(belief)
+    return [
+        Estimate(b.merged(), int(b.s[b.best]), f"frame {t}", b, np.full(2, float(t)))
+        for t, b in enumerate(beliefs)
+    ]
+
+
+def tracker_of(slds):
+    """As much of a tracker as smoothing asks for."""
+    return SimpleNamespace(
+        slds=slds, pose=lambda x: Gaussian(apply(slds.C, x.mean), slds.C @ x.cov @ slds.C.T)
+    )
+
+
+@pytest.mark.parametrize("states", [1, 3])
+@pytest.mark.parametrize("T", [1, 2, 40])
+def test_a_run_is_smoothed_along_its_own_best_path(states, T, rng):
+    slds = random_slds(states, order=2, rng=rng)
+    y = slds.sample(T, rng)[2]
+    estimates = filtered(slds, y)
+    found = list(smoothed(tracker_of(slds), estimates))
+    path, h = [], estimates[-1].belief.best
+    for estimate in estimates[::-1]:
+        path.insert(0, int(estimate.belief.s[h]))
+        h = estimate.belief.parent[h]
+    assert [e.s for e in found] == path
+    only = np.where(np.arange(states) == np.array(path)[:, None], 0.0, -np.inf)
+    want = viterbi(slds, y, only).states
+    for t, estimate in enumerate(found):
+        # The smoother raises the predicted covariance by 1e-12 of its size; its inverse may be 1e3 larger.
+        assert_allclose(estimate.pose.mean, slds.C @ want.mean[t], atol=1e-9)
+        assert_allclose(estimate.pose.cov, slds.C @ want.cov[t] @ slds.C.T, atol=1e-9)
+        assert estimate.outcome == f"frame {t}"
+        assert (estimate.shift == t).all()
+
+
+def test_windows_give_what_the_whole_run_gives_but_for_what_is_far_ahead(rng):
+    slds = random_slds(2, order=2, rng=rng)
+    y = slds.sample(300, rng)[2]
+    estimates = filtered(slds, y)
+    whole = list(smoothed(tracker_of(slds), estimates, lag=300))
+    parts = list(smoothed(tracker_of(slds), estimates, lag=40))
+    assert len(parts) == len(whole) == 300
+    for one, other in zip(parts, whole, strict=True):
+        # Systems of radius 0.95 at most forget within 40 frames to 0.95**80 = 2e-2 of a belief at the least.
+        sd = np.sqrt(np.diag(other.pose.cov))
+        assert (np.abs(one.pose.mean - other.pose.mean) < 0.05 * sd).all()
+
+
+def test_smoothing_is_surer_than_filtering_and_ends_where_it_ends(rng):
+    slds = random_slds(1, order=2, rng=rng)
+    estimates = filtered(slds, slds.sample(30, rng)[2])
+    found = list(smoothed(tracker_of(slds), estimates))
+    before, after = (np.array([np.trace(e.pose.cov) for e in es]) for es in (estimates, found))
+    assert (after[:-1] < 1.01 * before[:-1]).all()
+    assert after[:10].sum() < 0.95 * before[:10].sum()
+
+
+def test_no_more_than_two_windows_are_kept_waiting(rng):
+    slds = random_slds(1, rng=rng)
+    estimates = filtered(slds, slds.sample(50, rng)[2])
+    taken = []
+
+    def source():
+        for estimate in estimates:
+            taken.append(estimate)
+            yield estimate
+
+    for given, _ in enumerate(smoothed(tracker_of(slds), source(), lag=5), start=1):
+        assert len(taken) - given < 10
+
+
+def test_nothing_is_carried_over_a_new_beginning(rng):
+    slds = random_slds(2, order=2, rng=rng)
+    first, second = (filtered(slds, slds.sample(T, rng)[2]) for T in (7, 12))
+    second[0] = replace(second[0], began=True)
+    found = list(smoothed(tracker_of(slds), [*first, *second]))
+    apart = [*smoothed(tracker_of(slds), first), *smoothed(tracker_of(slds), second)]
+    assert len(found) == 19
+    for one, other in zip(found, apart, strict=True):
+        assert_allclose(one.pose.mean, other.pose.mean, rtol=1e-12)
+        assert one.s == other.s
+
+
+def test_a_smoothed_estimate_s_belief_is_its_one_hypothesis_with_its_own_past(rng):
+    slds = random_slds(3, order=2, rng=rng)
+    estimates = filtered(slds, slds.sample(9, rng)[2])
+    found = list(smoothed(tracker_of(slds), estimates))
+    for raw, one in zip(estimates, found, strict=True):
+        assert one.belief.s.tolist() == [one.s]
+        h = int(np.flatnonzero(raw.belief.s == one.s)[0])
+        assert one.belief.parent[0] == raw.belief.parent[h]
+        assert_allclose(slds.C @ one.belief.states.mean[0], one.pose.mean)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("drifts", [0, 2])
+def test_the_other_way_begins_with_what_all_the_run_says_of_its_first_two_poses(order, drifts, rng):
+    slds = random_slds(1, order=order, rng=rng)
+    d, T = len(slds.names), 5
+    if drifts:
+        names = [f"z{i}" for i in range(drifts)]
+        slds = slds.with_drifts(names, np.full(drifts, 0.8), np.full(drifts, 0.3), np.full(drifts, 0.5))
+    y = slds.sample(T, rng)[2]
+    estimates = filtered(slds, y)
+    second = list(smoothed(tracker_of(slds), estimates))[1]
+    found = turned_belief(slds, estimates[0].belief, second.belief)
+
+    # The joint Gaussian of all states, conditioned on all measurements.
+    N = slds.A.shape[-1]
+    mean, cov = [slds.mean0[0]], np.zeros((T * N, T * N))
+    cov[:N, :N] = slds.cov0[0]
+    for t in range(1, T):
+        was, now = slice((t - 1) * N, t * N), slice(t * N, (t + 1) * N)
+        mean.append(slds.A[0] @ mean[-1] + slds.b[0])
+        cov[now, : t * N] = slds.A[0] @ cov[was, : t * N]
+        cov[: t * N, now] = cov[now, : t * N].T
+        cov[now, now] = slds.A[0] @ cov[was, was] @ slds.A[0].T + slds.Q[0]
+    H, noise = np.kron(np.eye(T), slds.C), np.kron(np.eye(T), slds.R)
+    mean, cov, _ = condition(np.concatenate(mean), cov, H, noise, y.ravel())
+    after = N + np.arange(d) if order == 2 else []
+    pick = np.r_[np.arange(d), after, N - drifts + np.arange(drifts)].astype(int)
+    # The smoother raises the predicted covariance by 1e-12 of its size.
+    assert_allclose(found.states.mean[0], mean[pick], atol=1e-8)
+    assert_allclose(found.states.cov[0], cov[np.ix_(pick, pick)], atol=1e-8)
+
+
+def test_a_run_of_no_frames_is_none(rng):
+    assert list(smoothed(tracker_of(random_slds(1, rng=rng)), [])) == []
+
+
+def test_what_a_later_frame_shows_to_be_wrong_is_smoothed_as_it_should_have_been(rng):
+    slds = random_slds(3, order=2, rng=rng)
+    right = slds.sample(30, rng)[2]
+    wrong = right.copy()
+    wrong[12:18] += 1.0
+    as_right, as_wrong = filtered(slds, right), filtered(slds, wrong)
+    mended = [*as_wrong[:18], replace(as_right[18], instead=tuple(as_right[12:18])), *as_right[19:]]
+    found, want = (list(smoothed(tracker_of(slds), run, lag=10)) for run in (mended, as_right))
+    for one, other in zip(found, want, strict=True):
+        assert_allclose(one.pose.mean, other.pose.mean, atol=1e-9)
+        assert one.s == other.s

@@ -1,0 +1,109 @@
+"""Work on a cluster: the same answers to the last bit, also when a process dies; and no cluster."""
+
+import os
+import signal
+
+import dask
+import numpy as np
+import pytest
+
+from dynamics.frames import batches
+from dynamics.gpb2 import gpb2_all
+from dynamics.variational import Variational, variational_batches
+from dynamics.viterbi import viterbi_all
+from tests.oracles import random_slds
+from tests.tracker.clips import figtrack, refused
+from tests.tracker.gaits import both, sequence, write_poses
+from tracker.models.cluster import Cluster, ClusterError, cluster_at, local_cluster
+
+LENGTHS = [*range(3, 12)] * 9  # sequences enough for several batches of every inference
+
+
+@pytest.fixture
+def problem(rng):
+    """Two systems, as of two rounds of learning, and sequences."""
+    sldss = [random_slds(K=6, rng=rng) for _ in range(2)]
+    M = len(sldss[0].names)
+    return sldss, [rng.normal(size=(T, M)) for T in LENGTHS]
+
+
+def numbers(posterior):
+    moments = [posterior.states, posterior.starts, posterior.steps]
+    arrays = [
+        array for gaussian in moments if gaussian is not None for array in (gaussian.mean, gaussian.cov)
+    ]
+    return [posterior.prob, posterior.pair, posterior.lag, posterior.path, posterior.log_evidence, *arrays]
+
+
+STEPS = {
+    "viterbi": (lambda: viterbi_all, batches),
+    "gpb2": (lambda: gpb2_all, batches),
+    "variational": (Variational, variational_batches),
+}
+
+
+@pytest.mark.parametrize("inference", STEPS)
+def test_an_e_step_on_a_cluster_is_the_same_to_the_last_bit(cluster, problem, inference):
+    make, cut = STEPS[inference]
+    sldss, ys = problem
+    assert len(cut(sldss[0], ys)) > 1
+    here, there = make(), Cluster(cluster)(make, cut)
+    for slds in sldss:  # variational inference begins a round from the last one's answer
+        for one, other in zip(here(slds, ys), there(slds, ys), strict=True):
+            for wanted, found in zip(numbers(one), numbers(other), strict=True):
+                assert np.array_equal(wanted, found)
+
+
+def test_a_process_that_dies_between_rounds_changes_nothing(cluster, problem):
+    sldss, ys = problem
+    here, there = Variational(), Cluster(cluster)(Variational, variational_batches)
+    here(sldss[0], ys), there(sldss[0], ys)
+    pids = cluster.run(os.getpid)
+    os.kill(next(iter(pids.values())), signal.SIGKILL)
+    for one, other in zip(here(sldss[1], ys), there(sldss[1], ys), strict=True):
+        for wanted, found in zip(numbers(one), numbers(other), strict=True):
+            assert np.array_equal(wanted, found)
+    cluster.wait_for_workers(len(pids), timeout=60)
+
+
+def test_a_process_that_dies_is_begun_anew_again_and_again_and_stays_deaf_to_interrupts():
+    # A new process takes longer than this, so Dask looks for it too early.
+    with dask.config.set({"distributed.deploy.lost-worker-timeout": "0.1s"}), local_cluster(1) as client:
+        pids = [client.submit(os.getpid, pure=False).result(timeout=30)]
+        for _ in range(2):
+            os.kill(pids[-1], signal.SIGKILL)
+            pids.append(client.submit(os.getpid, pure=False).result(timeout=30))
+        assert len(set(pids)) == 3
+        assert client.submit(signal.getsignal, signal.SIGINT).result(timeout=30) == signal.SIG_IGN
+
+
+def test_what_an_e_step_finds_impossible_is_raised_here(cluster, problem):
+    sldss, ys = problem
+    there = Cluster(cluster)(lambda: viterbi_all, batches)
+    with pytest.raises(np.linalg.LinAlgError):
+        there(sldss[0], [np.full_like(ys[0], 1e200), *ys])
+
+
+def test_learning_on_a_cluster_writes_the_same_model(cluster, tmp_path, rng):
+    y, labels = both(rng, frames=40)
+    tables = [
+        write_poses(tmp_path / f"p{i}.csv", sequence(y, "a", labels=labels), further=["label"]) for i in "ab"
+    ]
+    words = ["learn", *tables, "--states", 2, "--rounds", 2, "--quiet"]
+    address = cluster.scheduler.address
+    for inference in ("viterbi", "variational"):
+        here, there = tmp_path / f"{inference}1.npz", tmp_path / f"{inference}2.npz"
+        assert figtrack(*words, "--inference", inference, "--out", here).exit_code == 0
+        spread = figtrack(*words, "--inference", inference, "--scheduler", address, "--out", there)
+        assert spread.exit_code == 0, spread.output
+        with np.load(here) as one, np.load(there) as other:
+            assert all(np.array_equal(one[name], other[name]) for name in one.files)
+    said = refused(*words[:-1], "--inference", "hmm", "--scheduler", address, "--out", tmp_path / "h.npz")
+    assert "leave out --scheduler" in said
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "ftp://127.0.0.1:9"])
+def test_no_scheduler_is_said(address, monkeypatch):
+    monkeypatch.setattr("tracker.models.cluster.PATIENCE", 0.5)
+    with pytest.raises(ClusterError, match="no Dask scheduler answers at"), cluster_at(address):
+        pass

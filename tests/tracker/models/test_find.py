@@ -1,0 +1,279 @@
+"""Models by name, at any frame rate; and what learning makes of captures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.learning.em import Options
+from dynamics.motion.rate import at_rate, backwards
+from dynamics.store import ModelError, load_shipped, save
+from kinematics.mocap import POSE_COLUMNS, mirror
+from tests.tracker.painted import FULL
+from tracker.models.find import find_model, learn_motions
+
+ONE = Options(states=1, order=2, rounds=3)
+LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
+TURNING = slice(2, None)  # columns of the angles
+
+
+def gait(rng, *, T=80, period=32.0, speed=0.045, size=1.0, noise=0.003):
+    """Pose rows of a walk: sinusoids of one stride, a little unsteady."""
+    phase = 2.0 * np.pi * (rng.random() + np.arange(T) / period)
+    y = np.zeros((T, len(POSE_COLUMNS)))
+    y[:, 0], y[:, 1] = speed * np.arange(T), 0.9 + 0.02 * np.cos(2.0 * phase)
+    y[:, 2], y[:, 3] = 0.08 + 0.02 * np.sin(2.0 * phase), 0.15 + 0.03 * np.cos(2.0 * phase)
+    for hip, knee, p in ((4, 5, phase), (6, 7, phase + np.pi)):
+        y[:, hip] = 0.1 + 0.4 * size * np.sin(p)
+        y[:, knee] = 0.5 * size * (1.0 + np.cos(p + 0.6))
+    return y + rng.normal(scale=noise, size=y.shape)
+
+
+@pytest.fixture
+def sequences(rng):
+    walks = [(subject, "walk", gait(rng)) for subject in ("a", "a", "b")]
+    runs = [(subject, "run", gait(rng, period=22.0, speed=0.1, size=1.4)) for subject in ("a", "c")]
+    return walks + runs
+
+
+def learned(sequences, options=ONE, **more):
+    return learn_motions(sequences, fps=30.0, options=options, **more)
+
+
+def test_every_motion_has_its_own_labelled_states(sequences):
+    slds = learned(sequences, replace(ONE, states=2))
+    assert slds.labels == ("walk", "walk", "run", "run")
+    assert slds.names == POSE_COLUMNS
+    assert slds.travelling == ("root_x", "root_y")
+    assert (slds.fps, slds.order) == (30.0, 2)
+    # To another motion in a thousand frames, whatever the states within.
+    assert_allclose(slds.Pi[:2, 2:].sum(axis=1), 1e-3, rtol=1e-9)
+    assert_allclose(slds.Pi[2:, :2].sum(axis=1), 1e-3, rtol=1e-9)
+
+
+def test_a_motion_learned_beside_another_is_the_motion_learned_alone(sequences):
+    both, alone = learned(sequences), learned([s for s in sequences if s[1] == "walk"])
+    for name in ("A", "b", "Q", "mean0", "cov0"):
+        assert_array_equal(getattr(both, name)[0], getattr(alone, name)[0])
+
+
+def test_pooled_motions_share_states_named_after_all_of_them(sequences):
+    slds = learned(sequences, replace(ONE, states=2), pooled=True)
+    assert slds.labels == ("walk-run", "walk-run")
+    assert not np.allclose(slds.Pi[0], [0.999, 0.001], atol=1e-4)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_one_state_knows_no_near_leg_from_far(sequences, order):
+    slds = learned(sequences, replace(ONE, order=order))
+    swap = np.concatenate([np.array(LEGS_EXCHANGED) + 8 * lag for lag in range(order)])
+    for k in range(slds.K):
+        # Sums over sequences in another order, through a regression of condition 1e5 or so.
+        size = np.abs(slds.A[k]).max()
+        assert_allclose(slds.A[k][np.ix_(swap, swap)], slds.A[k], atol=1e-8 * size)
+        assert_allclose(slds.b[k][swap], slds.b[k], atol=1e-8)
+        assert_allclose(slds.Q[k][np.ix_(swap, swap)], slds.Q[k], atol=1e-10)
+        assert_allclose(slds.mean0[k][swap], slds.mean0[k], atol=1e-8)
+        assert_allclose(slds.cov0[k][np.ix_(swap, swap)], slds.cov0[k], atol=1e-8)
+
+
+def test_it_does_not_matter_which_leg_was_called_near(sequences):
+    other = [(subject, label, mirror(y)) for subject, label, y in sequences]
+    first, second = learned(sequences), learned(other)
+    for name in ("A", "b", "Q", "R", "mean0", "cov0"):
+        assert_allclose(getattr(second, name), getattr(first, name), atol=1e-8)
+
+
+def test_where_a_subject_holds_the_head_and_where_it_started_do_not_matter(sequences):
+    moved = np.r_[7.0, 0.0, 0.0, 0.4, np.zeros(4)]
+    other = [(subject, label, y + moved * i) for i, (subject, label, y) in enumerate(sequences)]
+    first, second = learned(sequences), learned(other)
+    for name in ("A", "b", "Q", "R", "mean0", "cov0"):
+        assert_allclose(getattr(second, name), getattr(first, name), atol=1e-8)
+
+
+def mean_speed(slds, poses):
+    """How far the model goes forward in a frame, on the mean over these poses."""
+    change = poses @ slds.A[0].T + slds.b[0] - poses
+    return change[:, 0].mean()
+
+
+def test_subjects_count_alike_however_much_there_is_of_them(rng):
+    slow = [("a", "walk", gait(rng, T=96, speed=0.04))]
+    fast = [("b", "walk", gait(rng, T=96, speed=0.08)) for _ in range(5)]
+    slds = learned(slow + fast, replace(ONE, order=1))
+    whole = np.concatenate([y for _, _, y in slow + fast])
+    whole[:, 3] -= whole[:, 3].mean()
+    # Midway between the two; by sequences it would be 0.073. Slopes of noise 0.003 over sqrt(500) frames.
+    assert mean_speed(slds, whole) == pytest.approx(0.06, abs=2e-3)
+
+
+def test_motions_count_alike_when_pooled(rng):
+    walk = [("a", "walk", gait(rng, T=96, speed=0.04))]
+    run = [(str(i), "run", gait(rng, T=96, speed=0.08)) for i in range(5)]
+    slds = learned(walk + run, replace(ONE, order=1), pooled=True)
+    whole = np.concatenate([y for _, _, y in walk + run])
+    whole[:, 3] -= whole[:, 3].mean()
+    assert mean_speed(slds, whole) == pytest.approx(0.06, abs=2e-3)
+
+
+def test_noise_goes_to_the_angles_and_not_to_the_root(sequences):
+    clean, noisy = learned(sequences), learned(sequences, noise=0.05)
+    variance = noisy.R.diagonal() + noisy.Q.mean(axis=0).diagonal()[:8]
+    # Some of what was added is taken for motion, the rest for measurement.
+    assert (variance[TURNING] > 0.5 * 0.05**2).all()
+    assert_allclose(noisy.R.diagonal()[:2], clean.R.diagonal()[:2], rtol=0.7)
+
+
+def test_the_same_seed_learns_the_same_model(sequences):
+    first, again = (learned(sequences, replace(ONE, states=2), noise=0.02) for _ in range(2))
+    assert_array_equal(first.A, again.A)
+    assert_array_equal(first.Pi, again.Pi)
+
+
+def test_sequences_are_left_as_they_were(sequences):
+    before = [y.copy() for _, _, y in sequences]
+    learned(sequences, noise=0.02)
+    for old, (_, _, y) in zip(before, sequences, strict=True):
+        assert_array_equal(y, old)
+
+
+def test_progress_names_the_motion_and_counts_rounds(sequences):
+    told = []
+    learned(sequences, replace(ONE, rounds=2), progress=lambda *news: told.append(news))
+    assert told[0] == ("walk", 1, 2)
+    assert {motion for motion, _, _ in told} == {"walk", "run"}
+    assert max(done for _, done, _ in told) <= 2
+
+
+@pytest.mark.parametrize("pooled", [False, True])
+def test_learning_from_nothing_is_refused(pooled):
+    with pytest.raises(ValueError, match="at least one sequence"):
+        learned([], pooled=pooled)
+
+
+@pytest.mark.parametrize("name", ["walk-run", "walk-run-1"])
+def test_a_shipped_model_comes_at_the_clip_s_frame_rate(name):
+    own = find_model(name, 30.0, FULL)
+    assert own.fps == 30.0
+    assert_array_equal(own.A[:-1], load_shipped(name, 30.0).A)
+    for fps in (24.0, 60.0):
+        other = find_model(name, fps, FULL)
+        assert other.fps == fps
+        assert (other.labels, other.names) == (own.labels, own.names)
+        assert not np.allclose(other.A, own.A)
+        # The same speeds in leg lengths a second, from the mean pose.
+        speed, want = (s.fps * (s.A @ s.mean0[..., None] + s.b[..., None])[:-1, 0, 0] for s in (other, own))
+        assert_allclose(speed, want, rtol=0.1)
+
+
+def test_a_learned_model_comes_once_for_each_playback_speed(sequences, tmp_path):
+    slds = learned(sequences, replace(ONE, states=2))
+    path = tmp_path / "mine.npz"
+    save(slds, path, "tests")
+    settings = FULL.model_copy(update={"rates": (1.0, 0.5), "rate_change": 0.02, "turn": 0.0})
+    both = find_model(str(path), 30.0, settings)
+    assert both.fps == 30.0
+    assert both.labels == (*slds.labels * 2, "free")
+    slow = at_rate(slds, 60.0)  # what takes 60 filmed frames takes 120 played at half speed
+    for k in range(4):
+        assert_array_equal(both.A[k], slds.A[k])
+        assert_array_equal(both.A[4 + k], slow.A[k])
+    stay = 1.0 - settings.surprise
+    assert_allclose(both.Pi[:4, 4:8].sum(axis=1), 0.02 * stay, rtol=1e-9)
+    assert_allclose(both.Pi[4:8, :4].sum(axis=1), 0.02 * stay, rtol=1e-9)
+    assert_allclose(both.Pi[8], [*[settings.surprise / 8] * 8, stay], rtol=1e-9)
+    assert_allclose(both.pi0[8], settings.surprise, rtol=1e-9)
+
+
+def test_a_learned_model_comes_once_more_with_time_running_back(sequences, tmp_path):
+    slds = learned(sequences, replace(ONE, states=2))
+    path = tmp_path / "mine.npz"
+    save(slds, path, "tests")
+    settings = FULL.model_copy(update={"turn": 1e-4, "turned": 0.03, "surprise": 0.0, "rates": (1.0, 0.5)})
+    both = find_model(str(path), 30.0, settings)
+    assert both.labels == slds.labels * 4
+    for k, slow in enumerate((slds, at_rate(slds, 60.0))):
+        ahead, back = slice(4 * k, 4 * k + 4), slice(8 + 4 * k, 12 + 4 * k)
+        assert_array_equal(both.A[ahead], slow.A)
+        assert_array_equal(both.A[back], backwards(slow).A)
+        # Forward on one way, as far back on the other.
+        speed = [
+            (both.A[way] @ both.mean0[way][..., None])[:, 0, 0] + both.b[way][:, 0] for way in (ahead, back)
+        ]
+        assert (speed[0] > 0.0).all()
+        assert_allclose(speed[1], -speed[0], rtol=0.05)
+    assert_allclose(both.Pi[:8, 8:].sum(axis=1), 1e-4, rtol=1e-9)
+    assert_allclose(both.Pi[8:, :8].sum(axis=1), 1e-4, rtol=1e-9)
+    assert_allclose(both.pi0[8:].sum(), 0.03, rtol=1e-9)
+    assert_allclose(both.Pi[:4, 4:8].sum(axis=1), settings.rate_change * (1.0 - 1e-4), rtol=1e-9)
+
+
+def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(sequences, tmp_path):
+    slds = learned(sequences)
+    path = tmp_path / "mine.npz"
+    save(slds, path, "tests")
+    settings = FULL.model_copy(update={"rates": (1.0,), "free_angle": 2.0, "free_place": 0.03})
+    free = find_model(str(path), 60.0, settings)
+    d = len(free.names)
+    assert_array_equal(free.A[-1, :d], np.hstack([2.0 * np.eye(d), -np.eye(d)]))
+    # A change of speed a frame: a quarter as much in half the time.
+    assert_allclose(np.sqrt(free.Q[-1, 0, 0]), 0.03 / 4, rtol=1e-12)
+    assert_allclose(np.sqrt(free.Q[-1, d - 1, d - 1]), np.radians(2.0) / 4, rtol=1e-12)
+    assert_allclose(free.mean0[-1], free.mean0[:-1].mean(axis=0), rtol=1e-9, atol=1e-12)
+
+
+def test_inflation_widens_what_was_learned_and_not_constant_velocity():
+    tight, wide = (FULL.model_copy(update={"inflation": x}) for x in (1.0, 3.0))
+    for name, factor in (("walk-run", 3.0), ("cv", 1.0)):
+        a, b = find_model(name, 30.0, tight), find_model(name, 30.0, wide)
+        learned_states = [k for k, label in enumerate(a.labels) if label != "free"]
+        assert_allclose(b.Q[learned_states], factor * a.Q[learned_states], rtol=1e-12)
+        others = [k for k in range(a.K) if k not in learned_states]
+        assert_array_equal(b.Q[others], a.Q[others])
+
+
+def test_constant_velocity_knows_no_playback_speeds():
+    settings = FULL.model_copy(update={"rates": (1.0, 0.5)})
+    slds = find_model("cv", 30.0, settings)
+    assert slds.K == 1
+
+
+def test_a_model_file_is_read_and_converted(sequences, tmp_path):
+    slds = learned(sequences)
+    path = tmp_path / "mine.npz"
+    save(slds, path, "tests")
+    assert_array_equal(find_model(str(path), 30.0, FULL).A[:-1], slds.A)
+    assert find_model(str(path), 50.0, FULL).fps == 50.0
+
+
+def test_a_name_that_means_no_model_is_refused_with_what_there_is():
+    with pytest.raises(ModelError, match=r"no model 'hop' ships; there are .*walk-run"):
+        find_model("hop", 30.0, FULL)
+    with pytest.raises(ModelError, match=r"no model file hop\.npz"):
+        find_model("hop.npz", 30.0, FULL)
+
+
+def test_a_frame_rate_too_far_off_is_refused():
+    with pytest.raises(ValueError, match="learn again at that rate"):
+        find_model("walk-run", 2000.0, FULL)
+
+
+def test_constant_velocity_carries_poses_on_as_they_moved(rng):
+    slds = find_model("cv", 30.0, FULL)
+    now, before = rng.normal(size=(2, 8))
+    state = np.concatenate([now, before])
+    assert_allclose(slds.A[0] @ state + slds.b[0], np.concatenate([2 * now - before, now]), rtol=1e-14)
+    assert (slds.K, slds.order, slds.labels, slds.names) == (1, 2, ("cv",), POSE_COLUMNS)
+
+
+def test_constant_velocity_scales_with_the_frame_rate():
+    at_30, at_60 = (find_model("cv", fps, FULL) for fps in (30.0, 60.0))
+    assert at_60.fps == 60.0
+    # Acceleration: a change of speed a frame goes with the square of the frame's length, Q with its square.
+    assert_allclose(at_60.Q[0], at_30.Q[0] / 16.0, rtol=1e-12)
+    assert_allclose(np.sqrt(at_30.Q[0].diagonal()[:3]), [FULL.cv_place] * 2 + [np.radians(FULL.cv_angle)])
+    difference = np.hstack([np.eye(8), -np.eye(8)])
+    first_step = [difference @ slds.cov0[0] @ difference.T for slds in (at_30, at_60)]
+    assert_allclose(first_step[1], first_step[0] / 4.0, atol=1e-12)

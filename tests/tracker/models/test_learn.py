@@ -1,0 +1,133 @@
+"""From captures to a model's file, and what keeps it from being made."""
+
+import numpy as np
+import pytest
+
+from dynamics.store import load
+from kinematics.mocap import POSE_COLUMNS
+from tests.tracker.clips import figtrack, refused
+
+COLUMNS = "file,subject,trial,activity,fps,segments,tags,licence"
+JOINTS = ("RightUpLeg", "RightLeg", "RightFoot", "RightToeBase", "LeftUpLeg", "LeftLeg", "LeftFoot")
+JOINTS += ("LeftToeBase", "Neck", "Head")
+T, FPS = 60, 30.0
+
+
+def write_walk(path, stride, seed):
+    """A capture of a stick figure that walks along z, each joint placed by its own position channels."""
+    rng = np.random.default_rng(seed)
+    phase = 2.0 * np.pi * np.arange(T) / stride
+    hips = np.stack([0.0 * phase, 2.0 + 0.03 * np.cos(2.0 * phase), 1.2 * phase / np.pi], axis=1)
+
+    def hang(angle):
+        return np.stack([0.0 * angle, -np.cos(angle), np.sin(angle)], axis=1)
+
+    joints = []
+    for side, turn in ((-0.2, 0.0), (0.2, np.pi)):
+        thigh = 0.4 * np.sin(phase + turn) + 0.01 * rng.normal(size=T)
+        shank = thigh - 0.4 * (1.0 + np.cos(phase + turn)) + 0.01 * rng.normal(size=T)
+        at = [hips + np.array([side, 0.0, 0.0])]
+        at += [at[0] + hang(thigh), at[0] + hang(thigh) + hang(shank)]
+        joints += [*at, at[2] + np.array([0.0, -0.05, 0.3])]
+    joints += [hips + np.array(above) for above in ([0.0, 1.0, 0.05], [0.0, 1.5, 0.08])]
+    parts = [f"ROOT {n}\n{{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n" for n in JOINTS]
+    hierarchy = "}\n".join(parts) + "End Site\n{\nOFFSET 0 0 0\n}\n}\n"
+    rows = "\n".join(" ".join(f"{v:.6f}" for v in frame.ravel()) for frame in np.stack(joints, axis=1))
+    head = f"MOTION\nFrames: {T}\nFrame Time: {1.0 / FPS}\n"
+    path.write_text(f"HIERARCHY\n{hierarchy}{head}{rows}\n")
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory):
+    """A table of two walkers and a runner."""
+    folder = tmp_path_factory.mktemp("captures")
+    rows = [COLUMNS]
+    for i, (activity, stride) in enumerate([("walk", 34.0), ("walk", 31.0), ("run", 22.0)]):
+        write_walk(folder / f"c{i}.bvh", stride, i)
+        rows.append(f"c{i}.bvh,s{i},t,{activity},{FPS},0-{T},,{'free' if i else 'credit'}")
+    (folder / "trials.csv").write_text("\n".join(rows) + "\n")
+    return folder / "trials.csv"
+
+
+def learn(trials, out, *more):
+    return ["learn", "--trials", trials, "--states", 2, "--rounds", 2, "--out", out, *more]
+
+
+def test_a_model_is_learned_for_every_label_and_saved(trials, tmp_path):
+    result = figtrack(*learn(trials, tmp_path / "new" / "m.npz", "--quiet"))
+    assert result.exit_code == 0, result.output
+    assert result.stderr == ""
+    slds = load(tmp_path / "new" / "m.npz")
+    assert (slds.K, slds.order, slds.fps, slds.names) == (4, 2, FPS, POSE_COLUMNS)
+    assert sorted(slds.labels) == ["run", "run", "walk", "walk"]
+    assert "4 states, order 2, 30 frames a second, from 3 sequences of subjects s0, s1, s2" in result.stdout
+    assert "terms: credit; free" in result.stdout
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["m.npz"]
+
+
+def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
+    more = ["--label", "walk", "--label", "walk", "--exclude-subjects", "s1, s9", "--licence", "CREDIT"]
+    result = figtrack(*learn(trials, tmp_path / "m.npz", "--order", 1, "--fps", 25, *more))
+    assert result.exit_code == 0, result.output
+    assert (
+        "2 states, order 1, 25 frames a second, from 1 sequence of subjects s0; terms: credit"
+        in result.stdout
+    )
+
+
+def test_pooled_motions_make_one_model(trials, tmp_path):
+    assert figtrack(*learn(trials, tmp_path / "m.npz", "--pooled", "--noise", 2)).exit_code == 0
+    assert set(load(tmp_path / "m.npz").labels) == {"walk-run"}
+
+
+def test_the_same_seed_learns_the_same_model(trials, tmp_path):
+    for name in ("a", "b"):
+        assert figtrack(*learn(trials, tmp_path / f"{name}.npz", "--noise", 3, "--seed", 5)).exit_code == 0
+    one, other = load(tmp_path / "a.npz"), load(tmp_path / "b.npz")
+    assert np.array_equal(one.A, other.A)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "cannot read"),
+        ("file,subject\n", "lacks the column 'trial'; add it"),
+        (COLUMNS + "\n", "leaves no sequences of 'walk', 'run'; check --label"),
+        (COLUMNS + "\nc.bvh,s,t,walk,30,0-9,,free\n", "cannot read"),
+        (COLUMNS + "\nc.bvh,s,t,walk,fast,0-9,,free\n", "line 2: fps 'fast'"),
+        ("\x00\x01", "lacks the column"),
+    ],
+    ids=["no table", "no column", "no rows", "no capture", "bad cell", "binary"],
+)
+def test_what_cannot_be_learned_from_is_refused(tmp_path, content, words):
+    if content is not None:
+        (tmp_path / "t.csv").write_text(content)
+    assert words in refused(*learn(tmp_path / "t.csv", tmp_path / "m.npz"))
+    assert {path.name for path in tmp_path.iterdir()} <= {"t.csv"}
+
+
+def test_no_sequences_left_is_said_with_the_label(trials, tmp_path):
+    line = refused(*learn(trials, tmp_path / "m.npz", "--label", "walk", "--label", "swim"))
+    assert "leaves no sequences of 'swim'; check --label, --licence and --exclude-subjects" in line
+    line = refused(*learn(trials, tmp_path / "m.npz", "--exclude-subjects", "s2"))
+    assert "leaves no sequences of 'run'" in line
+
+
+def test_a_model_of_that_name_is_kept_unless_told(trials, tmp_path):
+    (tmp_path / "m.npz").write_text("old")
+    assert "m.npz exists; choose another --out, or replace it" in refused(*learn(trials, tmp_path / "m.npz"))
+    line = refused(*learn(trials, tmp_path / "m.npz", "--label", "swim", "--overwrite"))
+    assert "no sequences" in line
+    assert (tmp_path / "m.npz").read_text() == "old"
+    assert figtrack(*learn(trials, tmp_path / "m.npz", "--overwrite")).exit_code == 0
+    assert load(tmp_path / "m.npz").K == 4
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(trials, tmp_path, monkeypatch):
+    def never(*_, **__):
+        raise AssertionError("the work began")
+
+    monkeypatch.setattr("tracker.models.learn.learn_motions", never)
+    (tmp_path / "file").write_text("")
+    assert "cannot write into" in refused(*learn(trials, tmp_path / "file" / "m.npz"))
+    assert "is a folder; --out wants a file" in refused(*learn(trials, tmp_path))

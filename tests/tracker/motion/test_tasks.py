@@ -1,0 +1,302 @@
+"""The motion tasks on pose tables: what must not matter, what must stay, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import norm
+
+from dynamics.viterbi import viterbi
+from kinematics.mocap import POSE_COLUMNS
+from tests.tracker.gaits import NECK, STRIDES, both, gait, gait_hmm, gait_model, sequence
+from tracker.motion.tasks import (
+    Inference,
+    Use,
+    at_table_noise,
+    chosen_inference,
+    fill_gaps,
+    forecast_all,
+    label_all,
+    of_motion,
+    whole_pose,
+    with_constants,
+)
+from tracker.tables.poses import PosesError
+
+OFFSET = np.array([7.0, -3.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0])  # of the place and of how the head is carried
+SLDS_INFERENCES = [Inference.VITERBI, Inference.GPB2, Inference.VARIATIONAL]
+
+
+def right(found, labels):
+    return np.mean([one == other for one, other in zip(found.label, labels, strict=True)])
+
+
+def blanked(y, rows, columns=slice(None)):
+    out = y.copy()
+    out[rows, columns] = np.nan
+    return out
+
+
+# Which motion
+
+
+@pytest.mark.parametrize("inference", Inference)
+@pytest.mark.parametrize("order", [("walk", "run"), ("run", "walk")])
+def test_a_change_of_motion_is_found_where_it_is(rng, inference, order):
+    y, labels = both(rng, *order, noise=2.0)
+    model = gait_hmm() if inference is Inference.HMM else gait_model()
+    (found,) = label_all(model, [sequence(y + OFFSET)], inference=inference)
+    assert right(found, labels) > 0.93
+    assert found.labels == ("walk", "run")
+    assert found.prob.shape == (100, 2)
+    assert_allclose(found.prob.sum(1), 1.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("use", Use)
+def test_where_the_figure_stands_and_how_it_carries_its_head_do_not_matter(rng, use):
+    y, _ = both(rng)
+    here, there = (
+        label_all(gait_model(), [sequence(shifted)], inference=Inference.GPB2, use=use)[0]
+        for shifted in (y, y + OFFSET)
+    )
+    # The place is taken off by a subtraction: rounding of 7 leg lengths, 1e-15, grows through the filter.
+    assert_allclose(there.prob, here.prob, atol=1e-6)
+
+
+def test_the_angles_alone_do_not_hear_the_root(rng):
+    y, _ = both(rng)
+    wild = y.copy()
+    wild[:, :2] = rng.normal(size=(100, 2))
+    one, other = label_all(gait_model(), [sequence(y), sequence(wild)], inference=Inference.GPB2)
+    assert_array_equal(one.prob, other.prob)
+
+
+@pytest.mark.parametrize("label", STRIDES)
+def test_the_root_is_heard_where_it_is_used(rng, label):
+    y = sequence(blanked(gait(label, 60, rng), slice(1, None), slice(2, None)))
+    by_angles, by_all = (label_all(gait_model(), [y], inference=Inference.GPB2, use=use)[0] for use in Use)
+    column = by_all.labels.index(label)
+    assert by_all.prob[10:, column].mean() > 0.9
+    assert by_all.prob[10:, column].mean() > by_angles.prob[10:, column].mean() + 0.05
+
+
+def test_a_root_read_coarsely_does_not_drown_the_angles(rng):
+    y, labels = both(rng)
+    y[:, :2] += rng.normal(scale=0.03, size=(100, 2))
+    (found,) = label_all(gait_model(), [sequence(y)], inference=Inference.GPB2, use=Use.ALL)
+    assert right(found, labels) > 0.93
+
+
+def test_gaps_and_empty_columns_are_labelled_too(rng):
+    y, labels = both(rng)
+    y = blanked(blanked(y, slice(20, 26)), slice(None), [2, 5])
+    (found,) = label_all(gait_model(), [sequence(y)], inference=Inference.GPB2)
+    assert right(found, labels) > 0.9
+    assert len(found.label) == 100
+
+
+def test_without_a_weight_the_pose_by_itself_says_nothing(rng):
+    y = [sequence(blanked(gait("run", 4, rng), slice(None), slice(4, 8)))]
+    with_pose, without = (
+        label_all(gait_model(), y, inference=Inference.GPB2, pose_weight=weight)[0].prob
+        for weight in (None, 0.0)
+    )
+    assert np.abs(with_pose - without).max() > 1e-3
+
+
+def test_the_inference_must_fit_the_model():
+    assert chosen_inference(gait_model(), None) is Inference.GPB2
+    assert chosen_inference(gait_hmm(), None) is Inference.HMM
+    for inference in SLDS_INFERENCES:
+        assert chosen_inference(gait_model(), inference) is inference
+        with pytest.raises(ValueError, match="hidden Markov model: it wants --inference hmm, not"):
+            chosen_inference(gait_hmm(), inference)
+    with pytest.raises(ValueError, match="it wants --inference viterbi, gpb2 or variational, not hmm"):
+        chosen_inference(gait_model(), Inference.HMM)
+
+
+def test_models_that_do_not_speak_of_the_table_are_refused(rng):
+    renamed = (*POSE_COLUMNS[:-1], "tail")
+    y = [sequence(gait("walk", 20, rng))]
+    with pytest.raises(ValueError, match=r"the model speaks of root_x, .*, tail; a pose table of"):
+        whole_pose(replace(gait_model(), names=renamed), "predict")
+    with pytest.raises(ValueError, match="a hidden Markov model, which cannot predict"):
+        whole_pose(gait_hmm(), "predict")
+    with pytest.raises(ValueError, match="a pose table has no tail"):
+        label_all(replace(gait_hmm(), names=renamed[2:]), y, inference=Inference.HMM)
+    with pytest.raises(ValueError, match="give --use angles"):
+        label_all(gait_hmm(), y, inference=Inference.HMM, use=Use.ALL)
+
+
+def test_sequences_that_say_nothing_of_a_motion_are_refused_by_name(rng):
+    y = gait("walk", 20, rng)
+    no_angles, no_root = (sequence(blanked(y, slice(None), columns), "b") for columns in (slice(2, 8), [1]))
+    with pytest.raises(PosesError, match="sequence 'b' has no measured angle"):
+        label_all(gait_model(), [sequence(y), no_angles], inference=Inference.GPB2)
+    with pytest.raises(PosesError, match="--use all wants root_x and root_y, sequence 'b' lacks them"):
+        label_all(gait_model(), [no_root], inference=Inference.GPB2, use=Use.ALL)
+    nothing = [sequence(blanked(y, slice(None)), "b")]
+    with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
+        forecast_all(gait_model(), nothing, 1)
+    with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
+        fill_gaps(gait_model(), nothing[0], rng, recurrent=True)
+
+
+# Forecasts
+
+
+@pytest.mark.parametrize("horizon", [1, 5])
+def test_a_forecast_knows_nothing_of_later_frames(rng, horizon):
+    y = gait("walk", 60, rng)
+    changed = y.copy()
+    changed[40:] += rng.normal(size=(20, 8))
+    one, other = forecast_all(gait_model(), [sequence(y), sequence(changed)], horizon)
+    assert len(one.mean) == 60 + horizon
+    assert_array_equal(one.mean[: 40 + horizon], other.mean[: 40 + horizon])
+    assert np.abs(one.mean[40 + horizon] - other.mean[40 + horizon]).max() > 0.01
+    assert np.isnan(one.mean[:horizon]).all()
+    assert np.isfinite(one.mean[horizon:]).all()
+
+
+def test_forecasts_follow_the_gait_and_its_place(rng):
+    y = gait("walk", 80, rng) + OFFSET
+    (found,) = forecast_all(gait_model(), [sequence(y)], 3)
+    away = np.abs(found.mean[30:80] - y[30:])
+    unchanged = np.abs(y[27:77] - y[30:])
+    assert (away.mean(0)[4:] < 0.6 * unchanged.mean(0)[4:]).all()
+    assert away[:, 0].mean() < 0.05
+    assert away[:, NECK].mean() < np.radians(4.0)
+
+
+def test_forecasts_grow_used_to_the_noise_of_the_table(rng, monkeypatch):
+    """Noise of ten times what the model was learned at, on angles and root."""
+    y = gait("walk", 90, rng, noise=0.0)
+    noisy = y + rng.normal(scale=[0.03] * 2 + [np.radians(5.0)] * 6, size=y.shape)
+    (found,) = forecast_all(gait_model(), [sequence(noisy)], 1)
+    monkeypatch.setattr("dynamics.motion.tasks.at_noise", lambda slds, *_: slds)
+    (deaf,) = forecast_all(gait_model(), [sequence(noisy)], 1)
+    error, without = (np.abs(mean[16:90] - y[16:])[:, 2:].mean() for mean in (found.mean, deaf.mean))
+    assert error < 0.7 * without
+    assert_allclose(found.mean[2:6], deaf.mean[2:6], atol=1e-6)  # nothing known of it yet
+
+
+def test_a_place_is_forecast_once_it_was_measured(rng):
+    y = gait("walk", 40, rng)
+    late = blanked(y, slice(0, 10), slice(0, 2))
+    never = blanked(y, slice(None), slice(0, 2))
+    one, other = forecast_all(gait_model(), [sequence(late), sequence(never)], 2)
+    assert np.isnan(one.mean[:12, :2]).all()
+    assert np.isfinite(one.mean[12:, :2]).all()
+    assert np.isnan(other.mean[:, :2]).all()
+    assert np.isfinite(other.mean[2:, 2:]).all()
+
+
+def test_empty_frames_before_the_first_measured_change_no_forecast(rng):
+    y = gait("walk", 30, rng)
+    padded = np.vstack([np.full((5, 8), np.nan), y])
+    one, other = forecast_all(gait_model(), [sequence(y), sequence(padded)], 1)
+    assert_allclose(other.mean[6:], one.mean[1:], atol=1e-9)
+    assert np.isnan(other.mean[:6]).all()
+
+
+def test_an_unknown_constant_is_integrated_out(rng):
+    one = of_motion(gait_model(), "walk")
+    one = replace(
+        one, pi0=np.ones(1), Pi=np.ones((1, 1)), labels=("walk",),
+        **{name: getattr(one, name)[:1] for name in ("A", "b", "Q", "mean0", "cov0")},
+    )  # fmt: skip
+    y, spread, step = gait("walk", 6, rng, noise=3.0), 0.2, 0.002
+    y[:, NECK] += 0.1
+    carried = np.eye(8)[NECK]
+    offsets = np.arange(-0.6, 0.6, step)
+    each = [viterbi(one, y - c * carried).log_evidence + norm.logpdf(c, scale=spread) for c in offsets]
+    found = viterbi(with_constants(one, {"neck": spread}), y).log_evidence
+    # The evidence is a Gaussian of the constant, some steps wide: a sum over a grid is its integral.
+    assert found == pytest.approx(np.logaddexp.reduce(each) + np.log(step), abs=1e-6)
+
+
+# Gaps
+
+
+@pytest.mark.parametrize("recurrent", [True, False])
+def test_what_was_measured_stays_and_the_rest_is_filled(rng, recurrent):
+    y = gait("walk", 70, rng) + OFFSET
+    given = blanked(blanked(y, slice(30, 38)), slice(50, 60), [4, 5])
+    filled = fill_gaps(gait_model(), sequence(given), rng, recurrent=recurrent)
+    seen = np.isfinite(given)
+    assert_array_equal(filled.y[seen], given[seen])
+    assert_array_equal(np.isnan(filled.sd), seen)
+    assert (filled.sd[~seen] > 0).all()
+    away = np.degrees(np.abs(filled.y - y)[~seen])
+    assert away.mean() < 6.0
+    assert np.abs(filled.y - y)[30:38, 0].max() < 0.05
+
+
+def test_a_table_is_filled_at_its_own_noise(rng):
+    y = gait("walk", 80, rng, noise=0.0)
+    given = sequence(
+        blanked(y + np.radians(rng.normal(scale=[0] * 2 + [4.0] * 6, size=y.shape)), slice(40, 48))
+    )
+    used = at_table_noise(gait_model(), [given])
+    assert np.sqrt(used.R.diagonal()[2:]) == pytest.approx(np.radians(4.0), rel=0.2)
+    error, without = (
+        np.abs(fill_gaps(slds, given, rng, recurrent=True).y - y)[40:48].mean()
+        for slds in (used, gait_model())
+    )
+    assert error < 0.8 * without
+
+
+def test_a_gap_at_the_start_and_at_the_end_is_filled(rng):
+    y = gait("walk", 60, rng)
+    filled = fill_gaps(gait_model(), sequence(blanked(y, [*range(8), *range(52, 60)])), rng, recurrent=True)
+    assert np.isfinite(filled.y).all()
+    assert np.degrees(np.abs(filled.y - y)[:, 2:]).mean() < 5.0
+    # The figure goes on at its pace to both sides.
+    assert np.abs(filled.y - y)[:, 0].max() < 0.15
+
+
+def test_filling_does_not_hang_on_the_place_or_the_head(rng):
+    given = blanked(gait("walk", 40, rng), slice(15, 22))
+    here, there = (
+        fill_gaps(gait_model(), sequence(shifted), np.random.default_rng(1), recurrent=True)
+        for shifted in (given, given + OFFSET)
+    )
+    # As above: rounding of the place.
+    assert_allclose(there.y - OFFSET, here.y, atol=1e-6)
+    assert_allclose(there.sd, here.sd, atol=1e-6)
+
+
+def test_a_root_that_was_never_measured_stays_empty(rng):
+    given = blanked(blanked(gait("walk", 40, rng), slice(None), slice(0, 2)), slice(15, 20))
+    filled = fill_gaps(gait_model(), sequence(given), rng, recurrent=True)
+    assert np.isnan(filled.y[:, :2]).all()
+    assert np.isnan(filled.sd[:, :2]).all()
+    assert np.isfinite(filled.y[:, 2:]).all()
+
+
+def test_a_sequence_without_gaps_comes_back_as_it_was(rng):
+    y = gait("walk", 12, rng)
+    filled = fill_gaps(gait_model(), sequence(y), rng, recurrent=True)
+    assert_array_equal(filled.y, y)
+    assert np.isnan(filled.sd).all()
+
+
+def test_one_frame_is_enough_to_fill_from(rng):
+    y = blanked(gait("walk", 20, rng), [t for t in range(20) if t != 10])
+    assert np.isfinite(fill_gaps(gait_model(), sequence(y), rng, recurrent=True).y).all()
+
+
+# One motion of a model
+
+
+def test_one_motion_of_a_model_has_its_states_alone():
+    walk = of_motion(gait_model(), "walk")
+    assert set(walk.labels) == {"walk"}
+    assert_allclose(walk.Pi.sum(1), 1.0, atol=1e-12)
+    assert_allclose(walk.pi0.sum(), 1.0, atol=1e-12)
+    kept = [i for i, label in enumerate(gait_model().labels) if label == "walk"]
+    assert_array_equal(walk.A, gait_model().A[kept])
+    assert of_motion(gait_model(), None) is gait_model()
+    with pytest.raises(ValueError, match="no motion 'swim'; it has walk, run"):
+        of_motion(gait_model(), "swim")

@@ -1,0 +1,324 @@
+"""A moving camera: painted scenes shifted by known parts of pixels, with something that walks before them."""
+
+from dataclasses import replace
+from itertools import islice
+from time import perf_counter
+
+import cv2
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.tracker.clips import read_json
+from tracker.clip.follow import Job, follow, write_run
+from tracker.clip.follow import follow as clip_module
+from tracker.picture.camera import Camera, first_camera
+from tracker.progress import Progress
+from tracker.run.score import places, score
+from tracker.settings import Settings
+from tracker.tables.keypoints import read_keypoints
+from videos.frames import Video
+
+QUIET = Progress("quiet")
+NOWHERE = (-20.0, -20.0, -10.0, -10.0)
+# A tenth of a pixel of the small picture, which is 160 wide, of videos 640 wide.
+NEAR = 0.4
+
+
+class Waves:
+    """A grey scene made of waves, which has a value at every point; a wall has none that are strong."""
+
+    def __init__(self, rng, *, contrast=10.0, waves=40, wavelengths=(25.0, 160.0)):
+        length, turn = rng.uniform(*wavelengths, waves), rng.uniform(0.0, 2.0 * np.pi, waves)
+        self.number = 2.0 * np.pi / length * np.stack([np.cos(turn), np.sin(turn)])
+        self.phase = rng.uniform(0.0, 2.0 * np.pi, waves)
+        self.contrast = contrast
+
+    def picture(self, shift=(0.0, 0.0), size=(640, 480)):
+        """(H, W, 3) grey levels of the scene that lies this much further right and down."""
+        x, y = (np.arange(n) - d for n, d in zip(size, shift, strict=True))
+        across, down = (np.outer(a, k) for a, k in zip((x, y), self.number, strict=True))
+        wave = np.exp(1j * (down + self.phase)) @ np.exp(1j * across).T
+        return np.repeat((125.0 + self.contrast * wave.real)[..., None], 3, axis=-1)
+
+
+def stored(picture, *, noise=0.0, rng=None):
+    if noise > 0.0:
+        picture = picture + rng.normal(scale=noise, size=picture.shape[:2])[..., None]
+    return np.clip(np.round(picture), 0, 255).astype(np.uint8)
+
+
+def walker(picture, t, *, x=None, size=(90, 260)):
+    """The picture with a chequered figure at frame t, 11 px a frame, and the box around it."""
+    left, (width, height) = int(60 + 11 * t if x is None else x), size
+    squares = 230.0 * ((np.arange(height)[:, None] // 12 + np.arange(width) // 12) % 2)
+    out, top = picture.copy(), 410 - height
+    out[top:410, left : left + width] = squares[..., None][:, : out.shape[1] - left]
+    return out, (left - 15.0, top - 15.0, left + width + 15.0, 425.0)
+
+
+def cameras(frames):
+    """What is known after each of pictures and boxes in turn."""
+    (image, box), *rest = frames
+    found = [first_camera(image, box)]
+    for image, box in rest:
+        found.append(found[-1].follow(image, box))
+    return found
+
+
+def shifts(frames):
+    """(T, 2) of pictures and boxes in turn."""
+    return np.stack([camera.shift for camera in cameras(frames)])
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return Waves(np.random.default_rng(4))
+
+
+def sway(T, speed, period):
+    """(T, 2) back and forth at up to this many pixels a frame, a third of it up and down."""
+    turn = 2.0 * np.pi * np.arange(T) / period
+    reach = speed * period / (2.0 * np.pi)
+    return reach * np.stack([np.sin(turn), (np.cos(turn) - 1.0) / 3.0], axis=1)
+
+
+def shake(T, deviation):
+    """(T, 2) of a hand that is somewhere else in every frame."""
+    way = np.random.default_rng(7).normal(scale=deviation, size=(T, 2))
+    return way - way[0]
+
+
+@pytest.mark.parametrize("speed", [0.3, 2.0, 8.0, 14.0], ids="{} px a frame".format)
+def test_a_pan_is_measured_to_parts_of_pixels_behind_a_walker(speed, scene, rng):
+    truth = sway(40, speed, 40)
+    pictures = (walker(scene.picture(shift), t) for t, shift in enumerate(truth))
+    found = shifts((stored(picture, noise=3.0, rng=rng), box) for picture, box in pictures)
+    moved = np.maximum.accumulate(np.abs(truth).max(1)) > 1.5
+    assert np.abs(found - truth)[moved].max() < NEAR
+    assert np.abs(found - truth).max() < 1.5
+
+
+def test_a_long_pan_takes_few_key_frames_and_does_not_lose_its_way(scene):
+    truth = np.outer(np.arange(80), (7.3, -0.4))
+    found = cameras((stored(scene.picture(shift)), NOWHERE) for shift in truth)
+    assert_allclose([camera.shift for camera in found], truth, atol=NEAR)
+    # Of the first picture nearly nothing is left at the end.
+    assert 2 <= len({id(camera.key) for camera in found}) <= 4
+
+
+def test_a_scene_seen_through_gaps_in_a_bare_wall_is_enough(scene, rng):
+    truth = sway(30, 6.0, 40)
+    bare = np.arange(640) // 80 % 2 == 0
+    frames = []
+    for shift in truth:
+        picture = scene.picture(shift)
+        picture[:, np.roll(bare, round(shift[0]))] = 150.0
+        frames.append((stored(picture, noise=5.0, rng=rng), NOWHERE))
+    assert np.abs(shifts(frames) - truth)[3:].max() < 2.0 * NEAR
+
+
+@pytest.mark.parametrize("noise", [0.0, 3.0, 10.0])
+def test_a_still_camera_reads_exactly_zero_whoever_walks_by(noise, scene, rng):
+    still = scene.picture()
+    pictures = (walker(still, t) for t in range(40))
+    found = shifts((stored(picture, noise=noise, rng=rng), box) for picture, box in pictures)
+    assert_array_equal(found, 0.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 2.0, 10.0, 40.0])
+def test_a_flat_wall_and_pure_noise_read_exactly_zero(noise, rng):
+    wall = np.full((480, 640, 3), 150.0)
+    pictures = (walker(wall, t) for t in range(40))
+    assert_array_equal(shifts((stored(p, noise=noise, rng=rng), box) for p, box in pictures), 0.0)
+
+
+def test_a_figure_before_a_flat_wall_is_no_camera_even_where_it_is_not_expected():
+    wall = np.full((480, 640, 3), 150.0)
+    assert_array_equal(shifts((stored(walker(wall, t)[0]), NOWHERE) for t in range(40)), 0.0)
+
+
+def test_a_camera_that_goes_with_a_figure_as_large_as_half_the_picture_is_seen_to_move(scene):
+    truth = np.outer(np.arange(40), (5.0, 0.0))
+    followed = (walker(scene.picture(shift), t, x=130, size=(380, 400)) for t, shift in enumerate(truth))
+    assert np.abs(shifts((stored(picture), box) for picture, box in followed) - truth).max() < 2.0 * NEAR
+
+
+def test_a_soft_shadow_on_a_bare_wall_is_no_camera(rng):
+    x, y = np.meshgrid(np.arange(640), np.arange(480))
+    frames = []
+    for t in range(40):
+        away = ((x - 100 - 9 * t) / 60.0) ** 2 + ((y - 300) / 160.0) ** 2
+        wall = (170.0 - 25.0 * np.exp(-0.5 * away))[..., None].repeat(3, axis=-1)
+        frames.append((stored(wall, noise=3.0, rng=rng), NOWHERE))
+    assert_array_equal(shifts(frames), 0.0)
+
+
+def test_others_who_walk_through_the_scene_do_not_carry_it_along(scene):
+    truth = sway(40, 4.0, 40)
+    pictures = []
+    for t, shift in enumerate(truth):
+        one, box = walker(scene.picture(shift), t)
+        other, _ = walker(one, t, x=max(540 - 9 * t, 0))
+        pictures.append((stored(other), box))
+    assert np.abs(shifts(pictures) - truth)[3:].max() < NEAR
+
+
+def test_a_frame_that_repeats_the_one_before_moves_nothing(scene):
+    way = np.repeat(np.arange(12), 2)[:, None] * (6.5, 0.0)
+    found = shifts((stored(scene.picture(shift)), NOWHERE) for shift in way)
+    assert np.abs(found[1::2] - found[::2]).max() < 0.05
+    assert_allclose(found[-1], way[-1], atol=NEAR)
+
+
+@pytest.mark.parametrize("speed", [0.0, 5.0])
+def test_light_that_halves_is_no_motion_and_hides_none(speed, scene):
+    truth = sway(30, speed, 40)
+    light = np.interp(np.arange(30), (5, 25), (1.0, 0.5))
+    found = shifts((stored(a * scene.picture(s)), NOWHERE) for a, s in zip(light, truth, strict=True))
+    if speed:
+        assert np.abs(found - truth)[2:].max() < 2.0 * NEAR
+    else:
+        assert_array_equal(found, 0.0)
+
+
+def test_while_nothing_is_seen_the_shift_stays_and_then_catches_up(scene):
+    way = np.arange(20)[:, None] * (4.0, 0.0)
+    frames = [(stored(scene.picture(shift)), NOWHERE) for shift in way]
+    frames[10:13] = [(np.zeros_like(image), box) for image, box in frames[10:13]]
+    found = shifts(frames)
+    assert_array_equal(found[10:13], np.broadcast_to(found[9], (3, 2)))
+    assert_allclose(found[13:], way[13:], atol=NEAR)
+
+
+def test_a_cut_to_another_scene_leaves_the_shift_and_goes_on_from_there(scene):
+    way = np.arange(10)[:, None] * (3.0, 0.0)
+    other = Waves(np.random.default_rng(9))
+    found = shifts((stored(view.picture(shift)), NOWHERE) for view in (scene, other) for shift in way)
+    assert_array_equal(found[10], found[9])
+    assert_allclose(found[-1] - found[10], way[-1], atol=NEAR)
+
+
+@pytest.mark.parametrize("size", [(160, 120), (333, 251), (270, 480), (1280, 720), (9, 7), (3000, 40)])
+def test_pictures_of_any_size_are_measured_in_their_own_pixels(size):
+    factor = max(size) / 160
+    wide = Waves(np.random.default_rng(1), wavelengths=(6.0 * factor, 40.0 * factor))
+    truth = np.outer(np.arange(8), (0.6, -0.4)) * factor
+    found = shifts((stored(wide.picture(shift, size)), NOWHERE) for shift in truth)
+    if min(size) < 100:  # too few corners to believe
+        assert_array_equal(found, 0.0)
+    else:
+        assert np.abs(found - truth)[1:].max() < 0.15 * factor
+
+
+@pytest.fixture(scope="module")
+def panned(clip, tmp_path_factory):
+    """The rendered walk seen by a camera that pans, its job, and the scene's shift in every frame."""
+    folder = tmp_path_factory.mktemp("panned")
+    way = sway(len(clip), 12.0, 60)
+    for t, (image, shift) in enumerate(zip(clip.images, way, strict=True)):
+        cv2.imwrite(str(folder / f"{t}.png"), moved(image, shift, border=100)[..., ::-1])
+    marks = {
+        t: {name: carried(mark, way[t] + 100.0) for name, mark in of_frame.items()}
+        for t, of_frame in read_keypoints(clip.keypoints).items()
+    }
+    return Job(folder, marks, "walk-run", start=4), way
+
+
+@pytest.fixture(scope="module")
+def finished(panned):
+    return follow(panned[0], QUIET)
+
+
+def test_a_run_is_in_the_scene_s_frame_both_ways_from_its_start(clip, panned, finished):
+    job, way = panned
+    assert_allclose(finished.track.shift, way - way[job.start], atol=NEAR)
+    still = follow(replace(job, video=clip.video, marks=read_keypoints(clip.keypoints)), QUIET).track
+    assert_array_equal(still.shift, 0.0)
+    # The picture is resampled and the shift off by parts of a pixel: a hundredth of a leg, two degrees.
+    D = len(still.figure.pose_freedoms)
+    assert_allclose(finished.track.q[:, :2], still.q[:, :2], atol=0.01)
+    assert_allclose(finished.track.q[:, 2:D], still.q[:, 2:D], atol=np.radians(2.0))
+    assert_allclose(finished.track.joints() - way[:, None] - 100.0, still.joints(), atol=2.0)
+
+
+def test_the_camera_is_told_where_the_figure_is_in_the_shifted_picture(clip, panned, monkeypatch):
+    job, _ = panned
+    told = []
+
+    def follow_and_tell(camera, image, box):
+        told.append(box)
+        return follow_camera(camera, image, box)
+
+    follow_camera = Camera.follow
+    monkeypatch.setattr(Camera, "follow", follow_and_tell)
+    follow(replace(job, start=0), QUIET)
+    assert len(told) == len(clip) - 1
+    for t, (x0, y0, x1, y1) in enumerate(told, 1):
+        for mark in job.marks[t].values():
+            assert x0 < mark.x < x1
+            assert y0 < mark.y < y1
+
+
+def test_the_run_says_how_far_the_camera_moved(panned, finished, tmp_path):
+    job, way = panned
+    write_run(finished, tmp_path, QUIET)
+    told = read_json(tmp_path / "run.json")["camera"]
+    assert told["moves"] is True
+    assert told["pixels"] == pytest.approx(np.linalg.norm(way - way[job.start], axis=1).max(), abs=NEAR)
+
+
+def test_a_camera_taken_for_still_is_still(panned):
+    job, _ = panned
+    run = follow(replace(job, settings=Settings(camera=False), stop=6), QUIET)
+    assert_array_equal(run.track.shift, 0.0)
+
+
+@pytest.mark.parametrize("way", [sway(22, 16.0, 40), shake(22, 5.0)], ids=["pans", "shakes"])
+def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, data_dir, monkeypatch):
+    source = data_dir / "video" / "fence_run_lr.mp4"
+    marks = read_keypoints(source.with_name("fence_run_lr.keypoints.csv"))
+    assert max(marks) == len(way) - 1
+
+    class Moved(Video):
+        def __iter__(self):
+            for frame in islice(super().__iter__(), len(way)):
+                yield replace(frame, image=moved(frame.image, way[frame.index], border=110))
+
+    def error(job):
+        return score(job.marks, places(follow(job, QUIET).track), 0).mean_error_leg
+
+    still = Job(source, marks, "walk-run", start=0, stop=max(marks))
+    settled = error(still)
+    monkeypatch.setattr(clip_module, "Video", Moved)
+    carry = {t: {n: carried(m, way[t] + 110.0) for n, m in of_frame.items()} for t, of_frame in marks.items()}
+    shifted = replace(still, marks=carry)
+    assert error(shifted) < settled + 0.005
+    assert error(replace(shifted, settings=Settings(camera=False))) > settled + 0.05
+
+
+def moved(image, shift, *, border):
+    """The picture with its scene further right and down by this much, within a mirrored border."""
+    wide = cv2.copyMakeBorder(image, *[border] * 4, cv2.BORDER_REFLECT_101)
+    way = np.float32([[1, 0, shift[0]], [0, 1, shift[1]]])
+    size = wide.shape[1::-1]
+    return cv2.warpAffine(wide, way, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+
+
+def carried(mark, shift):
+    return replace(mark, x=mark.x + shift[0], y=mark.y + shift[1])
+
+
+@pytest.mark.speed
+def test_it_costs_less_than_the_whole_frame_s_conversion_to_lab(scene, rng):
+    images = [stored(scene.picture(shift), noise=3.0, rng=rng) for shift in sway(20, 4.0, 40)]
+
+    def seconds(run):
+        began = perf_counter()
+        run()
+        return perf_counter() - began
+
+    frames = [(image, NOWHERE) for image in images]
+    ours = min(seconds(lambda: shifts(frames)) for _ in range(5))
+    lab = min(seconds(lambda: [cv2.cvtColor(image, cv2.COLOR_RGB2Lab) for image in images]) for _ in range(5))
+    assert ours < lab

@@ -1,0 +1,125 @@
+"""What a report tells of one run: facts and cautions in words, curves and stretches in numbers."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.kinematics.figures import HORSE, WALKER
+from tests.tracker.strolls import stroll
+from tests.tracker.tracks import random_track
+from tracker.gait.figures import gait_of
+from tracker.report.chapter import Chapter
+
+
+def chapter(track=None, **changes):
+    track = stroll() if track is None else track
+    whole = Chapter(
+        name="walk-run",
+        video="walk.mp4",
+        overlay=Path("overlay.mp4"),
+        track=track,
+        frames=len(track),
+        fps=30.0,
+        rate=1.0,
+        given=False,
+        gait=gait_of(track),
+        warnings=[],
+    )
+    return replace(whole, **changes)
+
+
+def said(chapter, words):
+    return any(words in text for text in chapter.cautions())
+
+
+def test_facts_count_the_outcomes_in_words():
+    track = stroll(1.0)
+    track = replace(track, outcome=("ok",) * 20 + ("lost",) * 6 + ("found",) + ("ok",) * 3)
+    facts = dict(chapter(track).facts())
+    assert facts["Tracked"] == "23 all in view, 6 lost: nothing matched, 1 found again"
+    assert facts["Frames"] == "30 at 30 a second, 1.0 s"
+    assert facts["Faces"] == "right"
+    assert "as the motion looks" in facts["Playback speed"]
+    assert "as given" in dict(chapter(track, given=True).facts())["Playback speed"]
+
+
+def test_a_clear_walk_has_no_cautions():
+    assert chapter().cautions() == []
+
+
+def test_a_short_clip_is_said_to_be_too_short():
+    assert said(chapter(stroll(0.9)), "Too short for gait figures")
+
+
+def test_one_stride_and_strides_left_out_and_legs_in_discord_are_said():
+    assert said(chapter(stroll(2.0)), "A leg with one stride")
+    track = stroll()
+    outcome = list(track.outcome)
+    outcome[60] = "lost"
+    assert said(chapter(replace(track, outcome=tuple(outcome))), "Left out: 2 strides")
+    q = track.q.copy()
+    q[:, WALKER.index("hip_far")] = stroll(period=1.4).q[:, WALKER.index("hip_far")]
+    assert said(chapter(replace(track, q=q)), "The legs' stride times differ")
+
+
+@pytest.mark.parametrize(
+    ("rate", "given", "wanted"), [(0.5, False, True), (0.5, True, False), (0.9, False, False)]
+)
+def test_a_speed_that_was_only_found_is_said_and_not_used(rate, given, wanted):
+    assert said(chapter(rate=rate, given=given), "track again with --rate 0.5") is wanted
+
+
+def test_curves_are_degrees_with_their_sigma(rng):
+    track = random_track(rng, 6)
+    drawn = chapter(track).drawn()
+    (knee,) = [panel for panel in drawn["panels"] if panel["title"] == "Knee"]
+    near, far = knee["curves"]
+    assert (near["name"], far["name"]) == ("near", "far")
+    k = WALKER.index("knee_far")
+    assert far["mean"] == pytest.approx(np.degrees(track.q[:, k]), abs=0.051)
+    assert far["sigma"] == pytest.approx(np.degrees(np.sqrt(track.cov[:, k, k])), abs=0.051)
+    assert drawn["times"] == pytest.approx(track.times, abs=1e-4)
+
+
+def test_stretches_lie_side_by_side_and_cover_every_frame():
+    track = stroll(1.0)
+    track = replace(
+        track,
+        labels=("walk", "walk", "run"),
+        s=np.repeat([0, 1, 2, 0], [10, 5, 5, 10]),
+        outcome=("ok",) * 12 + ("hidden",) * 18,
+    )
+    drawn = chapter(track).drawn()
+    assert drawn["states"] == [
+        [0, 10, "walk", 0],
+        [10, 15, "walk", 1],
+        [15, 20, "run", 2],
+        [20, 30, "walk", 0],
+    ]
+    assert drawn["labels"] == ["walk", "run"]
+    assert drawn["outcomes"] == [[0, 12, "ok"], [12, 30, "hidden"]]
+
+
+def test_the_floor_has_a_stretch_for_every_stride():
+    told = chapter()
+    floor = told.drawn()["floor"]
+    for side, stretches in floor.items():
+        strides = told.gait.strides[side].sound
+        assert stretches == [[round(s.down.at, 2), round(s.off.at, 2)] for s in strides]
+    assert floor["near"] != floor["far"]
+
+
+def test_a_figure_of_another_kind_is_told_without_what_it_has_not(rng):
+    told = chapter(random_track(rng, figure=HORSE))
+    drawn = told.drawn()
+    assert told.gait is None
+    assert told.cautions() == []
+    assert drawn["floor"] == {"near": [], "far": []}
+    assert all(panel["curves"] for panel in drawn["panels"])
+
+
+def test_what_is_drawn_is_json():
+    assert json.loads(json.dumps(chapter().drawn(), allow_nan=False))

@@ -1,0 +1,128 @@
+"""A figure drawn on a frame: where its joints are, near and far told apart, and what the caption says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from tests.kinematics.figures import HORSE, WALKER, upright
+from tests.tracker.tracks import random_track, standing
+from tracker.report import drawing
+from tracker.report.drawing import SMALL, colours, enlargement, paint
+from videos.overlay import FAR, NEAR, TRUNK
+
+GREY = 128
+POSE = upright(WALKER, torso=0.1, hip_near=0.5, knee_near=0.3, hip_far=-0.4, knee_far=0.2)
+
+
+@pytest.fixture
+def track(rng):
+    made = standing(random_track(rng, 4, first=3), POSE)
+    return replace(made, cov=1e-2 * made.cov, s=np.zeros(4, np.intp))
+
+
+def ground(height=240, width=320):
+    return np.full((height, width, 3), GREY, np.uint8)
+
+
+@pytest.fixture
+def captions(monkeypatch):
+    """What is written on frames, in order."""
+    told = []
+
+    def draw(image, segments=(), ellipses=(), caption="", *, scale=1):
+        told.append(caption)
+        return image
+
+    monkeypatch.setattr(drawing, "draw", draw)
+    return told
+
+
+@pytest.mark.parametrize("height", [240, 520], ids=["enlarged", "as it is"])
+def test_limbs_are_drawn_between_their_joints_in_their_side_s_colour(track, height):
+    out = paint(ground(height), track, 3)
+    scale = enlargement(height)
+    assert scale == (2 if height < SMALL else 1)
+    assert out.shape == (scale * height, scale * 320, 3)
+    at = dict(zip(WALKER.joints, scale * (track.joints()[0] + 0.5) - 0.5, strict=True))
+    limbs = [("hip", "near_knee", NEAR), ("near_knee", "near_ankle", NEAR), ("hip", "neck", TRUNK)]
+    limbs += [("neck", "head_top", TRUNK), ("hip", "far_knee", FAR), ("far_knee", "far_ankle", FAR)]
+    limbs += [("near_ankle", "near_toe", NEAR), ("far_ankle", "far_toe", FAR)]
+    for start, end, colour in limbs:
+        x, y = np.rint(0.5 * (at[start] + at[end])).astype(int)
+        assert_array_equal(out[y, x], colour)
+
+
+def test_near_limbs_lie_over_far_ones(track):
+    together = standing(track, upright(WALKER))
+    out = paint(ground(), together, 3)
+    x, y = np.rint(2 * together.joints()[0][WALKER.joints.index("near_knee")]).astype(int)
+    assert_array_equal(out[y - 12, x], NEAR)
+
+
+def test_ellipses_reach_two_sigma_from_each_joint(track):
+    cov = np.zeros_like(track.cov)
+    cov[:, 0, 0], cov[:, 1, 1] = (10.0 / track.view.unit) ** 2, (5.0 / track.view.unit) ** 2
+    out = paint(ground(520), replace(track, cov=cov), 3)
+    # On the side where no limb lies.
+    for joint, side, colour in (("near_toe", 1, NEAR), ("far_ankle", -1, FAR), ("head_top", 1, TRUNK)):
+        x, y = np.rint(track.joints()[0][WALKER.joints.index(joint)]).astype(int)
+        assert_array_equal(out[y, x + 20 * side], colour)
+        assert_array_equal(out[y + 10, x], colour)
+        assert_array_equal(out[y, x + 27 * side], GREY)
+
+
+def test_each_joint_has_its_own_ellipse(track):
+    # An ankle that may turn by 0.3 rad either way moves its toe by 0.3 feet and no other joint.
+    cov = np.zeros_like(track.cov)
+    ankle = WALKER.index("ankle_near")
+    cov[:, ankle, ankle] = 0.3**2
+    loose, tight = (paint(ground(520), replace(track, cov=size * cov), 3) for size in (1.0, 1e-6))
+    rows, columns = np.nonzero((loose != tight).any(axis=-1))
+    toe = track.joints()[0][WALKER.joints.index("near_toe")]
+    reach = 2.0 * 0.3 * 0.27 * track.view.unit
+    away = np.hypot(columns - toe[0], rows - toe[1])
+    assert 0.5 * reach < away.max() < reach + 6.0  # and the width of the line
+
+
+def test_a_frame_outside_the_track_is_only_captioned(track):
+    for frame in (2, 7):
+        out = paint(ground(520), track, frame)
+        assert (out[60:] == GREY).all()
+        assert (out[:60] != GREY).any()
+    assert (paint(ground(520), track, 6)[60:] != GREY).any()
+
+
+def test_the_caption_says_frame_state_and_outcome(track, captions):
+    frames = (3, 4, 5, 9)
+    for frame in frames:
+        paint(ground(), track, frame, "learned  ")
+    assert captions == [
+        "learned  frame 3  walk state 0",
+        "learned  frame 4  walk state 0  hidden",
+        "learned  frame 5  walk state 0  lost",
+        "learned  frame 9: not tracked",
+    ]
+
+
+def test_a_model_of_one_state_is_drawn_without_a_state(track, captions):
+    paint(ground(), replace(track, labels=("cv",)), 3)
+    assert captions == ["frame 3"]
+
+
+def test_the_frame_itself_stays_as_it_was(track):
+    image = ground()
+    paint(image, track, 3)
+    assert (image == GREY).all()
+
+
+@pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
+def test_far_and_near_limbs_never_share_a_colour(track, figure):
+    shades = dict(
+        zip([link.name for link in figure.links], colours(replace(track, figure=figure)), strict=True)
+    )
+    layers = {link.name: link.layer for link in figure.links}
+    far, near = min(layers.values()), max(layers.values())
+    assert {shade for name, shade in shades.items() if layers[name] == far} == {FAR}
+    assert {shade for name, shade in shades.items() if layers[name] == near} == {NEAR}

@@ -1,0 +1,330 @@
+"""report.html in a real browser: clips, slider, plots and keys at one frame, and a silent console."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.kinematics.figures import WALKER
+from tests.tracker.browser import chromium
+from tests.tracker.report.test_chapter import chapter
+from tests.tracker.report.test_html_tables import SCORE
+from tests.tracker.strolls import stroll
+from tracker.report import page
+from tracker.report.page import write_comparison, write_report
+from videos.writer import Writer
+
+FPS, SECONDS, SIZE = 30.0, 2.0, (64, 48)
+STEP = 4  # grey levels from one frame of a clip to the next
+HIP = WALKER.index("hip_near")
+
+# What the first clip shows: its middle pixel, red.
+SHOWN = """(() => {{
+  const clip = document.querySelectorAll('video')[{clip}];
+  const canvas = document.createElement('canvas');
+  canvas.width = clip.videoWidth;
+  canvas.height = clip.videoHeight;
+  const context = canvas.getContext('2d', {{ willReadFrequently: true }});
+  context.drawImage(clip, 0, 0);
+  return clip.seeking ? -1 : context.getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data[0];
+}})()"""
+
+
+def write_clip(path, times):
+    """A clip whose frames tell their number by how bright they are."""
+    with Writer(path, FPS, SIZE, crf=10) as writer:
+        for t, time in enumerate(times):
+            writer.write(np.full((SIZE[1], SIZE[0], 3), STEP * t, np.uint8), float(time))
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("profile")) as browser:
+        yield browser
+
+
+@pytest.fixture(autouse=True)
+def _silence(browser):
+    """Whatever a test does, the console has nothing to complain of."""
+    browser.errors.clear()
+    yield
+    browser.open("about:blank")
+    assert browser.errors == []
+
+
+class Report:
+    """A report that is open in the browser, and what a person does with it."""
+
+    def __init__(self, browser, path, **window):
+        self.browser = browser
+        browser.open(path.as_uri(), **window)
+        browser.wait("[...document.querySelectorAll('video')].every(clip => clip.readyState >= 2)")
+
+    def shows(self, frame):
+        """Until every clip, the slider, the cursor and the words are at this frame."""
+        for clip in range(self.browser.value("document.querySelectorAll('video').length")):
+            self.browser.wait(f"Math.abs({SHOWN.format(clip=clip)} - {STEP * frame}) < {STEP / 2}")
+        self.browser.wait(f"document.querySelector('#frame').value === '{frame}'")
+        self.browser.wait(f"document.querySelector('#where').innerText.startsWith('frame {frame} ')")
+
+    def cursor(self):
+        """Where the cursor is, as a share of a chart's width."""
+        return self.browser.value(
+            "(() => {const box = document.querySelector('.panel .chart').getBoundingClientRect();"
+            "const line = document.querySelector('.panel .cursor').getBoundingClientRect();"
+            "return (line.x - box.x - 1) / (box.width - 1)})()"
+        )
+
+    def slide(self, frame):
+        self.browser.value(
+            "(() => {const slider = document.querySelector('#frame');"
+            f"slider.value = {frame}; slider.dispatchEvent(new Event('input'))}})()"
+        )
+
+    def values(self, panel):
+        return self.browser.value(
+            f"[...document.querySelectorAll('article:not([hidden]) .panel')[{panel}]"
+            ".querySelectorAll('.value')].map(value => value.textContent)"
+        )
+
+
+def made(folder, track=None, file="report.html", **changes):
+    """A run's page beside its clip."""
+    track = stroll(SECONDS) if track is None else track
+    overlay = write_clip(folder / "overlay.mp4", track.times)
+    path = folder / file
+    write_report(path, chapter(track, overlay=overlay, **changes))
+    return path
+
+
+def compared(folder, names=("walk-run", "cv"), **changes):
+    """A comparison's page beside its runs."""
+    chapters = []
+    for name, swing in zip(names, (0.5, 0.3), strict=True):
+        (folder / name).mkdir()
+        track = stroll(SECONDS, swings=(swing, swing))
+        overlay = write_clip(folder / name / "overlay.mp4", track.times)
+        chapters.append(chapter(track, name=name, overlay=overlay, **changes))
+    sheet = folder / "failure.png"
+    sheet.write_bytes(
+        bytes.fromhex(
+            "89504e470d0a1a0a0000000d49484452000000010000000108060000001f15c489"
+            "0000000d49444154789c6360606060000000050001a5f645400000000049454e44ae426082"
+        )
+    )
+    lost = replace(SCORE, first_failure_frame=2)
+    path = folder / "report.html"
+    write_comparison(
+        path, "walk.mp4", chapters, dict(zip(names, (SCORE, lost), strict=True)), sheet, ["A note."]
+    )
+    return path
+
+
+def test_the_slider_moves_clip_cursor_and_numbers_to_one_frame(browser, tmp_path):
+    track = stroll(SECONDS)
+    report = Report(browser, made(tmp_path, track))
+    for frame in (0, 41, 17, len(track) - 1):
+        report.slide(frame)
+        report.shows(frame)
+        assert report.cursor() == pytest.approx(frame / (len(track) - 1), abs=0.005)
+        degrees = np.degrees(track.q[frame, HIP])
+        near = report.values(0)[0].replace("\u2212", "-")
+        assert near == f"near {degrees:.1f}\u00b0 \u00b1 {2.0 * np.degrees(0.002):.1f}"
+
+
+def test_frames_of_uneven_length_are_found_one_by_one(browser, tmp_path):
+    track = stroll(1.0)
+    track = replace(track, times=np.cumsum(np.tile([0.02, 0.05, 0.03], 10)) - 0.02)
+    report = Report(browser, made(tmp_path, track))
+    for frame in (1, 2, 3, 29):
+        report.slide(frame)
+        report.shows(frame)
+        assert report.cursor() == pytest.approx(track.times[frame] / track.times[-1], abs=0.005)
+
+
+def test_keys_step_frames_and_stop_at_the_ends(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    last = round(SECONDS * FPS) - 1
+    for key, held, frame in (
+        ("ArrowRight", (), 1), ("ArrowRight", ("Shift",), 11), ("ArrowLeft", (), 10), ("End", (), last),
+        ("ArrowRight", (), last), ("Home", (), 0), ("ArrowLeft", (), 0),
+    ):  # fmt: skip
+        browser.press(key, *held)
+        report.shows(frame)
+
+
+def test_the_slider_in_focus_steps_by_one_all_the_same(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    browser.value("document.querySelector('#frame').focus()")
+    browser.press("ArrowRight")
+    report.shows(1)
+
+
+def test_space_plays_and_pauses_at_a_whole_frame(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Pause'")
+    browser.wait("Number(document.querySelector('#frame').value) > 5")
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    frame = int(browser.value("document.querySelector('#frame').value"))
+    assert 5 < frame < SECONDS * FPS - 1
+    report.shows(frame)
+    assert report.cursor() == pytest.approx(frame / (SECONDS * FPS - 1), abs=0.005)
+
+
+def test_at_its_end_the_clip_stops_and_plays_again_from_the_start(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    last = round(SECONDS * FPS) - 1
+    report.slide(last - 3)
+    report.shows(last - 3)
+    browser.push("#play")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    report.shows(last)
+    report.slide(last)
+    report.shows(last)
+    browser.push("#play")
+    browser.wait(f"Number(document.querySelector('#frame').value) < {last - 10}")
+    browser.push("#play")
+
+
+def test_a_click_in_a_plot_goes_there(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    box = browser.value(
+        "(() => {const b = document.querySelectorAll('.panel .chart')[1].getBoundingClientRect();"
+        "return [b.x, b.y, b.width, b.height]})()"
+    )
+    last = round(SECONDS * FPS) - 1
+    for frame in (44, 7):
+        browser.click(box[0] + 1 + (box[2] - 1) * frame / last, box[1] + box[3] / 2)
+        report.shows(frame)
+
+
+def test_states_and_outcomes_stand_under_the_curves(browser, tmp_path):
+    track = stroll(SECONDS)
+    T = len(track)
+    track = replace(
+        track,
+        labels=("walk", "run"),
+        s=np.repeat([0, 1], [T - 15, 15]),
+        outcome=("ok",) * 30 + ("lost",) * 6 + ("ok",) * (T - 36),
+    )
+    report = Report(browser, made(tmp_path, track))
+    widths = browser.value(
+        "[...document.querySelectorAll('.strip')].slice(0, 2).map(strip =>"
+        "[...strip.querySelectorAll('rect')].map(rect => rect.width.baseVal.value))"
+    )
+    assert np.ravel(widths[0]) * FPS == pytest.approx([T - 15, 15], abs=0.01)
+    assert np.ravel(widths[1]) * FPS == pytest.approx([30, 6, T - 36], abs=0.01)
+    legends = browser.value("[...document.querySelectorAll('.legend')].map(legend => legend.innerText)")
+    assert "walk" in legends[0]
+    assert "run" in legends[0]
+    assert "lost: nothing matched" in legends[1]
+    shaded = browser.value(
+        "[...document.querySelectorAll('.panel')].map(panel => panel.querySelectorAll('rect.unsure').length)"
+    )
+    assert shaded == [1] * len(shaded)
+    report.slide(33)
+    report.shows(33)
+    assert report.values(0) == ["near not seen", "far not seen"]
+
+
+def test_several_models_move_together_and_each_has_its_own_numbers(browser, tmp_path):
+    report = Report(browser, compared(tmp_path))
+    report.slide(33)
+    report.shows(33)
+    first = report.values(0)
+    browser.push("[data-tab='1']")
+    assert report.values(0) != first
+    titles = browser.value("[...document.querySelectorAll('h2')].map(title => title.innerText)")
+    assert {"Errors", "Error against time", "Where they part", "Joint angles", "Gait"} <= set(titles)
+    assert "cv, lost at frame 2" in browser.text("#errors .legend")
+    browser.press(" ")
+    browser.wait("Number(document.querySelector('#frame').value) > 40")
+    browser.press(" ")
+    report.shows(int(browser.value("document.querySelector('#frame').value")))
+
+
+@pytest.mark.parametrize("several", [False, True])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_no_window_is_too_narrow(browser, tmp_path, several, width):
+    path = compared(tmp_path) if several else made(tmp_path)
+    Report(browser, path, width=width, dark=several, touch=width < 500)
+    assert browser.value("document.documentElement.scrollWidth") <= width
+    wide = browser.value(
+        "[...document.querySelectorAll('.gait .wide')].map(box => box.scrollWidth - box.clientWidth)"
+    )
+    assert max(wide) <= 0
+
+
+def test_large_clips_are_linked_and_play(browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "LARGEST", 100)
+    path = compared(tmp_path, names=("späte Läufe #1?", "50%25"))
+    assert "data:video" not in path.read_text(encoding="utf-8")
+    report = Report(browser, path)
+    report.slide(20)
+    for i in range(2):
+        clip = f"document.querySelectorAll('video')[{i}]"
+        browser.wait(f"!{clip}.seeking && Math.abs({clip}.currentTime * {FPS} - 20.5) < 0.1")
+    browser.push("#play")
+    browser.wait("Number(document.querySelector('#frame').value) > 25")
+    browser.push("#play")
+
+
+def test_long_clips_are_seen_a_few_seconds_at_a_time(browser, tmp_path):
+    track = stroll(20.0)
+    path = tmp_path / "report.html"
+    overlay = write_clip(tmp_path / "overlay.mp4", track.times[:60])
+    write_report(path, chapter(track, overlay=overlay))
+    report = Report(browser, path)
+    report.slide(300)
+    browser.value(
+        "(() => {const choice = document.querySelector('.spans select'); choice.value = '3';"
+        "choice.dispatchEvent(new Event('change'))})()"
+    )
+    assert report.cursor() == pytest.approx(0.5, abs=0.01)
+    box = browser.value("document.querySelector('.panel svg').viewBox.baseVal.width")
+    assert box == pytest.approx(3.0)
+    report.slide(500)
+    assert 0.0 <= report.cursor() <= 1.0
+
+
+def test_a_clip_of_one_frame_is_a_page_too(browser, tmp_path):
+    track = stroll(1.0 / FPS)
+    report = Report(browser, made(tmp_path, track))
+    report.shows(0)
+    browser.press("ArrowRight")
+    report.shows(0)
+    assert "Too short for gait figures" in browser.text("article")
+
+
+def test_names_and_warnings_are_no_html(browser, tmp_path):
+    name = "</script><b>&\"'.mp4"
+    Report(browser, made(tmp_path, video=name, name=name, warnings=["<i>nothing</i> matched"]))
+    assert browser.text("h1") == name
+    assert browser.value("document.title") == name
+    assert browser.text(".warning") == "<i>nothing</i> matched"
+
+
+def test_nothing_outside_is_asked_for(tmp_path):
+    text = compared(tmp_path).read_text(encoding="utf-8")
+    assert "://" not in text
+    sources = re.findall(r"""(?:src|href|poster|url)\s*[=(]\s*["']?([^"'>\s]{0,30})""", text)
+    assert len(sources) >= 4
+    assert all(source.startswith("data:") for source in sources)
+    assert "default-src 'none'" in text
+
+
+def test_the_clip_in_the_page_is_the_clip(tmp_path, monkeypatch):
+    """In pieces that are no whole file."""
+    import base64
+
+    monkeypatch.setattr(page, "BLOCK", 300)
+    text = made(tmp_path).read_text(encoding="utf-8")
+    (coded,) = re.findall(r"data:video/mp4;base64,([^']*)", text)
+    assert base64.b64decode(coded, validate=True) == (tmp_path / "overlay.mp4").read_bytes()
+    data = re.search(r'<script id="data" type="application/json">(.*)</script>', text)
+    assert json.loads(data[1])["errors"] is None

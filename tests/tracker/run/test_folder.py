@@ -1,0 +1,286 @@
+"""Results appear whole or not at all, and replace nothing that they should not."""
+
+import os
+import tempfile
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tests.tracker.clips import everything
+from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
+
+
+def complete_run(path, text="old"):
+    path.mkdir(parents=True)
+    (path / "run.json").write_text('{"figtrack": "0"}')
+    (path / "pose.csv").write_text(text)
+
+
+def write_run_into(path, *, overwrite=False, inputs=(), text="new", meanwhile=None, failure=None):
+    with fresh_folder(path, overwrite=overwrite, inputs=inputs) as aside:
+        (aside / "run.json").write_text('{"figtrack": "0"}')
+        if meanwhile is not None:
+            meanwhile()
+        if failure is not None:
+            raise failure
+        (aside / "pose.csv").write_text(text)
+
+
+def write_file_into(path, *, overwrite=False, failure=None):
+    with fresh_file(path, overwrite=overwrite) as aside:
+        aside.write_text("new")
+        if failure is not None:
+            raise failure
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_folder_has_its_name_only_when_it_is_complete(tmp_path):
+    out = tmp_path / "out"
+    with fresh_folder(out, overwrite=False) as aside:
+        (aside / "half").write_text("")
+        assert not out.exists()
+    assert names(tmp_path) == ["out"]
+    assert names(out) == ["half"]
+
+
+def test_a_new_folder_has_the_permissions_of_any_other(tmp_path):
+    write_run_into(tmp_path / "out")
+    (tmp_path / "other").mkdir()
+    assert (tmp_path / "out").stat().st_mode == (tmp_path / "other").stat().st_mode
+
+
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
+def test_a_failure_leaves_nothing_behind_not_even_parents(tmp_path, failure):
+    with pytest.raises(failure):
+        write_run_into(tmp_path / "a" / "b" / "out", failure=failure)
+    assert names(tmp_path) == []
+
+
+def test_parents_that_are_missing_are_made(tmp_path):
+    write_run_into(tmp_path / "a" / "b" / "out")
+    assert names(tmp_path / "a" / "b") == ["out"]
+
+
+def test_an_empty_folder_is_filled(tmp_path):
+    (tmp_path / "out").mkdir()
+    write_run_into(tmp_path / "out")
+    assert names(tmp_path / "out") == ["pose.csv", "run.json"]
+
+
+def test_a_complete_run_is_kept_unless_overwrite_says_otherwise(tmp_path):
+    complete_run(tmp_path / "out")
+    with pytest.raises(FolderError, match=r"out holds a complete run; .*--overwrite"):
+        write_run_into(tmp_path / "out")
+    assert (tmp_path / "out" / "pose.csv").read_text() == "old"
+    write_run_into(tmp_path / "out", overwrite=True)
+    assert (tmp_path / "out" / "pose.csv").read_text() == "new"
+    assert names(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
+def test_a_failing_run_keeps_the_old_one_byte_for_byte(tmp_path, failure):
+    complete_run(tmp_path / "out")
+    before = everything(tmp_path)
+    with pytest.raises(failure):
+        write_run_into(tmp_path / "out", overwrite=True, failure=failure)
+    assert everything(tmp_path) == before
+    assert names(tmp_path) == ["out"]
+
+
+def test_the_old_run_comes_back_when_the_new_one_cannot_take_its_place(tmp_path, monkeypatch):
+    complete_run(tmp_path / "out")
+    before, rename = everything(tmp_path), Path.rename
+
+    def fails_for_the_new_one(self, target):
+        if self.name == "new":
+            raise PermissionError(13, "Permission denied")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", fails_for_the_new_one)
+    with pytest.raises(FolderError, match=r"cannot put the results at .*out \(Permission denied\)"):
+        write_run_into(tmp_path / "out", overwrite=True)
+    assert everything(tmp_path) == before
+    assert names(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+@pytest.mark.parametrize("content", [None, "not json", '{"script": "go"}', '["figtrack"]'])
+def test_a_foreign_folder_is_never_replaced(tmp_path, overwrite, content):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.tex").write_text("years of work")
+    if content is not None:
+        (tmp_path / "out" / "run.json").write_text(content)
+    before = everything(tmp_path)
+    with pytest.raises(FolderError, match="holds files that are no run of figtrack; choose another --out"):
+        write_run_into(tmp_path / "out", overwrite=overwrite)
+    assert everything(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("marker", "text"),
+    [
+        ("run.json", '{"figtrack": "0"}'),
+        ("compare.json", '{"models": {}}'),
+        ("demo.json", '{"figtrack": "0"}'),
+    ],
+)
+def test_runs_comparisons_and_demos_are_ours_to_replace(tmp_path, marker, text):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / marker).write_text(text)
+    write_run_into(tmp_path / "out", overwrite=True)
+    assert "pose.csv" in names(tmp_path / "out")
+
+
+def test_a_file_in_its_place_is_kept(tmp_path):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(FolderError, match="out is a file; --out wants a folder"):
+        write_run_into(tmp_path / "out", overwrite=True)
+    assert (tmp_path / "out").read_text() == "mine"
+
+
+def test_a_place_that_cannot_be_written_is_said_before_the_work(tmp_path):
+    (tmp_path / "file").write_text("")
+    for out in (tmp_path / "file" / "out", tmp_path / "file" / "deeper" / "out", tmp_path / ("x" * 250)):
+        with pytest.raises(FolderError, match=r"cannot write into .*; choose another --out"):
+            write_run_into(out)
+    assert names(tmp_path) == ["file"]
+
+
+def test_the_folder_one_is_in_is_not_replaced(tmp_path, monkeypatch):
+    complete_run(tmp_path / "out")
+    monkeypatch.chdir(tmp_path / "out")
+    with pytest.raises(FolderError, match="and with it the folder you are in"):
+        write_run_into(Path(), overwrite=True)
+    assert (tmp_path / "out" / "pose.csv").read_text() == "old"
+
+
+def test_a_folder_with_an_input_in_it_is_not_replaced(tmp_path):
+    complete_run(tmp_path / "demo")
+    video = tmp_path / "demo" / "walk.mp4"
+    video.write_text("the only copy")
+    with pytest.raises(FolderError, match=r"demo would be replaced, and with it .*walk\.mp4"):
+        write_run_into(tmp_path / "demo", overwrite=True, inputs=[video])
+    assert video.read_text() == "the only copy"
+
+
+def test_a_disk_that_is_mounted_is_not_renamed():
+    with pytest.raises(FolderError, match="where a disk is mounted"):
+        write_run_into(Path("/"), overwrite=True)
+
+
+@pytest.mark.skipif(not hasattr(os, "symlink"), reason="no links here")
+def test_a_link_still_leads_to_the_run_after_it_was_replaced(tmp_path):
+    complete_run(tmp_path / "far" / "run")
+    (tmp_path / "link").symlink_to(tmp_path / "far" / "run")
+    write_run_into(tmp_path / "link", overwrite=True)
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "far" / "run" / "pose.csv").read_text() == "new"
+
+
+def test_of_two_runs_at_once_the_second_to_finish_is_refused_and_the_first_stays_whole(tmp_path):
+    out = tmp_path / "out"
+    with pytest.raises(FolderError, match="complete run"):
+        write_run_into(out, text="slow", meanwhile=lambda: write_run_into(out, text="quick"))
+    assert (out / "pose.csv").read_text() == "quick"
+    assert names(tmp_path) == ["out"]
+
+
+def test_of_two_that_overwrite_at_once_the_last_to_finish_stays_whole(tmp_path):
+    out = tmp_path / "out"
+    complete_run(out)
+    quick = partial(write_run_into, out, overwrite=True, text="quick")
+    write_run_into(out, overwrite=True, text="slow", meanwhile=quick)
+    assert (out / "pose.csv").read_text() == "slow"
+    assert names(tmp_path) == ["out"]
+
+
+def test_a_file_has_its_name_only_when_it_is_complete(tmp_path):
+    out = tmp_path / "models" / "gait.npz"
+    with fresh_file(out, overwrite=False) as aside:
+        aside.write_text("new")
+        assert not out.exists()
+    assert out.read_text() == "new"
+    assert names(tmp_path / "models") == ["gait.npz"]
+
+
+def test_a_file_is_kept_unless_overwrite_says_otherwise(tmp_path):
+    out = tmp_path / "gait.npz"
+    out.write_text("old")
+    with pytest.raises(FolderError, match=r"gait\.npz exists; .*--overwrite"):
+        write_file_into(out)
+    with pytest.raises(KeyboardInterrupt):
+        write_file_into(out, overwrite=True, failure=KeyboardInterrupt)
+    assert out.read_text() == "old"
+    write_file_into(out, overwrite=True)
+    assert out.read_text() == "new"
+    assert names(tmp_path) == ["gait.npz"]
+
+
+def test_a_file_does_not_replace_a_folder(tmp_path):
+    with pytest.raises(FolderError, match="is a folder; --out wants a file"):
+        write_file_into(tmp_path, overwrite=True)
+
+
+def test_a_file_replaces_neither_what_the_work_reads_nor_what_is_no_file(tmp_path):
+    read, pipe = tmp_path / "poses.csv", tmp_path / "pipe"
+    read.write_text("mine")
+    (tmp_path / "link").symlink_to(read)
+    os.mkfifo(pipe)
+    refusals = [
+        (read, "is what the work reads"),
+        (tmp_path / "link", "is what the work reads"),
+        (pipe, "no ordinary"),
+    ]
+    for out, words in refusals:
+        with pytest.raises(FolderError, match=words), fresh_file(out, overwrite=True, inputs=[read]):
+            pytest.fail("it was about to be replaced")
+    assert read.read_text() == "mine"
+    assert pipe.is_fifo()
+
+
+def stop_between_the_renames(place):
+    """What a process leaves that is killed when the old run is aside and the new one not in place."""
+    workshop = Path(tempfile.mkdtemp(prefix=f".{place.name}.", suffix=".part", dir=place.parent))
+    (workshop / "new").mkdir()
+    place.rename(workshop / "old")
+
+
+def test_what_killed_processes_leave_is_swept_up_and_what_they_put_aside_comes_back(tmp_path):
+    out = tmp_path / "out [a] *"
+    complete_run(out)
+    before = everything(tmp_path)
+    with swept([out]):
+        stop_between_the_renames(out)
+        assert not out.exists()
+    assert everything(tmp_path) == before
+    assert names(tmp_path) == [out.name]
+
+
+def test_what_others_make_is_not_swept_up(tmp_path):
+    others = [tmp_path / ".out.before00.part", tmp_path / ".out.b.during00.part", tmp_path / "out.txt"]
+    others[0].mkdir()
+    with swept([tmp_path / "out"]):
+        for other in others[1:]:
+            other.mkdir()
+        (tmp_path / ".out.during00.part").mkdir()
+    assert names(tmp_path) == sorted(other.name for other in others)
+
+
+def test_a_folder_that_may_be_replaced_is_told_by_the_caller(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "mine.json").write_text("old")
+    for ours, overwrite in ((lambda path: False, True), (lambda path: True, False)):
+        with (
+            pytest.raises(FolderError),
+            fresh_folder(out, overwrite=overwrite, replaceable=ours) as aside,
+        ):
+            (aside / "new").write_text("")
+    assert names(out) == ["mine.json"]
+    with fresh_folder(out, overwrite=True, replaceable=lambda path: True) as aside:
+        (aside / "new").write_text("")
+    assert names(out) == ["new"]

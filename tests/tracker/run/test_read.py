@@ -1,0 +1,108 @@
+"""A run's folder comes back as it was written, and a damaged one is told from a complete one."""
+
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from kinematics.spm import joints
+from tests.kinematics.figures import FOOTLESS, WALKER
+from tests.tracker.records import FIRST, FPS, FRAMES, SIZE, T, made_track, write_folder
+from tracker.run.read import RunError, read_news, read_run
+
+
+@pytest.mark.parametrize("facing", [1, -1])
+def test_a_run_comes_back_as_it_was_written(rng, tmp_path, facing):
+    track = made_track(rng, facing=facing)
+    record = read_run(write_folder(track, tmp_path / "run"))
+    rows = slice(FIRST, FIRST + T)
+    assert len(record) == FRAMES
+    assert (record.facing, record.news.fps, record.news.size) == (facing, FPS, SIZE)
+    assert record.outcome == ("", *track.outcome, "")
+    assert list(record.sure) == [False, True, True, True, False, False, True, False]
+    assert_allclose(record.times, np.arange(FRAMES) / FPS, atol=1e-6)
+    for j, name in enumerate(WALKER.joints):
+        assert_allclose(record.place(name)[rows], track.joints()[:, j], atol=0.5e-3 + 1e-9)
+        assert_allclose(
+            record.covs[rows, record.names.index(name)], track.joint_covs()[:, j], atol=0.5e-4 + 1e-9
+        )
+    # Four decimals of a degree, five of a leg length.
+    assert_allclose(record.poses[rows], track.q[:, :8], atol=6e-6)
+    for numbers in (record.places, record.covs, record.poses):
+        assert np.isnan(numbers[[0, -1]]).all()
+
+
+def test_joints_that_the_figure_has_not_are_nowhere(rng, tmp_path):
+    bare = FOOTLESS
+    record = read_run(write_folder(made_track(rng, figure=bare), tmp_path / "run"))
+    assert np.isnan(record.place("near_toe")).all()
+    assert np.isnan(record.place("tail")).all()
+
+
+def test_in_the_scene_the_camera_s_own_motion_is_gone(rng, tmp_path):
+    track = made_track(rng)
+    record = read_run(write_folder(track, tmp_path / "run"))
+    rows = slice(track.first, track.first + len(track))
+    assert_allclose(record.shift[rows], track.shift)
+    scene = record.in_scene()
+    for t, q in enumerate(track.q):
+        places = scene.places[track.first + t, [record.names.index(name) for name in track.figure.joints]]
+        assert_allclose(places, track.view.to_pixels(joints(track.figure, q)), atol=1e-3)
+    assert_allclose(scene.in_scene().places, scene.places)
+
+
+def test_a_folder_without_a_run_is_said(rng, tmp_path):
+    with pytest.raises(RunError, match=r"holds no complete run \(no run.json\); track a clip first"):
+        read_news(tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunError, match="holds no complete run"):
+        read_run(tmp_path / "file")
+    write_folder(made_track(rng), tmp_path / "walk-run")
+    with pytest.raises(RunError, match=r"give one of the runs in it, walk-run$"):
+        read_run(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"figtrack": None}, "figtrack field required"),
+        ({"facing": "up"}, "facing input should be 'left' or 'right'"),
+        ({"fps": 0}, "fps input should be greater than 0"),
+        ({"frames": 9}, r"keypoints.csv is damaged \(it should hold every keypoint of 9 frames"),
+    ],
+)
+def test_a_run_json_that_does_not_fit_is_said(rng, tmp_path, changes, words):
+    folder = write_folder(made_track(rng), tmp_path / "run", **changes)
+    with pytest.raises(RunError, match=words):
+        read_run(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "spoil"),
+    [
+        ("keypoints.csv", lambda data: data[: len(data) // 2]),
+        ("keypoints.csv", lambda data: data.replace(b"hip,1", b"hip,q", 1)),
+        ("keypoints.csv", lambda data: data.replace(b"neck", b"n\xffck", 1)),
+        ("keypoints.csv", lambda data: b""),
+        ("pose.csv", lambda data: data.replace(b"outcome", b"outc", 1)),
+        ("pose.csv", lambda data: data.rpartition(b"0,7,")[0]),
+        ("pose.csv", lambda data: re.sub(rb"(?<=0,1,)[-.\d]+", b"inf", data)),
+        ("pose.csv", lambda data: data.replace(b"0.080000", b"", 1)),
+        ("pose.csv", lambda data: data.replace(b"0.080000", b"0.01", 1)),
+        ("track.npz", lambda data: data[: len(data) // 2]),
+        ("track.npz", lambda data: b"no archive"),
+        ("run.json", lambda data: data[:-5]),
+    ],
+)
+def test_damaged_files_are_said_in_one_line(rng, tmp_path, name, spoil):
+    folder = write_folder(made_track(rng), tmp_path / "run")
+    data = (folder / name).read_bytes()
+    (folder / name).write_bytes(spoil(data))
+    assert (folder / name).read_bytes() != data
+    with pytest.raises(RunError, match=rf"{name} .*; track the clip again$") as caught:
+        read_run(folder)
+    assert "\n" not in str(caught.value)
+    (folder / name).unlink()
+    with pytest.raises(RunError):
+        read_run(folder)

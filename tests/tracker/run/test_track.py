@@ -1,0 +1,155 @@
+"""A track's tables: the columns others read, a row for every frame, numbers that come back."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.kinematics.figures import FOOTLESS, WALKER, Puppet
+from tests.oracles import central_difference
+from tests.tracker.tracks import random_track
+from tracker.run.track import write_tables
+from tracker.tables.keypoints import KEYPOINTS, read_keypoints
+
+FIRST, T, CLIP, FPS = 2, 5, 9, 25.0
+
+
+@pytest.fixture(params=[1, -1], ids=["right", "left"])
+def track(request, rng):
+    return random_track(rng, T, first=FIRST, facing=request.param)
+
+
+@pytest.fixture
+def folder(track, tmp_path):
+    write_tables(track, tmp_path, CLIP, FPS)
+    return tmp_path
+
+
+def rows_of(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def header_of(path):
+    return path.read_text(encoding="utf-8").splitlines()[0]
+
+
+def tip(track, q, joint, shift=(0.0, 0.0)):
+    """Where a joint lies in a picture shifted by the camera, pixels, by the definition."""
+    x, y = Puppet(WALKER, q).joints()[joint]
+    return np.array(
+        [
+            track.view.origin[0] + shift[0] + track.view.facing * track.view.unit * x,
+            track.view.origin[1] + shift[1] - track.view.unit * y,
+        ]
+    )
+
+
+def test_tables_have_the_columns_that_others_read(folder):
+    assert header_of(folder / "keypoints.csv") == "frame,keypoint,x,y,visible,time_s,sxx,sxy,syy"
+    assert header_of(folder / "pose.csv") == (
+        "seq,frame,root_x,root_y,torso,neck,hip_near,knee_near,hip_far,knee_far,time_s,state,label,outcome"
+    )
+
+
+def test_every_keypoint_of_every_frame_has_its_row(folder):
+    rows = rows_of(folder / "keypoints.csv")
+    assert [(int(row["frame"]), row["keypoint"]) for row in rows] == [
+        (t, name) for t in range(CLIP) for name in KEYPOINTS
+    ]
+    assert [int(row["frame"]) for row in rows_of(folder / "pose.csv")] == list(range(CLIP))
+
+
+@pytest.mark.parametrize("figure", [WALKER, FOOTLESS], ids=["feet", "none"])
+def test_cells_are_empty_outside_the_track_and_for_joints_the_figure_has_not(figure, rng, tmp_path):
+    write_tables(random_track(rng, T, first=FIRST, figure=figure), tmp_path, CLIP, FPS)
+    for row in rows_of(tmp_path / "keypoints.csv"):
+        tracked = FIRST <= int(row["frame"]) < FIRST + T and row["keypoint"] in figure.joints
+        for column in ("x", "y", "visible", "sxx", "sxy", "syy"):
+            assert (row[column] != "") == tracked
+    for row in rows_of(tmp_path / "pose.csv"):
+        tracked = FIRST <= int(row["frame"]) < FIRST + T
+        for column in row.keys() - {"seq", "frame", "time_s"}:
+            assert (row[column] != "") == tracked
+
+
+def test_joints_come_back_to_a_thousandth_of_a_pixel(folder, track):
+    found = read_keypoints(folder / "keypoints.csv")
+    assert sorted(found) == list(range(FIRST, FIRST + T))
+    for t, of_frame in found.items():
+        assert set(of_frame) == set(WALKER.joints)
+        for name, mark in of_frame.items():
+            place = tip(track, track.q[t - FIRST], name, track.shift[t - FIRST])
+            assert_allclose((mark.x, mark.y), place, atol=0.5e-3 + 1e-9)
+
+
+def test_covariances_are_the_poses_carried_through_the_differenced_joints_and_the_mark_s(folder, track):
+    for row in rows_of(folder / "keypoints.csv"):
+        if row["x"] == "":
+            continue
+        t = int(row["frame"]) - FIRST
+        J = central_difference(lambda q, name=row["keypoint"]: tip(track, q, name), track.q[t], step=1e-6)
+        S = J @ track.cov[t] @ J.T + (0.02 * 70.0) ** 2 * np.eye(2)
+        got = [float(row[column]) for column in ("sxx", "sxy", "syy")]
+        # Four decimals are written; differencing coordinates of 200 px by 1e-6 leaves 1e-7 of J.
+        assert_allclose(got, [S[0, 0], S[0, 1], S[1, 1]], atol=0.5e-4 + 1e-5)
+
+
+def test_a_joint_s_covariance_is_positive_semidefinite(track):
+    size = np.linalg.eigvalsh(track.joint_covs())
+    assert size.min() > -1e-9
+    assert track.joint_covs().shape == (T, len(WALKER.joints), 2, 2)
+
+
+def test_poses_come_back_in_degrees_and_leg_lengths(folder, track):
+    rows = [row for row in rows_of(folder / "pose.csv") if row["root_x"] != ""]
+    for row, q, s, outcome in zip(rows, track.q, track.s, track.outcome, strict=True):
+        assert row["seq"] == "0"
+        for i, name in enumerate(("root_x", "root_y")):
+            assert float(row[name]) == pytest.approx(q[i], abs=0.5e-5 + 1e-12)
+        for name in ("torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far"):
+            assert float(row[name]) == pytest.approx(np.degrees(q[WALKER.index(name)]), abs=0.5e-4 + 1e-9)
+        assert int(row["state"]) == s
+        assert row["label"] == track.labels[s]
+        assert row["outcome"] == outcome
+
+
+def test_a_joint_is_visible_unless_the_figure_is_lost_or_outside(folder, track):
+    for row in rows_of(folder / "keypoints.csv"):
+        if row["x"] != "":
+            outcome = track.outcome[int(row["frame"]) - FIRST]
+            assert row["visible"] == ("0" if outcome in ("lost", "outside") else "1")
+
+
+def test_frames_outside_the_track_are_timed_at_the_frame_rate(folder):
+    for name in ("pose.csv", "keypoints.csv"):
+        for row in rows_of(folder / name):
+            assert float(row["time_s"]) == pytest.approx(int(row["frame"]) / FPS, abs=1e-6)
+
+
+def test_frames_keep_their_own_times(rng, tmp_path):
+    track = random_track(rng, 3)
+    object.__setattr__(track, "times", np.array([0.0, 0.031, 0.105]))
+    write_tables(track, tmp_path, 4, 10.0)
+    times = [float(row["time_s"]) for row in rows_of(tmp_path / "pose.csv")]
+    assert times == pytest.approx([0.0, 0.031, 0.105, 0.205])
+
+
+def test_the_archive_holds_everything_unrounded(folder, track):
+    with np.load(folder / "track.npz", allow_pickle=False) as archive:
+        header = json.loads(str(archive["header"]))
+        for name in ("times", "q", "cov", "s", "shift"):
+            assert_allclose(archive[name], getattr(track, name), rtol=0.0, atol=0.0)
+        assert tuple(archive["outcome"]) == track.outcome
+        assert_allclose(archive["joints"], track.joints(), atol=0.0)
+        assert_allclose(archive["joint_covs"], track.joint_covs(), atol=0.0)
+    assert header["format"] == "figtrack-track"
+    assert header["first"] == FIRST
+    assert header["model"] == track.model
+    assert tuple(header["labels"]) == track.labels
+    assert tuple(header["freedoms"]) == WALKER.freedoms
+    assert tuple(header["joints"]) == WALKER.joints
+    assert header["view"] == [*track.view.origin, track.view.unit, track.view.facing]
+    assert header["lengths"] == [link.length for link in WALKER.links]

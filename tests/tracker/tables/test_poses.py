@@ -1,0 +1,205 @@
+"""Pose tables in: sequences, gaps, labels, and what is wrong with a table."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from kinematics.mocap import POSE_COLUMNS
+from tests.tracker.clips import figtrack, refused
+from tracker.tables.poses import LARGEST, PosesError, pose_cells, read_poses, suspicions, write_poses
+
+HEADER = "seq,frame," + ",".join(POSE_COLUMNS) + ",label"
+
+
+def table(tmp_path, *rows, header=HEADER):
+    path = tmp_path / "poses.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+def row(frame, label="walk", seq="a", angle=10.0):
+    return f"{seq},{frame},0.1,0.2,{angle},0,30,45,-20,5,{label}"
+
+
+def test_angles_come_in_degrees_and_leave_in_radians(tmp_path):
+    (sequence,) = read_poses(table(tmp_path, row(3)))
+    assert (sequence.name, sequence.first, sequence.labels) == ("a", 3, ("walk",))
+    assert_allclose(sequence.y[0], [0.1, 0.2, *np.radians([10, 0, 30, 45, -20, 5])], rtol=1e-15)
+
+
+def test_columns_may_stand_in_any_order_and_root_and_seq_may_be_missing(tmp_path):
+    names = [*reversed(POSE_COLUMNS[2:]), "frame"]
+    (sequence,) = read_poses(table(tmp_path, "1,2,3,4,5,6,0", header=",".join(names)))
+    assert np.isnan(sequence.y[0, :2]).all()
+    assert_allclose(np.degrees(sequence.y[0, 2:]), [6, 5, 4, 3, 2, 1])
+
+
+def test_frames_left_out_are_rows_of_missing_data(tmp_path):
+    (sequence,) = read_poses(table(tmp_path, row(4), row(1)))
+    assert sequence.first == 1
+    assert np.isnan(sequence.y).all(axis=1).tolist() == [False, True, True, False]
+
+
+def test_a_run_ends_at_a_gap_at_an_empty_cell_and_at_another_label(tmp_path):
+    rows = [row(0), row(1), row(3), "a,4,0,0,,0,0,0,0,0,walk", row(5), row(6, "run"), row(0, seq="b")]
+    first, second = read_poses(table(tmp_path, *rows))
+    assert [(label, len(y)) for label, y in first.runs()] == [
+        ("walk", 2),
+        ("walk", 1),
+        ("walk", 1),
+        ("run", 1),
+    ]
+    assert [(label, len(y)) for label, y in second.runs()] == [("walk", 1)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ((), "no poses"),
+        ((row(0), row(0)), "line 3: frame 0 is given twice"),
+        ((row(0, angle="nan"),), "line 2: torso must be a finite number or empty; got 'nan'"),
+        ((row(0, angle="ten"),), "torso must be a finite number"),
+        ((row("x"),), "frame must be a finite number"),
+        ((row(""),), "frame must be a whole number"),
+        ((row(1.5),), "frame must be a whole number"),
+        ((row(-1),), "frame must be a whole number"),
+        ((row(0, angle="1_0"),), "torso must be a finite number or empty; got '1_0'"),
+        ((row(0, angle="12,5"),), "line 2 has 12 cells, the header 11; .* numbers a point"),
+        (("a,0,0.1",), "line 2 has 3 cells, the header 11; empty cells want their commas"),
+        ((row(0, angle=2 * LARGEST),), "torso 2000000000.0 is out of all range"),
+        ((row(0), row(0, seq="b"), row(1)), "line 4: sequence 'a' ended before and comes again"),
+        ((row(0), row(10**9)), "sequence 'a' goes from frame 0 to frame 1000000000; at most"),
+    ],
+)
+def test_a_spoiled_table_is_refused_in_one_line(tmp_path, rows, said):
+    with pytest.raises(PosesError, match=said):
+        read_poses(table(tmp_path, *rows))
+
+
+def test_a_table_without_angles_says_what_the_header_is(tmp_path):
+    with pytest.raises(PosesError, match=r"column 'torso' is missing; the header is seq,frame,root_x"):
+        read_poses(table(tmp_path, "0,0", header="seq,frame"))
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "column 'frame' is missing"),
+        (b"\xff\xfeseq", "cannot read .* as a UTF-8 CSV table .*; save it as one"),
+        (HEADER.encode() + b"\n\xe9,0,0,0,0,0,0,0,0,0,walk", "cannot read .* as a UTF-8 CSV table"),
+        (HEADER.replace(",", ";").encode(), "has semicolons between its columns; write commas"),
+        (HEADER.replace(",", "\t").encode(), "has tabs between its columns; write commas"),
+        (HEADER.encode() + b",torso", "has two columns 'torso'"),
+        (HEADER.replace("knee_far", "hip_far").encode(), "column 'knee_far' is missing"),
+        (b"a\0b", "."),
+    ],
+    ids=["empty", "utf-16", "latin-1", "semicolons", "tabs", "twice", "missing", "binary"],
+)
+def test_what_is_no_pose_table_is_refused_in_one_line(tmp_path, content, said):
+    path = tmp_path / "poses.csv"
+    path.write_bytes(content)
+    with pytest.raises(PosesError, match=said) as caught:
+        read_poses(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_no_table_is_refused(tmp_path):
+    with pytest.raises(PosesError, match="no pose table"):
+        read_poses(tmp_path / "absent.csv")
+    with pytest.raises(PosesError, match="cannot read"):
+        read_poses(tmp_path)
+
+
+def test_a_mark_of_utf_8_further_columns_blank_lines_and_spaces_do_no_harm(tmp_path):
+    path = tmp_path / "poses.csv"
+    head = HEADER.replace(",", ", ") + ",note,note"
+    path.write_text(f"\ufeff{head}\n{row(0)},x,y\n\n , , \n{row(1)}, ,\n", encoding="utf-8")
+    (sequence,) = read_poses(path)
+    assert len(sequence) == 2
+    assert sequence.labels == ("walk", "walk")
+
+
+def test_cells_are_kept_as_they_were_written(tmp_path):
+    (sequence,) = read_poses(table(tmp_path, row(0, angle="1.50e1"), row(2)))
+    assert sequence.cells[0] == ("0.1", "0.2", "1.50e1", "0", "30", "45", "-20", "5")
+    assert sequence.cells[1] == ("",) * 8
+    assert sequence.seen[:, 2].tolist() == [True, False, True]
+
+
+def test_what_is_written_is_read_again(tmp_path, rng):
+    y = rng.normal(size=(5, 8))
+    y[2, 4:] = np.nan
+    write_poses(tmp_path / "p.csv", [("s", t + 7, *pose_cells(y[t]), t) for t in range(5)], ("state",))
+    (again,) = read_poses(tmp_path / "p.csv")
+    assert (again.name, again.first) == ("s", 7)
+    # Cells have 5 places of a leg length and 4 of a degree.
+    assert_allclose(again.y, y, atol=6e-6)
+
+
+def walker(seq, scale=1.0, frames=40, travel=0.05):
+    angles = [scale * value for value in (4.0, -3.0, 30.0, 45.0, -20.0, 60.0)]
+    cells = ",".join(f"{angle:.4f}" for angle in angles)
+    return [f"{seq},{t},{travel * t},0,{cells}," for t in range(frames)]
+
+
+def test_angles_in_radians_are_suspected_and_degrees_are_not(tmp_path):
+    radians = float(np.radians(1.0))
+    good, bad = walker("good"), walker("bad", radians)
+    assert suspicions(read_poses(table(tmp_path, *good)), 30.0) == []
+    (said,) = suspicions(read_poses(table(tmp_path, *good, *bad, *walker("worse", radians))), 30.0)
+    assert "sequence 'bad' and 1 more lies within 3.2 degrees" in said
+    assert said.endswith("write degrees")
+
+
+@pytest.mark.parametrize(
+    ("frames", "travel", "suspected"),
+    [(40, 0.0, True), (5, 0.1, True), (5, 0.0, False), (1, 0.0, False)],
+    ids=["long", "short but travelling", "short and still", "one frame"],
+)
+def test_small_angles_are_suspected_only_of_a_figure_that_moves(tmp_path, frames, travel, suspected):
+    rows = walker("a", float(np.radians(1.0)), frames, travel)
+    assert bool(suspicions(read_poses(table(tmp_path, *rows)), 30.0)) == suspected
+
+
+def test_another_frame_rate_than_the_tables_own_times_is_suspected(tmp_path):
+    rows = [f"{line},{t / 60.0:.6f}" for t, line in enumerate(walker("a"))]
+    sequences = read_poses(table(tmp_path, *rows[:3], *rows[9:], header=HEADER + ",time_s"))
+    assert sequences[0].fps == pytest.approx(60.0, rel=1e-3)
+    assert suspicions(sequences, 60.0) == []
+    (said,) = suspicions(sequences, 30.0)
+    assert "time_s of sequence 'a' says 60 frames a second, the model is taken at 30; give --fps" in said
+
+
+def gait(tmp_path, name, label, stride):
+    """Forty frames of a made-up gait, each leg a sine, half a stride apart."""
+    rng = np.random.default_rng(1)
+    lines = [HEADER]
+    for t in range(40):
+        turn = 2 * np.pi * t / stride
+        legs = [30 * np.sin(turn), 30 + 20 * np.cos(turn), -30 * np.sin(turn), 30 - 20 * np.cos(turn)]
+        pose = np.array([0.05 * t, 0.02 * np.cos(2 * turn), 2, 0, *legs]) + rng.normal(scale=0.05, size=8)
+        lines.append(f"0,{t}," + ",".join(f"{v:.5f}" for v in pose) + f",{label}")
+    path = tmp_path / name
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a_model_is_learned_from_pose_tables_one_motion_a_label(tmp_path):
+    tables = [gait(tmp_path, "a.csv", "walk", 34), gait(tmp_path, "b.csv", "run", 22)]
+    found = figtrack("learn", *tables, "--states", 1, "--out", tmp_path / "m.npz")
+    assert found.exit_code == 0, found.stderr
+    assert "2 states, order 2, 30 frames a second, from 2 sequences of subjects a, b" in found.stdout
+
+
+def test_pose_tables_without_the_root_cannot_be_learned_from(tmp_path):
+    path = gait(tmp_path, "a.csv", "walk", 34)
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    path.write_text("\n".join(",".join(cells[:2] + cells[4:]) for cells in lines) + "\n")
+    assert "rows need all of root_x,root_y" in refused("learn", path, "--out", tmp_path / "m.npz")
+    assert not (tmp_path / "m.npz").exists()
+
+
+def test_either_trials_or_pose_tables_are_wanted(tmp_path):
+    found = figtrack("learn", gait(tmp_path, "a.csv", "walk", 34), "--trials", "t.csv")
+    assert found.exit_code == 2
+    assert "one of the two" in found.stderr

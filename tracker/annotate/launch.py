@@ -1,0 +1,87 @@
+"""A marking session from the command's options to its last line."""
+
+import webbrowser
+from dataclasses import dataclass
+from pathlib import Path
+
+from tracker.annotate.marks import Table
+from tracker.annotate.server import LOOPBACK, Server
+from tracker.annotate.session import Session
+from tracker.foreign.start_marks import read_start
+from tracker.run.folder import FolderError
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command was asked for.
+
+    frame  : shown first; None for the first that is marked or taken
+    source : another program's file to take the marks of one frame from
+    facing : +1 right, -1 left, None to see it from those marks
+    port   : 0 for any that is free
+    browser: whether to open the page
+    """
+
+    video: Path
+    table: Path
+    frame: int | None
+    source: Path | None
+    facing: int | None
+    port: int
+    browser: bool
+    overwrite: bool
+
+
+def mark(request: Request) -> None:
+    """Serve the page until it is closed or Ctrl-C is pressed, and say what came of it.
+
+    Raises:
+        VideoError, KeypointsError, FolderError, ForeignError: a file that cannot be used.
+        FolderError: the port is taken.
+        KeyboardInterrupt: nothing was saved.
+    """
+    for given in (request.video, request.source):
+        if given is not None and given.exists() and request.table.exists() and given.samefile(request.table):
+            raise FolderError(f"{given} is what the work reads; choose another --out")
+    table = Table(request.table, overwrite=request.overwrite)
+    taken = None
+    if request.source is not None:
+        taken = read_start(request.source, request.frame, request.facing)
+        print(taken.told)
+    marked = min(table.marks, default=0)
+    first = request.frame if request.frame is not None else taken.frame if taken else marked
+    session = Session(request.video, table, first, taken, request.facing)
+    try:
+        server = Server(session, request.port)
+    except OSError as error:
+        raise FolderError(
+            f"port {request.port} of {LOOPBACK} cannot be had ({error.strerror}); choose another --port"
+        ) from error
+    with server:
+        print(f"mark the joints at {server.address}")
+        print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
+        if request.browser:
+            _open(server.address)
+        stopped = False
+        try:
+            server.serve_forever(poll_interval=0.1)
+        except KeyboardInterrupt:
+            if not session.saved:
+                raise
+            stopped = True
+    if stopped:
+        print("stopped; what was not saved is gone")
+    frames = "1 frame" if len(table.marks) == 1 else f"{len(table.marks)} frames"
+    print(f"{frames} marked in {table.path}")
+    print(f"next: {session.next_command()}")
+
+
+def _open(address: str) -> None:
+    """Show the page, unless the only browser here would take over the terminal."""
+    try:
+        browser = webbrowser.get()
+    except webbrowser.Error:
+        return
+    in_terminal = isinstance(browser, webbrowser.GenericBrowser)
+    if not in_terminal or isinstance(browser, webbrowser.BackgroundBrowser):
+        browser.open(address)

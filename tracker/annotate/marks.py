@@ -1,0 +1,105 @@
+"""A keypoints table that is opened, extended and saved; what was not touched stays as it was."""
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+
+from tracker.run.folder import FolderError, fresh_file
+from tracker.tables.keypoints import COLUMNS, KEYPOINTS, KeypointsError, Mark, Marks, read_keypoints
+
+VISIBLE = "visible"
+
+
+class Table:
+    """The table behind a marking session.
+
+    A row whose mark is still the same keeps its text and its further columns. A row whose mark changed
+    keeps none of them, for they spoke of the old one.
+
+    path  : where it is saved
+    marks : as last saved, or as found
+    """
+
+    def __init__(self, path: Path, *, overwrite: bool = False) -> None:
+        """Open the table; a file that is not there yet, or is to be replaced, gives an empty one.
+
+        Raises:
+            FolderError: a folder in its place.
+            KeypointsError: a file that is no keypoints table.
+        """
+        if path.is_dir():
+            raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
+        self.path = path
+        self.marks: Marks = {}
+        self._header, self._rows = [*COLUMNS, VISIBLE], list[list[str]]()
+        self._found = path.read_bytes() if path.exists() else None
+        if self._found is not None and not overwrite:
+            try:
+                self.marks = read_keypoints(path)
+            except KeypointsError as error:
+                raise KeypointsError(
+                    f"{error}; repair it, give another --out, or start anew with --overwrite"
+                ) from error
+            self._header, *rows = csv.reader(io.StringIO(self._found.decode("utf-8-sig"), newline=""))
+            self._rows = [row for row in rows if row]
+            if VISIBLE not in self._header:
+                self._header.append(VISIBLE)
+
+    def save(self, changed: Mapping[int, Mapping[str, Mark]]) -> None:
+        """Put these frames' marks, all of them, in place of what the table has for them, and write it.
+
+        Raises:
+            FolderError: the file was changed by somebody else since, cannot be written, or nothing is marked.
+        """
+        marks = {frame: dict(of) for frame, of in {**self.marks, **changed}.items() if of}
+        if not marks:
+            raise FolderError("no joint is marked in any frame; mark one at least")
+        if self.path.exists() and self.path.read_bytes() != self._found:
+            raise FolderError(
+                f"{self.path} was changed by another program since it was opened here; nothing was "
+                "written over it. Keep this page open, move that file away and save again"
+            )
+        rows = [row for row in self._rows if self._frame(row) not in changed]
+        rows += [
+            self._row(frame, name, of[name])
+            for frame, of in changed.items()
+            for name in KEYPOINTS
+            if name in of
+        ]
+        rows.sort(key=self._frame)
+        text = io.StringIO(newline="")
+        csv.writer(text, lineterminator="\n").writerows([self._header, *rows])
+        content = text.getvalue().encode("utf-8")
+        with fresh_file(self.path, overwrite=True) as aside:
+            aside.write_bytes(content)
+        self.marks, self._rows, self._found = marks, rows, content
+
+    def _frame(self, row: list[str]) -> int:
+        try:
+            return int(float(self._cell(row, "frame")))
+        except (ValueError, OverflowError):  # a row without a position may say anything
+            return -1
+
+    def _cell(self, row: list[str], column: str) -> str:
+        at = self._header.index(column)
+        return row[at].strip() if at < len(row) else ""
+
+    def _row(self, frame: int, name: str, mark: Mark) -> list[str]:
+        if self.marks.get(frame, {}).get(name) == mark:
+            for row in self._rows:
+                if self._frame(row) == frame and self._cell(row, "keypoint") == name and self._cell(row, "x"):
+                    return row
+        cells = {
+            "frame": str(frame),
+            "keypoint": name,
+            "x": _pixel(mark.x),
+            "y": _pixel(mark.y),
+            VISIBLE: str(int(mark.visible)),
+        }
+        return [cells.get(column, "") for column in self._header]
+
+
+def _pixel(value: float) -> str:
+    """Hundredths, without the zeros that say nothing."""
+    return f"{round(value, 2) + 0.0:.2f}".rstrip("0").rstrip(".")

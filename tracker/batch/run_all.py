@@ -1,0 +1,208 @@
+"""Many clips by one table: every row is tracked by itself, and what is done and complete is left alone."""
+
+import csv
+import hashlib
+import os
+from collections import Counter
+from collections.abc import Iterable
+from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tracker import __version__
+from tracker.batch.jobs import Row, read_jobs
+from tracker.clip.follow import Job, follow, write_run
+from tracker.errors import fault
+from tracker.models.cluster import cluster_at, local_cluster
+from tracker.progress import Progress
+from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
+from tracker.run.read import RunError, read_news, read_run
+from tracker.tables.poses import write_table
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+SUMMARY = ("video", "model", "out", "status", "frames", "outcomes", "rate", "warnings", "error")
+DONE, SKIPPED, FAILED = "done", "skipped", "failed"
+
+
+class BatchError(ValueError):
+    """A batch that was stopped by hand."""
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a row ended: done, skipped or failed; what its folder says, or one line of error."""
+
+    status: str
+    frames: int | None = None
+    outcomes: str = ""
+    rate: float | None = None
+    warnings: str = ""
+    error: str = ""
+
+
+Ended = list[tuple[Row, Ending]]
+
+
+def run_batch(
+    table: Path,
+    place: Path,
+    *,
+    workers: int | None,
+    scheduler: str | None,
+    overwrite: bool,
+    progress: Progress,
+) -> Ended:
+    """Track every row of a table of jobs, and write summary.csv.
+
+    Args:
+        place: where the folders go that the table names, and the summary.
+        workers: processes of this machine, None for one a processor; without meaning with a scheduler.
+        scheduler: address of a Dask scheduler, whose workers see the same files under the same names.
+        overwrite: whether complete runs of other jobs may be replaced.
+
+    Raises:
+        JobsError: a table that cannot be used; nothing was done.
+        ClusterError: a scheduler that does not answer.
+        FolderError: a summary that cannot be written.
+    """
+    rows = read_jobs(table, place, progress)
+    summary = place / "summary.csv"
+    if summary.exists() and not _is_summary(summary):
+        raise FolderError(f"{summary} is of something else and would be replaced; choose another --out")
+    # The summary's place is tried first: a batch takes long, and would be lost on a place that cannot be.
+    with fresh_file(summary, overwrite=True) as aside:
+        outs, processes = [row.out for row in rows], min(workers or _processors(), len(rows))
+        with swept(outs), _cluster(scheduler, processes) as client:
+            ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
+        write_table(aside, SUMMARY, (summary_cells(row, ending) for row, ending in ended))
+    return ended
+
+
+def run_row(row: Row, overwrite: bool) -> Ending:
+    """Track one clip, unless its folder holds this very job; what keeps it from being done is its error."""
+    try:
+        job = row.job()
+        key = job_key(job)
+        if _key_in(row.out) == key:
+            return _ending(SKIPPED, row.out)
+        quiet = Progress("quiet")
+        with fresh_folder(row.out, overwrite=overwrite, inputs=row.inputs) as aside:
+            write_run(follow(job, quiet), aside, quiet, key)
+        return _ending(DONE, row.out)
+    except Exception as error:
+        said = fault(error)
+        if said is None:
+            raise
+        return Ending(FAILED, error=_one_line(said))
+
+
+def job_key(job: Job) -> str:
+    """What tells one job from another: all that results come from, and of files what they hold."""
+    digest = hashlib.sha256(__version__.encode())
+    for field in fields(job):
+        value = getattr(job, field.name)
+        if isinstance(value, Path) or (field.name == "model" and Path(value).is_file()):
+            for path in _files(Path(value)):
+                with path.open("rb") as file:
+                    digest.update(hashlib.file_digest(file, "sha256").digest())
+        elif field.name != "called":
+            digest.update(f"{field.name} {value!r}\n".encode())
+    return digest.hexdigest()
+
+
+def summary_cells(row: Row, ending: Ending) -> list[str]:
+    """A row of summary.csv."""
+    return [
+        str(row.video),
+        row.model,
+        str(row.out),
+        ending.status,
+        "" if ending.frames is None else str(ending.frames),
+        ending.outcomes,
+        "" if ending.rate is None else f"{ending.rate:g}",
+        ending.warnings,
+        ending.error,
+    ]
+
+
+def _cluster(scheduler: str | None, workers: int) -> AbstractContextManager["Client"]:
+    return local_cluster(workers) if scheduler is None else cluster_at(scheduler)
+
+
+def _run_all(
+    client: "Client", rows: list[Row], overwrite: bool, name: str, progress: Progress
+) -> list[Ending]:
+    from distributed import as_completed
+
+    futures = {client.submit(run_row, row, overwrite, pure=False): n for n, row in enumerate(rows)}
+    endings: dict[int, Ending] = {}
+    try:
+        with progress.task(f"batch {name}", len(rows)) as advance:
+            for future, answer in as_completed(futures, with_results=True, raise_errors=False):
+                endings[futures.pop(future)] = _ending_of(answer)
+                # A row that is still wanted would be done again if the process that has its answer died.
+                future.release()
+                advance()
+    except KeyboardInterrupt as error:
+        client.cancel(list(futures))
+        raise BatchError("interrupted; what is done stays, and the same batch again goes on there") from error
+    return [endings[n] for n in range(len(rows))]
+
+
+def _ending_of(answer: object) -> Ending:
+    """What a row came to: its own ending, or of an error that it could not tell of itself."""
+    from distributed import KilledWorker
+    from distributed.scheduler import NoWorkerError
+
+    if isinstance(answer, Ending):
+        return answer
+    error = answer[1] if isinstance(answer, tuple) else answer  # Dask gives its type and traceback too
+    if isinstance(error, KilledWorker):
+        return Ending(FAILED, error="its process died again and again; is there enough memory?")
+    if isinstance(error, NoWorkerError):
+        return Ending(FAILED, error="no process was left to do it; the same batch again goes on here")
+    return Ending(FAILED, error=_one_line(f"{type(error).__name__}: {error}"))
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _ending(status: str, folder: Path) -> Ending:
+    record = read_run(folder)
+    counts = Counter(outcome or "not followed" for outcome in record.outcome)
+    return Ending(
+        status,
+        frames=len(record),
+        outcomes=", ".join(f"{count} {outcome}" for outcome, count in counts.items()),
+        rate=record.news.rate,
+        warnings="; ".join(record.news.warnings),
+    )
+
+
+def _key_in(folder: Path) -> str:
+    """The key of the job whose complete run is in a folder, "" if there is none."""
+    with suppress(RunError):
+        return read_news(folder).job
+    return ""
+
+
+def _files(path: Path) -> Iterable[Path]:
+    """A file, or those of a folder of images; none where there is no such thing, which tracking will say."""
+    if path.is_dir():
+        return sorted(inner for inner in path.iterdir() if inner.is_file())
+    return [path] if path.exists() else []
+
+
+def _is_summary(path: Path) -> bool:
+    with suppress(OSError, UnicodeDecodeError, csv.Error), path.open(newline="", encoding="utf-8") as file:
+        return tuple(next(csv.reader(file), ())) == SUMMARY
+    return False
+
+
+def _processors() -> int:
+    """As many as this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,183 @@
+"""The commands on files: exports for other programs, many clips at once, every setting."""
+
+import os
+from collections import Counter
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tracker.cli.options import (
+    Facing,
+    Overwrite,
+    ProgressStyle,
+    Quiet,
+    Style,
+    plain_errors,
+    shown_progress,
+    towards,
+)
+
+if TYPE_CHECKING:
+    from tracker.batch.run_all import Ended
+
+
+class To(StrEnum):
+    """What other program a run is exported to."""
+
+    DLC = "dlc"
+    TRC = "trc"
+    MOT = "mot"
+    SPORTS2D = "sports2d"
+    OPENPOSE = "openpose"
+    MYOGAIT = "myogait"
+
+
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run of 'figtrack track'.")],
+    to: Annotated[
+        To,
+        typer.Option(
+            help="dlc: DeepLabCut CSV; trc, mot: OpenSim; sports2d: TRC in pixels; openpose: JSON files; "
+            "myogait: JSON."
+        ),
+    ],
+    height: Annotated[
+        float | None, typer.Option(min=0.3, max=3.0, help="Of the person, metres: the scale of trc and mot.")
+    ] = None,
+    scale_points: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X1,Y1,X2,Y2,METRES",
+            help="The scale instead by two pixels and the metres between them, where the figure walks.",
+        ),
+    ] = None,
+    facing: Annotated[
+        Facing | None, typer.Option(help="Which way the figure faces [default: as the run has it].")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The file, or folder for openpose [default: DIR and an ending].")
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    progress: ProgressStyle = Style.AUTO,
+) -> None:
+    """Write a run for another program.
+
+    Joints are told right and left; some programs take angles or metres.
+
+    Example: figtrack export walk-track --to trc --height 1.75
+    """
+    if height is not None and scale_points is not None:
+        raise typer.BadParameter("give either --height or --scale-points, not both")
+    points = None if scale_points is None else _scale_points(scale_points)
+    with plain_errors():
+        from tracker.foreign.export import Wish, export_name, export_run
+
+        place = out or Path(export_name(folder, to.value))
+        wish = Wish(to.value, height, points, towards(facing))
+        shown = shown_progress(quiet, progress)
+        said = export_run(folder, wish, place, overwrite=overwrite, progress=shown)
+        print(f"wrote {place} from {folder}{f'; {said}' if said else ''}")
+
+
+def batch(
+    jobs: Annotated[
+        Path,
+        typer.Argument(
+            help="Table of clips: video,keypoints,start,model,out; also stop,facing,rate,smooth,anchors,"
+            "settings."
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results and summary.csv [default: the table's own folder]."),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, max=512, help="Processes of this machine [default: one a processor]."),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler to send the clips to, tcp://HOST:PORT.")
+    ] = None,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
+    progress: ProgressStyle = Style.AUTO,
+) -> None:
+    """Follow many clips, each by itself.
+
+    Those that are done and complete are skipped.
+
+    Example: figtrack batch jobs.csv --out results --workers 4
+    """
+    if workers is not None and scheduler is not None:
+        raise typer.BadParameter("give either --workers or --scheduler, not both")
+    with plain_errors():
+        from tracker.batch.run_all import FAILED, run_batch
+
+        place = jobs.absolute().parent if out is None else out.absolute()
+        ended = run_batch(
+            jobs,
+            place,
+            workers=workers,
+            scheduler=scheduler,
+            overwrite=overwrite,
+            progress=shown_progress(quiet, progress),
+        )
+        _show(ended, place)
+        if any(ending.status == FAILED for _, ending in ended):
+            raise typer.Exit(1)
+
+
+def settings(
+    out: Annotated[Path | None, typer.Option(help="The TOML file to write [default: printed].")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write every setting of the tracker as a TOML file.
+
+    Of each it is told what it means, its unit, range and default.
+
+    Example: figtrack settings --out mine.toml
+    """
+    with plain_errors():
+        from tracker.run.folder import fresh_file
+        from tracker.settings import settings_toml
+
+        if out is None:
+            print(settings_toml(), end="")
+            return
+        with fresh_file(out, overwrite=overwrite) as aside:
+            aside.write_text(settings_toml(), encoding="utf-8")
+        print(f"{out}: every setting; figtrack track ... --settings {out}")
+
+
+def _scale_points(text: str) -> tuple[float, float, float, float, float]:
+    try:
+        x1, y1, x2, y2, metres = map(float, text.split(","))
+    except ValueError:
+        raise typer.BadParameter(
+            f"--scale-points wants five numbers x1,y1,x2,y2,METRES; got {text!r}"
+        ) from None
+    return x1, y1, x2, y2, metres
+
+
+def _show(ended: "Ended", place: Path) -> None:
+    """How every row ended, as a table on stdout."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for name in ("video", "out", "status", "frames", "outcome"):
+        table.add_column(name, overflow="fold", justify="right" if name == "frames" else "left")
+    for row, ending in ended:
+        said = ending.error or ending.outcomes
+        frames = "" if ending.frames is None else str(ending.frames)
+        folder = os.path.relpath(row.out, place)
+        table.add_row(row.video.name, folder, ending.status, frames, said)
+    console = Console(markup=False, highlight=False, soft_wrap=False)
+    console.print(table)
+    counts = Counter(ending.status for _, ending in ended)
+    print(
+        ", ".join(f"{count} {status}" for status, count in counts.items()) + f"; see {place / 'summary.csv'}"
+    )

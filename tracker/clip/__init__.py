@@ -1,0 +1,1 @@
+"""A clip followed from its first frame to its last."""

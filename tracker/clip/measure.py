@@ -1,0 +1,124 @@
+"""The points of a whole clip that `--measure` names: which of them count, and what is to be said of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from kinematics.recover import Start
+from kinematics.spm import joints
+from tracker.foreign.formats import read_points
+from tracker.foreign.text_files import ForeignError
+from tracker.loop.detections import Detections, Detector
+from tracker.run.track import Track
+from tracker.settings import Settings
+
+FAR = 1.0  # leg lengths from the start pose, by the median: then it is of another clip
+FEWEST = 3  # points that this is said by
+SIGMA = 1.4826  # standard deviations in the median of a Gaussian's absolute values
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a finished track says of the points, as run.json has it.
+
+    file      : they are of
+    frames    : how many of the track's have any
+    spread    : of a point, leg lengths, as it was reckoned with
+    exchanged : frames in which the names of near and far leg are taken for exchanged
+    """
+
+    file: str
+    frames: int
+    spread: float
+    exchanged: list[int]
+
+    def __str__(self) -> str:
+        return (
+            f"legs named the wrong way round in {len(self.exchanged)} of {self.frames} frames of {self.file}"
+        )
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A file of points.
+
+    frames : those that count, by frame
+    jitter : standard deviation of a point about a smooth path, leg lengths; 0 where too few say it
+    """
+
+    path: Path
+    frames: Mapping[int, Detections]
+    jitter: float
+
+    def known_by(self, settings: Settings) -> Settings:
+        """The settings with the spread of these very points."""
+        return settings.model_copy(update={"point": max(settings.point, self.jitter)})
+
+    def judged(self, track: Track, settings: Settings) -> Judged:
+        """The points beside the poses of a track; `settings` are those it was followed with."""
+        rows = {frame: frame - track.first for frame in self.frames}
+        rows = {frame: t for frame, t in rows.items() if 0 <= t < len(track)}
+        exchanged = [
+            frame
+            for frame, t in rows.items()
+            if Detector(track.figure, track.view_at(t), settings).misnamed(self.frames[frame], track.q[t])
+        ]
+        return Judged(str(self.path), len(rows), round(settings.point, 4), exchanged)
+
+
+def read_measured(path: Path, start: Start, frame: int, settings: Settings) -> Measured:
+    """The points of a file that the figure has and that are likely enough, by frame.
+
+    Args:
+        start: the pose marked in `frame`; it says which leg is near.
+
+    Raises:
+        ForeignError: a file that cannot be read, no point that counts, or points of somebody else.
+    """
+    points = read_points(path, start.view.facing)
+    likely = (points.likelihood >= settings.point_likelihood)[..., None]
+    places = np.where(likely, points.known, np.nan)
+    frames = {t: Detections.of(start.figure, points.names, row) for t, row in enumerate(places)}
+    frames = {t: found for t, found in frames.items() if len(found.joint)}
+    if not frames:
+        raise ForeignError(
+            f"no point of {path} has a likelihood of {settings.point_likelihood:g}; lower point_likelihood "
+            "in a --settings file"
+        )
+    _check_whose(path, frames.get(frame), start, frame)
+    return Measured(path, frames, jitter(points.names, places) / start.view.unit)
+
+
+def jitter(names: tuple[str, ...], places: Array) -> float:
+    """Standard deviation of a coordinate about smooth paths (T, J, 2); 0 where too few frames say it.
+
+    By third differences, in which motion all but vanishes and white noise has twenty times its variance. Of
+    the legs' points the sum is taken, which stays where they are exchanged; the median leaves out what is far
+    off.
+    """
+    paths = dict(zip(names, np.moveaxis(places, 1, 0), strict=True))
+    for near in [name for name in names if name.startswith("near_")]:
+        far = near.replace("near_", "far_")
+        if far in paths:
+            paths[near] = (paths[near] + paths.pop(far)) / np.sqrt(2.0)
+    away = np.abs(np.diff(np.stack(list(paths.values())), 3, axis=1))
+    known = away[np.isfinite(away)]
+    return SIGMA * float(np.median(known)) / np.sqrt(20.0) if known.size else 0.0
+
+
+def _check_whose(path: Path, found: Detections | None, start: Start, frame: int) -> None:
+    if found is None or len(found.joint) < FEWEST:
+        return
+    marked = start.view.to_pixels(joints(start.figure, start.q))
+    away = min(
+        float(np.median(np.hypot(*(way.pixels - marked[way.joint]).T)))
+        for way in (found, found.exchanged(start.figure))
+    )
+    if away > FAR * start.view.unit:
+        raise ForeignError(
+            f"the points of {path} in frame {frame} are {away:.0f} px from the start pose; "
+            "give the file of this very clip, in its pixels"
+        )

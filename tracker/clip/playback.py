@@ -1,0 +1,55 @@
+"""How fast a clip is played: 1 as filmed, 0.5 in slow motion at half speed.
+
+Of a grid of speeds, that at which a learned model finds the tracked poses most likely (GPB2's evidence). A
+gait has its own pace, so a stride that takes twice as many frames was filmed or played at half speed.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from dynamics.gpb2_filter import gpb2_filter
+from dynamics.motion.rate import backwards
+from dynamics.slds import SLDS
+from tracker.models.find import CONSTANT_VELOCITY, TRAVELLING, by_freedom, switching_model
+
+RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
+ENOUGH = 600  # frames: twenty seconds tell the pace
+PLACE, ANGLE = 0.02, float(np.radians(3.0))  # of tracked poses: leg lengths, radians
+OTHERWISE = "walk-run"  # whose pace is asked where the clip was followed without a learned model
+
+
+def playback_rate(model: str, poses: Array, fps: float) -> float:
+    """The speed at which a clip is played, among RATES.
+
+    Args:
+        model: by which the clip was followed, see `tracker.models.find.find_model`.
+        poses: (T, M) tracked root and angles; rows of NaN where the figure was lost.
+        fps: frames a second of the clip.
+    """
+    name = OTHERWISE if model == CONSTANT_VELOCITY else model
+    known = np.isfinite(poses).all(1)
+    if not known.any():
+        return 1.0
+    poses = poses[known.argmax() :][:ENOUGH]
+    fits: dict[float, float] = {}
+    for rate in RATES:
+        try:
+            slds = switching_model(name, fps / rate)
+        except ValueError:  # further from its own frame rate than the model can go
+            continue
+        fits[rate] = max(_evidence(way, poses) for way in (slds, backwards(slds)))
+    return max(fits, key=lambda rate: fits[rate]) if fits else 1.0
+
+
+def _evidence(slds: SLDS, poses: Array) -> float:
+    """Of tracked poses, the first of them known, without the neck's own constant, nats."""
+    y = poses.copy()
+    travelling = np.array([name in TRAVELLING for name in slds.names])
+    y[:, travelling] -= y[0, travelling]
+    if "neck" in slds.names:
+        neck = slds.names.index("neck")
+        y[:, neck] -= np.nanmean(y[:, neck])
+    spread = by_freedom(slds.names, PLACE, ANGLE)
+    return float(gpb2_filter(replace(slds, R=np.diag(spread**2)), y).log_evidence.sum())

@@ -1,0 +1,71 @@
+"""The start pose that a marked frame makes, and what is wrong with it."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from kinematics.doubts import beyond_limits, doubts
+from kinematics.figure import Figure, load_figure
+from kinematics.recover import Marks as Places
+from kinematics.recover import Start, facing_of, start_pose
+from tracker.tables.keypoints import Mark, Marks, points
+
+
+class StartError(ValueError):
+    """A start pose that this clip cannot be followed from."""
+
+
+def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, int]) -> Start:
+    """The start pose of a marked frame of a clip.
+
+    Args:
+        facing: +1 right, -1 left, None to see it from the marks.
+        size: width and height of the picture, pixels.
+
+    Raises:
+        StartError: marks outside the picture, or a pose that cannot be right.
+        PoseError: a joint that the figure cannot do without is missing, or two joints fall together.
+    """
+    marked, figure = marks[frame], load_figure()
+    places, way = points(marked), facing or facing_at(marks, frame)
+    _check_in_picture(marked, figure.base, frame, size)
+    hidden = frozenset(joint for joint, mark in marked.items() if not mark.visible)
+    start = replace(start_pose(figure, places, way), hidden=hidden)
+    wrong = objections(figure, places, way)
+    if wrong:
+        raise StartError(f"mark the start again at frame {frame}: {'; '.join(wrong)}")
+    return start
+
+
+def objections(figure: Figure, places: Places, facing: int) -> list[str]:
+    """Why joints marked so far cannot be right, a clause each; none if they can be."""
+    wrong = doubts(figure, places, facing)
+    if wrong and beyond_limits(figure, places, facing) and not beyond_limits(figure, places, -facing):
+        side = "right" if facing < 0 else "left"
+        wrong.append(f"or give --facing {side} if that is where the figure faces")
+    return wrong
+
+
+def facing_at(marks: Marks, frame: int) -> int:
+    """Which way the figure faces in a marked frame, seen from it and the next: +1 right, -1 left."""
+    later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
+    return facing_of(points(marks[frame]), later)
+
+
+def outside(marked: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
+    """Joints that are not marked in the picture; `size` is its width and height in pixels."""
+    width, height = size
+    return [
+        name
+        for name, mark in marked.items()
+        if not (-0.5 <= mark.x <= width - 0.5 and -0.5 <= mark.y <= height - 0.5)
+    ]
+
+
+def _check_in_picture(marked: Mapping[str, Mark], base: str, frame: int, size: tuple[int, int]) -> None:
+    names = outside(marked, size)
+    if base in names or 2 * len(names) > len(marked):
+        width, height = size
+        raise StartError(
+            f"the start pose of frame {frame} lies outside the picture of {width} x {height} px "
+            f"({', '.join(names)}); mark it on the very video that is tracked"
+        )

@@ -1,0 +1,33 @@
+"""What keeps work from being done, as against a mistake of ours."""
+
+import errno
+
+from numpy.linalg import LinAlgError
+
+from dynamics.store import ModelError
+from tracker.run.folder import FolderError
+from videos.frames import VideoError
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+def fault(error: Exception) -> str | None:
+    """What kept the work from being done, in one line; None if that is a mistake of ours."""
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this; give a smaller video or table"
+    if isinstance(error, OSError):
+        return _one_line(_system_fault(error))
+    expected = isinstance(error, ModelError | FolderError | VideoError | ValueError)
+    return _one_line(str(error)) if expected and not isinstance(error, LinAlgError) else None
+
+
+def _system_fault(error: OSError) -> str:
+    text = error.strerror or str(error)
+    if error.errno in FULL:
+        return f"no room to write ({text}); make some, or choose another --out"
+    return f"{text}: {error.filename}" if error.filename else text
+
+
+def _one_line(text: str) -> str:
+    """A file's name may hold line breaks, and what moves a terminal's cursor."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

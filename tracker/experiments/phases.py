@@ -1,0 +1,192 @@
+"""The phases of a jog: do the switching states of a learned model follow the gait (1999, figure 2)?"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+from dynamics.viterbi import viterbi_all
+from kinematics.mocap import POSE_COLUMNS
+from kinematics.mocap import Sequence as Capture
+from tracker.experiments.panels import LEGS, STATES, bar, grid, legs, to_svg
+from tracker.experiments.section import Claim, Plot, Section, Table, Verdict, left_out, spread
+from tracker.experiments.study import Recipe, Study, centred
+from tracker.motion.label_plot import patches
+
+KEY, TITLE, SOURCE = "phases", "Phases inside a jog", "1999, figure 2"
+COUNTS = (2, 3, 4)
+BINS = 12  # of a stride
+CLEAR, SOME = 0.7, 0.35  # of the frames that chance gets wrong
+TELLING = 85.0  # per cent of the frames in which a state that stands for a leg has it ahead
+SHOWN = 60  # frames
+HIPS = POSE_COLUMNS.index("hip_near"), POSE_COLUMNS.index("hip_far")
+
+
+def recipes(study: Study) -> list[Recipe]:
+    """Jogs alone, first order as in the figure's paper."""
+    if "run" not in study.motions:
+        return []
+    return [_recipe(count, held) for count in _counts(study) for held in study.held_out]
+
+
+def cost(study: Study) -> int:
+    """For progress."""
+    return len(recipes(study))
+
+
+def run(study: Study) -> Section:
+    """Every jog cut by models that were learned without its subject."""
+    if "run" not in study.motions:
+        return left_out(KEY, TITLE, SOURCE, "the captures show no run or jog")
+    shown = max(study.of("run"), key=lambda c: len(c.y))
+    cuts = {count: Cut() for count in _counts(study)}
+    paths: dict[int, NDArray[np.intp]] = {}
+    for count, cut in cuts.items():
+        for held in study.each(study.held_out, 1):
+            jogs = [c for c in study.tested(held) if c.label == "run"]
+            found = viterbi_all(study.slds(_recipe(count, held)), [centred(c.y) for c in jogs])
+            cut.add(jogs, [p.path for p in found])
+            here = next((p.path for c, p in zip(jogs, found, strict=True) if c is shown), None)
+            paths |= {} if here is None else {count: here}
+    rows = tuple(
+        (str(n), spread(list(cut.regular.values()), 0), f"{np.mean(cut.commonest):.0f}",
+         spread(list(cut.leg.values()), 0), spread(cut.switches))
+        for n, cut in cuts.items()
+    )  # fmt: skip
+    table = Table(
+        "Least to greatest over subjects in brackets; of the changes, over groups left out.",
+        (
+            "states",
+            "usual state at that point of the stride, %",
+            "by chance, %",
+            "leg ahead told by the state, %",
+            "changes a stride",
+        ),
+        rows,
+    )
+    unseen = "left out in learning" if study.folds else "also learned from, as there are too few to leave out"
+    return Section(
+        KEY,
+        TITLE,
+        SOURCE,
+        "Models of the jogs alone, first order, started by k-means on pose and velocity and learned by EM "
+        f"with Viterbi inference, cut the jogs of people who were {unseen}. If the states are phases, each "
+        f"{BINS}th of the stride has its usual state; by chance, the commonest state of all would be right. "
+        "A state tells the leg ahead if one leg is ahead in all of its frames; half is chance.",
+        (claim(cuts),),
+        (table,),
+        (_plot(shown, paths),),
+        {str(n): asdict(cut) for n, cut in cuts.items()},
+    )
+
+
+@dataclass
+class Cut:
+    """How the states of one number lie in the stride; per cent of each subject's frames.
+
+    regular   : in the usual state for that point of the stride
+    leg       : with the leg ahead that is usual for their state
+    commonest : in the commonest state, by group
+    switches  : changes of state a stride, by group
+    """
+
+    regular: dict[str, float] = field(default_factory=dict)
+    leg: dict[str, float] = field(default_factory=dict)
+    commonest: list[float] = field(default_factory=list)
+    switches: list[float] = field(default_factory=list)
+
+    def add(self, jogs: Sequence[Capture], paths: Sequence[NDArray[np.intp]]) -> None:
+        """The jogs of one group and the states that one model gave their frames."""
+        subjects = np.repeat([c.subject for c in jogs], [len(c.y) for c in jogs])
+        apart = [c.y[:, HIPS[0]] - c.y[:, HIPS[1]] for c in jogs]
+        turns = [turn(a) for a in apart]
+        path = np.concatenate(paths)
+        point = np.floor(np.concatenate(turns) * BINS).astype(int) % BINS
+        self.regular |= usual(point, path, subjects)
+        self.leg |= usual(path, np.concatenate(apart) > 0, subjects)
+        self.commonest.append(100.0 * float(np.bincount(path).max()) / len(path))
+        strides = sum(abs(float(t[-1] - t[0])) for t in turns)
+        changes = sum(int((p[1:] != p[:-1]).sum()) for p in paths)
+        self.switches.append(changes / max(strides, 1e-9))
+
+
+def usual(given: NDArray[Any], what: NDArray[Any], subjects: NDArray[np.str_]) -> dict[str, float]:
+    """Of each subject the per cent of frames in which `what` is the commonest with the same `given`."""
+    right = np.zeros(len(what), dtype=bool)
+    for value in np.unique(given):
+        here = given == value
+        kinds, counts = np.unique(what[here], return_counts=True)
+        right[here] = what[here] == kinds[counts.argmax()]
+    return {str(who): 100.0 * float(right[subjects == who].mean()) for who in np.unique(subjects)}
+
+
+def turn(apart: Array) -> Array:
+    """(T,) strides since the near leg was farthest ahead, from the thighs' difference and its change."""
+    swing = apart - apart.mean()
+    speed = np.gradient(swing)
+    angle = np.arctan2(-speed * swing.std(), swing * speed.std())
+    return np.asarray(np.unwrap(angle) / (2.0 * np.pi))
+
+
+def claim(cuts: dict[int, Cut]) -> Claim:
+    """Whether two states are phases of the stride, and which."""
+    two = cuts[2]
+    regular, chance = float(np.mean(list(two.regular.values()))), float(np.mean(two.commonest))
+    leg, changes = float(np.mean(list(two.leg.values()))), float(np.mean(two.switches))
+    gained = (regular - chance) / (100.0 - chance)
+    verdict = Verdict.HOLDS if gained >= CLEAR else Verdict.PARTLY if gained >= SOME else Verdict.FAILS
+    here = (
+        f"The two states are where they usually are in the stride in {regular:.0f} % of the frames (by "
+        f"chance {chance:.0f} %) and change {changes:.1f} times a stride. "
+    )
+    if leg >= TELLING:
+        here += f"They are the two legs: the state tells which is ahead in {leg:.0f} % of the frames."
+    else:
+        here += f"They do not tell the legs apart ({leg:.0f} % of the frames)"
+        best = max(cuts, key=lambda n: float(np.mean(list(cuts[n].leg.values()))))
+        more = float(np.mean(list(cuts[best].leg.values())))
+        here += f"; {best} states do so in {more:.0f} %." if best != 2 else "."
+    return Claim(
+        "A two-state model, started by clustering and refined by EM, cuts a jog into phases (shown, no "
+        "number given).",
+        verdict,
+        here,
+    )
+
+
+def _recipe(count: int, held: frozenset[str]) -> Recipe:
+    return Recipe(count, 1, held=held, motions=("run",))
+
+
+def _counts(study: Study) -> tuple[int, ...]:
+    return COUNTS[:2] if study.quick else COUNTS
+
+
+def _plot(shown: Capture, paths: dict[int, NDArray[np.intp]]) -> Plot:
+    T = min(SHOWN, len(shown.y))
+    y = shown.y[:T]
+    figure, axes = grid([1.7, 1.7, 0.35 * len(paths) + 0.9])
+    legs(axes[0, 0], y, "hip")
+    legs(axes[1, 0], y, "knee")
+    axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
+    below = axes[2, 0]
+    ahead = np.where(y[:, HIPS[0]] > y[:, HIPS[1]], "near", "far").tolist()
+    bar(below, ahead, -0.35, 0.7, LEGS)
+    for row, (_, path) in enumerate(paths.items(), 1):
+        bar(below, path[:T].tolist(), row - 0.35, 0.7, dict(enumerate(STATES)))
+    names = ["leg ahead", *(f"{count} states" for count in paths)]
+    below.set(ylim=(len(paths) + 0.5, -0.5), yticks=range(len(names)), yticklabels=names, xlabel="frame")
+    below.set_xlim(-0.5, T - 0.5)
+    below.tick_params(axis="y", length=0)
+    states = {f"state {i + 1}": STATES[i] for i in range(max(paths))}
+    figure.legend(handles=patches(states), loc="outside lower center", ncols=len(states), frameon=False)
+    return Plot(
+        to_svg(figure),
+        "Thigh and knee angles of a jog over bars of the leg ahead and of the switching states",
+        f"The longest jog ({shown.name}), {T} frames, 30 a second. Uppermost bar: the leg that is ahead "
+        "(near orange, far blue); below, the states of each model. State numbers of different models have "
+        "nothing in common.",
+    )

@@ -1,0 +1,135 @@
+"""The papers' experiments on somebody's captures: learn, measure, and say what holds."""
+
+import json
+import time
+from dataclasses import asdict
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
+from tracker import __version__
+from tracker.experiments import ahead, classify, gaps, phases, runtime, synthesis
+from tracker.experiments.findings import write_page
+from tracker.experiments.section import Section
+from tracker.experiments.study import FPS, MOTIONS, Study
+from tracker.progress import Progress
+from tracker.run.folder import fresh_folder
+
+# Each has recipes(study), cost(study) and run(study).
+EXPERIMENTS: tuple[ModuleType, ...] = (phases, classify, ahead, synthesis, gaps, runtime)
+PAGE, NUMBERS = "reproduce.html", "reproduce.json"
+
+
+def reproduce(
+    trials: Path, out: Path, *, overwrite: bool, progress: Progress, seed: int = 0, quick: bool = False
+) -> str:
+    """Run every experiment that the captures allow; leaves reproduce.html and reproduce.json in `out`.
+
+    Args:
+        trials: table of captures, walks and runs among them.
+        seed: of everything that is drawn.
+        quick: few captures, sequences and models, to see that all works; the figures mean nothing.
+
+    Returns:
+        What holds in a line each, and where the page is.
+
+    Raises:
+        MotionError: a table or capture that cannot be read.
+        ValueError: no walk and no run in the table.
+        FolderError: a place that cannot be written.
+    """
+    with fresh_folder(out, overwrite=overwrite, inputs=[trials]) as aside:
+        began = time.monotonic()
+        study = read_study(trials, progress, seed=seed, quick=quick)
+        sections = run_all(study, progress)
+        about, notes = _about(study, trials)
+        write_page(sections, about, notes, aside / PAGE)
+        _write_numbers(study, sections, aside / NUMBERS, time.monotonic() - began)
+    return "\n".join([*_lines(sections), "", f"open {out / PAGE}"])
+
+
+def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool = False) -> Study:
+    """The walks and runs of a table; raises as `reproduce`."""
+    wanted = [trial for trial in read_trials(trials) if trial.activity in MOTIONS]
+    straight, bends = [], []
+    with progress.task("reading captures", len(wanted)) as advance:
+        for trial in wanted:
+            found = sequences(trial, FPS)
+            straight += found
+            known = {s.name for s in found}
+            if CURVE in trial.tags:
+                bends += [s for s in sequences(trial, FPS, curves=True) if s.name not in known]
+            advance()
+    if not straight:
+        raise ValueError(
+            f"{trials} leaves no walk or run of {SHORTEST} frames or more; fill in the columns activity "
+            "and segments"
+        )
+    return Study(straight, bends, seed=seed, quick=quick)
+
+
+def run_all(study: Study, progress: Progress) -> list[Section]:
+    """Learn whatever any experiment needs, each model once, then run them in order."""
+    recipes = dict.fromkeys(recipe for experiment in EXPERIMENTS for recipe in experiment.recipes(study))
+    steps = sum(recipe.cost for recipe in recipes) + sum(e.cost(study) for e in EXPERIMENTS)
+    with progress.task("experiments", steps) as advance:
+        study.advance = advance
+        for recipe in recipes:
+            study.learn(recipe)
+        return [experiment.run(study) for experiment in EXPERIMENTS]
+
+
+def _about(study: Study, trials: Path) -> tuple[str, list[str]]:
+    parts = []
+    for motion in study.motions:
+        captures = study.of(motion)
+        subjects, frames = {c.subject for c in captures}, sum(len(c.y) for c in captures)
+        parts.append(
+            f"{motion}: {len(captures)} straight segments of {len(subjects)} subjects, {frames} frames"
+        )
+    about = f"{trials.name}; {'; '.join(parts)}, at {FPS:g} frames a second. Seed {study.seed}."
+    notes = [
+        "People are told apart by the table's column subject; somebody listed under two names counts as two."
+    ]
+    if study.folds:
+        groups = "; ".join(", ".join(sorted(fold)) for fold in study.folds)
+        notes.append(f"Groups of subjects left out in turn: {groups}.")
+    else:
+        notes.append(
+            "Too few subjects to leave some out: everything was measured on people that were learned from."
+        )
+    if study.quick:
+        notes.append("A quick look at a few captures; its figures mean nothing.")
+    return about, notes
+
+
+def _write_numbers(study: Study, sections: list[Section], path: Path, seconds: float) -> None:
+    news = {
+        "figtrack": __version__,
+        "seed": study.seed,
+        "quick": study.quick,
+        "seconds": round(seconds, 1),
+        "subjects": study.subjects,
+        "folds": [sorted(fold) for fold in study.folds],
+        "experiments": {s.key: {"claims": [asdict(c) for c in s.claims], **s.numbers} for s in sections},
+    }
+    path.write_text(json.dumps(_plain(news), indent=1, allow_nan=False), encoding="utf-8")
+
+
+def _plain(value: Any) -> Any:
+    """As JSON has it; what is not a number is null."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return round(float(value), 4) if np.isfinite(value) else None
+    return value
+
+
+def _lines(sections: list[Section]) -> list[str]:
+    width = max(len(claim.verdict.value) for s in sections for claim in s.claims)
+    return [f"{c.verdict.value:<{width}}  {s.title} {c.paper}" for s in sections for c in s.claims]

@@ -1,0 +1,149 @@
+"""A walk of the model's own, by the papers' switch and by one that depends on the pose."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+from dynamics.motion.tasks import synthesise
+from tracker.experiments.panels import INK, figures, grid, legs, to_svg
+from tracker.experiments.section import Claim, Plot, Section, Table, Verdict, left_out, spread
+from tracker.experiments.study import ANGLES, FPS, Recipe, Study, centred
+
+KEY, TITLE, SOURCE = "synthesis", "A walk of its own", "1999, figure 5; 2000, figure 2 f"
+FRAMES = 300
+RUNS = 10
+PERIODS = ((0, 50), (50, 150), (150, 300))
+WIDER = 0.05  # of an angle's range, on either side
+EVERY = 4  # frames between stick figures
+STICKS = 50  # frames shown as stick figures, as in the papers
+CURVES = 150
+IN_RANGE = 10.0  # per cent of frames out of range up to which a walk is called one
+SWITCHES = {False: "the papers' switch", True: "switch by the pose *"}
+
+
+@dataclass(frozen=True)
+class Run:
+    """s (T,) the switching states, y (T, 8) the poses and out (T,) whether an angle is out of range."""
+
+    s: NDArray[np.intp]
+    y: Array
+    out: NDArray[np.bool_]
+
+
+def recipes(study: Study) -> list[Recipe]:
+    """Walks of everybody."""
+    return [_recipe(study)] if "walk" in study.motions else []
+
+
+def cost(study: Study) -> int:
+    """For progress."""
+    return 2 * _runs(study) * len(recipes(study))
+
+
+def run(study: Study) -> Section:
+    """Free runs from several seeds, the first one drawn."""
+    if "walk" not in study.motions:
+        return left_out(KEY, TITLE, SOURCE, "the captures show no walk")
+    slds = study.slds(_recipe(study))
+    low, high = training_range([centred(c.y) for c in study.of("walk")])
+    made: dict[bool, list[Run]] = {False: [], True: []}
+    for recurrent in SWITCHES:
+        for n in study.each(range(_runs(study)), 1):
+            s, y = synthesise(slds, FRAMES, study.rng(4, n), recurrent=recurrent)
+            angles = y[:, ANGLES]
+            out = np.asarray(~((angles >= low) & (angles <= high)).all(1))
+            made[recurrent].append(Run(s, y, out))
+    shares = {
+        recurrent: {f"{a}-{b}": [100.0 * float(r.out[a:b].mean()) for r in runs] for a, b in PERIODS}
+        for recurrent, runs in made.items()
+    }
+    rows = tuple(
+        (SWITCHES[recurrent], *(spread(values, 0) for values in by.values()))
+        for recurrent, by in shares.items()
+    )
+    table = Table(
+        f"Frames with an angle outside the captures' range (widened by {100 * WIDER:.0f} % on either "
+        f"side), %, mean (least to greatest) of {_runs(study)} runs. * Not in the papers.",
+        ("model", *(f"frames {a} to {b - 1}" for a, b in PERIODS)),
+        rows,
+    )
+    return Section(
+        KEY,
+        TITLE,
+        SOURCE,
+        f"A second-order model of everybody's walks, {slds.K} states, runs freely for {FRAMES} frames (10 "
+        "s). The papers' switch depends on the last state alone; the other also on where the pose is, and "
+        "keeps each step near the poses of its state.",
+        tuple(claims(shares[False], shares[True])),
+        (table,),
+        tuple(_plot(made[recurrent][0], name) for recurrent, name in SWITCHES.items()),
+        {"out_of_range_percent": {"papers": shares[False], "by_pose": shares[True]}},
+    )
+
+
+def training_range(walks: Sequence[Array]) -> tuple[Array, Array]:
+    """Least and greatest of each angle in the captures, widened."""
+    angles = np.concatenate(walks)[:, ANGLES]
+    low, high = angles.min(0), angles.max(0)
+    wider = WIDER * (high - low)
+    return low - wider, high + wider
+
+
+def claims(papers: dict[str, list[float]], posed: dict[str, list[float]]) -> list[Claim]:
+    """From the shares out of range by period: of the papers' switch, and of the one by the pose."""
+    first, *_, last = papers
+    start, end = float(np.mean(papers[first])), float(np.mean(papers[last]))
+    natural = Verdict.HOLDS if start <= IN_RANGE else Verdict.PARTLY if start <= 50.0 else Verdict.FAILS
+    worse = Verdict.HOLDS if end > start + 1.0 else Verdict.FAILS
+    other = float(np.mean(posed[last]))
+    if other < end:
+        helped = f"A switch that depends on the pose keeps it to {other:.0f} %."
+    else:
+        helped = f"A switch that depends on the pose does not help ({other:.0f} %)."
+    return [
+        Claim(
+            "Sampling a learned walking model makes a walk of 50 frames (judged by eye).",
+            natural,
+            f"By number: {start:.0f} % of the first 50 frames are out of the captures' range; up to "
+            f"{IN_RANGE:.0f} % is taken as a walk.",
+        ),
+        Claim(
+            "It becomes less realistic as time goes on, for want of global constraints.",
+            worse,
+            f"Out of range: {start:.0f} % of frames {first}, {end:.0f} % of frames {last}. {helped}",
+        ),
+    ]
+
+
+def _recipe(study: Study) -> Recipe:
+    return Recipe(2, motions=("walk",)) if study.quick else Recipe(motions=("walk",))
+
+
+def _runs(study: Study) -> int:
+    return 2 if study.quick else RUNS
+
+
+def _plot(made: Run, name: str) -> Plot:
+    name = name.rstrip(" *")
+    figure, axes = grid([1.9, 1.6, 1.6, 1.1], share_x=False)
+    figures(axes[0, 0], made.y[:STICKS], EVERY, FPS)
+    y, out = made.y[:CURVES], made.out[:CURVES]
+    for ax, joint in zip(axes[1:3, 0], ("hip", "knee"), strict=True):
+        legs(ax, y, joint)
+        low, high = ax.get_ylim()
+        ax.fill_between(np.arange(len(y)), low, high, where=out, color="#c1272d", alpha=0.18, linewidth=0,
+                        step="mid", label="out of range")  # fmt: skip
+        ax.set(ylim=(low, high), xlim=(0, CURVES - 1), xticklabels=[])
+    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    axes[3, 0].step(np.arange(len(y)), made.s[:CURVES] + 1, where="mid", color=INK, linewidth=1.2)
+    axes[3, 0].set(xlabel="frame", ylabel="state", xlim=(0, CURVES - 1), ylim=(0.5, made.s.max() + 1.5))
+    axes[0, 0].set_title(f"{name[0].upper()}{name[1:]}", loc="left")
+    return Plot(
+        to_svg(figure),
+        f"Stick figures, thigh and knee angles and switching states of a synthesised walk, {name}",
+        f"The first run: stick figures every {EVERY} frames up to {STICKS}, then {CURVES} frames of the "
+        "angles and the switching state.",
+    )

@@ -1,0 +1,79 @@
+"""Any of the files that marks or points are taken from, told apart by what is in them."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tracker.foreign import coco, dlc, labelme, openpose, trc
+from tracker.foreign.names import joints_of, parts_of
+from tracker.foreign.people import People, largest
+from tracker.foreign.points import Points
+from tracker.foreign.text_files import ForeignError, load_json, opened
+from tracker.tables.keypoints import KEYPOINTS
+
+LONGEST = 1_000_000  # frames of a file; more is damage
+
+
+def read_people(path: Path) -> tuple[str, People]:
+    """Which program's file it is, and everybody in it.
+
+    Raises:
+        ForeignError: none of the formats, one that does not fit it, or nobody in it.
+    """
+    program, read = _format(path)
+    people = read(path)
+    if not any(any(seen) for seen in people.values()):
+        raise ForeignError(f"nobody is marked in {path}; give another file")
+    if not 0 <= min(people) <= max(people) < LONGEST:
+        raise ForeignError(f"{path} goes from frame {min(people)} to {max(people)}; export it again")
+    return program, people
+
+
+def read_points(path: Path, facing: int) -> Points:
+    """The largest and surest person of each frame under our names; what is hidden or estimated is left out.
+
+    Args:
+        facing: +1 right, -1 left: which leg is near.
+
+    Raises:
+        ForeignError: as `read_people`, or no point of ours in the file.
+    """
+    _, people = read_people(path)
+    found = {}
+    for frame, seen in people.items():
+        joints, _ = joints_of(parts_of(seen[largest(seen)]), facing) if seen else ({}, [])
+        found[frame] = {name: point for name, point in joints.items() if point.visible}
+    names = tuple(name for name in KEYPOINTS if any(name in joints for joints in found.values()))
+    if not names:
+        raise ForeignError(f"{path} has no point of ours; docs/annotate.md has the names")
+    places = np.full((max(people) + 1, len(names), 2), np.nan)
+    likelihood = np.zeros(places.shape[:2])
+    for frame, joints in found.items():
+        for name, point in joints.items():
+            places[frame, names.index(name)] = point.x, point.y
+            likelihood[frame, names.index(name)] = point.confidence
+    return Points(names, places, likelihood)
+
+
+def _format(path: Path) -> tuple[str, Callable[[Path], People]]:
+    if path.is_dir():
+        return "OpenPose", openpose.read_people
+    with opened(path) as file:
+        head = file.read(10_000).lstrip()
+    if dlc.is_dlc(head):
+        return "DeepLabCut", dlc.read_people
+    if trc.is_trc(head):
+        return "TRC", trc.read_people
+    content: Any = load_json(path) if head.startswith(("{", "[")) else None
+    if openpose.is_openpose(content):
+        return "OpenPose", openpose.read_people
+    if labelme.is_labelme(content):
+        return "labelme", labelme.read_people
+    if coco.is_coco(content):
+        return "COCO", coco.read_people
+    raise ForeignError(
+        f"{path} is none of the files that marks are taken from: a DeepLabCut CSV, a TRC in pixels, "
+        "OpenPose JSON, COCO keypoints JSON or labelme JSON"
+    )

@@ -1,0 +1,1 @@
+"""Strides and gait figures."""

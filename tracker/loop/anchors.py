@@ -1,0 +1,178 @@
+"""Anchors: what a marked frame says on the way, and a new start where it finds the figure elsewhere.
+
+At an anchor the marked joints take the place of the picture. Where they lie is linear in the pose about the
+pose that they make themselves, to be iterated (the iterated extended Kalman filter: Bell and Cathey, 1993);
+joints that are not marked measure nothing. Templates slide off slowly, of which the filter knows nothing: so
+an anchor may also shift the pose and the one before it alike, which leaves the motion as it was.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.belief import Belief
+from dynamics.gaussian import Array, Gaussian, apply
+from dynamics.kalman import update
+from dynamics.slds import SLDS
+from kinematics.figure import ROOT, SCALE, Figure
+from kinematics.recover import recover
+from kinematics.spm import joint_jacobian, joints, skeleton
+from tracker.loop.tracker import LOST, OK, OUTSIDE, Estimate, State, Tracker
+from tracker.picture.pyramid import Image
+from tracker.tables.keypoints import Mark
+
+SEEN, HIDDEN = 1.5, 6.0  # pixels: how well marks repeat, and how well joints are guessed that are hidden
+ALONG = 4.0  # pixels along the limb: cloth hides at which height a hip or knee is
+RIGID = 0.2  # leg lengths along a limb whose length is no freedom: it may point towards the camera
+SLIDE = 0.03  # leg lengths, or log units: how far templates slide from one anchor to the next
+TURN = float(np.radians(3.0))  # the same of an angle
+FAR = 0.25  # leg lengths: with a joint further off, the figure or its legs were taken for others
+SIZE = 0.1  # of the common log scale at a new start: what a walker grows or shrinks in some seconds
+PLACE = 10.0  # leg lengths: of the root at a new start, which may be anywhere in the picture
+ITERATIONS = 4
+BLEND = 0.5  # of what an anchor shows into the templates
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """The marked joints of one frame.
+
+    joint   : (J,) positions in `figure.joints`
+    pixels  : (J, 2)
+    visible : (J,)
+    """
+
+    joint: NDArray[np.intp]
+    pixels: Array
+    visible: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, figure: Figure, marks: Mapping[str, Mark]) -> Self:
+        """Those of the marks that the figure has."""
+        known = [(j, marks[name]) for j, name in enumerate(figure.joints) if name in marks]
+        return cls(
+            np.array([j for j, _ in known], dtype=np.intp),
+            np.array([(mark.x, mark.y) for _, mark in known]).reshape(-1, 2),
+            np.array([mark.visible for _, mark in known], dtype=bool),
+        )
+
+
+def passed(
+    tracker: Tracker, state: State, before: str, anchor: Anchor, image: Image
+) -> tuple[State, Estimate]:
+    """One frame on, to an anchor: from what was believed, or anew if that is far off or the figure was lost.
+
+    `before` is the outcome of the frame before.
+    """
+    proposed = tracker.proposed(state.belief)
+    priors = tracker.pose(proposed.states)
+    state = tracker.looked(state, image, priors)
+    here, expected = tracker.shifted(state.shift), priors.mean
+    places = here.view.to_pixels(joints(tracker.figure, expected[proposed.best]))
+    away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / tracker.view.unit
+    if before in (LOST, OUTSIDE) or away > FAR:
+        return anew(tracker, state, anchor, image)
+    belief = _measured(here, _loosened(tracker, proposed), anchor, expected)
+    return _settled(here, state, belief, anchor, image)
+
+
+def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[State, Estimate]:
+    """A new start at an anchor: of what was believed the size is kept, and the templates."""
+    tracker = tracker.shifted(state.shift)
+    slds, size = tracker.slds, tracker.figure.index(SCALE)
+    like = tracker.pose(state.belief.merged()).mean
+    q = _marked_pose(tracker, anchor, like)
+    mean, cov = slds.mean0.copy(), slds.cov0.copy()
+    both = _both(slds)
+    root = both[:, : len(ROOT)]
+    cov += PLACE**2 * root @ root.T
+    at = both[:, size].argmax()
+    mean[:, at], cov[:, at, at] = like[size], SIZE**2
+    every = np.arange(slds.K)
+    belief = Belief(Gaussian(mean, cov), -slds.log_pi0, every, every)
+    state, estimate = _settled(tracker, state, _measured(tracker, belief, anchor, q), anchor, image)
+    return state, replace(estimate, began=True)
+
+
+def _both(slds: SLDS) -> Array:
+    """(N, M): shifts of the pose as shifts of the state, the pose before with it."""
+    N, M = slds.A.shape[-1], len(slds.names)
+    both = np.zeros((N, M))
+    both[: N - M, : N - M] = np.eye(N - M)
+    both[N - M :] = np.eye(M)
+    return both
+
+
+def _loosened(tracker: Tracker, belief: Belief) -> Belief:
+    """The belief when templates may have slid."""
+    slide = np.full(len(tracker.offset), SLIDE)
+    slide[len(ROOT) : tracker.figure.index(SCALE)] = TURN
+    spread = _both(tracker.slds) * slide
+    states = belief.states
+    return replace(belief, states=Gaussian(states.mean, states.cov + spread @ spread.T))
+
+
+def _marked_pose(tracker: Tracker, anchor: Anchor, like: Array) -> Array:
+    """(D,) the pose that the marks make, its other freedoms those of a pose that is like it."""
+    figure = tracker.figure
+    names = [figure.joints[j] for j in anchor.joint]
+    if figure.base not in names:
+        return like
+    q, known = recover(figure, dict(zip(names, tracker.view.to_body(anchor.pixels), strict=True)))
+    known[figure.index(SCALE) :] = False
+    return np.where(known, q, like)
+
+
+def _measured(tracker: Tracker, belief: Belief, anchor: Anchor, q: Array) -> Belief:
+    """The belief given the marks, linearised about poses q (..., D) at first."""
+    figure, view, C = tracker.figure, tracker.view, tracker.slds.C
+    q = np.broadcast_to(q, (len(belief.cost), len(tracker.offset)))
+    for _ in range(ITERATIONS):
+        J = joint_jacobian(figure, q)[:, anchor.joint] * view.axes[:, None]
+        away = anchor.pixels - view.to_pixels(joints(figure, q))[:, anchor.joint]
+        y = (away + apply(J, (q - tracker.offset)[:, None])).reshape(len(q), -1)
+        R = _noise(tracker, anchor, q)
+        states, log_lik = update(belief.states, y, J.reshape(*y.shape, -1) @ C, R)
+        q = tracker.pose(states).mean
+    return replace(belief, states=states, cost=belief.cost - log_lik).levelled()
+
+
+def _noise(tracker: Tracker, anchor: Anchor, q: Array) -> Array:
+    """(H, 2J, 2J) covariance of the marks, px^2, where poses (H, D) lay the limbs."""
+    figure = tracker.figure
+    inner = {link.parent for link in figure.links}
+    limb = skeleton(figure, q).direction * np.sign(tracker.view.axes)
+    R = np.zeros((len(q), 2 * len(anchor.joint), 2 * len(anchor.joint)))
+    for k, (j, seen) in enumerate(zip(anchor.joint, anchor.visible, strict=True)):
+        # The base slides along the first link that starts there, any other joint along the link it ends.
+        link, along = figure.links[max(j - 1, 0)], limb[:, max(j - 1, 0)]
+        sd = SEEN if seen else HIDDEN
+        if not link.breathes:
+            further = RIGID * tracker.view.unit
+        elif j == 0 or (figure.is_leg(link) and link.name in inner):
+            further = np.sqrt(max(ALONG**2 - sd**2, 0.0))
+        else:
+            further = 0.0
+        own = slice(2 * k, 2 * k + 2)
+        R[:, own, own] = sd**2 * np.eye(2) + further**2 * along[:, :, None] * along[:, None]
+    return R
+
+
+def _settled(
+    tracker: Tracker, state: State, belief: Belief, anchor: Anchor, image: Image
+) -> tuple[State, Estimate]:
+    """The state at an anchor, its templates freshened from what the marks show."""
+    pose = tracker.pose(belief.merged())
+    now = tracker.templates_at(pose.mean, image)
+    ends = anchor.joint - 1
+    # A limb whose end is not marked may lie anywhere: of its look nothing new is taken.
+    told = ~np.isin(now.link, ends[~anchor.visible]) & (state.templates.known | np.isin(now.link, ends))
+    trust = np.where(now.known & told, 1.0, 0.0)
+    templates = state.templates.refreshed(
+        now.colours, trust, BLEND, np.tile(state.templates.light, (len(tracker.figure.links), 1))
+    )
+    state = replace(state, belief=belief, templates=templates, outcome=OK)
+    return state, Estimate(pose, int(belief.s[belief.best]), OK, belief, state.shift)

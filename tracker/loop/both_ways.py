@@ -1,0 +1,122 @@
+"""A clip followed one way in time through its anchors, each stretch between two of them both ways.
+
+A template that was cut at an anchor slides off the further it goes, so between two anchors the way there and
+the way back are averaged: each counts by how near its own anchor is and how little its pictures cost. Where
+a joint is far apart on the two, the figure was lost on one of them; they are then joined where that costs
+least.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from dynamics.gaussian import Gaussian
+from kinematics.spm import joints
+from tracker.loop.anchors import FAR, Anchor, anew, passed
+from tracker.loop.crossing import Crossing
+from tracker.loop.detections import Detections
+from tracker.loop.tracker import Estimate, State, Tracker
+from tracker.picture.pyramid import Image
+
+
+@dataclass(frozen=True)
+class Passage:
+    """One way through a clip.
+
+    tracker : that goes this way in time
+    other   : makes the one that goes the other way
+    anchors : by frame, the start frame among them
+    way     : +1 ahead, -1 back
+    span    : pictures of the frames from one to another, both included, in that order
+    smooth  : makes of the estimates of a run those given all of it
+    detections : by frame, where joints were detected
+    """
+
+    tracker: Tracker
+    other: Callable[[], Tracker]
+    anchors: Mapping[int, Anchor]
+    way: int
+    span: Callable[[int, int], Iterable[Image]]
+    smooth: Callable[[Tracker, Iterable[Estimate]], Iterable[Estimate]]
+    detections: Mapping[int, Detections] = field(default_factory=dict)
+    _returns: dict[int, list[Estimate]] = field(default_factory=dict)
+
+    def run(
+        self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
+    ) -> Iterator[Estimate]:
+        """Estimates from the start frame on; `images` are of the frames after it, this way."""
+        figure, last = self.tracker.figure, frame
+        crossing = Crossing.at_marks(figure, state, estimate)
+        yield estimate
+        for image in images:
+            frame += self.way
+            if frame in self.anchors:
+                state, estimate = passed(self.tracker, state, estimate.outcome, self.anchors[frame], image)
+                self._returns[frame] = self._return(frame, last, state, image)
+                last, crossing = frame, Crossing.at_marks(figure, state, estimate)
+            else:
+                crossing, state, estimate = self._step(self.tracker, crossing, state, frame, image)
+            yield estimate
+
+    def joined(self, estimates: Sequence[Estimate], start: int) -> list[Estimate]:
+        """The estimates of `run` from frame `start` on, joined with those of the ways back."""
+        done = list(estimates)
+        for frame, back in self._returns.items():
+            end = self.way * (frame - start)
+            stretch = slice(end - len(back), end)
+            done[stretch] = joined(self.tracker, done[stretch], back)
+        return done
+
+    def _step(
+        self, tracker: Tracker, crossing: Crossing, before: State, frame: int, image: Image
+    ) -> tuple[Crossing, State, Estimate]:
+        """One frame on, one way or the other."""
+        detections = self.detections.get(frame)
+        state, estimate = tracker.step(before, image, detections)
+        if detections is not None:  # which name the legs themselves
+            return Crossing(), state, estimate
+        return crossing.followed(tracker, before, state, estimate, image)
+
+    def _return(self, frame: int, last: int, state: State, image: Image) -> list[Estimate]:
+        """From an anchor back to the one before it: the frames between, in this passage's order."""
+        other = self.other()
+
+        def run() -> Iterator[Estimate]:
+            there, estimate = anew(other, state, self.anchors[frame], image)
+            crossing = Crossing.at_marks(other.figure, there, estimate)
+            yield estimate
+            for t, picture in enumerate(self.span(frame - self.way, last), start=1):
+                now = frame - t * self.way
+                if now == last:
+                    _, estimate = passed(other, there, estimate.outcome, self.anchors[last], picture)
+                else:
+                    crossing, there, estimate = self._step(other, crossing, there, now, picture)
+                yield estimate
+
+        return [estimate.light() for estimate in self.smooth(other, run())][-2:0:-1]
+
+
+def joined(tracker: Tracker, there: Sequence[Estimate], back: Sequence[Estimate]) -> list[Estimate]:
+    """One estimate a frame of those between two anchors, from the way there and the way back."""
+    if not there:
+        return []
+    ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
+    apart = np.linalg.norm(np.subtract(*(joints(tracker.figure, q) for q in ways)), axis=-1)
+    costs = [np.maximum([e.misfit for e in way], 1e-9) for way in (there, back)]
+    if apart.max() > FAR:
+        until = np.append(0.0, costs[0].cumsum()) + np.append(costs[1][::-1].cumsum()[::-1], 0.0)
+        cut = int(until.argmin())
+        return [*there[:cut], *back[cut:]]
+    near = np.arange(1, len(there) + 1)
+    weights = near / costs[1], near[::-1] / costs[0]
+    shares = weights[0] / (weights[0] + weights[1])
+    return [_between(a, b, share) for a, b, share in zip(there, back, shares, strict=True)]
+
+
+def _between(a: Estimate, b: Estimate, share: float) -> Estimate:
+    """The estimate that has this share of b. Both saw the same pictures, so it is no surer than they are."""
+    pose = Gaussian(
+        (1.0 - share) * a.pose.mean + share * b.pose.mean, (1.0 - share) * a.pose.cov + share * b.pose.cov
+    )
+    return replace(b if share > 0.5 else a, pose=pose)

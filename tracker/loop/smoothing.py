@@ -1,0 +1,83 @@
+"""Estimates given the whole clip: the best switching path, and along it the Rauch-Tung-Striebel smoother.
+
+A window of frames is smoothed at a time, back from the hypothesis that is best at its end, and its first half
+is let go, so that memory does not grow with the clip. Hypotheses of LAG frames ago have nearly always one
+common ancestor, and what is seen as much later says nothing more of a pose.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from dynamics.belief import Belief
+from dynamics.gaussian import Gaussian, symmetric
+from dynamics.kalman import smooth
+from dynamics.slds import SLDS
+from tracker.loop.tracker import Estimate, Tracker
+
+LAG = 100  # frames: three strides
+
+
+def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int = LAG) -> Iterator[Estimate]:
+    """The estimates of a run, each given those after it as well; at least `lag` of them where there are.
+
+    Their beliefs are the one hypothesis of the best path. Nothing is carried over a new beginning.
+    """
+    window: list[Estimate] = []
+    for estimate in estimates:
+        if estimate.began:
+            yield from _back(tracker, window)
+            window = []
+        if estimate.instead:
+            window[-len(estimate.instead) :] = estimate.instead
+        window.append(estimate)
+        if len(window) == 2 * lag:
+            yield from _back(tracker, window)[:lag]
+            window = window[lag:]
+    yield from _back(tracker, window)
+
+
+def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
+    """The first frame of a smoothed run, to go on from against its direction.
+
+    A second-order state holds the pose and the one before it, which the other way is the one after. In which
+    switching state the figure is, is left open.
+
+    Args:
+        slds: of the run, or of its reverse.
+        first: filtered belief in the run's first frame.
+        second: smoothed belief in the frame after.
+    """
+    s, h = second.s[0], second.parent[0]
+    there = second.states[0]
+    here, lag = smooth(first.states[h], there, slds.A[s], slds.b[s], slds.Q[s])
+    N, M = slds.A.shape[-1], len(slds.names)
+    # Of both states side by side, the later one's pose takes the place of the earlier one's past.
+    pick = np.eye(N, 2 * N)
+    pick[N - M : 2 * (N - M)] = np.eye(N - M, 2 * N, k=N)
+    mean = pick @ np.concatenate([here.mean, there.mean])
+    cov = symmetric(pick @ np.block([[here.cov, lag.T], [lag, there.cov]]) @ pick.T)
+    K, every = slds.K, np.arange(slds.K)
+    return Belief(Gaussian(np.tile(mean, (K, 1)), np.tile(cov, (K, 1, 1))), -slds.log_pi0, every, every)
+
+
+def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:
+    """All of a window given all of it."""
+    if not window:
+        return []
+    slds, h = tracker.slds, window[-1].belief.best
+    states = window[-1].belief.states[h]
+    found = [_alone(tracker, window[-1], states, h)]
+    for later, estimate in zip(window[:0:-1], window[-2::-1], strict=True):
+        s, h = later.belief.s[h], later.belief.parent[h]
+        states, _ = smooth(estimate.belief.states[h], states, slds.A[s], slds.b[s], slds.Q[s])
+        found.append(_alone(tracker, estimate, states, h))
+    return found[::-1]
+
+
+def _alone(tracker: Tracker, estimate: Estimate, states: Gaussian, h: int) -> Estimate:
+    """The estimate with one of its hypotheses alone, in which the state is this."""
+    s, parent = estimate.belief.s[[h]], estimate.belief.parent[[h]]
+    belief = Belief(Gaussian(states.mean[None], states.cov[None]), np.zeros(1), s, parent)
+    return replace(estimate, pose=tracker.pose(states), s=int(s[0]), belief=belief)

@@ -1,0 +1,384 @@
+"""The loop: propose, align, fuse; one frame at a time.
+
+Pavlović et al. (1999), section 4.2. Each frame every switching state proposes the prior of its best
+predecessor; local registration climbs from each to a measurement; the Kalman filter fuses the two, with that
+frame's own information. A hypothesis costs what its predecessor cost, the switch, and minus the log evidence
+of its measurement: with the likelihood linearised at the mode q* (Laplace),
+
+    image(q*) + (q* - m)' P^-1 (q* - m) / 2 + log |I + P L| / 2
+
+With a one-state constant-velocity model the same loop is the extended Kalman filter.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.belief import Belief, either, first_belief, propose
+from dynamics.gaussian import Array, Gaussian, apply, symmetric, transpose
+from dynamics.kalman import update_information
+from dynamics.slds import SLDS
+from kinematics.figure import SCALE, Figure
+from kinematics.recover import Start
+from kinematics.spm import View, covering, joints, skeleton
+from tracker.loop.detections import Detections, Detector, Likelihood
+from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
+from tracker.picture.camera import Camera, first_camera
+from tracker.picture.pyramid import Box, Image, Level, pyramid, within
+from tracker.picture.tone import Curve, tone_curve
+from tracker.registration.align import Field, Outcome, Registration, align
+from tracker.registration.search import reach, sought
+from tracker.registration.templates import Templates, cut
+from tracker.settings import Settings
+
+NOTHING = Belief(
+    Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
+)
+
+GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, or marked near its start
+
+OK, HIDDEN, LOST, FOUND, OUTSIDE = "ok", "hidden", "lost", "found", "outside"
+UNSURE = (LOST, OUTSIDE)  # nothing was measured
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What one frame came to.
+
+    pose    : belief over the full pose, mean (D,), cov (D, D)
+    s       : most probable switching state
+    outcome : ok, hidden (a link is covered), lost (nothing matches), outside (most of it out of the frame) or
+              found (the first frame after those that matches again)
+    belief  : the hypotheses it was merged from
+    shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
+    misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
+    began   : whether the filter began here, so that nothing links it to the frame before
+    told    : what the picture said of the pose at the best hypothesis; None where it said nothing
+    instead : if this frame showed the last ones to be wrong, what takes their place
+    """
+
+    pose: Gaussian
+    s: int
+    outcome: str
+    belief: Belief
+    shift: Array
+    misfit: float = 0.0
+    began: bool = False
+    told: Likelihood | None = None
+    instead: tuple[Self, ...] = ()
+
+    def light(self) -> Self:
+        """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
+        cov = cast("Array", self.pose.cov.astype(np.float32))
+        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING, told=None, instead=())
+
+
+@dataclass(frozen=True)
+class State:
+    """What the loop carries from frame to frame.
+
+    camera   : None where it is taken for still
+    backdrop : None where what lies behind the figure is left out of account
+    outcome  : of the last frame
+    """
+
+    belief: Belief
+    templates: Templates
+    camera: Camera | None
+    backdrop: Backdrop | None
+    outcome: str = OK
+
+    @property
+    def shift(self) -> Array:
+        """(2,) pixels by which the camera has shifted the scene since the marked frame."""
+        return np.zeros(2) if self.camera is None else self.camera.shift
+
+    @property
+    def scenery(self) -> Scenery:
+        """How much the last frame differs from what lies behind the figure."""
+        return UNSEEN if self.backdrop is None else self.backdrop.scenery
+
+
+@dataclass(frozen=True)
+class Tracker:
+    """A figure, where it stands in the picture, a motion model over its freedoms, and settings.
+
+    view   : of the scene in the marked frame
+    slds   : speaks of every freedom of the figure
+    offset : (D,) what the model's poses lack: the neck's own constant
+    """
+
+    figure: Figure
+    view: View
+    slds: SLDS
+    offset: Array
+    settings: Settings
+
+    def begin(
+        self, start: Start, image: Image, belief: Belief | None = None, scene: Backdrop | None = None
+    ) -> tuple[State, Estimate]:
+        """Templates from the marked frame, and a belief from its marks unless there is a better one.
+
+        Args:
+            scene: what lies behind the figure in that frame, if that is known.
+        """
+        settings, box = self.settings, self.start_box(start)
+        behind = settings.backdrop and settings.templates and settings.mode == "full"
+        state = State(
+            belief or self.first_belief(start),
+            self._first_templates(start, image),
+            first_camera(image, box) if settings.camera else None,
+            first_backdrop(image, box, self.view.unit) if behind else None,
+        )
+        if behind and scene is not None:
+            scene = scene.compared(image, box)
+            # A figure that stays where it is, on a treadmill say, is part of what was taken for the scene.
+            places = self.view.to_pixels(state.templates.places(self.figure, start.q))
+            if scene.scenery.plain(places[state.templates.inner]).mean() < settings.bare:
+                state = replace(state, backdrop=scene)
+        return state, replace(self._estimate(state), began=True)
+
+    def start_box(self, start: Start) -> Box:
+        """Pixels that the figure may cover in the marked frame."""
+        return self._box(start.q[None])
+
+    def tone_curve(self, start: Start, image: Image) -> Curve:
+        """What spreads the grey levels around the marked figure; in the papers' mode they stay as filmed."""
+        share = self.settings.contrast if self.settings.mode == "full" else 0.0
+        return tone_curve(image, self.start_box(start), share)
+
+    def first_belief(self, start: Start) -> Belief:
+        """What the marks of the start frame say."""
+        settings, D, layout = self.settings, len(start.q), self.figure.layout
+        noise = np.full(D, np.radians(settings.start_angle))
+        noise[:2] = settings.start_place
+        noise[self.figure.index(SCALE) :] = settings.start_length
+        guessed = self._guessed(start)
+        noise[layout.angle[guessed & layout.turns]] *= GUESSED
+        y = np.where(start.known, start.q - self.offset, np.nan)
+        y[layout.stretch[guessed & layout.breathes]] = np.nan
+        return first_belief(self.slds, y, np.diag(noise**2))
+
+    def templates_at(self, q: Array, image: Image, placed: NDArray[np.bool_] | None = None) -> Templates:
+        """Templates as a pose (D,) lays them on a picture, see `tracker.registration.templates.cut`."""
+        return cut(self.figure, self.view, q, self._levels(image, self._box(q[None])), self.settings, placed)
+
+    def step(
+        self, state: State, image: Image, detections: Detections | None = None
+    ) -> tuple[State, Estimate]:
+        """One frame on; what was detected in it narrows the priors that templates climb from."""
+        proposed, before = self.proposed(state.belief), state.outcome
+        state = self.looked(state, image, self.pose(proposed.states))
+        here = self.shifted(state.shift)
+        if detections is not None:
+            proposed = here.detected(proposed, detections)
+        misfit, told = 0.0, None
+        if self.settings.templates:
+            state, best = here._registered(state, image, proposed)
+            misfit, told = best.misfit, None if state.outcome in UNSURE else likelihood([best])
+        else:
+            pose = self.pose(proposed.merged()).mean
+            gone = here._inside(pose, image.shape[:2]) < self.settings.least_inside
+            state = replace(state, belief=proposed, outcome=OUTSIDE if gone else LOST)
+        if detections is not None and state.outcome == LOST:
+            state = replace(state, outcome=here._detected_outcome(state.belief, detections, before))
+        return state, replace(self._estimate(state), misfit=misfit, told=told)
+
+    def detected(self, belief: Belief, detections: Detections) -> Belief:
+        """The belief given the points of this frame, of which near and far leg may be exchanged."""
+        priors = self.pose(belief.states)
+        ways = self._detector.namings(detections, priors)
+        return either([self.conditioned(belief, priors, way) for way in ways]).levelled()
+
+    def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, Registration]:
+        """The state after the templates were laid on the picture, and where they settled at the best."""
+        priors = self.pose(proposed.states)
+        field = self.field(state, image, priors)
+        starts = sought(field, priors, proposed.best) if state.outcome in UNSURE else None
+        found = align(field, priors, starts)
+        fused = self._fused(proposed, priors, found)
+        best = found[fused.best]
+        outcome = self._outcome(state, field, priors.mean[proposed.best], best, image.shape[:2])
+        if outcome in UNSURE:
+            # What matches nothing measures nothing.
+            state = replace(state, belief=proposed)
+        else:
+            state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
+        return replace(state, outcome=outcome), best
+
+    def field(self, state: State, image: Image, priors: Gaussian) -> Field:
+        """What poses around the priors are compared with in a frame that was `looked` at."""
+        levels = self._levels(image, self._around(priors))
+        return Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
+
+    def proposed(self, belief: Belief) -> Belief:
+        """The priors that are tried."""
+        settings = self.settings
+        return propose(
+            self.slds, belief, prune=settings.prune, most=settings.hypotheses, recurrent=settings.recurrent
+        )
+
+    def looked(self, state: State, image: Image, priors: Gaussian) -> State:
+        """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""
+        if state.camera is not None:
+            around = self.shifted(state.shift)._around(priors)
+            state = replace(state, camera=state.camera.follow(image, around))
+        if state.backdrop is not None:
+            around = self.shifted(state.shift)._around(priors)
+            state = replace(state, backdrop=state.backdrop.follow(image, around, state.shift))
+        return state
+
+    def _first_templates(self, start: Start, image: Image) -> Templates:
+        if self.settings.mode == "classic":
+            return self.templates_at(start.q, image)
+        layout = self.figure.layout
+        # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
+        turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
+        turned &= ~self._guessed(start)
+        placed = np.array([turned[chain].all() for chain in self.figure.chain])
+        return self.templates_at(start.q, image, placed).completed(self.figure, 2.0 * self.settings.spacing)
+
+    def _guessed(self, start: Start) -> NDArray[np.bool_]:
+        """(L,) whether a link does not show how it looks: foreshortened, or its tip behind another thing."""
+        figure, bones = self.figure, skeleton(self.figure, start.q)
+        own = covering(figure, bones, bones.tip, np.arange(len(figure.links)), self.settings.mark)
+        hidden = np.array([link.joint in start.hidden for link in figure.links])
+        return (hidden & ~own) | [link.name in start.foreshortened for link in figure.links]
+
+    def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
+        """Freshened by what the frame shows where they settled."""
+        if self.settings.mode == "classic":
+            return templates
+        seen, trust = field.seen(best), best.match * templates.known
+        place = (field.pixels(best) - field.view.origin) / field.view.unit
+        templates = templates.learned(seen, field.new(best), place)
+        return templates.refreshed(seen, trust, self.settings.blend, best.offset)
+
+    def shifted(self, shift: Array) -> Self:
+        """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""
+        return replace(self, view=self.view.shifted(shift))
+
+    def pose(self, states: Gaussian) -> Gaussian:
+        """Beliefs over the state as beliefs over the full pose."""
+        C = self.slds.C
+        return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
+
+    def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
+        return self.conditioned(proposed, priors, likelihood(found)).levelled()
+
+    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
+        """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for."""
+        vector = told.vector - told.information @ self.offset
+        states = update_information(belief.states, self.slds.C, told.information, vector)
+        away = told.q - priors.mean
+        innovation = 0.5 * (away * np.linalg.solve(priors.cov, away[..., None])[..., 0]).sum(1)
+        spread = 0.5 * np.linalg.slogdet(np.eye(away.shape[1]) + priors.cov @ told.information)[1]
+        return replace(belief, states=states, cost=belief.cost + told.cost + innovation + spread)
+
+    def _estimate(self, state: State) -> Estimate:
+        belief = state.belief
+        s = int(belief.s[belief.best])
+        return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.shift)
+
+    def _outcome(
+        self, state: State, field: Field, foreseen: Array, found: Registration, size: tuple[int, ...]
+    ) -> str:
+        """Of a frame in which the figure was foreseen in a pose (D,)."""
+        templates = state.templates
+        inner = templates.inner
+        matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
+        gone = found.outcome is Outcome.OUTSIDE or matched < self.settings.least_match
+        doubtful = matched < self.settings.doubtful_match or state.outcome in UNSURE
+        lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > self.settings.bare
+        # A climb that found nothing may have ended anywhere.
+        if self._inside(foreseen if lost else found.q, size) < self.settings.least_inside:
+            return OUTSIDE
+        if lost:
+            return LOST
+        if state.outcome in UNSURE:
+            return FOUND
+        visible = inner & (found.match > 0)
+        share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
+        return HIDDEN if min(share) < self.settings.least_visible else OK
+
+    def _detected_outcome(self, belief: Belief, detections: Detections, before: str) -> str:
+        """Of a frame in which no template matches."""
+        pose = self.pose(belief.states[belief.best]).mean
+        agree, whole = self._detector.agreement(detections, pose)
+        if agree < self.settings.least_match:
+            return LOST
+        if before in UNSURE:
+            return FOUND
+        return OK if whole else HIDDEN
+
+    @property
+    def _detector(self) -> Detector:
+        return Detector(self.figure, self.view, self.settings)
+
+    def _inside(self, q: Array, size: tuple[int, ...]) -> float:
+        """Share of the joints of a pose (D,) that lie in a picture of this height and width."""
+        return float(within(self.view.to_pixels(joints(self.figure, q)), size).mean())
+
+    def _around(self, priors: Gaussian) -> Box:
+        """Pixels that the figure may cover."""
+        return self._box(priors.mean, reach(priors))
+
+    def _box(self, poses: Array, reach: Array | float = 0.0) -> Box:
+        """Pixels around all of the poses (H, D), and what lies within reach (2,) leg lengths of them."""
+        pixels = self.view.to_pixels(joints(self.figure, poses)).reshape(-1, 2)
+        margin = self.view.unit * (self.settings.margin + np.asarray(reach))
+        (x0, y0), (x1, y1) = pixels.min(0) - margin, pixels.max(0) + margin
+        return float(x0), float(y0), float(x1), float(y1)
+
+    def _levels(self, image: Image, around: Box) -> list[Level]:
+        H, W = image.shape[:2]
+        low = np.clip(around[:2], 0, (W - 2, H - 2)).astype(int)
+        high = np.clip(around[2:], low + 2, (W, H)).astype(int)
+        colour = self.settings.mode == "full"
+        box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
+        return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], colour)
+
+
+def likelihood(found: Sequence[Registration]) -> Likelihood:
+    """What the picture says where templates settled."""
+    return Likelihood(
+        np.stack([r.q for r in found]),
+        np.stack([r.information for r in found]),
+        np.stack([r.vector for r in found]),
+        np.array([r.cost for r in found]),
+    )
+
+
+def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
+    """A tracker of this figure with a model of its root and angles; scale and lengths drift by themselves.
+
+    Raises:
+        ValueError: the model was learned on other freedoms than the figure has.
+    """
+    figure = start.figure
+    if slds.names != figure.pose_freedoms[: len(slds.names)]:
+        raise ValueError(
+            f"the model speaks of {', '.join(slds.names)}; the figure {figure.name!r} has "
+            f"{', '.join(figure.pose_freedoms)}; learn a model for this figure"
+        )
+    learned = slds.labels != ("cv",)
+    full = _with_drifts(slds, figure.freedoms[len(slds.names) :], settings)
+    offset = np.zeros(len(figure.freedoms))
+    if learned and "neck" in figure.freedoms:
+        # Where "the neck" lies differs between skeletons; models know the head's deviation only.
+        offset[figure.index("neck")] = start.q[figure.index("neck")]
+    return Tracker(figure, start.view, full, offset, settings)
+
+
+def _with_drifts(slds: SLDS, names: Sequence[str], settings: Settings) -> SLDS:
+    """The model with the freedoms it does not know: ankles, common scale and stretches, in this order."""
+    ankles, n = names.index(SCALE), len(names)
+    stretches = n - ankles - 1
+    keep = np.r_[np.full(ankles, settings.ankle_keep), 1.0, np.full(stretches, settings.breath)]
+    spread = np.r_[np.full(ankles, np.radians(settings.ankle)), 1e-3, np.full(stretches, settings.breathing)]
+    noise = spread * np.sqrt(1.0 - keep**2)
+    noise[ankles] = settings.scale_drift
+    return slds.with_drifts(names, keep, noise, spread)

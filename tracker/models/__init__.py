@@ -1,0 +1,1 @@
+"""Motion models: found by name, learned from captures."""

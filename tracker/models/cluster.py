@@ -1,0 +1,136 @@
+"""Work spread over processes by Dask: of this machine, or of a cluster that a scheduler's address names.
+
+What is sent there and back is pickled, so whoever can reach a scheduler can run what they like on it: keep it
+within a network that you trust. The cluster of this machine listens on the loopback address only.
+"""
+
+import asyncio
+import copy
+import logging
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from dynamics.gaussian import Array
+from dynamics.learning.em import Infer
+from dynamics.posterior import Posterior
+from dynamics.slds import SLDS
+from tracker.models.find import Batches
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+# Dask has memory given back after every array, which makes the arithmetic of an E-step twice as slow.
+TRIM = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
+# A process that dies is begun anew. After a while Dask looks whether it is there; one that is not there
+# just then, slow on a busy machine or dead again, is given up, and without the last one work waits for ever.
+GIVE_UP = "distributed.deploy.lost-worker-timeout"
+NEVER = "1000 days"
+STALL = "distributed.scheduler.no-workers-timeout"
+STALLED = "10 minutes"  # without any process, after which work fails
+PATIENCE = 5  # seconds for a scheduler to answer
+
+Turn = tuple[list[Posterior], Infer]
+
+
+class ClusterError(ValueError):
+    """A scheduler that cannot be reached, or that has no workers."""
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator["Client"]:
+    """So many processes of this machine, one thread each; they end with the block."""
+    import dask
+    from distributed import Client, LocalCluster
+
+    # A worker that dies is replaced and its work done again: what Dask logs of it helps nobody.
+    with (
+        dask.config.set({TRIM: None, GIVE_UP: NEVER, STALL: STALLED}),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        client.register_worker_callbacks(_ignore_interrupts)
+        yield client
+
+
+@contextmanager
+def cluster_at(address: str) -> Iterator["Client"]:
+    """The cluster of a Dask scheduler.
+
+    Raises:
+        ClusterError: no scheduler there, or one without workers.
+    """
+    from distributed import Client
+
+    try:
+        # Asked beforehand: a Client that was refused may block a later one when it is collected.
+        asyncio.run(_reach(address))
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise ClusterError(
+            f"no Dask scheduler answers at {address}; start one with 'dask scheduler'"
+        ) from error
+    with client:
+        if not client.scheduler_info()["workers"]:
+            raise ClusterError(f"the scheduler at {address} has no workers; add some: dask worker {address}")
+        yield client
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Turns an E-step into one whose batches go to the processes of a cluster.
+
+    The batches are those in which the E-step works by itself, so its answer is the same to the last bit
+    where the machines round alike.
+    """
+
+    client: "Client"
+
+    def __call__(self, make: Callable[[], Infer], batches: Batches) -> Infer:
+        """The E-step of `make`, one for each batch, which keeps what it remembers from call to call."""
+        turns: list[Any] = []  # a Turn each, or the future of one
+
+        def infer(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
+            chosen = batches(slds, ys)
+            if len(turns) != len(chosen):
+                turns[:] = [([], make()) for _ in chosen]
+            turns[:] = [
+                self.client.submit(_turn, turn, slds, [ys[n] for n in batch], pure=False)
+                for turn, batch in zip(turns, chosen, strict=True)
+            ]
+            found = self.client.gather(self.client.map(itemgetter(0), turns, pure=False))
+            by_number = {
+                n: posterior
+                for batch, posteriors in zip(chosen, found, strict=True)
+                for n, posterior in zip(batch, posteriors, strict=True)
+            }
+            return [by_number[n] for n in range(len(ys))]
+
+        return infer
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C reaches every process of a terminal; it is for the one that shows the results to answer."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _turn(before: Turn, slds: SLDS, ys: Sequence[Array]) -> Turn:
+    # A copy: should a worker die, its turns are done again from what they began with.
+    step = copy.copy(before[1])
+    return step(slds, ys), step
+
+
+async def _reach(address: str) -> None:
+    from distributed.comm import connect
+
+    comm = await connect(address, timeout=PATIENCE)
+    await comm.close()

@@ -1,0 +1,244 @@
+"""Which motion model a name means, and how it is learned from captures."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from dynamics.frames import batches
+from dynamics.gaussian import Array, collapse
+from dynamics.gpb2 import gpb2_all
+from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
+from dynamics.learning.em import Infer, Options, anywhere, learn
+from dynamics.learning.selection import choose
+from dynamics.motion.rate import at_rate, backwards
+from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
+from dynamics.store import Model, ModelError, load, load_shipped
+from dynamics.variational import Variational, variational_batches
+from dynamics.viterbi import viterbi_all
+from kinematics.mocap import POSE_COLUMNS, mirror
+from tracker.settings import Settings
+
+TRAVELLING = ("root_x", "root_y")
+CONSTANT_VELOCITY = "cv"
+FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
+FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
+FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
+VITERBI = "viterbi"
+INFERENCES = (VITERBI, "gpb2", "variational")
+
+Labelled = tuple[str, str, Array]
+Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
+Spread = Callable[[Callable[[], Infer], Batches], Infer]
+Report = Callable[[str, int, int], None]
+
+
+def find_model(name: str, fps: float, settings: Settings) -> SLDS:
+    """The model a user names, at this frame rate, as the tracker uses it.
+
+    A learned one stands there once for each playback speed that is tried, and again with time running back
+    for those who walk backwards; its noise is inflated for people it has not seen. At second order one free
+    state of constant velocity joins it, for what it does not foresee.
+
+    Args:
+        name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
+        fps: frames a second of the motion to be followed.
+
+    Raises:
+        ModelError: no such model, or a file that cannot be used.
+        ValueError: a frame rate that the model cannot be converted to.
+    """
+    if name == CONSTANT_VELOCITY:
+        return _constant_velocity(fps, settings)
+    ahead = [replace(switching_model(name, fps / rate), fps=fps) for rate in settings.rates]
+    learned = combine(ahead, settings.rate_change)
+    if settings.turn > 0.0:
+        back = combine([backwards(model) for model in ahead], settings.rate_change)
+        learned = combine([learned, back], settings.turn, [1.0 - settings.turned, settings.turned])
+    inflated = replace(learned, Q=learned.Q * settings.inflation)
+    if settings.surprise == 0.0 or learned.order == 1:
+        return inflated
+    surprise = settings.surprise
+    return combine([inflated, _free(inflated, settings)], surprise, [1.0 - surprise, surprise])
+
+
+def switching_model(name: str, fps: float) -> SLDS:
+    """The learned model of this name at this frame rate; raises as `find_model`."""
+    model = motion_model(name, fps)
+    if isinstance(model, HMM):
+        raise ModelError(f"{name} is a hidden Markov model, which has no dynamics; learn one without it")
+    return at_rate(model, fps)
+
+
+def motion_model(name: str, fps: float = 30.0) -> Model:
+    """A model as it was learned: a file's, or the shipped one of this name whose rate is nearest to `fps`."""
+    is_file = name.endswith(".npz") or Path(name).is_file()
+    return load(name) if is_file else load_shipped(name, fps)
+
+
+def learn_motions(
+    sequences: Sequence[Labelled],
+    *,
+    fps: float,
+    options: Options,
+    pooled: bool = False,
+    noise: float = 0.0,
+    inference: str = VITERBI,
+    choose_from: Sequence[int] = (),
+    spread: Spread | None = None,
+    progress: Report | None = None,
+) -> SLDS:
+    """One model of several motions: each learned by itself, then joined.
+
+    Every sequence is used twice, with near and far legs exchanged the second time; subjects count alike; the
+    neck's mean over a sequence is taken off.
+
+    Args:
+        sequences: (subject, label, poses (T, 8) in body units) each.
+        fps: their frame rate.
+        options: states are per motion.
+        pooled: learn all motions as one, labelled with their names joined by a hyphen.
+        noise: standard deviation added to the angles, radians.
+        inference: of the E-step, one of INFERENCES.
+        choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
+            (`dynamics.learning.selection`); empty takes those of the options.
+        spread: makes an E-step one that works elsewhere (`tracker.models.cluster`); None works here.
+        progress: called with the motion, the round and the rounds in all.
+
+    Raises:
+        ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
+    """
+    models = []
+    for motion in _motions(sequences, pooled, noise, options.seed):
+        chosen = _chosen(motion, fps, options, choose_from, spread) if choose_from else options
+        fit = learn(
+            motion.poses,
+            names=POSE_COLUMNS,
+            travelling=TRAVELLING,
+            fps=fps,
+            label=motion.name,
+            options=chosen,
+            weights=motion.weights,
+            infer=_e_step(inference, spread),
+            progress=None if progress is None else _reporter(progress, motion.name, options),
+        )
+        models.append(anywhere(fit.slds, viterbi_all(fit.slds, motion.poses)))
+    return combine(models)
+
+
+def learn_hmms(sequences: Sequence[Labelled], *, fps: float, options: HMMOptions, noise: float = 0.0) -> HMM:
+    """The same with hidden Markov models of the angles, the papers' baseline."""
+    angles = [name not in TRAVELLING for name in POSE_COLUMNS]
+    names = [name for name in POSE_COLUMNS if name not in TRAVELLING]
+    models = []
+    for motion in _motions(sequences, False, noise, options.seed):
+        seen = [y[:, angles] for y in motion.poses]
+        fit = learn_hmm(
+            seen, names=names, fps=fps, label=motion.name, options=options, weights=motion.weights
+        )
+        models.append(fit.hmm)
+    return combine_hmms(models, CROSSING)
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """What one motion is learned from: subjects and weights are those of each sequence."""
+
+    name: str
+    poses: list[Array]
+    subjects: list[str]
+    weights: Array
+
+
+def _chosen(
+    motion: _Motion, fps: float, options: Options, states: Sequence[int], spread: Spread | None
+) -> Options:
+    """The simplest candidate that subjects held out do not speak against."""
+    return choose(
+        motion.poses,
+        motion.subjects,
+        [replace(options, states=n, restarts=1) for n in states],
+        names=POSE_COLUMNS,
+        travelling=TRAVELLING,
+        fps=fps,
+        infer=_e_step(VITERBI, spread),
+    ).best
+
+
+def _e_step(inference: str, spread: Spread | None) -> Infer:
+    """A fresh one: variational inference keeps its posterior from round to round."""
+    steps: dict[str, tuple[Callable[[], Infer], Batches]] = {
+        VITERBI: (lambda: viterbi_all, batches),
+        "gpb2": (lambda: gpb2_all, batches),
+        "variational": (Variational, variational_batches),
+    }
+    make, own = steps[inference]
+    return make() if spread is None else spread(make, own)
+
+
+def _motions(sequences: Sequence[Labelled], pooled: bool, noise: float, seed: int) -> Iterator[_Motion]:
+    """What each motion is to be learned from."""
+    if not sequences:
+        raise ValueError("learning needs at least one sequence; got none")
+    rng = np.random.default_rng(seed)
+    labels = sorted({label for _, label, _ in sequences}, reverse=True)
+    for group in [labels] if pooled else [[label] for label in labels]:
+        yield _motion("-".join(group), [s for s in sequences if s[1] in group], noise, rng)
+
+
+def _motion(name: str, sequences: Sequence[Labelled], noise: float, rng: np.random.Generator) -> _Motion:
+    poses, subjects, keys = [], [], []
+    neck = POSE_COLUMNS.index("neck")
+    for subject, label, y in sequences:
+        centred = y.copy()
+        centred[:, neck] -= centred[:, neck].mean()
+        centred[:, :2] -= centred[0, :2]
+        for twin in (centred, mirror(centred)):
+            spoiled = twin.copy()
+            spoiled[:, 2:] += rng.normal(scale=noise, size=spoiled[:, 2:].shape) if noise > 0 else 0.0
+            poses.append(spoiled)
+            subjects.append(subject)
+            keys.append((label, subject))
+    frames: dict[str, dict[tuple[str, str], int]] = {}
+    for key, y in zip(keys, poses, strict=True):
+        of_label = frames.setdefault(key[0], {})
+        of_label[key] = of_label.get(key, 0) + len(y)
+    weights = np.array([1.0 / (len(frames[key[0]]) * frames[key[0]][key]) for key in keys])
+    return _Motion(name, poses, subjects, weights * len(weights) / weights.sum())
+
+
+def _reporter(progress: Report, name: str, options: Options) -> Callable[[int, float], None]:
+    rounds = options.rounds * options.restarts
+    return lambda done, _: progress(name, done + 1, rounds)
+
+
+def _constant_velocity(fps: float, settings: Settings) -> SLDS:
+    """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
+    step = 30.0 / fps
+    noise = by_freedom(POSE_COLUMNS, settings.cv_place, np.radians(settings.cv_angle))
+    speed = by_freedom(POSE_COLUMNS, 0.0, FIRST_ANGLE_SPEED)
+    speed[: len(TRAVELLING)] = FIRST_ROOT_SPEED
+    return constant_velocity(POSE_COLUMNS, noise * step**2, speed * step, fps)
+
+
+def _free(learned: SLDS, settings: Settings) -> SLDS:
+    """One state of constant velocity that joins a learned model; it starts where any of its states does."""
+    noise = by_freedom(learned.names, settings.free_place, np.radians(settings.free_angle))
+    free = constant_velocity(
+        learned.names, noise * (30.0 / learned.fps) ** 2, np.zeros(len(noise)), learned.fps
+    )
+    start = collapse(np.full(learned.K, 1.0 / learned.K), learned.start)
+    return replace(
+        free,
+        R=learned.R,
+        mean0=start.mean[None],
+        cov0=start.cov[None],
+        travelling=learned.travelling,
+        labels=(FREE,),
+    )
+
+
+def by_freedom(names: Sequence[str], place: float, angle: float) -> Array:
+    """(M,) one value for the root's freedoms and one for the angles."""
+    return np.array([place if name in TRAVELLING else angle for name in names])

@@ -1,0 +1,190 @@
+"""From a table of captures to a model's file."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from dynamics.hmm import HMMOptions
+from dynamics.learning.options import Options
+from dynamics.slds import SLDS
+from dynamics.store import Model, save
+from kinematics.mocap import POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
+from tracker.models.find import Spread, learn_hmms, learn_motions
+from tracker.progress import Progress
+from tracker.run.folder import fresh_file
+from tracker.tables.poses import read_poses
+
+Data = list[tuple[str, str, Array]]
+ACTIVITIES = ("walk", "run")
+UNLABELLED = "motion"
+STATES = 8  # per activity
+NOISE = 1.0  # degrees
+CHOICE = (1, 2, 4, 6, 8, 12)  # states that --choose tries, as far as --states goes
+HMM = "hmm"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to learn, as `figtrack learn` asks; `noise` is in degrees, `states` are per activity.
+
+    trials    : table of captures, or None to learn from `poses`, pose tables at `fps`
+    labels    : activities to learn; () for walk and run, or for all that the pose tables name
+    inference : of the E-step, or "hmm" for hidden Markov models of the angles
+    choose    : let subjects held out say how many states, `states` at most, each activity is learned with
+    scheduler : address of a Dask scheduler whose workers do the E-steps; None does them here
+    """
+
+    trials: Path | None
+    poses: tuple[Path, ...]
+    labels: tuple[str, ...]
+    excluded: tuple[str, ...]
+    licences: tuple[str, ...]
+    states: int
+    pooled: bool
+    order: int
+    fps: float
+    noise: float
+    seed: int
+    rounds: int
+    inference: str = "viterbi"
+    start: str = "kmeans"
+    restarts: int = 1
+    choose: bool = False
+    scheduler: str | None = None
+
+    @property
+    def tables(self) -> tuple[Path, ...]:
+        """The tables that are read."""
+        return self.poses if self.trials is None else (self.trials,)
+
+
+def gait_options(**changes: Any) -> Options:
+    """How gait is learned: the settings that did best on captured walks and runs of subjects held out."""
+    return replace(Options(states=STATES, start="kmeans"), **changes)
+
+
+def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progress) -> str:
+    """Learn and save; gives a line that says from what.
+
+    Raises:
+        MotionError: a table or capture that cannot be read.
+        ValueError: nothing left to learn from.
+        FolderError: a place that cannot be written, or a model of that name is there already.
+    """
+    with fresh_file(out, overwrite=overwrite, inputs=request.tables) as aside:
+        if request.trials is None:
+            data, terms = _read_tables(request)
+        else:
+            data, terms = _read_captures(request.trials, request, progress)
+        model = _learn(data, request, progress)
+        subjects = sorted({subject for subject, _, _ in data})
+        origin = (
+            f"{_counted(len(data), 'sequence')} of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
+        )
+        save(model, aside, origin)
+    return f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
+
+
+def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[Data, list[str]]:
+    """Subject, label and poses of every sequence of the captures, and their terms of use."""
+    labels = request.labels or ACTIVITIES
+    trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels)]
+    data: Data = []
+    with progress.task("reading captures", len(trials)) as advance:
+        for trial in trials:
+            data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True)]
+            advance()
+    _check_labels(data, labels, str(table), "check --label, --licence and --exclude-subjects")
+    return data, sorted({trial.licence for trial in trials})
+
+
+def _read_tables(request: Request) -> tuple[Data, list[str]]:
+    """The same of pose tables: a file is a subject, a gap ends a sequence, no label is a label of its own."""
+    runs = [
+        (path.stem, label or UNLABELLED, y)
+        for path in request.poses
+        for sequence in read_poses(path)
+        for label, y in sequence.runs()
+        if len(y) >= SHORTEST
+    ]
+    data = [run for run in runs if not request.labels or run[1] in request.labels]
+    wanted = request.labels or tuple({label for _, label, _ in runs}) or (UNLABELLED,)
+    names = ", ".join(str(path) for path in request.poses)
+    advice = f"rows need all of {','.join(POSE_COLUMNS)}, {SHORTEST} frames or more without a gap"
+    _check_labels(data, wanted, names, advice)
+    return data, ["those of the tables"]
+
+
+def _wanted(trial: Trial, request: Request, labels: Sequence[str]) -> bool:
+    licensed = not request.licences or any(text.lower() in trial.licence.lower() for text in request.licences)
+    return trial.activity in labels and trial.subject not in request.excluded and licensed
+
+
+def _check_labels(data: Data, labels: Sequence[str], source: str, advice: str) -> None:
+    found = {label for _, label, _ in data}
+    missing = [label for label in labels if label not in found]
+    if missing:
+        raise ValueError(f"{source} leaves no sequences of {', '.join(map(repr, missing))}; {advice}")
+
+
+def _learn(data: Data, request: Request, progress: Progress) -> Model:
+    noise = float(np.radians(request.noise))
+    if request.inference == HMM:
+        if request.pooled or request.choose:
+            raise ValueError("hidden Markov models are learned per activity, with as many states as told")
+        if request.scheduler is not None:
+            raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
+        hmm_options = HMMOptions(states=request.states, rounds=request.rounds, seed=request.seed)
+        return learn_hmms(data, fps=request.fps, options=hmm_options, noise=noise)
+    options = gait_options(
+        states=request.states,
+        order=request.order,
+        rounds=request.rounds,
+        start=request.start,
+        restarts=request.restarts,
+        seed=request.seed,
+    )
+    groups = 1 if request.pooled else len({label for _, label, _ in data})
+    steps = groups * request.rounds * request.restarts
+    with _spread(request) as spread, progress.task("learning", steps) as advance:
+        return learn_motions(
+            data,
+            fps=request.fps,
+            options=options,
+            pooled=request.pooled,
+            noise=noise,
+            inference=request.inference,
+            choose_from=[n for n in CHOICE if n <= request.states] if request.choose else (),
+            spread=spread,
+            progress=lambda *_: advance(),
+        )
+
+
+@contextmanager
+def _spread(request: Request) -> Iterator[Spread | None]:
+    """What sends E-steps to a cluster, if the request names one."""
+    if request.scheduler is None:
+        yield None
+        return
+    from tracker.models.cluster import Cluster, cluster_at
+
+    with cluster_at(request.scheduler) as client:
+        yield Cluster(client)
+
+
+def _described(model: Model) -> str:
+    """States of each motion where they differ, and of what kind."""
+    counts = Counter(model.labels)
+    each = "" if len(set(counts.values())) == 1 else f" ({', '.join(f'{n} {m}' for m, n in counts.items())})"
+    kind = f"order {model.order}" if isinstance(model, SLDS) else "hidden Markov"
+    return f"{_counted(len(model.labels), 'state')}{each}, {kind}"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -1,0 +1,1 @@
+"""What a frame shows, before any figure is laid on it."""

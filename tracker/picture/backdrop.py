@@ -1,0 +1,181 @@
+"""What lies behind the figure: the scene as it was seen without it, and how far a frame differs from that.
+
+A point of the figure that shows just what is seen there without it speaks against the pose that put it
+there, one that differs speaks for it. A whole patch that shows the scene as it was, and not the figure, may
+be covered: the scene is nearer there, a shrub or a post, and such points tell nothing of the pose.
+
+The scene is kept at a coarse step and moves with the camera; what the figure may cover is not taken over, so
+what it has covered from the start stays unknown until it has left.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.picture.pyramid import Array, Box, Image, Level, Planes
+
+STEP = 0.03  # leg lengths from one place of the scene to the next
+NOISE = 8.0  # of a match, grey levels
+ROBUST = 2.5  # Cauchy scale, multiples of the noise
+UNKNOWN = 1.0  # how much a point of the figure differs from what lies behind it, where that is not known
+ALIKE = 0.2  # it differs by less where it shows the scene itself
+MOST = 3.0  # one very different place may be anything
+BLEND = 0.3  # of what is seen into the scene, a frame
+FRONT = 30.0  # grey levels by which what stands out from the scene differs from it
+AROUND = np.ones((3, 3), np.uint8)  # of places that show the scene together: single ones do by chance
+NEAR = 1  # steps by which the scene may have been moved wrongly
+
+
+@dataclass(frozen=True)
+class Scenery:
+    """How much a frame differs from what lies behind the figure.
+
+    differs : (h, w) half the robust squared difference, in units of the noise
+    step    : pixels from one place to the next
+    """
+
+    differs: Planes
+    step: int
+
+    @cached_property
+    def around(self) -> Planes:
+        """(h, w) the most of it at each place and those around."""
+        return np.asarray(cv2.dilate(self.differs, AROUND), dtype=np.float32)
+
+    def plain(self, pixels: Array) -> NDArray[np.bool_]:
+        """(P,) at which of (P, 2) pixels the frame is known not to differ."""
+        return np.asarray(self._at(pixels) < ALIKE)
+
+    def outstanding(self, pixels: Array) -> NDArray[np.bool_]:
+        """(P,) at which of (P, 2) pixels the frame is known to differ."""
+        differs = self._at(pixels)
+        return np.asarray((differs >= ALIKE) & (differs != UNKNOWN))
+
+    def front(self, level: Level) -> Planes:
+        """(h, w, 3) what stands out from the scene as a level of the frame shows it: FRONT grey levels where
+        it does for certain, half as much where nothing is known of it, in the first channel."""
+        share = np.where(self.differs == UNKNOWN, 0.5, self.differs / MOST).astype(np.float32)
+        x, y = (np.asarray(level.corner) + 0.5) / self.step - 0.5
+        place = np.array([[1.0 / self.step, 0.0, x], [0.0, 1.0 / self.step, y]])
+        h, w = level.planes.shape[:2]
+        how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        wide = cv2.warpAffine(share, place, (w, h), flags=how, borderMode=cv2.BORDER_REPLICATE)
+        planes = np.zeros_like(level.planes)
+        planes[..., 0] = FRONT * cv2.GaussianBlur(wide, (0, 0), level.sigma)
+        return planes
+
+    def _at(self, pixels: Array) -> Planes:
+        h, w = self.differs.shape
+        column, row = np.clip((pixels + 0.5).astype(int) // self.step, 0, (w - 1, h - 1)).T
+        return np.asarray(self.differs[row, column])
+
+
+UNSEEN = Scenery(np.full((1, 1), UNKNOWN, np.float32), 1 << 30)
+
+
+@dataclass(frozen=True)
+class Backdrop:
+    """The scene behind the figure after a frame.
+
+    scene   : (h, w, 3) Lab grey levels
+    known   : (h, w) whether it has been seen
+    place   : (2,) whole steps by which the camera has shifted it since the first frame
+    scenery : how the frame differed from it
+    """
+
+    scene: Planes
+    known: NDArray[np.bool_]
+    place: tuple[int, int]
+    scenery: Scenery
+
+    def follow(self, image: Image, box: Box, shift: Array) -> Self:
+        """One frame on.
+
+        Args:
+            image: (H, W, 3) RGB.
+            box: (x0, y0, x1, y1) pixels that the figure may cover.
+            shift: (2,) pixels by which the camera has shifted the scene since the first frame.
+        """
+        step = self.scenery.step
+        now, area = small(image, step), _area(box, step, self.known.shape)
+        x, y = np.rint(shift / step).astype(int).tolist()
+        scene, known = self._at(x, y)
+        scenery = Scenery(_difference(now, scene, known, area), step)
+        seen = np.ones_like(known)
+        seen[area] = False
+        share = np.where(known, BLEND, 1.0) * seen
+        scene = (scene + share[..., None] * (now - scene)).astype(np.float32)
+        return type(self)(scene, known | seen, (x, y), scenery)
+
+    def replaced(self, scene: Planes, known: NDArray[np.bool_]) -> Self:
+        """With another scene (h, w, 3) where that is known (h, w); elsewhere nothing is known any more."""
+        return replace(self, scene=np.where(known[..., None], scene, self.scene), known=known)
+
+    def compared(self, image: Image, box: Box) -> Self:
+        """With how the first frame itself differs from the scene; image and box as of `follow`."""
+        step, area = self.scenery.step, _area(box, self.scenery.step, self.known.shape)
+        differs = _difference(small(image, step), self.scene, self.known, area)
+        return replace(self, scenery=Scenery(differs, step))
+
+    def _at(self, x: int, y: int) -> tuple[Planes, NDArray[np.bool_]]:
+        """Scene and what is known of it where the camera has shifted it to."""
+        if (x, y) == self.place:
+            return self.scene, self.known
+        h, w = self.known.shape
+        way = np.array([[1.0, 0.0, x - self.place[0]], [0.0, 1.0, y - self.place[1]]])
+        scene = cv2.warpAffine(self.scene, way, (w, h), flags=cv2.INTER_NEAREST)
+        known = cv2.warpAffine(self.known.astype(np.uint8), way, (w, h), flags=cv2.INTER_NEAREST)
+        return np.asarray(scene, dtype=np.float32), known > 0
+
+
+def first_backdrop(image: Image, box: Box, unit: float) -> Backdrop:
+    """What the marked frame shows beside the figure, a leg of which is unit pixels; see `Backdrop.follow`."""
+    step = step_of(unit)
+    scene = small(image, step)
+    known = np.ones(scene.shape[:2], dtype=bool)
+    known[_area(box, step, known.shape)] = False
+    return Backdrop(scene, known, (0, 0), Scenery(np.full(known.shape, UNKNOWN, np.float32), step))
+
+
+def step_of(unit: float) -> int:
+    """Pixels from one place of the scene to the next, where a leg is unit pixels."""
+    return max(round(STEP * unit), 1)
+
+
+def small(image: Image, step: int) -> Planes:
+    """The frame's Lab grey levels (h, w, 3), one mean for each step by step pixels."""
+    H, W = image.shape[:2]
+    whole = cv2.copyMakeBorder(image, 0, -H % step, 0, -W % step, cv2.BORDER_REPLICATE)
+    less = cv2.resize(whole, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(less, cv2.COLOR_RGB2Lab), dtype=np.float32)
+
+
+def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tuple[slice, slice]) -> Planes:
+    """(h, w) of `Scenery` within an area, elsewhere unknown."""
+    differs = np.full(known.shape, UNKNOWN, np.float32)
+    if not known.any() or not known[area].size:
+        return differs
+    light = np.median((now - scene)[known][:: max(known.size // 2000, 1)], axis=0)
+    least = np.full(known[area].shape, np.inf, np.float32)
+    wide = cv2.copyMakeBorder(scene, NEAR, NEAR, NEAR, NEAR, cv2.BORDER_REPLICATE)
+    rows, columns = area
+    here = now[area] - light.astype(np.float32)
+    for i in range(2 * NEAR + 1):
+        for j in range(2 * NEAR + 1):
+            there = wide[rows.start + i : rows.stop + i, columns.start + j : columns.stop + j]
+            apart = here - there
+            least = np.minimum(least, np.einsum("...c,...c", apart, apart))
+    rho = 0.5 * ROBUST**2 * np.log1p(least / (3.0 * NOISE**2 * ROBUST**2))
+    differs[area] = np.where(known[area], np.minimum(rho, MOST), UNKNOWN)
+    return differs
+
+
+def _area(box: Box, step: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Rows and columns of the scene that a box of pixels touches."""
+    x0, y0, x1, y1 = (int(side // step) for side in box)
+    h, w = shape[:2]
+    return slice(max(y0, 0), max(min(y1 + 1, h), 0)), slice(max(x0, 0), max(min(x1 + 1, w), 0))

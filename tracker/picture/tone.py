@@ -1,0 +1,41 @@
+"""A tone curve for hard light and haze: it spreads the grey levels that there are around the figure.
+
+Against the light dark clothes differ by few grey levels, in haze everything does, and what a match may be off
+by is in grey levels. Between the levels as filmed and as many pixels at each of them (histogram equalisation)
+the curve goes a share of the way. It is worked out once, from the marked frame: one that changed would change
+the figure's looks.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.picture.pyramid import Box, Image
+
+Curve = NDArray[np.uint8]
+
+LEVELS = 256
+SMOOTH = 17  # levels that one is counted with: a flat background is not worth them all
+
+
+def tone_curve(image: Image, box: Box, share: float) -> Curve:
+    """(256,) the grey level that each becomes.
+
+    Args:
+        image: (H, W, 3) RGB.
+        box: (x0, y0, x1, y1) pixels around the figure.
+        share: of the way to equal numbers of pixels.
+    """
+    H, W = image.shape[:2]
+    x0, y0, x1, y1 = np.clip(box, 0, (W - 1, H - 1, W - 1, H - 1)).astype(int)
+    grey = cv2.cvtColor(np.ascontiguousarray(image[y0 : y1 + 1, x0 : x1 + 1]), cv2.COLOR_RGB2GRAY)
+    number = np.bincount(grey.ravel(), minlength=LEVELS).astype(np.float64)
+    number = np.convolve(np.pad(number, SMOOTH // 2, mode="edge"), np.full(SMOOTH, 1.0 / SMOOTH), "valid")
+    equal = (LEVELS - 1) * number.cumsum() / number.sum()
+    mixed = (1.0 - share) * np.arange(LEVELS) + share * equal
+    return np.asarray(np.rint(mixed), dtype=np.uint8)
+
+
+def toned(image: Image, curve: Curve) -> Image:
+    """The image (H, W, 3) with every channel through the curve."""
+    return np.asarray(cv2.LUT(image, curve), dtype=np.uint8)

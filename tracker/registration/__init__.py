@@ -1,0 +1,1 @@
+"""Where templates settle in a frame."""

@@ -1,0 +1,388 @@
+"""The inner loop of registration, compiled: templates laid on a picture, link by link.
+
+For every pose and link it gathers what Gauss-Newton needs of the link's points in the link's own coordinates:
+a point u along the link and v across it moves by a slide along or across, a stretch, a turn and a growth
+(`kinematics.spm.motions`), so the gradient (g_u, g_v) of a channel there enters as
+
+    f = [g_u, g_v, u g_u, u g_v - v g_u, u g_u + v g_v]
+
+and sum w f f', sum w f r over the link's points are all that the chain rule needs.
+"""
+
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.registration.records import Array, Behind, Laid, Lens, Noise, Points, Row, Shape, Single
+
+Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
+WAYS = 5  # in which a link moves as a whole
+TOGETHER = 16  # robust weights whose product is above 1e-308 where each is above 1e-19
+
+COMPILED = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
+# Where order does not matter, so that a processor adds up several points at a time.
+ANY_ORDER = numba.njit(
+    cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"}
+)
+
+
+def lay(
+    planes: Single,
+    lens: Lens,
+    start: Array,
+    direction: Array,
+    length: Array,
+    size: Array,
+    points: Points,
+    shape: Shape,
+    behind: Behind,
+    noise: Noise,
+) -> Laid:
+    """Lay the templates on one level at H poses: start, direction (H, L, 2), length (H, L), size (H,)."""
+    (H, L), P = length.shape, len(points.along)
+    laid = Laid(
+        moments=np.zeros((H, L, WAYS, WAYS)),
+        pull=np.zeros((H, L, WAYS)),
+        mean=np.zeros(H),
+        open=np.zeros(H),
+        behind=np.zeros(H),
+        shown=np.zeros(H),
+        match=np.zeros((H, P)),
+        residual=np.zeros((H, P, 3), np.float32),
+        offset=np.zeros((H, L, 3)),
+        inside=np.zeros((H, P), np.bool_),
+    )
+    # Plain tuples, and nothing returned: to take a named one or to give back an array compiled code runs
+    # Python, where an interrupt crashes it.
+    bones = start, direction, length, size
+    _fill(planes, bones, tuple(lens), tuple(points), tuple(shape), tuple(behind), tuple(noise), tuple(laid))
+    return laid
+
+
+@COMPILED
+def _fill(
+    planes: Single,
+    bones: tuple[Array, Array, Array, Array],
+    of_lens: tuple[Any, ...],
+    of_points: tuple[Any, ...],
+    of_shape: tuple[Any, ...],
+    of_behind: tuple[Any, ...],
+    of_noise: tuple[Any, ...],
+    laid: tuple[Any, ...],
+) -> None:
+    start, direction, length, size = bones
+    lens, points, shape, noise = Lens(*of_lens), Points(*of_points), Shape(*of_shape), Noise(*of_noise)
+    scenery = Behind(*of_behind)
+    moments, pull, mean, opened, behind, shown, match, residual, offset, inside = laid
+    H, L = length.shape
+    within = float(np.sum(points.known & (points.weight == 1.0)))
+    most = np.max(np.diff(points.first))
+    row = Row(
+        np.empty(most, np.intp),
+        np.empty((3, most)),
+        np.empty((3, most), np.float32),
+        np.empty((3, most), np.float32),
+        np.empty((3, most), np.float32),
+        np.empty(most),
+        np.empty(most),
+        np.empty(most),
+        np.empty(most),
+    )
+    for h in range(H):
+        total, count, differing, clear = 0.0, 0.0, 0.0, 0.0
+        covered, covered_total = 0.0, 0.0
+        pose = start[h], direction[h], length[h], size[h]
+        for i in range(L):
+            shown_to = scenery.front if points.strange[i] else planes
+            n, bare, different = _look(shown_to, lens, pose, points, shape, scenery, noise, i, row, inside[h])
+            differing += different
+            clear += bare
+            if noise.layered and n >= noise.fewest and not points.strange[i]:
+                for c in range(3):
+                    low, high = points.light[c] - noise.light, points.light[c] + noise.light
+                    offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
+            weight, matched, rho = _doubt(row, n, noise)
+            if noise.covered > 0.0:
+                fewer, less, share, of_these, different = _uncover(row, n, noise)
+                matched, rho = matched - fewer, rho - less
+                covered += share
+                covered_total += of_these
+                differing -= different
+            total += rho
+            count += weight
+            fair = 1.0
+            if noise.layered and weight > 0.0 and not points.strange[i]:
+                fair = (matched / weight - noise.out_of_sight) / (noise.in_sight - noise.out_of_sight)
+                fair = min(max(fair, 0.0), 1.0)
+            for k in range(n):
+                p = row.point[k]
+                match[h, p] = fair * row.match[k]
+                for c in range(3):
+                    residual[h, p, c] = row.residual[c, k]
+            if fair > 0.0:
+                _gather(row, n, fair, moments[h, i], pull[h, i])
+        mean[h] = total / max(count, 1e-9)
+        clear -= covered
+        opened[h] = (total - covered_total) / max(count - covered, 1e-9)
+        behind[h], shown[h] = differing / max(clear, 1e-9), clear / max(within, 1e-9)
+
+
+@COMPILED
+def _look(
+    planes: Single,
+    lens: Lens,
+    pose: Pose,
+    points: Points,
+    shape: Shape,
+    scenery: Behind,
+    noise: Noise,
+    link: int,
+    row: Row,
+    inside: NDArray[np.bool_],
+) -> tuple[int, float, float]:
+    """Put what one link's visible points see into the row.
+
+    Returns how many points are, how many of those lie within the outline, and the sum of how much the picture
+    differs there from what lies behind.
+    """
+    start, direction, length, size = pose
+    rows, columns = planes.shape[0], planes.shape[1]
+    ox, oy, ax, ay = lens.origin_x, lens.origin_y, lens.axis_x, lens.axis_y
+    sx, sy, dx, dy = start[link, 0], start[link, 1], direction[link, 0], direction[link, 1]
+    long = length[link]
+    xu, yu = np.float32(0.5 * ax * dx), np.float32(0.5 * ay * dy)
+    xv, yv = np.float32(-0.5 * ax * dy), np.float32(0.5 * ay * dx)
+    first, end = points.first[link], points.first[link + 1]
+    nearer = np.empty(len(length), np.intp)
+    number = _may_hide(pose, points, shape, link, noise.margin, nearer) if noise.layered else 0
+    n, within, differing = 0, 0.0, 0.0
+    for p in range(first, end):
+        u, v = points.along[p] * long, size * points.across[p]
+        body_x = sx + u * dx - v * dy
+        body_y = sy + u * dy + v * dx
+        x = ox + ax * body_x
+        y = oy + ay * body_y
+        inside[p] = 0 <= x <= columns - 1 and 0 <= y <= rows - 1
+        if not inside[p] or not points.known[p]:
+            continue
+        if _hidden(body_x, body_y, pose, shape, nearer[:number], noise.margin):
+            continue
+        w = points.weight[p]
+        row.around[n] = np.inf
+        if w == 1.0:
+            within += 1.0
+            r, s = int(y + scenery.corner_y + 0.5), int(x + scenery.corner_x + 0.5)
+            r, s = r // scenery.step, s // scenery.step
+            differing += scenery.differs[r, s]
+            if scenery.around[r, s] < scenery.unknown and not points.strange[link]:
+                row.differs[n], row.around[n] = scenery.differs[r, s], scenery.around[r, s]
+        # Beyond its edge a picture goes on as it ends.
+        i, j = min(int(y), rows - 2), min(int(x), columns - 2)
+        above, below = max(i - 1, 0), min(i + 2, rows - 1)
+        before, after = max(j - 1, 0), min(j + 2, columns - 1)
+        fx, fy = np.float32(x - j), np.float32(y - i)
+        gx, gy = np.float32(1) - fx, np.float32(1) - fy
+        row.point[n] = p
+        row.place[0, n], row.place[1, n], row.place[2, n] = u, v, w
+        for c in range(3):
+            a, b = planes[i, j, c], planes[i, j + 1, c]
+            d, e = planes[i + 1, j, c], planes[i + 1, j + 1, c]
+            row.residual[c, n] = gy * (gx * a + fx * b) + fy * (gx * d + fx * e) - points.colours[p, c]
+            # Central differences at the four neighbours, mixed as their values are.
+            right = gy * (gx * (b - planes[i, before, c]) + fx * (planes[i, after, c] - a))
+            right += fy * (gx * (e - planes[i + 1, before, c]) + fx * (planes[i + 1, after, c] - d))
+            down = gx * (gy * (d - planes[above, j, c]) + fy * (planes[below, j, c] - a))
+            down += fx * (gy * (e - planes[above, j + 1, c]) + fy * (planes[below, j + 1, c] - b))
+            row.along[c, n] = right * xu + down * yu
+            row.across[c, n] = right * xv + down * yv
+        n += 1
+    return n, within, differing
+
+
+@COMPILED
+def _may_hide(
+    pose: Pose, points: Points, shape: Shape, link: int, margin: float, found: NDArray[np.intp]
+) -> int:
+    """Nearer links that reach into a circle around all of a link's points into found; returns how many."""
+    start, direction, length, size = pose
+    least, most, wide = 0.0, 0.0, 0.0
+    for p in range(points.first[link], points.first[link + 1]):
+        least, most = min(least, points.along[p]), max(most, points.along[p])
+        wide = max(wide, abs(points.across[p]))
+    middle = 0.5 * (least + most) * length[link]
+    radius = np.hypot(0.5 * (most - least) * length[link], size * wide)
+    x = start[link, 0] + middle * direction[link, 0]
+    y = start[link, 1] + middle * direction[link, 1]
+    n = 0
+    for j in range(len(length)):
+        if shape.layer[j] > shape.layer[link]:
+            away_x, away_y = x - start[j, 0], y - start[j, 1]
+            along = away_x * direction[j, 0] + away_y * direction[j, 1]
+            across = away_y * direction[j, 0] - away_x * direction[j, 1]
+            near = radius + margin
+            half = 0.5 * size * shape.width[j] * max(1.0, shape.taper[j])
+            if -near < along < length[j] + near and abs(across) < half + near:
+                found[n] = j
+                n += 1
+    return n
+
+
+@COMPILED
+def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: NDArray[np.intp], margin: float) -> bool:
+    """Whether one of some links lies over a body point."""
+    start, direction, length, size = pose
+    for j in nearer:
+        away_x, away_y = x - start[j, 0], y - start[j, 1]
+        along = away_x * direction[j, 0] + away_y * direction[j, 1]
+        if -margin < along < length[j] + margin:
+            across = away_y * direction[j, 0] - away_x * direction[j, 1]
+            taper = 1.0 + (shape.taper[j] - 1.0) * min(max(along / length[j], 0.0), 1.0)
+            if abs(across) < 0.5 * size * shape.width[j] * taper + margin:
+                return True
+    return False
+
+
+@ANY_ORDER
+def _take_off(residual: Single, low: float, high: float) -> float:
+    """Residuals less their median, within limits, which is returned."""
+    middle = min(max(float(_middle(residual, np.float32(low), np.float32(high))), low), high)
+    less = np.float32(middle)
+    for k in range(len(residual)):
+        residual[k] -= less
+    return middle
+
+
+@ANY_ORDER
+def _middle(values: Single, low: np.float32, high: np.float32) -> np.float32:
+    """The (n // 2)-th smallest of n values, or the limit it is beyond.
+
+    By halving: passes that count are many values at a time, a selection's jumps are not foreseen.
+    """
+    k = len(values) // 2
+    if _below(values, low) > k:
+        return low
+    if _below(values, high) <= k:
+        return high
+    while True:  # it lies from low up to high, which is no longer it
+        middle = np.float32(0.5) * (low + high)
+        if middle <= low or middle >= high:
+            return low
+        number = _below(values, middle)
+        if number == k:
+            break
+        if number > k:
+            high = middle
+        else:
+            low = middle
+    least = high
+    for k in range(len(values)):
+        least = min(least, values[k] if values[k] >= middle else high)
+    return least
+
+
+@ANY_ORDER
+def _below(values: Single, limit: np.float32) -> np.int32:
+    number = np.int32(0)
+    for k in range(len(values)):
+        number += np.int32(values[k] < limit)
+    return number
+
+
+@ANY_ORDER
+def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float, float]:
+    """Robust weights into match; sums of weight, weight * match and weight * rho / 2."""
+    weight, match, excess = row.place[2, :n], row.match[:n], row.excess[:n]
+    r0, r1, r2 = row.residual[0, :n], row.residual[1, :n], row.residual[2, :n]
+    robust = noise.scale < np.inf
+    scale = 3.0 * noise.variance * (noise.scale if robust else 1.0)
+    sum_weight, sum_match, sum_rho = 0.0, 0.0, 0.0
+    for k in range(n):
+        a, b, c = np.float64(r0[k]), np.float64(r1[k]), np.float64(r2[k])
+        e = (a * a + b * b + c * c) / scale
+        m = 1.0 / (1.0 + e) if robust else 1.0
+        excess[k] = e
+        match[k] = m
+        sum_weight += weight[k]
+        sum_match += weight[k] * m
+    if not robust:
+        for k in range(n):
+            sum_rho += weight[k] * excess[k]
+        return sum_weight, sum_match, 0.5 * sum_rho
+    k = 0
+    while k < n:
+        # One logarithm for many.
+        w, product, end = weight[k], 1.0, min(k + TOGETHER, n)
+        while k < end and weight[k] == w:
+            product *= match[k]
+            k += 1
+        sum_rho -= w * np.log(product)
+    return sum_weight, sum_match, 0.5 * noise.scale * sum_rho
+
+
+@COMPILED
+def _uncover(row: Row, n: int, noise: Noise) -> tuple[float, float, float, float, float]:
+    """Doubt points that show the scene as it was without the figure: something nearer may cover them.
+
+    The likelihood of each is a mixture of the figure's and the scene's, and it matches by the figure's share.
+    Returns by how much that lowers the sums of weight * match and weight * rho / 2; the sum of the scene's
+    shares; and those of rho / 2 and of what differs by these shares.
+    """
+    fewer, less, covered, total, differing = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(n):
+        if row.around[k] < np.inf:
+            # Three channels, of which rho / 2 and what lies bare are the mean.
+            rho = 0.5 * noise.scale * np.log1p(row.excess[k])
+            odds = noise.covered * np.exp(3.0 * (rho - row.around[k]))
+            gain = np.log((1.0 + odds) / (1.0 + noise.covered)) / 3.0
+            w, match, share = row.place[2, k], row.match[k], odds / (1.0 + odds)
+            row.match[k] = match * (1.0 - share)
+            fewer += w * match * share
+            less += w * gain
+            covered += share
+            total += share * (rho - gain)
+            differing += share * row.differs[k]
+    return fewer, less, covered, total, differing
+
+
+@ANY_ORDER
+def _gather(row: Row, n: int, fair: float, moments: Array, pull: Array) -> None:
+    """Sums of w f f' into moments (5, 5) and of w f r into pull (5,); weights count by a share `fair`."""
+    us, vs, weight, match = row.place[0, :n], row.place[1, :n], row.place[2, :n], row.match[:n]
+    for c in range(3):
+        along, across, residual = row.along[c, :n], row.across[c, :n], row.residual[c, :n]
+        m00, m10, m11, m20, m21, m22, m30, m31 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        m32, m33, m40, m41, m42, m43, m44 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        p0, p1, p2, p3, p4 = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(n):
+            u, v, w = us[k], vs[k], fair * weight[k] * match[k]
+            a, b, r = np.float64(along[k]), np.float64(across[k]), w * residual[k]
+            c2, c3, c4 = u * a, u * b - v * a, u * a + v * b
+            p0 += a * r
+            p1 += b * r
+            p2 += c2 * r
+            p3 += c3 * r
+            p4 += c4 * r
+            wa, wb, w2, w3 = w * a, w * b, w * c2, w * c3
+            m00 += wa * a
+            m10 += wa * b
+            m20 += wa * c2
+            m30 += wa * c3
+            m40 += wa * c4
+            m11 += wb * b
+            m21 += wb * c2
+            m31 += wb * c3
+            m41 += wb * c4
+            m22 += w2 * c2
+            m32 += w2 * c3
+            m42 += w2 * c4
+            m33 += w3 * c3
+            m43 += w3 * c4
+            m44 += w * c4 * c4
+        for i, value in enumerate((p0, p1, p2, p3, p4)):
+            pull[i] += value
+        rows = (m00, m10, m20, m30, m40), (m10, m11, m21, m31, m41), (m20, m21, m22, m32, m42)
+        for i, row_of in enumerate((*rows, (m30, m31, m32, m33, m43), (m40, m41, m42, m43, m44))):
+            for j, value in enumerate(row_of):
+                moments[i, j] += value

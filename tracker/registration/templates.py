@@ -1,0 +1,181 @@
+"""Templates: the pixels of each link, cut from one frame and one pose, in the link's own coordinates."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+from kinematics.figure import Figure
+from kinematics.spm import Index, View, covering, skeleton, surface
+from tracker.picture.pyramid import Level, Planes, sample
+from tracker.settings import Settings
+
+ALIKE = 12.0  # grey levels (root mean square) within which a point looks as it did
+ENOUGH = 5  # places at which a point must look alike to be known
+ELSEWHERE = 0.1  # leg lengths from one such place to the next
+FAIR = 0.2  # mean trust of a link's points from which its offset of light counts
+
+
+@dataclass(frozen=True)
+class Templates:
+    """P points fixed to links, with their colours at each blur.
+
+    link, along, across : (P,) where each point sits, see `kinematics.spm.surface`
+    weight  : (P,) 1 within the link's outline, less on its rim
+    colours : (levels, P, 3) Lab grey levels
+    known   : (P,) whether the point has been seen yet
+    light   : (3,) offset of light of each channel, common to the links, grey levels
+    alike   : (P,) at how many places in a row a point not known yet has looked alike
+    place   : (P, 2) the last of them in the scene, leg lengths
+    """
+
+    link: Index
+    along: Array
+    across: Array
+    weight: Array
+    colours: Planes
+    known: NDArray[np.bool_]
+    light: Array
+    alike: NDArray[np.intp]
+    place: Array
+
+    @cached_property
+    def strange(self) -> NDArray[np.bool_]:
+        """(L,) links of which nothing is known."""
+        return np.asarray(np.bincount(self.link, self.known) == 0.0)
+
+    @property
+    def inner(self) -> NDArray[np.bool_]:
+        """(P,) whether a point is known and within its link's outline."""
+        return np.asarray((self.weight == 1.0) & self.known)
+
+    def places(self, figure: Figure, q: Array) -> Array:
+        """(P, 2) body coordinates of the points at a pose (D,)."""
+        return surface(skeleton(figure, q), self.link, self.along, self.across)
+
+    def refreshed(self, seen: Array | Planes, trust: Array, blend: float, offset: Array) -> Self:
+        """Blended into what is seen now; points never seen before take it whole.
+
+        Args:
+            seen: (levels, P, 3) colours at the settled pose, offsets of light taken off.
+            trust: (P,) 0 where the point is hidden, out of the frame or does not match, up to 1.
+            blend: share of what is seen.
+            offset: (L, 3) the offsets of light that were taken off.
+        """
+        share = np.where(self.known, blend * trust, np.where(trust > 0, 1.0, 0.0))
+        colours = self.colours + share[None, :, None] * (seen - self.colours)
+        number = np.bincount(self.link[self.known], minlength=len(offset))
+        fair = np.bincount(self.link, trust * self.known, len(offset)) / np.maximum(number, 1)
+        return replace(
+            self,
+            colours=colours.astype(np.float32),
+            known=self.known | (trust > 0),
+            light=np.median(offset[fair > FAIR], axis=0) if (fair > FAIR).any() else self.light,
+        )
+
+    def learned(self, seen: Array | Planes, new: NDArray[np.bool_], place: Array) -> Self:
+        """With what is seen of points that are not known yet: known once alike at some places of the scene.
+
+        What lies behind a figure that moves, or hides it, does not stay alike.
+
+        Args:
+            seen: as of `refreshed`.
+            new: (P,) which of the points not known yet are seen.
+            place: (P, 2) where the points are in the scene, leg lengths.
+        """
+        first = self.alike == 0
+        new = new & (first | (((place - self.place) ** 2).sum(axis=-1) > ELSEWHERE**2))
+        again = ~first & (((seen[-1] - self.colours[-1]) ** 2).mean(axis=-1) < ALIKE**2)
+        alike = np.where(new, np.where(again, self.alike + 1, 1), self.alike)
+        share = np.where(new, 1.0 / np.maximum(alike, 1), 0.0)
+        colours = self.colours + share[None, :, None] * (seen - self.colours)
+        return replace(
+            self,
+            colours=colours.astype(np.float32),
+            known=self.known | (new & (alike >= ENOUGH)),
+            alike=alike,
+            place=np.where(new[:, None], place, self.place),
+        )
+
+    def completed(self, figure: Figure, reach: float) -> Self:
+        """A link of which nothing is known is taken to look as its twin does, no further off than reach."""
+        place = np.stack([self.along * figure.layout.length[self.link], self.across], axis=1)
+        colours, known = self.colours.copy(), self.known.copy()
+        for i, twin in figure.twins.items():
+            mine = np.flatnonzero(self.link == i)
+            theirs = np.flatnonzero((self.link == twin) & self.known)
+            if len(theirs) and not self.known[mine].any():
+                apart = np.linalg.norm(place[mine, None] - place[theirs], axis=-1)
+                near = apart.min(axis=1) <= reach
+                colours[:, mine[near]] = self.colours[:, theirs[apart.argmin(axis=1)[near]]]
+                known[mine[near]] = True
+        return replace(self, colours=colours, known=known)
+
+
+def cut(
+    figure: Figure,
+    view: View,
+    q: Array,
+    levels: list[Level],
+    settings: Settings,
+    placed: NDArray[np.bool_] | None = None,
+) -> Templates:
+    """Templates of every link as the pose lays them on the frame.
+
+    Args:
+        placed: (L,) whether it is known where each link lies; None for all. Of the others nothing is known.
+    """
+    link, along, across, weight = _grid(figure, settings)
+    bones = skeleton(figure, q)
+    points = surface(bones, link, along, across)
+    pixels = view.to_pixels(points)
+    hidden = covering(figure, bones, points, link, hiding(levels[-1], view, settings))
+    found = [sample(level, pixels) for level in levels]
+    colours = np.stack([values for values, _ in found]).astype(np.float32)
+    known = found[0][1] & ~hidden
+    if placed is not None:
+        known &= placed[link]
+    return Templates(
+        link,
+        along,
+        across,
+        weight,
+        colours,
+        known,
+        np.zeros(3),
+        np.zeros(len(link), np.intp),
+        np.zeros(points.shape),
+    )
+
+
+def hiding(level: Level, view: View, settings: Settings) -> float:
+    """How far beyond its outline a link hides others at a blur, leg lengths."""
+    return settings.cover * level.sigma / view.unit
+
+
+def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:
+    """Points spread evenly over every link and its rim."""
+    rim = settings.rim if settings.mode == "full" else 0.0
+    parts = []
+    for i, part in enumerate(figure.links):
+        tip = rim if i not in figure.parents else 0.0
+        length = np.arange(0.0, part.length + tip + 1e-9, settings.spacing)
+        half = 0.5 * part.width * max(1.0, part.taper) + rim
+        width = np.arange(-half, half + 1e-9, settings.spacing)
+        u, v = (grid.ravel() for grid in np.meshgrid(length, width, indexing="ij"))
+        edge = 0.5 * part.width * (1.0 + (part.taper - 1.0) * np.clip(u / part.length, 0.0, 1.0))
+        keep = np.abs(v) <= edge + rim
+        inner = (np.abs(v) <= edge) & (u <= part.length)
+        parts.append(
+            (
+                np.full(keep.sum(), i),
+                u[keep] / part.length,
+                v[keep],
+                np.where(inner, 1.0, settings.rim_weight)[keep],
+            )
+        )
+    link, along, across, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return link.astype(np.intp), along, across, weight

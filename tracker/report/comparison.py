@@ -1,0 +1,81 @@
+"""Several models on one clip: a run's folder each, and the page that sets them side by side."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from tracker.clip.follow import Job, follow, prepare, start_frame, write_run
+from tracker.progress import Progress
+from tracker.report.chapter import Chapter
+from tracker.report.html_tables import text_table
+from tracker.report.page import write_comparison
+from tracker.report.sheets import write_error_plot, write_sheet
+from tracker.run.score import SCORED, Score, places, score
+from tracker.tables.keypoints import Marks
+
+
+def compare_models(
+    job: Job, truth: Marks, models: Sequence[str], folder: Path, progress: Progress, notes: Sequence[str] = ()
+) -> str:
+    """Follow the clip with every model, write all into `folder`, and give the table as text.
+
+    Only frames of the clip, up to `job.stop`, are scored, and none whose marks were themselves anchors.
+
+    Raises:
+        ValueError: a truth without marked frames after the start that are no anchors, or two models of one
+            name; and whatever `clip.follow` raises.
+    """
+    jobs = {_name(model): replace(job, model=model) for model in models}
+    if len(jobs) < len(models):
+        raise ValueError(f"two of the models {', '.join(models)} have one name; rename a file")
+    # What is wrong with the last model or the truth is said before the work, not after it.
+    for each in jobs.values():
+        prepare(each)
+    start = start_frame(job)
+    given = _anchors_of(job, _within(truth, job.stop), start)
+    truth = {frame: marks for frame, marks in truth.items() if frame not in given}
+    if given and not any(frame > start for frame in truth):
+        raise ValueError(
+            f"all {len(given)} truth frames after frame {start} are anchors; give --truth with other frames"
+        )
+    score(_within(truth, job.stop), {}, start)
+
+    chapters: dict[str, Chapter] = {}
+    scores: dict[str, Score] = {}
+    for name, each in jobs.items():
+        finished = follow(each, progress)
+        (folder / name).mkdir()
+        chapters[name] = replace(write_run(finished, folder / name, progress), name=name)
+        for warning in finished.warnings:
+            progress.warn(f"{name}: {warning}")
+        scores[name] = score(_within(truth, finished.frames - 1), places(finished.track), start)
+    write_error_plot(scores, folder / "errors.png")
+    sheet = folder / "failure.png"
+    write_sheet(job.video, {name: each.track for name, each in chapters.items()}, scores, sheet)
+    said = [f"{len(given)} anchors not scored"] if given else []
+    page, told = folder / "report.html", list(chapters.values())
+    write_comparison(page, job.video.name, told, scores, sheet, [*said, *notes])
+    summary = {"models": {name: result.summary() for name, result in scores.items()}}
+    (folder / "compare.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    return "\n".join([text_table(scores), *said])
+
+
+def _name(model: str) -> str:
+    """What a model's folder is called: its name, or its file's."""
+    return Path(model).name.removesuffix(".npz")
+
+
+def _anchors_of(job: Job, truth: Marks, start: int) -> set[int]:
+    """Frames after the start whose truth is what the tracker was given."""
+    told = job.marks if job.anchors else {}
+    return {frame for frame, marks in truth.items() if frame > start and marks == told.get(frame)}
+
+
+def _within(truth: Marks, last: int | None) -> Marks:
+    """Frames up to `last` with a joint that is scored."""
+    return {
+        frame: marks
+        for frame, marks in truth.items()
+        if (last is None or frame <= last) and not marks.keys().isdisjoint(SCORED)
+    }

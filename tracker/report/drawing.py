@@ -1,0 +1,50 @@
+"""A tracked figure as segments and ellipses on a frame."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.spm import skeleton
+from tracker.run.track import Track
+from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw
+
+Image = NDArray[np.uint8]
+
+SMALL = 500  # frames lower than this are drawn twice as large
+
+
+def colours(track: Track) -> list[tuple[int, int, int]]:
+    """One colour a link: far legs, trunk, near legs."""
+    layers = [link.layer for link in track.figure.links]
+    by_rank = {layer: rank for rank, layer in enumerate(sorted(set(layers)))}
+    palette = (FAR, TRUNK, NEAR) if len(by_rank) > 2 else (FAR, NEAR)
+    return [palette[min(by_rank[layer], len(palette) - 1)] for layer in layers]
+
+
+def enlargement(height: int) -> int:
+    """How many times a frame of this height is enlarged for drawing."""
+    return 2 if height < SMALL else 1
+
+
+def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
+    """The frame with the figure drawn on it: limbs, joint ellipses at two sigma, state and frame number."""
+    t = frame - track.first
+    scale = enlargement(len(image))
+    if not 0 <= t < len(track):
+        return draw(image, caption=f"{title}frame {frame}: not tracked", scale=scale)
+    places, covs = _joints_at(track, t)
+    starts = track.view_at(t).to_pixels(skeleton(track.figure, track.q[t]).start)
+    order = sorted(range(len(track.figure.links)), key=lambda i: track.figure.links[i].layer)
+    shades = colours(track)
+    segments = [Segment(starts[i], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5)) for i in order]
+    ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in order]
+    state = f"  {track.labels[track.s[t]]} state {track.s[t]}" if len(track.labels) > 1 else ""
+    outcome = "" if track.outcome[t] == "ok" else f"  {track.outcome[t]}"
+    return draw(image, segments, ellipses, f"{title}frame {frame}{state}{outcome}", scale=scale)
+
+
+def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    now = slice(t, t + 1)
+    one = replace(track, q=track.q[now], cov=track.cov[now], shift=track.shift[now])
+    return one.joints()[0], one.joint_covs()[0]

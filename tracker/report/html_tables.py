@@ -1,0 +1,88 @@
+"""The tables of a report: how models compare, and the gait figures."""
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+
+from tracker.gait.figures import Gait, Measure, Value
+from tracker.run.score import Score
+
+COLUMNS = (
+    "model",
+    "lost at frame",
+    "followed",
+    "mean error",
+    "median error",
+    "within 0.2 leg",
+    "swaps",
+    "leg angles",
+)
+GAIT_COLUMNS = ("", "near leg", "far leg", "both", "symmetry, %")
+SIGMAS = 2.0  # standard errors behind a plus-minus, as the bands and ellipses are two sigma
+DASH = "\N{EN DASH}"
+
+
+def table_rows(scores: Mapping[str, Score]) -> list[tuple[str, ...]]:
+    """One row a model, in words; errors in leg lengths."""
+    rows: list[tuple[str, ...]] = []
+    for name, result in scores.items():
+        lost = "never" if result.first_failure_frame is None else str(result.first_failure_frame)
+        angle = "" if result.angle_median_deg is None else f"{result.angle_median_deg:.1f} deg"
+        rows.append(
+            (
+                name,
+                lost,
+                f"{result.frames_followed} of {result.truth_frames}",
+                f"{result.mean_error_leg:.3f}",
+                f"{result.median_error_leg:.3f}",
+                f"{100.0 * result.pck_02_leg:.0f} %",
+                str(result.swaps),
+                angle,
+            )
+        )
+    return rows
+
+
+def text_table(scores: Mapping[str, Score]) -> str:
+    """The table as lines of text."""
+    rows = [COLUMNS, *table_rows(scores)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]
+    return "\n".join(lines)
+
+
+def comparison_table(scores: Mapping[str, Score]) -> str:
+    """The same as HTML."""
+    return _table(COLUMNS, [[html.escape(cell) for cell in row] for row in table_rows(scores)])
+
+
+def gait_table(gait: Gait) -> str:
+    """The gait figures as HTML, each with two standard errors."""
+    return _table(GAIT_COLUMNS, [_gait_row(measure) for measure in gait.measures])
+
+
+def _gait_row(measure: Measure) -> Sequence[str]:
+    # Three decimals show a video's frames; angles, shares and cadences are not known to a hundredth.
+    places = 3 if measure.unit == "s" else 1
+    unit = "\N{DEGREE SIGN}" if measure.unit == "deg" else measure.unit
+    values = [_spoken(value, places) for value in (measure.near, measure.far, measure.both)]
+    return (f"{measure.name} <small>{unit}</small>", *values, _spoken(measure.symmetry, 1))
+
+
+def _spoken(value: Value | None, places: int) -> str:
+    if value is None:
+        return DASH
+    # A minus as wide as the plus.
+    mean = f"{value.mean:.{places}f}".replace("-", "\N{MINUS SIGN}")
+    return f"{mean} <small>\N{PLUS-MINUS SIGN} {SIGMAS * value.error:.{places}f}</small>"
+
+
+def _table(columns: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+    """Rows of cells in HTML."""
+    head = "".join(f"<th scope='col'>{html.escape(column)}</th>" for column in columns)
+    body = "".join(
+        f"<tr><th scope='row'>{row[0]}</th>" + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
+        for row in rows
+    )
+    return f"<div class='wide'><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"

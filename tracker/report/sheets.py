@@ -1,0 +1,82 @@
+"""The pictures of a comparison: errors against time, and the sheet of frames where tracks part."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.report.drawing import paint
+from tracker.run.score import LOST_ERROR, Score, error_curve, parting
+from tracker.run.track import Track
+from videos.frames import Video
+from videos.sheet import sheet
+
+Image = NDArray[np.uint8]
+
+CROP = 1.1  # leg lengths of picture kept around the marked figure's hip, to either side
+
+
+def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
+    """Mean error of every marked frame against time, one line a model."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(7.0, 3.2), dpi=130, layout="constrained")
+    for name, result in scores.items():
+        frames, errors = error_curve(result)
+        (line,) = axes.plot(frames, errors, marker="o", markersize=3, label=name)
+        if result.first_failure_frame is not None:
+            at = result.first_failure_frame
+            axes.plot(at, result.frame_errors[at], marker="x", markersize=11, mew=2.5, color=line.get_color())
+    axes.axhline(LOST_ERROR, color="0.6", linestyle="--", linewidth=1)
+    axes.annotate(
+        "lost above this", (0.0, LOST_ERROR), (3, 3), textcoords="offset points", color="0.4", fontsize=8
+    )
+    axes.set(xlabel="frame", ylabel="mean error, leg lengths", ylim=(0.0, None), xlim=(0.0, None))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False)
+    figure.savefig(path)
+    pyplot.close(figure)
+
+
+def sheet_frames(scores: Mapping[str, Score], count: int = 4) -> list[int]:
+    """Marked frames that show where the tracks part: evenly up to the worst gap between best and worst."""
+    ranked = sorted(scores.values(), key=lambda result: result.mean_error_leg)
+    frames = sorted(ranked[0].frame_errors)
+    worst = parting([ranked[0].frame_errors, ranked[-1].frame_errors]) if len(ranked) > 1 else frames[-1]
+    upto = frames[: frames.index(worst) + 1] if worst in frames else frames
+    after = frames[frames.index(upto[-1]) + 1 :]
+    chosen = [upto[round(i)] for i in np.linspace(0, len(upto) - 1, min(count - bool(after), len(upto)))]
+    return sorted(set(chosen) | set(after[-1:]))
+
+
+def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, Score], path: Path) -> None:
+    """Each model's overlay, a row, at the frames where they part, a column."""
+    import cv2
+
+    frames = sheet_frames(scores)
+    shown = {frame.index: frame.image for frame in Video(video) if frame.index in frames}
+    best = min(scores, key=lambda name: scores[name].mean_error_leg)
+    rows = [
+        [_cropped(paint(shown[t], track, t), tracks[best], t, shown[t].shape[0]) for t in frames]
+        for track in tracks.values()
+    ]
+    labels = [f"{name}\n{scores[name].mean_error_leg:.3f} leg" for name in tracks]
+    picture = sheet(rows, labels, [f"frame {t}" for t in frames])
+    cv2.imwrite(str(path), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+
+
+def _cropped(image: Image, reference: Track, frame: int, height: int) -> Image:
+    """The drawn frame around where the reference track has the figure."""
+    scale = len(image) // height
+    t = int(np.clip(frame - reference.first, 0, len(reference) - 1))
+    places = reference.joints()[t]
+    centre, unit = places.mean(axis=0) * scale, reference.view.unit * scale
+    H, W = image.shape[:2]
+    half_w, half_h = min(CROP * unit, W / 2), min(1.35 * CROP * unit, H / 2)
+    x = int(np.clip(centre[0] - half_w, 0, W - 2 * half_w))
+    y = int(np.clip(centre[1] - half_h, 0, H - 2 * half_h))
+    return image[y : y + int(2 * half_h), x : x + int(2 * half_w)]

@@ -1,0 +1,196 @@
+"""A run's folder read back: what its tables and run.json say of a clip, a row a frame."""
+
+import csv
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, ValidationError
+
+from dynamics.gaussian import Array
+from kinematics.mocap import POSE_COLUMNS
+from tracker.loop.tracker import LOST, OUTSIDE
+from tracker.tables.unreadable import why
+
+RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
+POINT_COLUMNS = ("x", "y", "sxx", "sxy", "syy")
+
+
+class RunError(ValueError):
+    """A folder that holds no complete run, or one that cannot be read."""
+
+
+class News(BaseModel):
+    """What run.json says that others read; a frame's `size` is (width, height) in pixels."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+
+    figtrack: str
+    video: str
+    fps: PositiveFloat
+    frames: PositiveInt
+    facing: Literal["left", "right"]
+    size: tuple[PositiveInt, PositiveInt] | None = None
+    rate: float | None = None
+    warnings: list[str] = []
+    job: str = ""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A finished run of T frames from frame 0 on; NaN where the figure was not followed.
+
+    news    : what run.json says
+    times   : (T,) seconds
+    names   : (J,) keypoints, also those that the figure has not
+    places  : (T, J, 2) pixels
+    covs    : (T, J, 2, 2) px^2
+    poses   : (T, 8) root in leg lengths, angles in radians
+    outcome : (T,) of each frame, "" where the figure was not followed
+    shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
+    """
+
+    news: News
+    times: Array
+    names: tuple[str, ...]
+    places: Array
+    covs: Array
+    poses: Array
+    outcome: tuple[str, ...]
+    shift: Array
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def facing(self) -> int:
+        """+1 if the figure faces right, -1 if left."""
+        return 1 if self.news.facing == "right" else -1
+
+    @property
+    def sure(self) -> NDArray[np.bool_]:
+        """(T,) whether the figure was followed, and neither lost nor out of the picture."""
+        return np.array([outcome not in ("", LOST, OUTSIDE) for outcome in self.outcome])
+
+    def in_scene(self) -> Self:
+        """The same run as a camera that stays where it started would have seen it."""
+        steady = np.zeros_like(self.shift)
+        return replace(self, places=self.places - self.shift[:, None], shift=steady)
+
+    def place(self, name: str) -> Array:
+        """(T, 2) pixels of a keypoint; NaN throughout if the figure has none of this name."""
+        if name not in self.names:
+            return np.full((len(self), 2), np.nan)
+        return self.places[:, self.names.index(name)]
+
+
+def read_news(folder: Path) -> News:
+    """What run.json says.
+
+    Raises:
+        RunError: no complete run in this folder.
+    """
+    path = folder / "run.json"
+    try:
+        return News.model_validate_json(path.read_bytes())
+    except (FileNotFoundError, NotADirectoryError) as error:
+        inner = sorted(found.parent.name for found in folder.glob("*/run.json"))
+        advice = f"give one of the runs in it, {', '.join(inner)}" if inner else "track a clip first"
+        raise RunError(f"{folder} holds no complete run (no run.json); {advice}") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        fault = " ".join([*map(str, first["loc"]), first["msg"].lower()])
+        raise RunError(f"{path} is no run of figtrack ({fault}); track the clip again") from error
+
+
+def read_run(folder: Path) -> Record:
+    """A complete run.
+
+    Raises:
+        RunError: no complete run in this folder, or a file in it that is damaged.
+    """
+    news = read_news(folder)
+    with _sound(folder / "keypoints.csv") as path:
+        names, numbers = _points(path, news.frames)
+    with _sound(folder / "pose.csv") as path:
+        times, poses, outcome = _poses(path, news.frames)
+    with _sound(folder / "track.npz") as path:
+        shift = _shift(path, news.frames)
+    return Record(
+        news=news,
+        times=times,
+        names=names,
+        places=numbers[..., :2],
+        covs=numbers[..., [2, 3, 3, 4]].reshape(*numbers.shape[:2], 2, 2),
+        poses=poses,
+        outcome=outcome,
+        shift=shift,
+    )
+
+
+@contextmanager
+def _sound(path: Path) -> Iterator[Path]:
+    """A file that is to be read; RunError if what is in it is not what a run leaves."""
+    try:
+        yield path
+    except (OSError, ValueError, KeyError, IndexError, TypeError, csv.Error) as error:
+        lacks = f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else why(error)
+        raise RunError(f"{path} is damaged ({lacks}); track the clip again") from error
+
+
+def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
+    """Names (J,) and numbers (T, J, 5) of keypoints.csv."""
+    rows = list(_rows(path))
+    names = tuple(dict.fromkeys(row["keypoint"] for row in rows))
+    whole = bool(rows) and len(rows) == T * len(names)
+    wanted = ((t, name) for t in range(T) for name in names)
+    if not whole or any(
+        (int(row["frame"]), row["keypoint"]) != one for row, one in zip(rows, wanted, strict=True)
+    ):
+        raise ValueError(f"it should hold every keypoint of {T} frames, in order")
+    return names, _numbers(rows, POINT_COLUMNS).reshape(T, len(names), len(POINT_COLUMNS))
+
+
+def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[str, ...]]:
+    """Times (T,), poses (T, 8) in body units and outcomes (T,) of pose.csv."""
+    rows = list(_rows(path))
+    if len(rows) != T or any(int(row["frame"]) != t for t, row in enumerate(rows)):
+        raise ValueError(f"it should hold {T} frames, in order")
+    times = _numbers(rows, ["time_s"])[:, 0]
+    if not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+        raise ValueError("time_s should rise from row to row")
+    poses = _numbers(rows, POSE_COLUMNS)
+    poses[:, 2:] = np.radians(poses[:, 2:])
+    return times, poses, tuple(row["outcome"] for row in rows)
+
+
+def _shift(path: Path, frames: int) -> Array:
+    """(T, 2), zero in frames that were not followed."""
+    try:
+        with path.open("rb") as file, np.load(file) as track:
+            first, followed = json.loads(str(track["header"]))["first"], track["shift"]
+    except OSError:
+        raise
+    except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
+        raise ValueError("it is no archive that can be read") from error
+    shift = np.zeros((frames, 2))
+    shift[first : first + len(followed)] = followed
+    return shift
+
+
+def _rows(path: Path) -> Iterator[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        yield from csv.DictReader(file)
+
+
+def _numbers(rows: list[dict[str, str]], columns: tuple[str, ...] | list[str]) -> Array:
+    """(rows, columns), NaN for an empty cell."""
+    numbers = np.array([[float(row[column] or "nan") for column in columns] for row in rows])
+    if np.isinf(numbers).any():
+        raise ValueError("a number is infinite")
+    return numbers

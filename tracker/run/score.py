@@ -1,0 +1,181 @@
+"""Tracks against marked poses: errors in leg lengths, when a track is lost, where two tracks part.
+
+Errors are over head top, neck, hip, knees and ankles, in leg lengths (thigh + shank, the mean of the two legs
+in the first marked frame), each at most 1. A track is lost at the first of two marked frames in a row with a
+mean error over 0.25, not recovered in the third where there is one.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from tracker.run.track import Track
+from tracker.tables.keypoints import Mark, Marks
+
+SCORED = ("head_top", "neck", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
+LEGS = ("near_knee", "near_ankle", "far_knee", "far_ankle")
+LINKS = tuple(
+    (start, end)
+    for side in ("near", "far")
+    for start, end in (("hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle"))
+)
+LOST_ERROR = 0.25  # leg lengths, mean over a frame
+SWAP_GAIN = 0.1  # leg lengths: by how much exchanged legs must fit better
+
+Places = Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Score:
+    """One track against the marks; the fields of compare.json.
+
+    frame_errors : mean error of each marked frame after the start, leg lengths
+    mark_errors  : error of every mark in these frames, leg lengths
+    link_errors  : error of every visible leg link's direction in these frames, degrees
+    """
+
+    first_failure_frame: int | None
+    frames_followed: int
+    truth_frames: int
+    mean_error_leg: float
+    median_error_leg: float
+    pck_02_leg: float
+    swaps: int
+    angle_median_deg: float | None
+    frame_errors: dict[int, float]
+    mark_errors: tuple[float, ...]
+    link_errors: tuple[float, ...]
+
+    def summary(self) -> dict[str, float | int | None]:
+        """What compare.json says of a model."""
+        return {
+            "first_failure_frame": self.first_failure_frame,
+            "frames_followed": self.frames_followed,
+            "truth_frames": self.truth_frames,
+            "mean_error_leg": round(self.mean_error_leg, 4),
+            "median_error_leg": round(self.median_error_leg, 4),
+            "pck_02_leg": round(self.pck_02_leg, 4),
+            "swaps": self.swaps,
+            "angle_median_deg": None if self.angle_median_deg is None else round(self.angle_median_deg, 2),
+        }
+
+
+def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
+    """Tracked joints by frame."""
+    rows = track.joints()
+    return {
+        track.first + t: {
+            name: (float(x), float(y)) for name, (x, y) in zip(track.figure.joints, row, strict=True)
+        }
+        for t, row in enumerate(rows)
+    }
+
+
+def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
+    """Errors of a track in every marked frame after the start frame.
+
+    Raises:
+        ValueError: no marked frame after the start, or no leg marked whole.
+    """
+    frames = [frame for frame in sorted(truth) if frame >= start]
+    if len(frames) < 2:
+        raise ValueError(f"the truth marks no frame after frame {start}; mark some or give another --truth")
+    leg = leg_length(truth, frames)
+    errors = {frame: _errors(truth[frame], found.get(frame, {}), leg) for frame in frames[1:]}
+    means = {frame: float(np.mean(list(error.values()))) for frame, error in errors.items() if error}
+    everything = np.concatenate([list(error.values()) for error in errors.values()])
+    failure = _first_failure(means)
+    angles = [angle for frame in frames[1:] for angle in _angles(truth[frame], found.get(frame, {}))]
+    return Score(
+        first_failure_frame=failure,
+        frames_followed=sum(1 for frame in means if failure is None or frame < failure),
+        truth_frames=len(means),
+        mean_error_leg=float(np.mean(list(means.values()))),
+        median_error_leg=float(np.median(everything)),
+        pck_02_leg=float(np.mean(everything < 0.2)),
+        swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg) for frame in frames[1:]),
+        angle_median_deg=float(np.median(angles)) if angles else None,
+        frame_errors=means,
+        mark_errors=tuple(everything.tolist()),
+        link_errors=tuple(angles),
+    )
+
+
+def leg_length(truth: Marks, frames: list[int]) -> float:
+    """Thigh and shank in pixels, mean of the legs that the first possible marked frame shows whole."""
+    for frame in frames:
+        marks = truth[frame]
+        legs = [
+            _apart(marks["hip"], marks[f"{side}_knee"])
+            + _apart(marks[f"{side}_knee"], marks[f"{side}_ankle"])
+            for side in ("near", "far")
+            if {"hip", f"{side}_knee", f"{side}_ankle"} <= set(marks)
+        ]
+        if legs:
+            return float(np.mean(legs))
+    raise ValueError("the truth marks no whole leg (hip, knee, ankle) in any frame; mark one")
+
+
+def parting(errors: list[Mapping[int, float]]) -> int | None:
+    """The first marked frame in which two tracks' errors differ most; None where they share no frame."""
+    first, second = errors
+    common = sorted(set(first) & set(second))
+    if not common:
+        return None
+    gaps = np.array([abs(first[frame] - second[frame]) for frame in common])
+    return common[int(np.flatnonzero(gaps >= gaps.max() - 1e-12)[0])]
+
+
+def _errors(marks: Mapping[str, Mark], found: Places, leg: float) -> dict[str, float]:
+    return {
+        name: min(_apart(marks[name], Mark(*found[name])) / leg, 1.0) if name in found else 1.0
+        for name in SCORED
+        if name in marks
+    }
+
+
+def _first_failure(means: Mapping[int, float]) -> int | None:
+    frames = list(means)
+    bad = [means[frame] > LOST_ERROR for frame in frames]
+    for i, frame in enumerate(frames[:-1]):
+        if all(bad[i : i + 3]):
+            return frame
+    return None
+
+
+def _swapped(marks: Mapping[str, Mark], found: Places, leg: float) -> bool:
+    if not all(name in marks and name in found for name in LEGS):
+        return False
+    as_named = np.mean([_apart(marks[name], Mark(*found[name])) for name in LEGS])
+    exchanged = np.mean([_apart(marks[name], Mark(*found[_twin(name)])) for name in LEGS])
+    return bool((as_named - exchanged) / leg > SWAP_GAIN)
+
+
+def _angles(marks: Mapping[str, Mark], found: Places) -> list[float]:
+    """Errors of the visible links' directions, degrees."""
+    out = []
+    for start, end in LINKS:
+        if not ({start, end} <= set(marks) and {start, end} <= set(found)):
+            continue
+        if marks[end].visible and (marks[start].visible or start == "hip"):
+            wanted = np.arctan2(marks[end].x - marks[start].x, marks[end].y - marks[start].y)
+            got = np.arctan2(found[end][0] - found[start][0], found[end][1] - found[start][1])
+            out.append(float(abs(np.degrees((wanted - got + np.pi) % (2.0 * np.pi) - np.pi))))
+    return out
+
+
+def _twin(name: str) -> str:
+    side, joint = name.split("_", 1)
+    return ("far_" if side == "near" else "near_") + joint
+
+
+def _apart(a: Mark, b: Mark) -> float:
+    return float(np.hypot(a.x - b.x, a.y - b.y))
+
+
+def error_curve(result: Score) -> tuple[Array, Array]:
+    """Marked frames and their mean errors, for plotting."""
+    frames = np.array(sorted(result.frame_errors), dtype=float)
+    return frames, np.array([result.frame_errors[int(frame)] for frame in frames])

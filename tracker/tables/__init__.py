@@ -1,0 +1,1 @@
+"""Tables of keypoints and poses, in and out."""

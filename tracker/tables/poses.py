@@ -1,0 +1,236 @@
+"""The pose table: `seq,frame,` root in leg lengths, angles in degrees, and what may stand beside them."""
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+from kinematics.mocap import POSE_COLUMNS
+from tracker.tables.unreadable import misread, unreadable
+
+ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
+READ = ("seq", "frame", *POSE_COLUMNS, "label", "time_s")
+LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a slip of the pen
+LARGEST = 1e9  # in any cell; beyond, numbers swamp one another
+RADIANS = 3.2  # degrees: no figure that moves keeps every angle below, in radians every figure does
+MOVED = 0.2  # leg lengths that say so, and
+MANY = 15  # measured frames that say so
+
+# Pose in body units, label, seconds, and the pose's cells as written.
+Row = tuple[Array, str, float, tuple[str, ...]]
+Rows = dict[str, dict[int, Row]]
+
+
+class PosesError(ValueError):
+    """A pose table that cannot be used."""
+
+
+@dataclass(frozen=True)
+class PoseSequence:
+    """One sequence of a pose table.
+
+    name   : its `seq`, "0" where the table has none
+    first  : frame of the first row
+    y      : (T, 8) in body units, angles in radians; NaN where nothing was given
+    labels : (T,) of each frame, "" where none was given
+    cells  : (T,) each frame's 8 cells as written, "" where nothing was given
+    fps    : frames a second by the column time_s, None where there is none
+    """
+
+    name: str
+    first: int
+    y: Array
+    labels: tuple[str, ...]
+    cells: tuple[tuple[str, ...], ...]
+    fps: float | None
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """(T, 8) whether each number was measured."""
+        return np.isfinite(self.y)
+
+    def runs(self) -> list[tuple[str, Array]]:
+        """Label and poses of every stretch of one label without a gap."""
+        kinds = list(zip(self.labels, (bool(row.all()) for row in self.seen), strict=True))
+        return [(kinds[a][0], self.y[a:b]) for a, b in stretches(kinds) if kinds[a][1]]
+
+
+def stretches(values: Sequence[object]) -> list[tuple[int, int]]:
+    """First frame and last + 1 of every run of one value."""
+    cuts = [0, *(t for t in range(1, len(values)) if values[t] != values[t - 1]), len(values)]
+    return list(pairwise(cuts))
+
+
+def read_poses(path: str | Path) -> list[PoseSequence]:
+    """Every sequence of a pose table, in the order of the file; frames left out become rows of NaN.
+
+    Raises:
+        PosesError: no such file, not such a table, a cell that is no number, a frame given twice, or a
+            sequence whose rows stand in two places.
+    """
+    rows: Rows = {}
+    last = None
+    try:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file)
+            column = _columns(next(reader, []), path)
+            for cells in reader:
+                if not any(cell.strip() for cell in cells):
+                    continue
+                where = f"{path} line {reader.line_num}"
+                seq = _read_row(rows, cells, column, where, last)
+                last = seq
+    except FileNotFoundError as error:
+        raise PosesError(f"no pose table {path}; check its name") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise PosesError(unreadable(path, error)) from error
+    if not rows:
+        raise PosesError(f"{path} has no poses; give a table with one row a frame")
+    return [_sequence(name, frames, path) for name, frames in rows.items()]
+
+
+def pose_cells(y: Array) -> list[str]:
+    """The 8 cells of a pose in body units; an empty one for NaN."""
+    numbers = [*y[:ROOT_COLUMNS], *np.degrees(y[ROOT_COLUMNS:])]
+    places = [5] * ROOT_COLUMNS + [4] * (len(y) - ROOT_COLUMNS)
+    return [f"{v:.{n}f}" if np.isfinite(v) else "" for v, n in zip(numbers, places, strict=True)]
+
+
+def write_poses(path: Path, rows: Iterable[Sequence[object]], further: Sequence[str] = ()) -> None:
+    """A pose table from rows of seq, frame, the pose's 8 cells and those of `further` columns."""
+    write_table(path, ("seq", "frame", *POSE_COLUMNS, *further), rows)
+
+
+def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """A UTF-8 CSV table."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(rows)
+
+
+def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
+    """What looks wrong with a table that can be read: angles in radians, another frame rate than `fps`."""
+    said = []
+    small = [sequence.name for sequence in sequences if _in_radians(sequence)]
+    if small:
+        more = f" and {len(small) - 1} more" if len(small) > 1 else ""
+        said.append(
+            f"every angle of sequence {small[0]!r}{more} lies within {RADIANS} degrees although the figure "
+            "moves; these may be radians, write degrees"
+        )
+    for sequence in sequences:
+        if sequence.fps is not None and abs(sequence.fps / fps - 1.0) > 0.05:
+            said.append(
+                f"time_s of sequence {sequence.name!r} says {sequence.fps:.4g} frames a second, the model "
+                f"is taken at {fps:.4g}; give --fps if that is wrong"
+            )
+            break
+    return said
+
+
+def _columns(header: Sequence[str], path: str | Path) -> dict[str, int]:
+    """Where each column that is read stands."""
+    names = [name.strip() for name in header]
+    if (fault := misread(path, names)) is not None:
+        raise PosesError(fault)
+    for name in ("frame", *POSE_COLUMNS[ROOT_COLUMNS:]):
+        if name not in names:
+            raise PosesError(
+                f"{path} is no pose table: column {name!r} is missing; "
+                f"the header is seq,frame,{','.join(POSE_COLUMNS)}"
+            )
+    for name in READ:
+        if names.count(name) > 1:
+            raise PosesError(f"{path} has two columns {name!r}; name one of them otherwise")
+    return {name: names.index(name) for name in READ if name in names} | {"": len(names)}
+
+
+def _read_row(
+    rows: Rows, cells: Sequence[str], column: Mapping[str, int], where: str, last: str | None
+) -> str:
+    """Add a row to its sequence, and name that."""
+    width = column[""]
+    if len(cells) < width or any(cell.strip() for cell in cells[width:]):
+        raise PosesError(
+            f"{where} has {len(cells)} cells, the header {width}; empty cells want their commas, "
+            "numbers a point"
+        )
+    row = {name: cells[i].strip() for name, i in column.items() if name}
+    frame = _number(row["frame"], "frame", where)
+    if not frame >= 0 or frame != int(frame):
+        raise PosesError(f"{where}: frame must be a whole number from 0; got {row['frame']!r}")
+    seq = row.get("seq", "0") or "0"
+    if seq in rows and seq != last:
+        raise PosesError(
+            f"{where}: sequence {seq!r} ended before and comes again; give each its own name, "
+            "and keep its rows together"
+        )
+    frames = rows.setdefault(seq, {})
+    if int(frame) in frames:
+        raise PosesError(f"{where}: frame {int(frame)} is given twice; number frames within each seq")
+    given = tuple(row.get(name, "") for name in POSE_COLUMNS)
+    pose = np.array([_number(text, name, where) for name, text in zip(POSE_COLUMNS, given, strict=True)])
+    pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
+    frames[int(frame)] = pose, row.get("label", ""), _seconds(row.get("time_s", "")), given
+    return seq
+
+
+def _number(text: str, column: str, where: str) -> float:
+    """The number in a cell, NaN for an empty one."""
+    if not text:
+        return np.nan
+    try:
+        value = float(text.replace("_", "?"))  # Python reads 1_0 as ten
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise PosesError(f"{where}: {column} must be a finite number or empty; got {text!r}")
+    if abs(value) > LARGEST:
+        raise PosesError(f"{where}: {column} {text} is out of all range; correct or empty it")
+    return value
+
+
+def _seconds(text: str) -> float:
+    """The time in a cell, NaN where it holds none: that column is not ours to judge."""
+    try:
+        return float(text)
+    except ValueError:
+        return np.nan
+
+
+def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSequence:
+    first, last = min(frames), max(frames)
+    if last - first >= LONGEST:
+        raise PosesError(
+            f"{path}: sequence {name!r} goes from frame {first} to frame {last}; "
+            f"at most {LONGEST} frames are read, correct the numbers"
+        )
+    gap = np.full(len(POSE_COLUMNS), np.nan), "", np.nan, ("",) * len(POSE_COLUMNS)
+    poses, labels, times, cells = zip(*(frames.get(t, gap) for t in range(first, last + 1)), strict=True)
+    return PoseSequence(name, first, np.stack(poses), labels, cells, _fps(np.array(times)))
+
+
+def _fps(times: Array) -> float | None:
+    timed = np.flatnonzero(np.isfinite(times))
+    if len(timed) < 2:
+        return None
+    step = np.median(np.diff(times[timed]) / np.diff(timed))
+    return float(1.0 / step) if step > 0 else None
+
+
+def _in_radians(sequence: PoseSequence) -> bool:
+    angles = np.degrees(sequence.y[:, ROOT_COLUMNS:])
+    measured = np.isfinite(angles).any(1)
+    largest = np.abs(angles[np.isfinite(angles)]).max(initial=0.0)
+    roots = sequence.y[np.isfinite(sequence.y[:, 0]), 0]
+    moves = measured.sum() >= MANY or (len(roots) > 1 and np.ptp(roots) > MOVED)
+    return bool(0.0 < largest <= RADIANS and moves)
