@@ -33,29 +33,29 @@ rivals: .venv-rivals/installed
 
 # The tables of docs/results.md, from the clips in $FIGTRACK_DATA/video.
 evaluate: $(VENV)/installed-dev rivals
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation $(FIGTRACK_DATA)/video docs/results.md
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.evaluation $(FIGTRACK_DATA)/video docs/results.md
 
 # The tables of docs/robustness.md, from the same clips.
 robustness: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation.robustness $(FIGTRACK_DATA)/video docs/robustness.md
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.evaluation.robustness $(FIGTRACK_DATA)/video docs/robustness.md
 
 # The tables of docs/measure.md, from the same clips.
 measure: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.evaluation.points $(FIGTRACK_DATA)/video docs/measure.md
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.evaluation.points $(FIGTRACK_DATA)/video docs/measure.md
 
 # The tables of docs/motion.md, from the captures and splices in $FIGTRACK_DATA.
 motion: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.motion $(FIGTRACK_DATA) docs/motion.md
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.motion $(FIGTRACK_DATA) docs/motion.md
 
 # A new user's first minutes in a clone of what is committed, in a real browser: how long they take.
 trial: $(VENV)/installed-dev
-	$(BIN)/python -m tests.trial
+	$(BIN)/python -m tests.benchmarks.trial
 
 # How fast filters, learning and, where there are clips, tracking are beside others: docs/speed.md.
 bench: $(VENV)/installed-bench
-	$(BIN)/python -m tests.speed
+	$(BIN)/python -m tests.benchmarks.speed
 ifdef FIGTRACK_DATA
-	$(BIN)/python -m tests.speed.tracked $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.md
+	$(BIN)/python -m tests.benchmarks.speed.tracked $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.md
 endif
 
 $(VENV)/bin/python:

@@ -1,8 +1,9 @@
 """Learning an SLDS from pose sequences by expectation-maximisation with any of the inferences.
 
 Every start is climbed from by E-steps (`infer`) and M-steps (`dynamics.learning.mstep`), and the one that
-reaches the highest value is kept. The value of a round is the weighted sum of what the inference calls log evidence, plus
-the log prior. With an exact or variational E-step it never falls. The best path and GPB2 promise nothing of
+reaches the highest value is kept. The value of a round is the weighted sum of what the inference calls log
+evidence, plus the log prior. With an exact or variational E-step it never falls. The best path and GPB2
+promise nothing of
 the kind, so of every climb the best round is kept, one fall by less than the tolerance is climbed on from,
 and a second, or a greater one, ends it.
 """

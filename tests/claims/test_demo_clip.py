@@ -3,7 +3,7 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.processes import spawned
+from tests.benchmarks.processes import spawned
 from tracker.cli.demo import write_scene
 from tracker.clip.follow import Job, follow
 from tracker.progress import Progress

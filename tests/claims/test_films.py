@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.evaluation.cases import marks_of
-from tests.evaluation.disturbances import Film, read_film, write_film
-from tests.evaluation.films import FILMS
+from tests.benchmarks.evaluation.cases import marks_of
+from tests.benchmarks.evaluation.disturbances import Film, read_film, write_film
+from tests.benchmarks.evaluation.films import FILMS
 from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
 from tracker.run.score import Score, places, score

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.cases import marks_of
+from tests.benchmarks.evaluation.cases import marks_of
 from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
 from tracker.run.score import leg_length, places, score

@@ -4,7 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.evaluation.points import ASKED, BOTH, MEDIAN, POINTS_ALONE, REPAIRS, SMOOTHER, Case, repaired
+from tests.benchmarks.evaluation.points import (
+    ASKED,
+    BOTH,
+    MEDIAN,
+    POINTS_ALONE,
+    REPAIRS,
+    SMOOTHER,
+    Case,
+    repaired,
+)
 
 
 @pytest.fixture(scope="module")

@@ -12,11 +12,11 @@ import pytest
 
 from dynamics.hmm import HMM
 from dynamics.slds import SLDS, combine
-from tests.motion_ahead import SHARE, Forecast, Rival
-from tests.motion_data import MOTIONS, SPLICED, Job, Recipe, Source, learn, rms
-from tests.motion_splices import FAR_TARGETS, MIDDLE, SEEN, SEEN_TARGETS, TARGETS, Segmentation
-from tests.motion_synthesis import OUT, RUN_STRIDE, STRIDE, Likeness, Making
-from tests.processes import spawned
+from tests.benchmarks.motion.ahead import SHARE, Forecast, Rival
+from tests.benchmarks.motion.data import MOTIONS, SPLICED, Job, Recipe, Source, learn, rms
+from tests.benchmarks.motion.splices import FAR_TARGETS, MIDDLE, SEEN, SEEN_TARGETS, TARGETS, Segmentation
+from tests.benchmarks.motion.synthesis import OUT, RUN_STRIDE, STRIDE, Likeness, Making
+from tests.benchmarks.processes import spawned
 
 UNSEEN = Recipe(excluded=SPLICED)
 ALONE = {label: Recipe(motions=(label,)) for label in MOTIONS}

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.benchmarks.trial import ROOT, Terminal, errors, exports, first_minutes
 from tests.tracker.browser import NAMES
 from tests.tracker.records import tools, validated
-from tests.trial import ROOT, Terminal, errors, exports, first_minutes
 
 FEW = 300.0  # seconds
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.cases import Case, Ours, outcome
-from tests.processes import spawned
+from tests.benchmarks.evaluation.cases import Case, Ours, outcome
+from tests.benchmarks.processes import spawned
 from tracker.run.score import Score
 
 Scores = dict[str, Score]

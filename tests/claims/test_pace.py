@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tests.evaluation.cases import marks_of
+from tests.benchmarks.evaluation.cases import marks_of
 from tracker.clip.follow import Job, follow
 from tracker.models.find import find_model
 from tracker.progress import Progress

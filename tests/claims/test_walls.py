@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.cases import band_of, marks_of
-from tests.evaluation.disturbances import Film, write_film
-from tests.processes import spawned
+from tests.benchmarks.evaluation.cases import band_of, marks_of
+from tests.benchmarks.evaluation.disturbances import Film, write_film
+from tests.benchmarks.processes import spawned
 from tests.tracker.walls import behind_wall
 from tracker.clip.follow import Job, follow
 from tracker.progress import Progress

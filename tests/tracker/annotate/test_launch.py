@@ -19,7 +19,7 @@ from tests.tracker.people import WALKER
 from tracker.annotate import launch as module
 from tracker.tables.keypoints import Mark, read_keypoints
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def unmasked():

@@ -30,7 +30,7 @@ from tracker import __version__
 from tracker.cli.app import COMMANDS
 from tracker.tables.keypoints import KEYPOINTS
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
 

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from kinematics.recover import start_pose
-from tests.evaluation.spoiled import twins
+from tests.benchmarks.evaluation.spoiled import twins
 from tests.kinematics.figures import WALKER
 from tests.tracker.clips import figtrack, read_csv, read_json, refused, write_table
 from tests.tracker.tracks import random_track

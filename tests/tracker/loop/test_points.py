@@ -10,7 +10,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
 from kinematics.recover import start_pose
 from kinematics.spm import joint_jacobian, joints
-from tests.evaluation.spoiled import Damage, constant_velocity, filled, median, spoil
+from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, filled, median, spoil
 from tests.kinematics.figures import WALKER
 from tests.tracker.loop.test_detections import detected
 from tests.tracker.loop.test_tracker import begun

@@ -18,7 +18,7 @@ from tracker.picture.pyramid import pyramid
 from tracker.registration.kernel import lay
 from tracker.registration.records import Behind, Laid, Lens, Noise, Points, Shape
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 WIDTH, HEIGHT = 120, 110
 VIEW = View(origin=(58.0, 52.0), unit=42.0, facing=1)
 ROBUST = Noise(

@@ -1,0 +1,140 @@
+"""One clip followed one way, and what came of it."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.benchmarks.evaluation.calibration import distances
+from tests.benchmarks.processes import each, spawned
+from tests.benchmarks.rivals import correlation, lucas_kanade
+from tests.benchmarks.rivals.body import body_at, by_frame
+from tracker.clip.follow import Job, follow, prepare
+from tracker.progress import Progress
+from tracker.run.score import Places, Score, places, score
+from tracker.settings import Settings
+from tracker.tables.keypoints import Marks, read_keypoints
+
+Array = NDArray[np.float64]
+Answer = TypeVar("Answer")
+Asked = TypeVar("Asked")
+
+START = 0
+BAND = "near_knee"
+
+
+@dataclass(frozen=True)
+class Ours:
+    """A way to follow: a motion model and settings, smoothed or as each frame was first seen."""
+
+    model: str
+    settings: Settings = field(default_factory=Settings)
+    smooth: bool = True
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Lucas-Kanade points on every link."""
+
+    options: lucas_kanade.Options = field(default_factory=lucas_kanade.Options)
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """A correlation tracker on every link."""
+
+    options: correlation.Options = field(default_factory=correlation.Options)
+
+
+Way = Ours | Flow | Boxes
+
+
+@dataclass(frozen=True)
+class Case:
+    """A clip, and the way it is to be followed."""
+
+    clip: Path
+    way: Way
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Errors against the hand marks, and against the colour band where the clip has one.
+
+    score     : errors at the hand marks
+    distances : (M,) of visible marks, in standard deviations squared; None for who knows no covariance
+    band      : root-mean-square distance of the near knee's path from the band's, px; None without a band
+    """
+
+    score: Score
+    distances: Array | None
+    band: float | None
+
+
+def outcome(case: Case) -> Outcome:
+    """Follow the clip from frame 0 and measure the errors at its marks."""
+    marks, band = marks_of(case.clip), band_of(case.clip)
+    last = max(max(marks), max(band, default=0))
+    if isinstance(case.way, Ours):
+        way = case.way
+        job = Job(case.clip, marks, way.model, way.settings, start=START, stop=last, smooth=way.smooth)
+        track = follow(job, Progress("quiet")).track
+        found, spread = places(track), distances(track, marks, START)
+    else:
+        found, spread = _rival_places(case.clip, marks, case.way, last), None
+    return Outcome(score(marks, found, START), spread, band_error(found, band) if band else None)
+
+
+def marks_of(clip: Path) -> Marks:
+    """The hand marks beside a clip."""
+    return read_keypoints(clip.with_name(f"{clip.stem}.keypoints.csv"))
+
+
+def band_of(clip: Path) -> dict[int, tuple[float, float]]:
+    """Where the colour band at the near knee was seen, by frame; empty without a table of colour markers."""
+    path = clip.with_name(f"{clip.stem}.markers.csv")
+    if not path.is_file():
+        return {}
+    seen = read_keypoints(path, names=(BAND, "near_heel_tape", "hip_band"))
+    return {
+        frame: (row[BAND].x, row[BAND].y) for frame, row in seen.items() if BAND in row and row[BAND].visible
+    }
+
+
+def band_error(found: Mapping[int, Places], band: Mapping[int, tuple[float, float]]) -> float:
+    """Root-mean-square difference of two paths, px, less its mean: the band need not lie on the joint."""
+    away = np.array([np.subtract(found[frame][BAND], at) for frame, at in band.items()])
+    return float(np.sqrt(((away - away.mean(0)) ** 2).sum(1).mean()))
+
+
+def measured(
+    function: Callable[[Asked], Answer], asked: Sequence[Asked], progress: Progress, name: str
+) -> list[Answer]:
+    """The function of everything asked, in order, two at a time."""
+    with spawned() as pool:
+        return each(pool, function, [(item,) for item in asked], progress, name)
+
+
+def outcomes(
+    clips: Sequence[Path], ways: Iterable[Way], progress: Progress, name: str
+) -> dict[Way, list[Outcome]]:
+    """Outcomes on all clips of every way; those that are the same are measured once."""
+    different = list(dict.fromkeys(ways))
+    cases = [Case(clip, way) for way in different for clip in clips]
+    found = measured(outcome, cases, progress, name)
+    return {way: found[i * len(clips) : (i + 1) * len(clips)] for i, way in enumerate(different)}
+
+
+def _rival_places(
+    clip: Path, marks: Marks, way: Flow | Boxes, last: int
+) -> dict[int, dict[str, tuple[float, float]]]:
+    plan = prepare(Job(clip, marks, "cv", start=START))
+    body = body_at(plan.start, marks[START])
+    images = (frame.image for frame in islice(plan.video, last + 1))
+    if isinstance(way, Flow):
+        return by_frame(body, lucas_kanade.follow(images, body, way.options))
+    return by_frame(body, correlation.follow(list(images), body, way.options))

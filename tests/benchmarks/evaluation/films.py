@@ -1,0 +1,92 @@
+"""Clips as others might have filmed or played them, made of the frames there are; repeatable."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.benchmarks.evaluation.disturbances import Film, Image, every_second
+
+GAMMA = 2.4
+CONTRAST, VEIL = 0.25, 90.0  # share that is left, and the grey level that haze adds
+VIEW = 0.62  # share of the picture's width that a panning camera sees
+LAG = 4.0  # frames over which its way is smoothed
+
+
+def against_light(film: Film) -> Film:
+    """Dark tones crushed, as by exposing for a bright sky: grey levels to the power of 2.4."""
+    curve = np.rint(255.0 * (np.arange(256) / 255.0) ** GAMMA).astype(np.uint8)
+    return replace(film, images=[cv2.LUT(image, curve) for image in film.images])
+
+
+def hazy(film: Film) -> Film:
+    """A quarter of the contrast."""
+    curve = np.rint(VEIL + CONTRAST * np.arange(256)).astype(np.uint8)
+    return replace(film, images=[cv2.LUT(image, curve) for image in film.images])
+
+
+def backwards(film: Film) -> Film:
+    """The last frame first: who walks forwards walks backwards."""
+    last = len(film.images) - 1
+    marks = {last - frame: film.marks[frame] for frame in sorted(film.marks, reverse=True)}
+    return replace(film, images=film.images[::-1], marks=marks)
+
+
+def slowed(film: Film) -> Film:
+    """Half speed at the same frame rate, with a picture between every two."""
+    images = [film.images[0]]
+    for before, after in zip(film.images, film.images[1:], strict=False):
+        images += [between(before, after), after]
+    return replace(film, images=images, marks={2 * frame: row for frame, row in film.marks.items()})
+
+
+def doubled(film: Film) -> Film:
+    """Twice the speed at the same frame rate: every second frame is dropped, and with it the marks in it."""
+    return replace(every_second(film), fps=film.fps)
+
+
+def panned(film: Film) -> Film:
+    """A narrower picture that goes along with the hip."""
+    width = film.images[0].shape[1]
+    seen, frames = int(VIEW * width) // 2 * 2, sorted(film.marks)
+    hips = np.interp(np.arange(len(film.images)), frames, [film.marks[t]["hip"].x for t in frames])
+    way = cv2.GaussianBlur(hips[None], (0, 0), LAG, borderType=cv2.BORDER_REPLICATE)[0]
+    left = np.clip(way - 0.5 * seen, 0, width - seen).astype(int)
+    images = [
+        np.ascontiguousarray(image[:, x : x + seen]) for image, x in zip(film.images, left, strict=True)
+    ]
+    marks = {
+        frame: {name: replace(mark, x=mark.x - left[frame]) for name, mark in row.items()}
+        for frame, row in film.marks.items()
+    }
+    return replace(film, images=images, marks=marks)
+
+
+FILMS: dict[str, Callable[[Film], Film]] = {
+    "against the light": against_light,
+    "in haze": hazy,
+    "camera that goes along": panned,
+    "played backwards": backwards,
+    "half speed": slowed,
+    "double speed": doubled,
+}
+
+
+def between(before: Image, after: Image) -> Image:
+    """The picture half way: either frame moved by half the optical flow to the other, and their mean."""
+    flow = cv2.DISOpticalFlow_create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
+    greys = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (before, after)]
+    there, back = flow.calc(*greys, None), flow.calc(*greys[::-1], None)
+    halves = [_moved(before, 0.5 * there), _moved(after, 0.5 * back)]
+    return np.rint(np.mean(halves, axis=0)).astype(np.uint8)
+
+
+def _moved(image: Image, way: NDArray[np.float32]) -> Image:
+    """An image (h, w, 3) moved by a way (h, w, 2), pixels."""
+    h, w = way.shape[:2]
+    x, y = np.meshgrid(np.arange(w, dtype=np.float32), np.arange(h, dtype=np.float32))
+    return cv2.remap(
+        image, x - way[..., 0], y - way[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )

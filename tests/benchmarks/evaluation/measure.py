@@ -1,0 +1,54 @@
+"""All that the page of results shows: first the grids, then what is compared at the values they chose."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.benchmarks.evaluation.cases import Outcome, outcomes
+from tests.benchmarks.evaluation.held_out import Tuned, tune
+from tests.benchmarks.evaluation.ways import CV, RIVALS, Grid, Plan, Values
+from tracker.progress import Progress
+
+
+@dataclass(frozen=True)
+class Results:
+    """Outcomes, one a clip.
+
+    rows     : models and rivals by name
+    switched : the default model with one setting switched off, by name
+    grids    : what was tuned, and on what, by name
+    """
+
+    clips: tuple[Path, ...]
+    rows: dict[str, list[Outcome]]
+    switched: dict[str, list[Outcome]]
+    grids: dict[str, "Tuning"]
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """The outcomes of a grid by values, and what they choose."""
+
+    grid: Grid
+    outcomes: dict[Values, list[Outcome]]
+    tuned: Tuned
+
+
+def measure(clips: Sequence[Path], plan: Plan, progress: Progress) -> Results:
+    """Follow every clip every way of the plan."""
+    ways = [way for grid in plan.grids.values() for way in grid.ways.values()]
+    found = outcomes(clips, ways, progress, "grids")
+    grids = {}
+    for name, grid in plan.grids.items():
+        of_values = {values: found[way] for values, way in grid.ways.items()}
+        grids[name] = Tuning(grid, of_values, tune(of_values))
+    best = dict(zip(grids[CV].grid.names, grids[CV].tuned.best, strict=True))
+    rows, switched = plan.rows(best), plan.switched()
+    found = outcomes(clips, [*rows.values(), *switched.values()], progress, "models and switches")
+    return Results(
+        clips=tuple(clips),
+        rows={name: found[way] for name, way in rows.items()}
+        | {rival: grids[rival].tuned.tuned for rival in RIVALS if rival in grids},
+        switched={name: found[way] for name, way in switched.items()},
+        grids=grids,
+    )

@@ -1,0 +1,304 @@
+"""Write docs/robustness.md: what bad start marks, bad pictures, hidden feet and shrubs do to a track.
+
+    python -m tests.benchmarks.evaluation.robustness CLIPS docs/robustness.md [--draws N]
+
+CLIPS holds the videos, each with its NAME.keypoints.csv. Every disturbance comes alone. Two processes, of one
+thread each where the environment says so as in `make robustness`; about forty minutes.
+"""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from kinematics.recover import PoseError
+from tests.benchmarks.evaluation.cases import START, Ours, marks_of, measured
+from tests.benchmarks.evaluation.disturbances import (
+    DISTURBANCES,
+    GUESS_NOISE,
+    START_NOISE,
+    Film,
+    behind_hedge,
+    moved,
+    read_film,
+    write_film,
+)
+from tests.benchmarks.evaluation.feet import FEET
+from tests.benchmarks.evaluation.films import CONTRAST, FILMS, GAMMA, VIEW
+from tests.benchmarks.evaluation.page import cell, written
+from tests.benchmarks.evaluation.targets import Target, target_table
+from tests.benchmarks.evaluation.ways import DEFAULT
+from tests.benchmarks.motion.page import table
+from tracker.cli.demo import write_scene
+from tracker.clip.follow import Job, StartError, follow
+from tracker.progress import Progress
+from tracker.run.score import Score, places, score
+from tracker.scene.film import render
+from tracker.settings import Settings
+from tracker.tables.keypoints import Marks, read_keypoints
+
+Scores = dict[str, list[Score | None]]
+
+DRAWS = 30
+DROPPED = "every second frame"
+SEEN_WORSE = tuple(name for name in DISTURBANCES if name not in ("none", DROPPED))
+METHOD = f"""\
+Each disturbance comes alone, for `{DEFAULT}` with its default settings. A cell is a clip's mean error in leg
+lengths against the undisturbed marks after frame 0, and in brackets the frame where it was lost, as in
+[results.md](results.md).
+"""
+WALKS = range(100, 140)  # seeds of rendered walks: no setting was chosen by these
+OURS = Ours(DEFAULT)
+WAYS = {
+    DEFAULT: OURS,
+    f"{DEFAULT}, nothing taken for covered": Ours(DEFAULT, Settings(covered=0.0)),
+    "cv": Ours("cv"),
+}
+SHRUBS = f"""\
+The walks that `figtrack demo --seed N` renders, N from {WALKS.start} to {WALKS.stop - 1}, each past shrubs
+that hide one leg and the other. `cv` has its default noise.
+"""
+HIDDEN_FEET = f"""\
+What the marks of frame 0 lack; the errors are against all later marks. The hedge is put into every picture,
+at one place in it, before the feet of frame 0. A guess is marked as not visible and has Gaussian noise of
+{GUESS_NOISE:g} px on both coordinates, one draw a clip. In the row's mean a refusal counts 1.
+"""
+PICTURES = """\
+Every second frame: the others and the marks in them are dropped, the frame rate halves. Brightness falls
+linearly to a half over the first 20 frames and stays there. Noise is Gaussian, on every channel of every
+pixel.
+"""
+
+
+SHOTS = {**DISTURBANCES, **FILMS}
+OTHERWISE = f"""\
+Nothing is wanted of these. Against the light every grey level is taken to the power of {GAMMA:g}; in haze
+{100 * CONTRAST:.0f} % of the contrast is left; the camera that goes along sees {100 * VIEW:.0f} % of the
+picture's width around the hip. Half speed puts a picture between every two frames, made by optical flow,
+double speed leaves out every second one; neither changes the frame rate, so that nothing tells.
+"""
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """A clip whose pictures are disturbed."""
+
+    clip: Path
+    disturbance: str
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A clip whose start marks are moved by noise; `draw` seeds it."""
+
+    clip: Path
+    draw: int
+
+
+@dataclass(frozen=True)
+class Unmarked:
+    """A clip whose start marks lack feet; `feet` names how in FEET."""
+
+    clip: Path
+    feet: str
+
+
+def main() -> None:
+    """Measure everything and write the page."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.benchmarks.evaluation.robustness", description=__doc__
+    )
+    parser.add_argument("clips", type=Path, help="folder of the marked clips")
+    parser.add_argument("out", type=Path, help="the page, Markdown")
+    parser.add_argument("--draws", type=int, default=DRAWS, help="of start marks a clip")
+    asked = parser.parse_args()
+    clips = sorted(asked.clips.glob("*.mp4"))
+    asked.out.write_text(page(clips, *measure(clips, asked.draws, Progress())), encoding="utf-8")
+
+
+def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores, Scores, Scores]:
+    """Scores of everything asked, in the order of the page.
+
+    By disturbance, one a clip; by clip, one a draw of the start; by what the start lacks of its feet, one a
+    clip; by way, one a rendered walk.
+    """
+    pictures = [Disturbed(clip, name) for name in SHOTS for clip in clips]
+    starts = [Moved(clip, draw) for clip in clips for draw in range(draws)]
+    feet = [Unmarked(clip, name) for name in FEET for clip in clips]
+    of_pictures = iter(measured(followed, pictures, progress, "disturbed pictures"))
+    of_starts = iter(measured(followed, starts, progress, "disturbed starts"))
+    of_feet = iter(measured(followed, feet, progress, "feet not marked"))
+    of_walks = measured(past_shrubs, WALKS, progress, "rendered walks")
+    return (
+        {name: list(islice(of_pictures, len(clips))) for name in SHOTS},
+        {clip.stem: list(islice(of_starts, draws)) for clip in clips},
+        {name: list(islice(of_feet, len(clips))) for name in FEET},
+        {name: [scores[name] for scores in of_walks] for name in WAYS},
+    )
+
+
+def followed(case: Disturbed | Moved | Unmarked) -> Score | None:
+    """The score of the track; None where the start pose was refused."""
+    if isinstance(case, Unmarked):
+        return _without_feet(case)
+    return _with_pictures(case) if isinstance(case, Disturbed) else _with_start(case)
+
+
+def past_shrubs(seed: int) -> dict[str, Score | None]:
+    """By way, the score of the walk that is rendered from a seed."""
+    with TemporaryDirectory() as folder:
+        video, table_of_marks = write_scene(render(seed), Path(folder))
+        marks = read_keypoints(table_of_marks)
+        return {name: _score(video, marks, marks, way) for name, way in WAYS.items()}
+
+
+def lost(found: Score | None) -> bool:
+    """Whether the figure was not followed to the last mark; a refusal is no better."""
+    return found is None or found.first_failure_frame is not None
+
+
+def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, walks: Scores) -> str:
+    """The whole text, of what `measure` returns."""
+    draws = min(len(row) for row in starts.values())
+    return "\n".join(
+        [
+            "# Robustness on the open clips",
+            "",
+            f"Written by `make robustness` at commit {written()}.",
+            *([f"**A try with {draws} draws of the start marks a clip, not {DRAWS}.**"] * (draws < DRAWS)),
+            "",
+            METHOD,
+            "## What is wanted",
+            "",
+            *target_table(targets(clips, pictures, starts)),
+            "## Disturbed pictures",
+            "",
+            PICTURES,
+            *_by_clip(clips, {name: pictures[name] for name in DISTURBANCES}),
+            "## Filmed or played otherwise",
+            "",
+            OTHERWISE,
+            *_by_clip(clips, {name: pictures[name] for name in FILMS}),
+            "## Disturbed start marks",
+            "",
+            f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
+            "",
+            *_summaries(starts),
+            "## Feet that are not marked",
+            "",
+            HIDDEN_FEET,
+            *_by_clip(clips, feet),
+            "## Legs behind shrubs",
+            "",
+            SHRUBS,
+            *_summaries(walks),
+        ]
+    )
+
+
+def targets(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Target]:
+    """What the default model is to withstand."""
+    runs = [found for row in starts.values() for found in row]
+    walks = ["walk" in clip.stem for clip in clips]
+    return [
+        Target(
+            "share of runs lost from disturbed start marks", float(np.mean([lost(r) for r in runs])), 0.05
+        ),
+        Target(f"clips followed, {DROPPED}", _kept(pictures[DROPPED]), len(clips), 0.75 * len(clips)),
+        *(
+            Target(
+                f"walks lost, {name}",
+                sum(lost(found) for found, walk in zip(pictures[name], walks, strict=True) if walk),
+                0,
+            )
+            for name in SEEN_WORSE
+        ),
+    ]
+
+
+def _with_pictures(case: Disturbed) -> Score | None:
+    film = SHOTS[case.disturbance](read_film(case.clip, marks_of(case.clip)))
+    return _score_film(film, film.marks)
+
+
+def _with_start(case: Moved) -> Score | None:
+    marks = marks_of(case.clip)
+    rng = np.random.default_rng([case.draw, *case.clip.stem.encode()])
+    return _score(case.clip, marks | {START: moved(marks[START], rng)}, marks)
+
+
+def _without_feet(case: Unmarked) -> Score | None:
+    feet, marks = FEET[case.feet], marks_of(case.clip)
+    rng = np.random.default_rng(list(case.clip.stem.encode()))
+    given = marks | {START: feet.start(marks[START], rng)}
+    if feet.hedge:
+        return _score_film(behind_hedge(read_film(case.clip, marks)), given)
+    return _score(case.clip, given, marks)
+
+
+def _score_film(film: Film, given: Marks) -> Score | None:
+    """Errors against the film's own marks of a track that starts from those given."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mov"
+        write_film(film, path)
+        return _score(path, given, film.marks)
+
+
+def _score(video: Path, given: Marks, truth: Marks, way: Ours = OURS) -> Score | None:
+    """Errors against the true marks of a track that starts from those given."""
+    job = Job(video, given, way.model, way.settings, start=START, stop=max(truth))
+    try:
+        return score(truth, places(follow(job, Progress("quiet")).track), START)
+    except (StartError, PoseError):
+        return None
+
+
+def _kept(row: Sequence[Score | None]) -> int:
+    return sum(not lost(found) for found in row)
+
+
+def _cell(found: Score | None) -> str:
+    return "refused" if found is None else cell(found)
+
+
+def _by_clip(clips: Sequence[Path], scores: Scores) -> list[str]:
+    """A table with a cell a clip, how many were followed, and the mean error."""
+    return table(
+        ("", *(clip.stem for clip in clips), "followed", "mean error"),
+        [
+            [
+                name,
+                *(_cell(found) for found in row),
+                f"{_kept(row)} of {len(row)}",
+                f"{np.mean(_errors(row)):.3f}",
+            ]
+            for name, row in scores.items()
+        ],
+    )
+
+
+def _summaries(scores: Scores) -> list[str]:
+    """A table of runs, a row for each name."""
+    return table(
+        ("", "runs", "lost", "mean error: median of runs", "worst"),
+        [[name, *_summary(row)] for name, row in scores.items()],
+    )
+
+
+def _summary(row: Sequence[Score | None]) -> list[str]:
+    """The cells of a row of runs."""
+    errors = _errors(row)
+    return [f"{len(row)}", f"{len(row) - _kept(row)}", f"{np.median(errors):.3f}", f"{max(errors):.3f}"]
+
+
+def _errors(row: Sequence[Score | None]) -> list[float]:
+    """Mean errors, leg lengths; a refusal counts 1."""
+    return [1.0 if found is None else found.mean_error_leg for found in row]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,139 @@
+"""What is compared: models, every setting switched off in turn, grids that settings are tuned on, rivals."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import product
+
+from tests.benchmarks.evaluation.cases import Boxes, Flow, Ours, Way
+from tests.benchmarks.rivals import correlation, lucas_kanade
+from tracker.settings import Settings
+
+Values = tuple[object, ...]
+Changes = Mapping[str, object]
+Tried = Mapping[str, Values]
+
+DEFAULT = "walk-run"
+ONE_STATE = "walk-run-1"
+ALONE = f"{ONE_STATE} alone"  # one state in all: as filmed, ahead, none free
+MANY_STATES = "gait"
+CV = "cv"
+FLOW = "Lucas-Kanade"
+BOXES = "correlation"
+RIVALS = (FLOW, BOXES)
+FILTERED = ", filtered"
+CLASSIC: Changes = {"mode": "classic"}
+
+# A name for the row: the model, and what is changed in its settings.
+COMPARED: dict[str, tuple[str, Changes]] = {
+    DEFAULT: (DEFAULT, {}),
+    MANY_STATES: (MANY_STATES, {}),
+    ONE_STATE: (ONE_STATE, {}),
+    ALONE: (ONE_STATE, {"rates": (1.0,), "turn": 0.0, "surprise": 0.0}),
+    CV: (CV, {}),
+    f"{DEFAULT}, classic": (DEFAULT, CLASSIC),
+    f"{CV}, classic": (CV, CLASSIC),
+}
+
+# A name for the row: what is changed in the settings of the default model.
+WITHOUT: dict[str, Changes] = {
+    "no free state": {"surprise": 0.0},
+    "as filmed only": {"rates": (1.0,)},
+    "ahead only": {"turn": 0.0},
+    "any motion at any pace": {"recurrent": False},
+    "camera taken for still": {"camera": False},
+    "nothing known of what lies behind": {"backdrop": False},
+    "legs not named again": {"crossings": False},
+    "grey levels as filmed": {"contrast": 0.0},
+    "nothing taken for covered": {"covered": 0.0},
+    "any light on any link": {"light": 255.0},
+    "learned noise as it is": {"inflation": 1.0},
+    "no image in the weights": {"image_weight": 0.0},
+    "no rim": {"rim": 0.0},
+    "outlines hide nothing beyond them": {"cover": 0.0},
+    "templates of frame 0": {"blend": 0.0},
+    "finest blur only": {"blurs": (0.015,)},
+    "every pixel believed": {"robust": 1000.0},
+    "no breathing": {"breathing": 1e-6, "scale_drift": 0.0},
+}
+
+# What is tuned, and the values tried; the defaults are among them.
+TUNED_CV: Tried = {"cv_angle": (3.0, 4.0, 6.0, 8.0, 12.0), "cv_place": (0.005, 0.01, 0.02, 0.06)}
+TUNED_DEFAULT: Tried = {"inflation": (2.0, 3.0, 5.0), "tempering": (0.02, 0.035, 0.06)}
+TUNED_FLOW: Tried = {
+    "window": (0.1, 0.15, 0.2, 0.3),
+    "home": (0.005, 0.01, 0.02, 0.04),
+    "fresh": (True, False),
+}
+TUNED_BOXES: Tried = {"around": (0.1, 0.15, 0.2)}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Every combination of the values of some settings.
+
+    names : of the settings
+    ways  : by their values
+    """
+
+    names: tuple[str, ...]
+    ways: dict[Values, Way]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is to be measured.
+
+    grids    : by the name of what is tuned on them
+    compared : rows of the page, a model and its changes by name
+    without  : changes of the default model by name
+    """
+
+    grids: dict[str, Grid]
+    compared: dict[str, tuple[str, Changes]]
+    without: dict[str, Changes]
+
+    def rows(self, cv: Changes) -> dict[str, Way]:
+        """Each model smoothed over the clip, and as each frame was first seen; cv with these settings."""
+        rows: dict[str, Way] = {}
+        for name, (model, changes) in self.compared.items():
+            settings = _settings({**cv, **changes})
+            rows[name] = Ours(model, settings)
+            rows[name + FILTERED] = Ours(model, settings, smooth=False)
+        return rows
+
+    def switched(self) -> dict[str, Way]:
+        """The default model with one thing switched off."""
+        return {name: Ours(DEFAULT, _settings(changes)) for name, changes in self.without.items()}
+
+
+def full_plan() -> Plan:
+    """What `make evaluate` measures."""
+    return Plan(_grids(TUNED_CV, TUNED_DEFAULT, TUNED_FLOW, TUNED_BOXES), COMPARED, WITHOUT)
+
+
+def quick_plan() -> Plan:
+    """A little of what is quickly measured, to try the program."""
+    grids = _grids({"cv_angle": (3.0, 4.0)}, {"inflation": (3.0,)}, {"window": (0.2,)}, {})
+    compared = {name: COMPARED[name] for name in (DEFAULT, ONE_STATE, CV)}
+    return Plan(grids, compared, dict(list(WITHOUT.items())[:1]))
+
+
+def _grids(cv: Tried, default: Tried, flow: Tried, boxes: Tried) -> dict[str, Grid]:
+    """The grids over values tried; none where there are none."""
+    tried: dict[str, tuple[Tried, Callable[..., Way]]] = {
+        CV: (cv, lambda **values: Ours(CV, _settings(values))),
+        DEFAULT: (default, lambda **values: Ours(DEFAULT, _settings(values))),
+        FLOW: (flow, lambda **values: Flow(lucas_kanade.Options(**values))),
+        BOXES: (boxes, lambda **values: Boxes(correlation.Options(**values))),
+    }
+    return {name: _grid(values, way) for name, (values, way) in tried.items() if values}
+
+
+def _settings(changes: Changes) -> Settings:
+    """The defaults with these changes; an unknown name or a value out of range is refused."""
+    return Settings.model_validate(dict(changes))
+
+
+def _grid(values: Tried, way: Callable[..., Way]) -> Grid:
+    combinations = product(*values.values())
+    return Grid(tuple(values), {c: way(**dict(zip(values, c, strict=True))) for c in combinations})

@@ -1,0 +1,221 @@
+"""Motions that a model makes by itself, against the captures it was learned from.
+
+Subjects count alike in the captures' spectrum and stride, as they do in learning.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import welch
+
+from dynamics.hmm import HMM
+from dynamics.motion.tasks import synthesise
+from dynamics.slds import SLDS
+from kinematics.mocap import POSE_COLUMNS
+from tests.benchmarks.motion.data import (
+    ANGLES,
+    FPS,
+    MOTIONS,
+    SHOWN_STATES,
+    STATES,
+    Array,
+    Recipe,
+    Segment,
+    Source,
+    centred,
+    shown,
+)
+from tests.benchmarks.motion.page import Claim, Results, number, table
+
+FRAMES = 500
+SEEDS = 10
+WINDOW = 64  # frames of a Hann window, overlapping by half, the mean taken off
+HIGHEST = 6.0  # Hz
+WEAKEST = 0.01  # of an angle's highest peak
+WIDER = 0.05  # of an angle's range, on either side
+BOUND = 1.0  # the same, for motions that need only be bounded
+SHORTEST, LONGEST = 12, 60  # frames of a stride
+OUT, STRIDE, SPECTRUM, RUN_STRIDE = 4.0, 10.0, 1.6, 20.0  # targets; per cent, but the spectrum's decibels
+QUICK_SEEDS = 2
+
+HIPS = POSE_COLUMNS.index("hip_near"), POSE_COLUMNS.index("hip_far")
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """How like the captures: out and far_out are shares of frames with an angle out of its range, widened by
+    WIDER and BOUND; stride is in frames, one a seed; decibels is the spectrum's distance, None for segments
+    too short for one."""
+
+    finite: bool
+    out: float
+    far_out: float
+    strides: tuple[float, ...]
+    stride: float
+    decibels: float | None
+
+    @property
+    def stride_error(self) -> float:
+        """Of the seeds' median, as a share; infinite where there is none."""
+        if not self.finite:
+            return float("inf")
+        return abs(float(np.median(self.strides)) / self.stride - 1.0)
+
+
+@dataclass(frozen=True)
+class Making:
+    """Motions of one model, learned on everyone; `recurrent` as in `synthesise`."""
+
+    recipe: Recipe
+    recurrent: bool
+
+    def run(self, source: Source, model: SLDS | HMM | None) -> Likeness:
+        """See `compare`."""
+        assert isinstance(model, SLDS)
+        return compare(
+            model, shown(source, self.recipe), self.recurrent, QUICK_SEEDS if source.quick else SEEDS
+        )
+
+
+def jobs(source: Source) -> Iterator[Making]:
+    """Every model with both switches."""
+    for label in MOTIONS:
+        for states, order in _rows(source):
+            for recurrent in (True, False):
+                yield Making(Recipe(states, order, motions=(label,)), recurrent)
+
+
+def claims(results: Results) -> list[Claim]:
+    """The default model, switch by the pose, against the targets."""
+    walk, run = (results[Making(Recipe(motions=(label,)), True)] for label in MOTIONS)
+    decibels = float("nan") if walk.decibels is None else walk.decibels
+    return [
+        Claim("synthesis, walk: frames out of the training range", 100.0 * walk.out, OUT, " %"),
+        Claim("synthesis, walk: stride off the data's by", 100.0 * walk.stride_error, STRIDE, " %"),
+        Claim("synthesis, walk: power spectrum off the data's by", decibels, SPECTRUM, " dB"),
+        Claim(
+            "synthesis, run: frames not finite, or out by more than a range", 100.0 * run.far_out, 0.0, " %"
+        ),
+        Claim("synthesis, run: stride off the data's by", 100.0 * run.stride_error, RUN_STRIDE, " %"),
+    ]
+
+
+def section(source: Source, results: Results) -> list[str]:
+    """The tables."""
+    lines = [
+        "## Synthesis",
+        "",
+        f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone.",
+        "Out: per cent of frames with an angle outside its minimum to maximum over what was learned from,",
+        f"widened by {100 * WIDER:g} % of that range; far out: by a whole range.",
+        "Stride: the median of the seeds, in frames, from the autocorrelation of near hip less far hip; the",
+        "data's is the mean over subjects.",
+        f"Spectrum: decibels rms over angles and the bins up to {HIGHEST:g} Hz",
+        f"above {100 * WEAKEST:g} % of the angle's peak (Welch, Hann windows of {WINDOW} frames",
+        "overlapping by half, mean taken off; segments of at least that length, subjects counting alike).",
+        "",
+    ]
+    header = [
+        "model",
+        "switch",
+        "out, %",
+        "far out, %",
+        "stride (least to most)",
+        "data's stride",
+        "spectrum, dB",
+    ]
+    for label in MOTIONS:
+        rows = []
+        for states, order in _rows(source):
+            for recurrent in (True, False):
+                like = results[Making(Recipe(states, order, motions=(label,)), recurrent)]
+                rows.append(
+                    [Recipe.named(states, order), "by the pose" if recurrent else "papers'", *_cells(like)]
+                )
+        lines += table([label, *header[1:]], rows)
+    return lines
+
+
+def compare(slds: SLDS, segments: Sequence[Segment], recurrent: bool, seeds: int = SEEDS) -> Likeness:
+    """Motions of FRAMES frames from several seeds."""
+    made = [
+        synthesise(slds, FRAMES, np.random.default_rng(seed), recurrent=recurrent)[1] for seed in range(seeds)
+    ]
+    y = np.concatenate([centred(s.y) for s in segments])[:, ANGLES]
+    low, high = y.min(0), y.max(0)
+    angles = np.concatenate(made)[:, ANGLES]
+    finite = bool(np.isfinite(angles).all())
+
+    def outside(share: float) -> float:
+        wider = share * (high - low)
+        return float((~((angles > low - wider) & (angles < high + wider))).any(1).mean())
+
+    strides = tuple(stride([m]) for m in made) if finite else ()
+    long = [s for s in segments if len(s.y) >= WINDOW]
+    decibels = (
+        _distance(spectrum([[m] for m in made]), spectrum(_by_subject(long))) if long and finite else None
+    )
+    return Likeness(finite, outside(WIDER), outside(BOUND), strides, data_stride(segments), decibels)
+
+
+def stride(ys: Sequence[Array]) -> float:
+    """Frames: the highest peak of the autocorrelation of the hips' difference, pooled over sequences."""
+    lags = np.arange(SHORTEST, LONGEST + 1)
+    height = np.full(len(lags), -np.inf)
+    swings = [y[:, HIPS[0]] - y[:, HIPS[1]] for y in ys]
+    swings = [swing - swing.mean() for swing in swings]
+    for n, lag in enumerate(lags):
+        pairs = [(swing[:-lag], swing[lag:]) for swing in swings if len(swing) >= lag + SHORTEST // 2]
+        if pairs:
+            scale = sum(float((a**2).sum() + (b**2).sum()) for a, b in pairs) / 2.0
+            height[n] = sum(float(a @ b) for a, b in pairs) / scale
+    n = int(height.argmax())
+    if not 0 < n < len(lags) - 1 or not np.isfinite(height[n - 1 : n + 2]).all():
+        return float(lags[n])
+    before, here, after = height[n - 1 : n + 2]
+    return float(lags[n] + 0.5 * (before - after) / (before - 2.0 * here + after))
+
+
+def data_stride(segments: Sequence[Segment]) -> float:
+    """The mean over subjects of each one's."""
+    return float(np.mean([stride(ys) for ys in _by_subject(segments)]))
+
+
+def spectrum(groups: Sequence[Sequence[Array]]) -> Array:
+    """(bins, 6) power of each angle up to HIGHEST, the constant left out; groups count alike."""
+    return np.mean([np.mean([_welch(y) for y in ys], axis=0) for ys in groups], axis=0)
+
+
+def _rows(source: Source) -> list[tuple[int, int]]:
+    """States and order, the default first."""
+    return source.some([*((states, 2) for states in SHOWN_STATES), (STATES, 1)])
+
+
+def _cells(like: Likeness) -> list[str]:
+    strides = "not finite"
+    if like.finite:
+        least, most = min(like.strides), max(like.strides)
+        strides = f"{float(np.median(like.strides)):.1f} ({least:.1f} to {most:.1f})"
+    return [
+        *map(number, (100.0 * like.out, 100.0 * like.far_out)),
+        strides,
+        f"{like.stride:.1f}",
+        number(like.decibels),
+    ]
+
+
+def _welch(y: Array) -> Array:
+    hertz, power = welch(y[:, ANGLES], fs=FPS, window="hann", nperseg=WINDOW, detrend="constant", axis=0)
+    return np.asarray(power[(hertz > 0) & (hertz <= HIGHEST)])
+
+
+def _distance(made: Array, wanted: Array) -> float:
+    """Decibels, rms over angles and the bins that hold more than WEAKEST of the angle's peak."""
+    strong = wanted >= WEAKEST * wanted.max(0)
+    return float(np.sqrt(np.mean((10.0 * np.log10(made[strong] / wanted[strong])) ** 2)))
+
+
+def _by_subject(segments: Sequence[Segment]) -> list[list[Array]]:
+    subjects = dict.fromkeys(s.subject for s in segments)
+    return [[centred(s.y) for s in segments if s.subject == subject] for subject in subjects]

@@ -1,0 +1,80 @@
+"""The page of what a tracked frame costs."""
+
+from tests.benchmarks.evaluation.page import written
+from tests.benchmarks.evaluation.targets import Target, target_table
+from tests.benchmarks.motion.page import table
+from tests.benchmarks.speed.tracking import AIM, LIMIT, LONG, MOST_MEMORY, Cost, Growth, Memory
+from tracker.clip.follow import Job
+
+STRAIGHT = 0.1  # share of the greatest cost by which one may lie beside the line, at most
+
+WHAT = """CPU time of one thread; every run is repeated and the best kept. Both decode the same clip and start
+from the same marks; no pictures are drawn. Lucas-Kanade is the rival of [results.md](results.md), optical
+flow of points on every link. Milliseconds are the writing machine's: what can be compared is the ratio."""
+
+GROWTH = """![Milliseconds against hypotheses, and against template points](speed.png)"""
+
+
+def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> str:
+    """The whole page, Markdown."""
+    lines = [
+        "# Speed",
+        "",
+        f"Written by `make bench` at commit {written()}, on {job.video.stem} with {job.model}.",
+        "",
+        WHAT,
+        "",
+        "## What is wanted",
+        "",
+        *target_table(targets(cost, hypotheses, points, memory)),
+        "## A frame by stage",
+        "",
+        *_stages(cost),
+        "## How cost grows",
+        "",
+        GROWTH,
+        "",
+        *_growth(hypotheses, points),
+        "## Memory",
+        "",
+        *_memory(memory),
+    ]
+    return "\n".join(lines)
+
+
+def targets(cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> list[Target]:
+    """What a frame is to cost."""
+    return [
+        Target("a frame against Lucas-Kanade's", cost.ratio, LIMIT),
+        Target(f"a frame against {AIM:.0f} a second", AIM / cost.rate, 1.0),
+        Target("cost beside a line in hypotheses", hypotheses.astray, STRAIGHT),
+        Target("cost beside a line in template points", points.astray, STRAIGHT),
+        Target(f"MB resident after {LONG} frames", memory.after, MOST_MEMORY),
+    ]
+
+
+def _stages(cost: Cost) -> list[str]:
+    rows = [*cost.stages.items(), ("all, measured as a whole", cost.ours), ("Lucas-Kanade", cost.rival)]
+    header = ("", "ms a frame", "times a frame of Lucas-Kanade's")
+    return table(header, [[name, f"{spent:.2f}", f"{spent / cost.rival:.2f}"] for name, spent in rows])
+
+
+def _growth(hypotheses: Growth, points: Growth) -> list[str]:
+    grown = {"hypotheses, one registration": hypotheses, "template points, laid once": points}
+    rows = [
+        [f"{size} {name}", f"{spent:.2f}"]
+        for name, growth in grown.items()
+        for size, spent in zip(growth.sizes, growth.milliseconds, strict=True)
+    ]
+    return table(("", "ms"), rows)
+
+
+def _memory(memory: Memory) -> list[str]:
+    half = len(memory.frames) // 2
+    rows = [
+        [f"after {memory.frames[half]} frames", f"{memory.megabytes[half]:.0f}"],
+        [f"after {memory.frames[-1]} frames", f"{memory.megabytes[-1]:.0f}"],
+        ["with the track made of them", f"{memory.made:.0f}"],
+        [f"expected after {LONG} frames, 20 minutes", f"{memory.after:.0f}"],
+    ]
+    return table(("", "MB resident"), rows)

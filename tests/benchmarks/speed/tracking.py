@@ -1,0 +1,274 @@
+"""What a tracked frame costs, by stage, beside the Lucas-Kanade rival; and how cost and memory grow.
+
+CPU time of one thread; a run is repeated and the best kept, as another program only ever adds to it. Everyone
+decodes the same clip, from the same marks.
+"""
+
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from itertools import count, cycle, islice
+from pathlib import Path
+from unittest.mock import patch
+
+import cv2
+import numpy as np
+
+from dynamics.gaussian import Gaussian
+from tests.benchmarks.rivals import lucas_kanade
+from tests.benchmarks.rivals.body import body_at
+from tracker.clip.follow import Job, follow, prepare
+from tracker.clip.follow import follow as clip
+from tracker.loop import smoothing
+from tracker.loop import tracker as track
+from tracker.progress import Progress
+from tracker.registration.align import Field, align
+from tracker.registration.align import align as registration
+from tracker.settings import Settings
+from tracker.tables.keypoints import read_keypoints
+from videos.frames import Frame, Video
+
+MODEL = "walk-run"  # four learned states, at two speeds, and a free one
+LIMIT = 3.0  # times the Lucas-Kanade rival's frame, at most
+AIM = 150.0  # frames a second
+REPEATS = 3
+HYPOTHESES = (1, 2, 4, 8)
+SPACINGS = (0.044, 0.031, 0.022, 0.0156)  # leg lengths; 0.022 is the default
+LONG = 36_000  # frames: 20 minutes at 30 a second
+MOST_MEMORY = 500.0  # megabytes
+SETTLED = 300  # frames: by then the smoother's window is full
+
+# Where a stage's work is done: what is inside another's counts for the inner one.
+STAGES = {
+    "pyramid": (track, "pyramid"),
+    "camera": (track.Camera, "follow"),
+    "backdrop": (track.Backdrop, "follow"),
+    "registration": (track, "align"),
+    "kernel": (registration, "lay"),
+    "propose": (track, "propose"),
+    "fuse": (track.Tracker, "_fused"),
+    "templates": (track.Tracker, "_templates"),
+    "smooth": (smoothing, "_back"),
+    "rate": (clip, "_rate"),
+    "write": (clip, "write_tables"),
+}
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Milliseconds of CPU time a frame: by stage, in all, and of the rival."""
+
+    stages: dict[str, float]
+    ours: float
+    rival: float
+
+    @property
+    def ratio(self):
+        """How many times the rival's frame ours costs."""
+        return self.ours / self.rival
+
+    @property
+    def rate(self):
+        """Frames a second."""
+        return 1e3 / self.ours
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Milliseconds of registration a frame at each size, and the straight line through them."""
+
+    sizes: tuple[float, ...]
+    milliseconds: tuple[float, ...]
+
+    @property
+    def line(self):
+        """Slope and intercept."""
+        return tuple(float(x) for x in np.polyfit(self.sizes, self.milliseconds, 1))
+
+    @property
+    def astray(self):
+        """How far the farthest is from the line, as a share of the greatest cost."""
+        apart = np.subtract(np.polyval(self.line, self.sizes), self.milliseconds)
+        return float(np.abs(apart).max() / max(self.milliseconds))
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Megabytes resident while so many frames are followed, and when the track was made of them."""
+
+    frames: tuple[int, ...]
+    megabytes: tuple[float, ...]
+    made: float
+
+    @property
+    def after(self):
+        """What is expected of LONG frames: the slope goes on, and the track is as much again."""
+        settled = [i for i, number in enumerate(self.frames) if number >= SETTLED]
+        slope = np.polyfit(np.take(self.frames, settled), np.take(self.megabytes, settled), 1)[0]
+        following = self.megabytes[-1] + max(slope, 0.0) * (LONG - self.frames[-1])
+        return float(max(following, self.made + 2.0 * max(slope, 0.0) * (LONG - self.frames[-1])))
+
+
+def job_of(video: Path) -> Job:
+    """A clip with its marks beside it."""
+    return Job(video, read_keypoints(video.with_name(f"{video.stem}.keypoints.csv")), MODEL, start=0)
+
+
+def cost(job: Job) -> Cost:
+    """A whole run without pictures, the rival's beside it, turn by turn."""
+    cv2.setNumThreads(1)
+    frames = sum(1 for _ in Video(job.video))
+    follow(job, Progress("quiet"))  # the kernel is compiled, libraries load
+    ours, rival = [], []
+    for _ in range(REPEATS):
+        rival.append(_cpu(lambda: _flow(job)))
+        ours.append(_cpu(lambda: follow(job, Progress("quiet"))))
+    decode = min(_cpu(lambda: sum(1 for _ in Video(job.video))) for _ in range(REPEATS))
+    stages = {"decode": decode, **_stages(job)}
+    per_frame = 1e3 / frames
+    return Cost(
+        {name: per_frame * spent for name, spent in stages.items()},
+        per_frame * min(ours),
+        per_frame * min(rival),
+    )
+
+
+def by_hypotheses(job: Job) -> Growth:
+    """Registration of so many priors side by side."""
+    field, prior = _field(job, Settings())
+    times = []
+    for H in HYPOTHESES:
+        priors = Gaussian(np.repeat(prior.mean, H, 0), np.repeat(prior.cov, H, 0))
+        # Each climbs from elsewhere, or all would end at the same step.
+        priors.mean[:, 3:7] += 0.05 * np.random.default_rng(1).normal(size=(max(HYPOTHESES), 4))[:H]
+        times.append(_best(lambda priors=priors: align(field, priors)))
+    return Growth(HYPOTHESES, tuple(times))
+
+
+def by_points(job: Job) -> Growth:
+    """One laying of the templates on every blur at 4 poses, by the number of template points."""
+    sizes, times = [], []
+    for spacing in SPACINGS:
+        field, prior = _field(job, Settings(spacing=spacing))
+        search = registration._Search(field, prior)
+        q = np.repeat(prior.mean, 4, 0)
+        sizes.append(len(field.templates.link))
+        times.append(_best(lambda search=search, q=q: [search.compare(n, q) for n in range(3)]))
+    return Growth(tuple(sizes), tuple(times))
+
+
+def memory(job: Job, frames: int, every: int = 100) -> Memory:
+    """`follow` through the clip's first pictures, there and back again and again, without decoding."""
+    pictures = [frame.image for frame in islice(Video(job.video), 20)]
+
+    class Endless(Video):
+        def __iter__(self):
+            there_and_back = cycle(pictures + pictures[-2:0:-1])
+            for t, image in enumerate(islice(there_and_back, frames)):
+                yield Frame(t, t / self.fps, image.copy())  # as decoding makes a new one
+
+    counts, sizes = [], []
+
+    class Watch(Progress):
+        @contextmanager
+        def task(self, name, total):
+            numbers = count(1)
+
+            def advance():
+                number = next(numbers)
+                if number % every == 0:
+                    counts.append(number)
+                    sizes.append(_resident())
+
+            yield advance
+
+    with patch.object(clip, "Video", Endless):
+        run = follow(job, Watch("quiet"))
+    return Memory(tuple(counts), tuple(sizes), _resident() if len(run.track) == frames else np.inf)
+
+
+def draw(hypotheses: Growth, points: Growth, path: Path) -> None:
+    """Both growths with their lines."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for axes, growth, name, what in (
+        (panels[0], hypotheses, "hypotheses", "one registration, all blurs"),
+        (panels[1], points, "template points", "templates laid once on each of three blurs"),
+    ):
+        slope, intercept = growth.line
+        ends = np.array([0.0, 1.05 * max(growth.sizes)])
+        axes.plot(ends, intercept + slope * ends, color="0.6", label=f"{intercept:.2f} + {slope:.2g} n")
+        axes.plot(growth.sizes, growth.milliseconds, "o", color="tab:blue", label="measured, best of several")
+        axes.set(xlabel=name, ylabel="milliseconds", title=what, xlim=(0, None), ylim=(0, None))
+        axes.legend(frameon=False, loc="upper left")
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(path, dpi=120)
+
+
+def _field(job: Job, settings: Settings) -> tuple[Field, Gaussian]:
+    """What frame 1 offers to be compared with, and one prior for it."""
+    plan = prepare(replace(job, settings=settings))
+    tracker, images = plan.tracker, [frame.image for frame in islice(Video(job.video), 2)]
+    state, _ = tracker.begin(plan.start, images[0])
+    priors = tracker.pose(state.belief.states)[:1]
+    state = tracker.looked(state, images[1], priors)
+    levels = tracker._levels(images[1], tracker._box(priors.mean))
+    return Field(state.templates, levels, plan.start.figure, tracker.view, settings, state.scenery), priors
+
+
+def _flow(job: Job) -> int:
+    plan = prepare(job)
+    body = body_at(plan.start, job.marks[0])
+    return sum(1 for _ in lucas_kanade.follow((frame.image for frame in plan.video), body))
+
+
+def _stages(job: Job) -> dict[str, float]:
+    """Seconds of CPU time in each stage of one run."""
+    spent = dict.fromkeys(STAGES, 0.0)
+    with ExitStack() as stack:
+        for name, (home, function) in STAGES.items():
+            stack.enter_context(_watched(spent, name, home, function))
+        run = follow(job, Progress("quiet"))
+        with tempfile.TemporaryDirectory() as folder:
+            clip.write_tables(run.track, Path(folder), run.frames, run.fps)
+    return spent
+
+
+@contextmanager
+def _watched(spent: dict[str, float], name: str, home: object, function: str) -> Iterator[None]:
+    plain = getattr(home, function)
+
+    def timed(*args, **kwargs):
+        began, inside = time.process_time(), sum(spent.values())
+        result = plain(*args, **kwargs)
+        spent[name] += time.process_time() - began - (sum(spent.values()) - inside)
+        return result
+
+    with patch.object(home, function, timed):
+        yield
+
+
+def _best(run) -> float:
+    """Milliseconds of the best of many."""
+    run()
+    return 1e3 * min(_cpu(run) for _ in range(15))
+
+
+def _cpu(run) -> float:
+    began = time.process_time()
+    run()
+    return time.process_time() - began
+
+
+def _resident() -> float:
+    """Megabytes resident now; the peak where the system does not tell."""
+    status = Path("/proc/self/statm")
+    if status.is_file():
+        return int(status.read_text().split()[1]) * resource.getpagesize() / 2**20
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
