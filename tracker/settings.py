@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from tracker.tables.unreadable import why
+from tracker.tables.table import why
 
 # Words for the bounds of a JSON schema.
 BOUNDS = {

@@ -1,8 +1,7 @@
 """The table of jobs for a batch: a clip a row, and how to follow it."""
 
-import csv
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -11,7 +10,7 @@ from tracker.clip.follow import Job
 from tracker.progress import Progress
 from tracker.settings import Settings, read_settings
 from tracker.tables.keypoints import read_keypoints
-from tracker.tables.unreadable import misread, unreadable
+from tracker.tables.table import Layout
 
 NEEDED = ("video", "keypoints")
 COLUMNS = (*NEEDED, "start", "model", "out", "stop", "facing", "rate", "smooth", "anchors", "settings")
@@ -25,6 +24,17 @@ ANCHORS = {"": False, "1": True, "0": False}
 
 class JobsError(ValueError):
     """A table of jobs that cannot be used."""
+
+
+LAYOUT = Layout(
+    error=JobsError,
+    name="table of jobs",
+    header=HEADER,
+    needed=NEEDED,
+    known=COLUMNS,
+    absent="no table of jobs {path}; check its name",
+    misfit="has more cells than the header; quote a name that has a comma",
+)
 
 
 @dataclass(frozen=True)
@@ -75,40 +85,18 @@ def read_jobs(table: Path, place: Path, progress: Progress) -> list[Row]:
         JobsError: no such file, not such a table, no rows, a cell that cannot be, or results that would lie
             in one another.
     """
-    rows = []
-    try:
-        with table.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file, restval="")
-            names = [name.strip() for name in reader.fieldnames or ()]
-            _check_columns(names, table, progress)
-            reader.fieldnames = names
-            for cells in reader:
-                where = f"{table} line {reader.line_num}"
-                if None in cells:
-                    raise JobsError(f"{where} has more cells than the header; quote a name that has a comma")
-                if any(cell.strip() for cell in cells.values()):
-                    rows.append(_row(cells, table.absolute().parent, place, where))
-    except FileNotFoundError as error:
-        raise JobsError(f"no table of jobs {table}; check its name") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise JobsError(unreadable(table, error)) from error
+    rows: list[Row] = []
+    for where, cells in LAYOUT.rows(table):
+        if not rows:
+            _warn_of_unknown(cells, table, progress)
+        rows.append(_row(cells, table.absolute().parent, place, where))
     if not rows:
         raise JobsError(f"{table} has no jobs; write a row for each clip below {HEADER}")
     _check_apart(rows, table, place)
     return rows
 
 
-def _check_columns(names: list[str], table: Path, progress: Progress) -> None:
-    if (fault := misread(table, names)) is not None:
-        raise JobsError(fault)
-    for name in NEEDED:
-        if name not in names:
-            raise JobsError(
-                f"{table} is no table of jobs: column {name!r} is missing; the header is {HEADER}"
-            )
-    twice = [name for name in COLUMNS if names.count(name) > 1]
-    if twice:
-        raise JobsError(f"{table} has two columns {twice[0]!r}; name one of them otherwise")
+def _warn_of_unknown(names: Iterable[str], table: Path, progress: Progress) -> None:
     for name in names:
         if name not in COLUMNS:
             progress.warn(f"column {name!r} of {table.name} is not read; known are {', '.join(COLUMNS)}")
@@ -128,7 +116,7 @@ def _check_apart(rows: list[Row], table: Path, place: Path) -> None:
 
 
 def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row:
-    cell = {name: (cells.get(name) or "").strip() for name in COLUMNS}
+    cell = {name: cells.get(name, "") for name in COLUMNS}
     for name in NEEDED:
         if not cell[name]:
             raise JobsError(f"{where}: {name} is empty; every row needs {' and '.join(NEEDED)}")

@@ -1,6 +1,5 @@
 """Many clips by one table: every row is tracked by itself, and what is done and complete is left alone."""
 
-import csv
 import hashlib
 import os
 from collections import Counter
@@ -18,7 +17,7 @@ from tracker.models.cluster import cluster_at, local_cluster
 from tracker.progress import Progress
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
 from tracker.run.read import RunError, read_news, read_run
-from tracker.tables.poses import write_table
+from tracker.tables.table import write_table
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -198,8 +197,8 @@ def _files(path: Path) -> Iterable[Path]:
 
 
 def _is_summary(path: Path) -> bool:
-    with suppress(OSError, UnicodeDecodeError, csv.Error), path.open(newline="", encoding="utf-8") as file:
-        return tuple(next(csv.reader(file), ())) == SUMMARY
+    with suppress(OSError), path.open("rb") as file:
+        return file.readline().rstrip() == ",".join(SUMMARY).encode()
     return False
 
 

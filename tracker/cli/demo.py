@@ -1,6 +1,5 @@
 """The whole story on a rendered walk: encoded, followed with constant velocity and the learned model."""
 
-import csv
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from tracker.report.comparison import compare_models
 from tracker.run.folder import fresh_folder
 from tracker.scene.film import Scene, render, truth_table
 from tracker.tables.keypoints import read_keypoints
+from tracker.tables.table import write_table
 from videos.writer import Writer
 
 MODELS = ("walk-run", "cv")
@@ -53,8 +53,6 @@ def write_scene(scene: Scene, folder: Path) -> tuple[Path, Path]:
     with Writer(video, scene.fps, (width, height), crf=CRF) as writer:
         for image in scene.images:
             writer.write(np.asarray(image))
-    with marks.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(("frame", "keypoint", "x", "y", "visible"))
-        rows.writerows((f, name, f"{x:.2f}", f"{y:.2f}", seen) for f, name, x, y, seen in truth_table(scene))
+    rows = ((t, name, f"{x:.2f}", f"{y:.2f}", seen) for t, name, x, y, seen in truth_table(scene))
+    write_table(marks, ("frame", "keypoint", "x", "y", "visible"), rows)
     return video, marks

@@ -1,6 +1,6 @@
 """DeepLabCut's CSV: rows scorer, (individuals,) bodyparts, coords, then one row a frame or labelled image."""
 
-import csv
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from tracker.foreign.people import People, Person, frame_number, sighting
 from tracker.foreign.points import Points
-from tracker.foreign.text_files import ForeignError, opened
+from tracker.foreign.text_files import ForeignError, load_rows, write_rows
 
 SCORER = "figtrack"
 COORDS = ("x", "y", "likelihood")
@@ -19,15 +19,7 @@ Column = tuple[str, str, str]  # individual ("" where there are none), body part
 
 def write_dlc(points: Points, path: Path) -> None:
     """Every point of every frame; empty cells where there is none."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        J = len(points.names)
-        writer.writerow(("scorer", *[SCORER] * (J * len(COORDS))))
-        writer.writerow(("bodyparts", *(name for name in points.names for _ in COORDS)))
-        writer.writerow(("coords", *COORDS * J))
-        for t, (places, sure) in enumerate(zip(points.places, points.likelihood, strict=True)):
-            row = [cell for place, p in zip(places, sure, strict=True) for cell in _cells(place, p)]
-            writer.writerow([t, *row])
+    write_rows(path, _rows(points))
 
 
 def is_dlc(head: str) -> bool:
@@ -41,8 +33,7 @@ def read_people(path: Path) -> People:
     Raises:
         ForeignError: not such a table, a row that does not fit its header, or a frame that comes twice.
     """
-    with opened(path) as file:
-        rows = [row for row in csv.reader(file) if row]
+    rows = load_rows(path)
     heads = {row[0]: row for row in rows[: len(HEADS)] if row[0] in HEADS}
     if not {"scorer", "bodyparts", "coords"} <= heads.keys():
         raise ForeignError(
@@ -62,6 +53,15 @@ def read_people(path: Path) -> People:
         found = [_person(cells, who) for who in dict.fromkeys(who for who, _, _ in columns)]
         people[frame] = [person for person in found if person]
     return people
+
+
+def _rows(points: Points) -> Iterator[list[object]]:
+    J = len(points.names)
+    yield ["scorer", *[SCORER] * (J * len(COORDS))]
+    yield ["bodyparts", *(name for name in points.names for _ in COORDS)]
+    yield ["coords", *COORDS * J]
+    for t, (places, sure) in enumerate(zip(points.places, points.likelihood, strict=True)):
+        yield [t, *(cell for place, p in zip(places, sure, strict=True) for cell in _cells(place, p))]
 
 
 def _cells(place: Array, p: float) -> tuple[str, str, str]:

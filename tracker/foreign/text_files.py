@@ -1,13 +1,13 @@
-"""Foreign text files opened for reading, with one line on what is wrong with them."""
+"""Text files of other programs, read with one line on what is wrong with them, and written."""
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from tracker.tables.unreadable import why
+from tracker.tables.table import why
 
 
 class ForeignError(ValueError):
@@ -28,6 +28,18 @@ def opened(path: Path) -> Iterator[TextIO]:
         raise ForeignError(f"no file {path}; check its name") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ForeignError(f"cannot read {path} as text ({why(error)}); export it again") from error
+
+
+def load_rows(path: Path, delimiter: str = ",") -> list[list[str]]:
+    """The cells of every row that is not empty; ForeignError if it is no text."""
+    with opened(path) as file:
+        return [row for row in csv.reader(file, delimiter=delimiter) if row]
+
+
+def write_rows(path: Path, rows: Iterable[Iterable[object]], delimiter: str = ",") -> None:
+    """A text table as other programs write theirs, with the line ends of Unix."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, delimiter=delimiter, lineterminator="\n").writerows(rows)
 
 
 def load_json(path: Path) -> Any:

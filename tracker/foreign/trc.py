@@ -5,7 +5,6 @@ is three times `nan`. In metres x points ahead and y up (`tracker.foreign.scale`
 down; z is 0.
 """
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from dynamics.gaussian import Array
 from tracker.foreign.people import People, Person, sighting, triples
 from tracker.foreign.points import Points
 from tracker.foreign.scale import Scale
-from tracker.foreign.text_files import ForeignError, opened
+from tracker.foreign.text_files import ForeignError, load_rows, write_rows
 
 KEYS = (
     "DataRate",
@@ -51,8 +50,7 @@ def read_people(path: Path) -> People:
     Raises:
         ForeignError: not that layout, or in metres.
     """
-    with opened(path) as file:
-        rows = list(csv.reader(file, delimiter="\t"))
+    rows = load_rows(path, "\t")
     if len(rows) <= HEADER or not rows[0] or rows[0][0] != MAGIC:
         raise ForeignError(f"{path} is no TRC file: it must begin with {MAGIC} and hold a frame")
     units = dict(zip(rows[1], rows[2], strict=False)).get("Units", "")
@@ -80,12 +78,11 @@ def _write(names: tuple[str, ...], places: Array, times: Array, fps: float, unit
         ("Frame#", "Time", *(cell for name in names for cell in (name, "", "")), ""),
         ("", "", *(f"{axis}{n}" for n in range(1, len(names) + 1) for axis in "XYZ"), ""),
     )
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, delimiter="\t", lineterminator="\n")
-        writer.writerows(header)
-        for t, row in enumerate(places):
-            cells = (cell for place in row for cell in _cells(place))
-            writer.writerow((t + 1, f"{times[t]:.6f}", *cells))
+    body = (
+        (t + 1, f"{times[t]:.6f}", *(cell for place in row for cell in _cells(place)))
+        for t, row in enumerate(places)
+    )
+    write_rows(path, [*header, *body], "\t")
 
 
 def _cells(place: Array) -> tuple[str, str, str]:

@@ -43,8 +43,8 @@ from tracker.tables.poses import (
     read_poses,
     suspicions,
     write_poses,
-    write_table,
 )
+from tracker.tables.table import write_table
 
 USUAL_FPS = 30.0
 PICTURES = (".png", ".pdf", ".svg")

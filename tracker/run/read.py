@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, Validati
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.loop.tracker import LOST, OUTSIDE
-from tracker.tables.unreadable import why
+from tracker.tables.table import by_column, read_lines, why
 
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
 POINT_COLUMNS = ("x", "y", "sxx", "sxy", "syy")
@@ -145,7 +145,7 @@ def _sound(path: Path) -> Iterator[Path]:
 
 def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
     """Names (J,) and numbers (T, J, 5) of keypoints.csv."""
-    rows = list(_rows(path))
+    rows = _rows(path)
     names = tuple(dict.fromkeys(row["keypoint"] for row in rows))
     whole = bool(rows) and len(rows) == T * len(names)
     wanted = ((t, name) for t in range(T) for name in names)
@@ -158,7 +158,7 @@ def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
 
 def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[str, ...]]:
     """Times (T,), poses (T, 8) in body units and outcomes (T,) of pose.csv."""
-    rows = list(_rows(path))
+    rows = _rows(path)
     if len(rows) != T or any(int(row["frame"]) != t for t, row in enumerate(rows)):
         raise ValueError(f"it should hold {T} frames, in order")
     times = _numbers(rows, ["time_s"])[:, 0]
@@ -183,12 +183,13 @@ def _shift(path: Path, frames: int) -> Array:
     return shift
 
 
-def _rows(path: Path) -> Iterator[dict[str, str]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        yield from csv.DictReader(file)
+def _rows(path: Path) -> list[dict[str, str]]:
+    lines = read_lines(path)
+    _, header = next(lines, (0, []))
+    return [by_column(header, cells) for _, cells in lines]
 
 
-def _numbers(rows: list[dict[str, str]], columns: tuple[str, ...] | list[str]) -> Array:
+def _numbers(rows: list[dict[str, str]], columns: Sequence[str]) -> Array:
     """(rows, columns), NaN for an empty cell."""
     numbers = np.array([[float(row[column] or "nan") for column in columns] for row in rows])
     if np.isinf(numbers).any():

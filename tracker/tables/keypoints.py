@@ -1,12 +1,11 @@
 """The keypoints table of marked joints. Pixels, (0, 0) the centre of the top-left one."""
 
-import csv
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from tracker.tables.unreadable import misread, unreadable
+from tracker.tables.table import Layout
 
 KEYPOINTS = (
     "head_top",
@@ -26,6 +25,16 @@ LAST = 10**8  # frame; no clip is as long
 
 class KeypointsError(ValueError):
     """A keypoints table that cannot be used."""
+
+
+LAYOUT = Layout(
+    error=KeypointsError,
+    name="keypoints table",
+    header="frame,keypoint,x,y,visible",
+    needed=COLUMNS,
+    known=(*COLUMNS, "visible"),
+    absent="no keypoints file {path}; mark the joints and give the table's name",
+)
 
 
 @dataclass(frozen=True)
@@ -48,26 +57,8 @@ def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
     """
     known = tuple(names)
     marks: Marks = {}
-    try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.DictReader(file)
-            header = reader.fieldnames or ()
-            if (fault := misread(path, header)) is not None:
-                raise KeypointsError(fault)
-            missing = [column for column in COLUMNS if column not in header]
-            if missing:
-                raise KeypointsError(
-                    f"{path} is no keypoints table: column {missing[0]!r} is missing; "
-                    "the header is frame,keypoint,x,y,visible"
-                )
-            for row in reader:
-                _read_row(marks, row, known, f"{path} line {reader.line_num}")
-    except FileNotFoundError as error:
-        raise KeypointsError(
-            f"no keypoints file {path}; mark the joints and give the table's name"
-        ) from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise KeypointsError(unreadable(path, error)) from error
+    for where, row in LAYOUT.rows(path):
+        _read_row(marks, row, known, where)
     if not marks:
         raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
     return marks
@@ -78,14 +69,13 @@ def points(marks: Mapping[str, Mark]) -> dict[str, tuple[float, float]]:
     return {name: (mark.x, mark.y) for name, mark in marks.items()}
 
 
-def _read_row(marks: Marks, row: Mapping[str, str | None], known: tuple[str, ...], where: str) -> None:
-    name = (row["keypoint"] or "").strip()
+def _read_row(marks: Marks, row: Mapping[str, str], known: tuple[str, ...], where: str) -> None:
+    name = row["keypoint"]
     if name not in known:
         raise KeypointsError(f"{where}: unknown joint {name!r}; known are {', '.join(known)}")
-    cells = {column: (row.get(column) or "").strip() for column in ("frame", "x", "y", "visible")}
-    if cells["x"] == cells["y"] == "":
+    if row["x"] == row["y"] == "":
         return
-    cells["visible"] = cells["visible"] or "1"
+    cells = {column: row[column] for column in ("frame", "x", "y")} | {"visible": row.get("visible") or "1"}
     numbers = {column: _number(text, column, where) for column, text in cells.items()}
     frame = int(numbers["frame"])
     if frame != numbers["frame"] or frame < 0:

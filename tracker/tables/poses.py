@@ -1,6 +1,5 @@
 """The pose table: `seq,frame,` root in leg lengths, angles in degrees, and what may stand beside them."""
 
-import csv
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
-from tracker.tables.unreadable import misread, unreadable
+from tracker.tables.table import Layout, write_table
 
 ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
 READ = ("seq", "frame", *POSE_COLUMNS, "label", "time_s")
@@ -28,6 +27,18 @@ Rows = dict[str, dict[int, Row]]
 
 class PosesError(ValueError):
     """A pose table that cannot be used."""
+
+
+LAYOUT = Layout(
+    error=PosesError,
+    name="pose table",
+    header=f"seq,frame,{','.join(POSE_COLUMNS)}",
+    needed=("frame", *POSE_COLUMNS[ROOT_COLUMNS:]),
+    known=READ,
+    absent="no pose table {path}; check its name",
+    misfit="has {cells} cells, the header {columns}; empty cells want their commas, numbers a point",
+    whole=True,
+)
 
 
 @dataclass(frozen=True)
@@ -78,20 +89,8 @@ def read_poses(path: str | Path) -> list[PoseSequence]:
     """
     rows: Rows = {}
     last = None
-    try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            column = _columns(next(reader, []), path)
-            for cells in reader:
-                if not any(cell.strip() for cell in cells):
-                    continue
-                where = f"{path} line {reader.line_num}"
-                seq = _read_row(rows, cells, column, where, last)
-                last = seq
-    except FileNotFoundError as error:
-        raise PosesError(f"no pose table {path}; check its name") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise PosesError(unreadable(path, error)) from error
+    for where, row in LAYOUT.rows(path):
+        last = _read_row(rows, row, where, last)
     if not rows:
         raise PosesError(f"{path} has no poses; give a table with one row a frame")
     return [_sequence(name, frames, path) for name, frames in rows.items()]
@@ -107,14 +106,6 @@ def pose_cells(y: Array) -> list[str]:
 def write_poses(path: Path, rows: Iterable[Sequence[object]], further: Sequence[str] = ()) -> None:
     """A pose table from rows of seq, frame, the pose's 8 cells and those of `further` columns."""
     write_table(path, ("seq", "frame", *POSE_COLUMNS, *further), rows)
-
-
-def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """A UTF-8 CSV table."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(header)
-        writer.writerows(rows)
 
 
 def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
@@ -137,34 +128,8 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
     return said
 
 
-def _columns(header: Sequence[str], path: str | Path) -> dict[str, int]:
-    """Where each column that is read stands."""
-    names = [name.strip() for name in header]
-    if (fault := misread(path, names)) is not None:
-        raise PosesError(fault)
-    for name in ("frame", *POSE_COLUMNS[ROOT_COLUMNS:]):
-        if name not in names:
-            raise PosesError(
-                f"{path} is no pose table: column {name!r} is missing; "
-                f"the header is seq,frame,{','.join(POSE_COLUMNS)}"
-            )
-    for name in READ:
-        if names.count(name) > 1:
-            raise PosesError(f"{path} has two columns {name!r}; name one of them otherwise")
-    return {name: names.index(name) for name in READ if name in names} | {"": len(names)}
-
-
-def _read_row(
-    rows: Rows, cells: Sequence[str], column: Mapping[str, int], where: str, last: str | None
-) -> str:
+def _read_row(rows: Rows, row: Mapping[str, str], where: str, last: str | None) -> str:
     """Add a row to its sequence, and name that."""
-    width = column[""]
-    if len(cells) < width or any(cell.strip() for cell in cells[width:]):
-        raise PosesError(
-            f"{where} has {len(cells)} cells, the header {width}; empty cells want their commas, "
-            "numbers a point"
-        )
-    row = {name: cells[i].strip() for name, i in column.items() if name}
     frame = _number(row["frame"], "frame", where)
     if not frame >= 0 or frame != int(frame):
         raise PosesError(f"{where}: frame must be a whole number from 0; got {row['frame']!r}")

@@ -74,9 +74,6 @@ ROW = ("a.mp4", "k.csv", "", "", "")
     ("header", "rows", "words"),
     [
         (HEADER, (), "has no jobs; write a row"),
-        (("video", "start"), (("a", 0),), "column 'keypoints' is missing"),
-        (("keypoints",), (("a",),), "column 'video' is missing"),
-        (("video", "keypoints", "out", "out"), (("a", "b", "c", "d"),), "two columns 'out'"),
         (HEADER, (("", "k.csv", "", "", ""),), "line 2: video is empty"),
         (HEADER, (("a.mp4", " ", "", "", ""),), "line 2: keypoints is empty"),
         (HEADER, (ROW, ("b.mp4", "k.csv", "-1", "", "")), "line 3: start must be a whole number from 0"),
@@ -96,14 +93,3 @@ ROW = ("a.mp4", "k.csv", "", "", "")
 def test_what_cannot_be_is_said_before_any_work(table, tmp_path, header, rows, words):
     with pytest.raises(JobsError, match=words):
         read_jobs(table(*rows, header=header), tmp_path, QUIET)
-
-
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00v", b'video,keypoints\na.mp4,"k\n' + b"x" * 200_000])
-def test_what_is_no_table_is_refused(tmp_path, content):
-    (tmp_path / "jobs.csv").write_bytes(content)
-    with pytest.raises(JobsError, match=r"jobs\.csv"):
-        read_jobs(tmp_path / "jobs.csv", tmp_path, QUIET)
-    with pytest.raises(JobsError, match="no table of jobs"):
-        read_jobs(tmp_path / "absent.csv", tmp_path, QUIET)
-    with pytest.raises(JobsError, match="cannot read"):
-        read_jobs(tmp_path, tmp_path, QUIET)

@@ -242,23 +242,6 @@ def test_marks_that_cannot_be_used_are_refused(clip, track, tmp_path, spoil, wor
 
 
 @pytest.mark.usefixtures("nothing_left")
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (None, "no keypoints file"),
-        (b"", "column 'frame' is missing"),
-        (b"frame,joint,x,y\n0,hip,1,2\n", "column 'keypoint' is missing"),
-        (b"\x00\xff\xfe\x89" * 50, "as a UTF-8 CSV table"),
-    ],
-    ids=["absent", "empty", "other header", "binary"],
-)
-def test_what_is_no_keypoints_table_is_refused(track, tmp_path, content, words):
-    if content is not None:
-        (tmp_path / "k.csv").write_bytes(content)
-    assert words in refused(*track(keypoints=tmp_path / "k.csv"))
-
-
-@pytest.mark.usefixtures("nothing_left")
 def test_a_start_that_is_not_marked_is_refused(track):
     assert "frame 700 is not marked in the keypoints table; marked are 0, 1" in refused(
         *track(more=["--start", 700])

@@ -29,16 +29,12 @@ def test_marks_come_by_frame_and_joint(table):
 @pytest.mark.parametrize(
     "text",
     [
-        "visible,y,x,keypoint,frame\n1,2,1,hip,0\n",
         "frame,keypoint,x,y,visible,by\n0,hip,1,2,1,me\n",
         "frame,keypoint,x,y\n0,hip,1,2\n",
         HEADER + "0,hip,1,2,\n",
-        HEADER + " 0 , hip , 1 , 2 , 1 \n",
-        "\ufeff" + HEADER + "0,hip,1,2,1\n",
-        HEADER.replace("\n", "\r\n") + "0,hip,1,2,1\r\n\r\n",
         HEADER + "0,hip,1,2,1\n0,neck,,,\n5,hip,,,1\n",
     ],
-    ids=["order", "more columns", "no visible", "empty visible", "spaces", "BOM", "CRLF", "no position"],
+    ids=["more columns", "no visible", "empty visible", "no position"],
 )
 def test_it_may_be_written_in_many_ways(table, text):
     assert read_keypoints(table(text)) == {0: {"hip": Mark(1.0, 2.0)}}
@@ -70,46 +66,10 @@ def test_a_bad_row_is_named_with_its_line(table, row, words):
         read_keypoints(table(HEADER + row + "\n"))
 
 
-def test_other_separators_than_commas_are_named(table):
-    with pytest.raises(KeypointsError, match=r"k\.csv has semicolons between its columns; write commas"):
-        read_keypoints(table("frame;keypoint;x;y\n0;hip;1,5;2\n"))
-
-
-@pytest.mark.parametrize(
-    ("text", "column"),
-    [
-        ("", "frame"),
-        ("frame,joint,x,y\n", "keypoint"),
-        ("0,hip,1,2,1\n", "frame"),
-    ],
-    ids=["empty", "other names", "no header"],
-)
-def test_a_table_with_other_columns_is_refused(table, text, column):
-    with pytest.raises(
-        KeypointsError, match=rf"column '{column}' is missing; the header is frame,keypoint,x,y"
-    ):
-        read_keypoints(table(text))
-
-
 @pytest.mark.parametrize("text", [HEADER, HEADER + "0,hip,,,\n"])
 def test_a_table_without_a_mark_is_refused(table, text):
     with pytest.raises(KeypointsError, match="has no marked joints; mark one frame at least"):
         read_keypoints(table(text))
-
-
-def test_what_is_no_text_is_refused(table, tmp_path):
-    with pytest.raises(KeypointsError, match=r"cannot read .*k\.csv as a UTF-8 CSV table"):
-        read_keypoints(table(HEADER, encoding="utf-16"))
-    (tmp_path / "k.png").write_bytes(b"\x89PNG\r\n\x1a\n\x00\xff" * 20)
-    with pytest.raises(KeypointsError, match=r"cannot read .*k\.png as a UTF-8 CSV table"):
-        read_keypoints(tmp_path / "k.png")
-    with pytest.raises(KeypointsError, match="as a UTF-8 CSV table"):
-        read_keypoints(tmp_path)
-
-
-def test_a_missing_table_is_said(tmp_path):
-    with pytest.raises(KeypointsError, match=r"no keypoints file .*absent\.csv"):
-        read_keypoints(tmp_path / "absent.csv")
 
 
 def test_other_figures_name_other_joints(table):

@@ -76,49 +76,6 @@ def test_a_spoiled_table_is_refused_in_one_line(tmp_path, rows, said):
         read_poses(table(tmp_path, *rows))
 
 
-def test_a_table_without_angles_says_what_the_header_is(tmp_path):
-    with pytest.raises(PosesError, match=r"column 'torso' is missing; the header is seq,frame,root_x"):
-        read_poses(table(tmp_path, "0,0", header="seq,frame"))
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (b"", "column 'frame' is missing"),
-        (b"\xff\xfeseq", "cannot read .* as a UTF-8 CSV table .*; save it as one"),
-        (HEADER.encode() + b"\n\xe9,0,0,0,0,0,0,0,0,0,walk", "cannot read .* as a UTF-8 CSV table"),
-        (HEADER.replace(",", ";").encode(), "has semicolons between its columns; write commas"),
-        (HEADER.replace(",", "\t").encode(), "has tabs between its columns; write commas"),
-        (HEADER.encode() + b",torso", "has two columns 'torso'"),
-        (HEADER.replace("knee_far", "hip_far").encode(), "column 'knee_far' is missing"),
-        (b"a\0b", "."),
-    ],
-    ids=["empty", "utf-16", "latin-1", "semicolons", "tabs", "twice", "missing", "binary"],
-)
-def test_what_is_no_pose_table_is_refused_in_one_line(tmp_path, content, said):
-    path = tmp_path / "poses.csv"
-    path.write_bytes(content)
-    with pytest.raises(PosesError, match=said) as caught:
-        read_poses(path)
-    assert "\n" not in str(caught.value)
-
-
-def test_no_table_is_refused(tmp_path):
-    with pytest.raises(PosesError, match="no pose table"):
-        read_poses(tmp_path / "absent.csv")
-    with pytest.raises(PosesError, match="cannot read"):
-        read_poses(tmp_path)
-
-
-def test_a_mark_of_utf_8_further_columns_blank_lines_and_spaces_do_no_harm(tmp_path):
-    path = tmp_path / "poses.csv"
-    head = HEADER.replace(",", ", ") + ",note,note"
-    path.write_text(f"\ufeff{head}\n{row(0)},x,y\n\n , , \n{row(1)}, ,\n", encoding="utf-8")
-    (sequence,) = read_poses(path)
-    assert len(sequence) == 2
-    assert sequence.labels == ("walk", "walk")
-
-
 def test_cells_are_kept_as_they_were_written(tmp_path):
     (sequence,) = read_poses(table(tmp_path, row(0, angle="1.50e1"), row(2)))
     assert sequence.cells[0] == ("0.1", "0.2", "1.50e1", "0", "30", "45", "-20", "5")
