@@ -134,7 +134,7 @@ def whitened(slds: SLDS) -> System:
         ValueError: the state holds more than poses.
     """
     d, N = len(slds.names), slds.A.shape[-1]
-    if slds.order * d != N:
+    if slds.drifts:
         raise ValueError(
             f"the state must hold 1 or 2 poses of {d} freedoms and nothing else; it has {N} entries"
         )

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
-from dynamics.learning.regression import form
 from dynamics.slds import SLDS
 
 POSE = 0.5  # weight of the pose's term; less than 1, as the dynamics count the pose already
@@ -34,8 +33,7 @@ def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
     Args:
         y: (T, M), NaN where not measured.
     """
-    stays = np.array([name not in slds.travelling for name in slds.names])
-    seen = np.where(stays, y, np.nan)[:, None]
+    seen = np.where(slds.travels, np.nan, y)[:, None]
     e, _, S, _ = innovation(slds.start, seen, slds.C, slds.R)
     return weight * log_likelihood(e, S, (~np.isnan(seen)).sum(-1))
 
@@ -45,7 +43,7 @@ def log_switch(slds: SLDS, s: NDArray[np.intp], states: Gaussian) -> Array:
 
     At first order, and where nothing travels, there is no pace: log Pi.
     """
-    log_Pi, W = slds.log_Pi[s], _pace(slds)
+    log_Pi, W = slds.log_Pi[s], slds.layout.velocity
     if not len(W):
         return log_Pi
     R = W @ states.cov @ W.T
@@ -76,24 +74,12 @@ class Regions:
 
 def regions(slds: SLDS) -> Regions:
     """The regions of a model's switching states."""
-    return _seen_by(slds, form(slds.names, slds.travelling, slds.order).regard)
+    return _seen_by(slds, slds.layout.regard)
 
 
 def pose_regions(slds: SLDS) -> Regions:
     """The same of the present pose alone, without what travels and without its change."""
-    stays = np.array([name not in slds.travelling for name in slds.names])
-    return _seen_by(slds, np.eye(len(slds.names), slds.A.shape[-1])[stays])
-
-
-def _pace(slds: SLDS) -> Array:
-    """(n, N) takes a state to the change of its n travelling freedoms since the frame before."""
-    travels = np.array([name in slds.travelling for name in slds.names])
-    N = slds.A.shape[-1]
-    lag = N - len(slds.names)  # freedoms that drift stand in a state once
-    if lag == 0:
-        return np.zeros((0, N))
-    change = np.eye(len(travels), N) - np.eye(len(travels), N, k=lag)
-    return np.asarray(change[travels])
+    return _seen_by(slds, slds.layout.pose[~slds.layout.travels])
 
 
 def _seen_by(slds: SLDS, regard: Array) -> Regions:

@@ -6,13 +6,13 @@ Pavlović et al. (1999), section 2, with an affine offset:
     x_t = A[s_t] x_{t-1} + b[s_t] + v_t,   v_t ~ N(0, Q[s_t])
     y_t = C x_t + w_t,                     w_t ~ N(0, R)
 
-At first order the state x is the pose q; at second order it is [q_t, q_{t-1}], and only the pose's block of Q
-is not zero. Poses are in body units: leg lengths and radians. Where the figure stands must not matter, so
-freedoms named in `travelling` enter the dynamics by their change only.
+What the state x holds is told in `dynamics.layout`; at second order only the pose's block of Q is not zero.
+Poses are in body units: leg lengths and radians.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from dynamics.chain import blocks
 from dynamics.gaussian import Array, Gaussian, apply, frozen
+from dynamics.layout import Layout, among
 
 CROSSING = 1e-3  # probability a frame that one motion gives way to another
 
@@ -32,6 +33,7 @@ class SLDS:
     travelling : those of them that the dynamics see by their change only
     labels     : (K,) which motion each switching state belongs to
     fps        : frames a second that one step stands for
+    drifts     : freedoms, measured or not, that the state holds behind the poses
     """
 
     pi0: Array
@@ -47,6 +49,7 @@ class SLDS:
     travelling: tuple[str, ...]
     labels: tuple[str, ...]
     fps: float
+    drifts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         K, N = np.shape(self.b)
@@ -59,6 +62,11 @@ class SLDS:
             raise ValueError(f"every switching state needs a label; got {len(self.labels)} for {K} states")
         if not set(self.travelling) <= set(self.names):
             raise ValueError(f"travelling freedoms must be among {self.names}; got {self.travelling}")
+        if self.layout.N != N or self.order not in (1, 2):
+            raise ValueError(
+                f"the state must hold 1 or 2 poses of {self.layout.d} freedoms and "
+                f"{len(self.drifts)} that drift; it has {N} entries"
+            )
         for name, rows in (("pi0", self.pi0[None]), ("Pi", self.Pi)):
             for i, row in enumerate(rows):
                 if (row < 0).any() or abs(row.sum() - 1.0) > 1e-6:
@@ -74,10 +82,22 @@ class SLDS:
         """How many switching states."""
         return len(self.labels)
 
+    @cached_property
+    def layout(self) -> Layout:
+        """What the state holds."""
+        pose = tuple(name for name in self.names if name not in self.drifts)
+        order = (self.A.shape[-1] - len(self.drifts)) // len(pose)
+        return Layout(pose, self.travelling, order, self.drifts)
+
     @property
     def order(self) -> int:
-        """1 if the state is the pose, 2 if it is the pose and the one before."""
-        return int(self.A.shape[-1]) // len(self.names)
+        """How many poses the state holds, 1 or 2."""
+        return self.layout.order
+
+    @property
+    def travels(self) -> NDArray[np.bool_]:
+        """(M,) whether each measured freedom travels."""
+        return among(self.names, self.travelling)
 
     @property
     def log_Pi(self) -> Array:  # noqa: N802
@@ -95,16 +115,6 @@ class SLDS:
     def start(self) -> Gaussian:
         """The first frame's belief, one Gaussian a switching state."""
         return Gaussian(self.mean0, self.cov0)
-
-    @property
-    def from_here(self) -> Array:
-        """(N, N): takes the travelling freedoms' present place off all lags of a state."""
-        d = len(self.names)
-        matrix = np.eye(self.order * d)
-        for i, name in enumerate(self.names):
-            if name in self.travelling:
-                matrix[i::d, i] -= 1.0
-        return matrix
 
     def sample(self, T: int, rng: np.random.Generator) -> tuple[NDArray[np.intp], Array, Array]:
         """Draw switching states (T,), states (T, N) and measurements (T, M)."""
@@ -150,6 +160,7 @@ class SLDS:
             mean0=np.hstack([self.mean0, pad]),
             cov0=cov0,
             names=(*self.names, *names),
+            drifts=(*self.drifts, *names),
         )
 
 

@@ -31,7 +31,7 @@ def save(model: Model, path: str | Path, origin: str) -> None:
     """Write the model; an older file of that name is replaced only when the new one is complete."""
     target = Path(path)
     aside = target.with_name(f".{target.name}.part")
-    fields = {field.name: getattr(model, field.name) for field in dataclasses.fields(model)}
+    fields = {name: getattr(model, name) for name in _kept(type(model))}
     arrays: dict[str, Any] = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
     kind = next(name for name, kind in KINDS.items() if isinstance(model, kind))
     header = {"format": kind, "version": VERSION, "origin": origin}
@@ -76,6 +76,11 @@ def load_shipped(name: str, fps: float) -> Model:
     return _read(resources.files("dynamics") / "models" / f"{name}@{nearest:g}.npz", name)
 
 
+def _kept(kind: type[Model]) -> set[str]:
+    """The fields that a file holds: those without a default."""
+    return {field.name for field in dataclasses.fields(kind) if field.default is dataclasses.MISSING}
+
+
 def _read(source: Path | Traversable, name: str) -> Model:
     try:
         with source.open("rb") as file, np.load(file, allow_pickle=False) as archive:
@@ -91,7 +96,7 @@ def _read(source: Path | Traversable, name: str) -> Model:
             "update figtrack or learn the model again"
         )
     kind = KINDS[header["format"]]
-    fields = {field.name for field in dataclasses.fields(kind)}
+    fields = _kept(kind)
     try:
         values: dict[str, Any] = {key: tuple(header[key]) for key in TEXTS if key in fields}
         values |= {key: arrays[key] for key in fields - {*TEXTS, "fps"}}

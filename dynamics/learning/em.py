@@ -10,17 +10,17 @@ and a second, or a greater one, ends it.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 
 import numpy as np
 
 from dynamics.gaussian import Array, Gaussian, symmetric
+from dynamics.layout import Layout, among
 from dynamics.learning.fill import fill
 from dynamics.learning.initialise import first_guess
 from dynamics.learning.mstep import maximise
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import Prior, changes, data_prior, log_prior
-from dynamics.learning.regression import Form, companion, form
+from dynamics.learning.regression import companion
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
@@ -66,7 +66,6 @@ def learn(
     options: Options = DEFAULTS,
     weights: Array | None = None,
     infer: Infer = viterbi_all,
-    progress: Callable[[int, float], None] | None = None,
 ) -> Fit:
     """Learn one motion's switching dynamics.
 
@@ -76,8 +75,8 @@ def learn(
         fps: frames a second of the sequences.
         label: name of the motion, given to every state.
         weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
-        infer: E-step. It is handed the sequences in an order of learning's own, the same every time.
-        progress: called after each round with its number, counted on from start to start, and its value.
+        infer: E-step, called once a round. It is handed the sequences in an order of learning's own, the
+            same every time.
 
     Raises:
         ValueError: no sequences, or unusable ones; or maximum likelihood and too little data for it.
@@ -85,21 +84,15 @@ def learn(
     w = np.ones(len(ys)) if weights is None else np.asarray(weights, dtype=float)
     _check(ys, names, w)
     ys, w = _in_order([from_origin(y, names, travelling) for y in ys], w / w.mean())
-    shape = form(tuple(names), tuple(travelling), options.order)
-    prior = data_prior(ys, shape, options)
-    blank = _blank(ys, shape, options, tuple(names), tuple(travelling), label, fps)
-    number = count()
-
-    def report(value: float) -> None:
-        if progress is not None:
-            progress(next(number), value)
-
+    layout = Layout(tuple(names), tuple(travelling), options.order)
+    prior = data_prior(ys, layout, options)
+    blank = _blank(ys, layout, options, label, fps)
     fits = []
     for seed in np.random.SeedSequence(options.seed).spawn(options.restarts):
-        guess = first_guess(ys, shape, options, np.random.default_rng(seed))
+        guess = first_guess(ys, layout, options, np.random.default_rng(seed))
         try:
-            slds = _first_model(blank, ys, guess, shape, prior, w)
-            fits.append(_climb(slds, ys, shape, prior, w, options, infer, report))
+            slds = _first_model(blank, ys, guess, prior, w)
+            fits.append(_climb(slds, ys, prior, w, options, infer))
         except np.linalg.LinAlgError as error:
             raise ValueError(
                 f"a covariance of {options.states} states collapsed ({error}); "
@@ -115,35 +108,31 @@ def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
     mean0 and cov0 become each state's moments over all frames, with travelling freedoms counted from where
     they are now. A tracker meets a figure in the middle of its stride, not where a capture was cut.
     """
-    moves = np.array([name in slds.travelling for name in slds.names])
     mean0, cov0, share = slds.mean0.copy(), slds.cov0.copy(), np.zeros(slds.K)
     prob = np.concatenate([p.prob[1:] for p in posteriors])
-    mean = np.concatenate([p.states.mean[1:] for p in posteriors]) @ slds.from_here.T
+    mean = np.concatenate([p.states.mean[1:] for p in posteriors]) @ slds.layout.from_here.T
     for k in range(slds.K):
         share[k] = prob[:, k].sum()
         if share[k] > 1.0:
             w = prob[:, k] / share[k]
             mean0[k] = w @ mean
             cov0[k] = (w[:, None] * (mean - mean0[k])).T @ (mean - mean0[k])
-    floor = 1e-6 * np.eye(mean.shape[1]) + np.diag(np.tile(moves * 1e-4, slds.order))
+    floor = 1e-6 * np.eye(mean.shape[1]) + np.diag(np.tile(slds.layout.travels * 1e-4, slds.order))
     return replace(slds, mean0=mean0, cov0=symmetric(cov0) + floor, pi0=share / share.sum())
 
 
 def from_origin(y: Array, names: Sequence[str], travelling: Sequence[str]) -> Array:
     """The sequence with its travelling freedoms counted from where they were first measured."""
-    moves = np.array([name in travelling for name in names])
-    return y - np.where(moves, fill([y])[0][0], 0.0)
+    return y - np.where(among(names, travelling), fill([y])[0][0], 0.0)
 
 
 def _climb(
     slds: SLDS,
     ys: Sequence[Array],
-    shape: Form,
     prior: Prior,
     weights: Array,
     options: Options,
     infer: Infer,
-    report: Callable[[float], None],
 ) -> Fit:
     """EM from one first model."""
     best, falls = slds, 0
@@ -152,10 +141,9 @@ def _climb(
     while True:
         posteriors = infer(slds, ys)
         evidence = sum(w * p.log_evidence for w, p in zip(weights, posteriors, strict=True))
-        value = float(evidence) + log_prior(slds, shape, prior)
+        value = float(evidence) + log_prior(slds, prior)
         if not np.isfinite(value):
             raise np.linalg.LinAlgError(f"the value of round {len(values)} is {value}")
-        report(value)
         rise = value - values[-1] if values else np.inf
         if value > max(values, default=-np.inf):
             best = slds
@@ -167,54 +155,40 @@ def _climb(
         elif 0 <= rise < least:
             stopped = "rose by less than the tolerance"
         elif len(values) < options.rounds:
-            slds = maximise(slds, ys, posteriors, shape, prior, weights)
+            slds = maximise(slds, ys, posteriors, prior, weights)
             continue
         return Fit(best, tuple(values), stopped)
 
 
-def _blank(
-    ys: Sequence[Array],
-    shape: Form,
-    options: Options,
-    names: tuple[str, ...],
-    travelling: tuple[str, ...],
-    label: str,
-    fps: float,
-) -> SLDS:
+def _blank(ys: Sequence[Array], layout: Layout, options: Options, label: str, fps: float) -> SLDS:
     """Constant velocity in every state; R is a tenth of the frame-to-frame change."""
-    d, N = shape.carry.shape
-    K = options.states
-    change, spread = changes(ys, shape.order), changes(ys, 0)
-    A, b, Q = companion(shape, np.stack([shape.steady] * K), np.stack([np.diag(change)] * K))
+    N, K = layout.N, options.states
+    change, spread = changes(ys, layout.order), changes(ys, 0)
+    A, b, Q = companion(layout, np.stack([layout.steady] * K), np.stack([np.diag(change)] * K))
     return SLDS(
         pi0=np.full(K, 1.0 / K),
         Pi=np.full((K, K), 1.0 / K),
         A=A,
         b=b,
         Q=Q,
-        C=np.eye(d, N),
+        C=layout.pose,
         R=np.diag(0.1 * change),
         mean0=np.zeros((K, N)),
-        cov0=np.stack([np.diag(np.tile(spread, shape.order))] * K),
-        names=names,
-        travelling=travelling,
+        cov0=np.stack([np.diag(np.tile(spread, layout.order))] * K),
+        names=layout.names,
+        travelling=layout.travelling,
         labels=(label,) * K,
         fps=fps,
     )
 
 
 def _first_model(
-    blank: SLDS,
-    ys: Sequence[Array],
-    guess: Sequence[Posterior],
-    shape: Form,
-    prior: Prior,
-    weights: Array,
+    blank: SLDS, ys: Sequence[Array], guess: Sequence[Posterior], prior: Prior, weights: Array
 ) -> SLDS:
     """The model that the starting labels give. What maximum likelihood fits exactly is blurred a little."""
-    blur = 1e-5 * np.diag(np.tile(changes(ys, shape.order), shape.order))
+    blur = 1e-5 * np.diag(np.tile(changes(ys, blank.order), blank.order))
     blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + blur)) for p in guess]
-    return replace(maximise(blank, ys, blurred, shape, prior, weights), R=blank.R)
+    return replace(maximise(blank, ys, blurred, prior, weights), R=blank.R)
 
 
 def _in_order(ys: Sequence[Array], weights: Array) -> tuple[list[Array], Array]:

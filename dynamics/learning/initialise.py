@@ -22,10 +22,11 @@ from scipy.cluster.vq import kmeans2
 from dynamics.chain import best_path_all
 from dynamics.gaussian import LOG_2PI, Array, Gaussian
 from dynamics.hmm import HMMOptions, hmm_all, learn_hmm
+from dynamics.layout import Layout
 from dynamics.learning.fill import fill
 from dynamics.learning.options import Options
 from dynamics.learning.prior import data_prior
-from dynamics.learning.regression import Form, Ridge, solve
+from dynamics.learning.regression import Ridge, solve
 from dynamics.posterior import Posterior
 
 SEGMENT = 10  # frames that dynamics are first fitted to
@@ -34,56 +35,56 @@ TRIES, ROUNDS = 20, 10  # of segments: more tries raise the labels found by a fe
 
 
 def first_guess(
-    ys: Sequence[Array], shape: Form, options: Options, rng: np.random.Generator
+    ys: Sequence[Array], layout: Layout, options: Options, rng: np.random.Generator
 ) -> list[Posterior]:
     """Posteriors of the switching states by the start that the options name.
 
     Args:
         ys: sequences (T, M), T >= 2; NaN entries are filled as `fill.fill` does.
-        shape: form of the dynamics.
+        layout: of the states.
         options: states and start.
         rng: what every start draws from.
     """
     filled, K = fill(ys), options.states
     if K == 1 or options.start == "kmeans":
-        return kmeans(filled, K, shape, rng)
+        return kmeans(filled, K, layout, rng)
     if options.start == "hmm":
-        return hmm(filled, K, shape, rng)
+        return hmm(filled, K, layout, rng)
     # With no prior at all a segment is shorter than it takes to fit the dynamics.
-    prior = data_prior(ys, shape, replace(options, prior=max(options.prior, 1.0)))
-    return segments(filled, K, shape, prior.ridge, rng)
+    prior = data_prior(ys, layout, replace(options, prior=max(options.prior, 1.0)))
+    return segments(filled, K, layout, prior.ridge, rng)
 
 
-def kmeans(ys: Sequence[Array], K: int, shape: Form, rng: np.random.Generator) -> list[Posterior]:
+def kmeans(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
     """Posteriors that take every frame's k-means cluster as its switching state.
 
     Args:
         ys: sequences (T, M) without gaps, T >= 2.
         K: how many clusters.
-        shape: form of the dynamics, for the order and for which freedoms travel.
+        layout: of the states.
     """
-    features = _features(ys, shape)
+    features = _features(ys, layout)
     labels = np.split(_cluster(np.concatenate(features), K, rng), _cuts(ys))
-    return [_labelled(y, s, K, shape.order) for y, s in zip(ys, labels, strict=True)]
+    return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]
 
 
-def hmm(ys: Sequence[Array], K: int, shape: Form, rng: np.random.Generator) -> list[Posterior]:
+def hmm(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
     """Posteriors that take the best path of a hidden Markov model learned here as the switching states.
 
     Arguments as in `kmeans`.
     """
-    features = _features(ys, shape)
+    features = _features(ys, layout)
     if K == 1 or features[0].shape[1] == 0:
-        return kmeans(ys, K, shape, rng)
+        return kmeans(ys, K, layout, rng)
     names = [f"feature {i}" for i in range(features[0].shape[1])]
     options = HMMOptions(states=K, seed=int(rng.integers(2**31)))
     fit = learn_hmm(features, names=names, fps=1.0, label="start", options=options)
     paths = [posterior.path for posterior in hmm_all(fit.hmm, features)]
-    return [_labelled(y, s, K, shape.order) for y, s in zip(ys, paths, strict=True)]
+    return [_labelled(y, s, K, layout.order) for y, s in zip(ys, paths, strict=True)]
 
 
 def segments(
-    ys: Sequence[Array], K: int, shape: Form, ridge: Ridge, rng: np.random.Generator
+    ys: Sequence[Array], K: int, layout: Layout, ridge: Ridge, rng: np.random.Generator
 ) -> list[Posterior]:
     """Posteriors that take every frame as measured exactly and label it by the dynamics it follows.
 
@@ -94,21 +95,21 @@ def segments(
     Args:
         ys: sequences (T, M) without gaps, T >= 2.
         K: how many states.
-        shape: form of the dynamics.
+        layout: of the states.
         ridge: prior of the regression; one that determines it.
     """
-    steps = [_steps(y, shape.order) for y in ys]
+    steps = [_steps(y, layout.order) for y in ys]
     v, cuts = np.concatenate(steps), _cuts(steps)
     if K == 1 or len(v) == 0:
-        return [_labelled(y, np.zeros(len(y), dtype=np.intp), K, shape.order) for y in ys]
+        return [_labelled(y, np.zeros(len(y), dtype=np.intp), K, layout.order) for y in ys]
     log_pi0 = np.full(K, -np.log(K))
     log_Pi = np.log(np.where(np.eye(K) > 0, STAY, (1.0 - STAY) / (K - 1)))
     first = rng.integers(0, max(len(v) - SEGMENT, 0) + 1, size=(TRIES, K, 1))
     chosen = (np.arange(len(v)) >= first) & (np.arange(len(v)) < first + SEGMENT)
-    clusters = [posterior.prob[shape.order :] for posterior in kmeans(ys, K, shape, rng)]
+    clusters = [posterior.prob[layout.order :] for posterior in kmeans(ys, K, layout, rng)]
     chosen[0] = np.concatenate(clusters).T > 0
     for _ in range(ROUNDS):
-        log_liks = [_refitted(v, each, shape, ridge) for each in chosen]
+        log_liks = [_refitted(v, each, layout, ridge) for each in chosen]
         parts = [part for log_lik in log_liks for part in np.split(log_lik, cuts) if len(part)]
         paths = best_path_all(log_pi0, log_Pi, parts)
         values = np.array([value for _, value in paths]).reshape(TRIES, -1).sum(1)
@@ -116,7 +117,7 @@ def segments(
         chosen = s[:, None] == np.arange(K)[:, None]
     labels = np.split(s[values.argmax()], cuts)
     return [
-        _labelled(y, _from_first(path, len(y)), K, shape.order) for y, path in zip(ys, labels, strict=True)
+        _labelled(y, _from_first(path, len(y)), K, layout.order) for y, path in zip(ys, labels, strict=True)
     ]
 
 
@@ -135,10 +136,10 @@ def _from_first(path: NDArray[np.intp], T: int) -> NDArray[np.intp]:
     return whole
 
 
-def _refitted(v: Array, chosen: NDArray[np.bool_], shape: Form, ridge: Ridge) -> Array:
+def _refitted(v: Array, chosen: NDArray[np.bool_], layout: Layout, ridge: Ridge) -> Array:
     """(n, K) log likelihood of n steps under dynamics fitted to those that each state has chosen (K, n)."""
-    d = len(shape.carry)
-    A, b, Q = solve((chosen[:, None] * v.T) @ v, chosen.sum(1).astype(float), shape, ridge)
+    d = layout.d
+    A, b, Q = solve((chosen[:, None] * v.T) @ v, chosen.sum(1).astype(float), layout, ridge)
     e = v[:, :d].T - A[:, :d] @ v[:, d:-1].T - b[:, :d, None]
     root = np.linalg.cholesky(Q[:, :d, :d])
     distance = (np.linalg.solve(root, e) ** 2).sum(1)
@@ -147,9 +148,9 @@ def _refitted(v: Array, chosen: NDArray[np.bool_], shape: Form, ridge: Ridge) ->
     return log_lik.T
 
 
-def _features(ys: Sequence[Array], shape: Form) -> list[Array]:
+def _features(ys: Sequence[Array], layout: Layout) -> list[Array]:
     """Poses and velocities, each divided by its spread so that all count alike, whatever the units."""
-    places = shape.carry.any(axis=1)
+    places = layout.travels
     raw = [np.hstack([y[:, ~places], np.gradient(y, axis=0)]) for y in ys]
     size = np.abs(np.concatenate(ys)).max(axis=0)
     spread = np.concatenate(raw).std(axis=0)

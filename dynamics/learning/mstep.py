@@ -17,18 +17,13 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, symmetric, transpose
 from dynamics.learning.prior import Prior
-from dynamics.learning.regression import Form, solve
+from dynamics.learning.regression import solve
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
 
 def maximise(
-    slds: SLDS,
-    ys: Sequence[Array],
-    posteriors: Sequence[Posterior],
-    shape: Form,
-    prior: Prior,
-    weights: Array,
+    slds: SLDS, ys: Sequence[Array], posteriors: Sequence[Posterior], prior: Prior, weights: Array
 ) -> SLDS:
     """The parameters that maximise the expected log joint plus the log prior (C is fixed).
 
@@ -38,7 +33,6 @@ def maximise(
         slds: the system that the posteriors are of.
         ys: sequences (T, M), NaN where not measured.
         posteriors: one a sequence, from any inference.
-        shape: form of the dynamics.
         prior: see `data_prior`.
         weights: how much each sequence counts.
 
@@ -48,7 +42,7 @@ def maximise(
     V, n = _step_statistics(posteriors, weights, len(slds.names))
     entered = n + prior.ridge.count > 0
     A, b, Q = slds.A.copy(), slds.b.copy(), slds.Q.copy()
-    A[entered], b[entered], Q[entered] = solve(V[entered], n[entered], shape, prior.ridge)
+    A[entered], b[entered], Q[entered] = solve(V[entered], n[entered], slds.layout, prior.ridge)
     mean0, cov0 = _start(posteriors, weights, prior)
     counts = sum(w * p.pair.sum(0) for w, p in zip(weights, posteriors, strict=True))
     counts = counts + prior.alpha + prior.sticky * np.eye(slds.K)

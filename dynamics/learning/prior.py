@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.gaussian import Array
+from dynamics.layout import Layout
 from dynamics.learning.options import Options
-from dynamics.learning.regression import Form, Ridge, maximum_likelihood
+from dynamics.learning.regression import Ridge, maximum_likelihood
 from dynamics.slds import SLDS
 
 STILL = 1e-10  # variance that even a freedom which never moves is taken to have: 1e-5 leg lengths or radians
@@ -37,22 +38,22 @@ class Prior:
     sticky: float
 
 
-def data_prior(ys: Sequence[Array], shape: Form, options: Options) -> Prior:
+def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
     """Priors scaled from the spread of what was measured (NaN: was not); all zero at strength 0."""
-    d, N = shape.carry.shape
+    d, N = layout.d, layout.N
     if options.prior == 0.0:
-        return Prior(maximum_likelihood(shape), np.zeros(d), 0.0, np.zeros(N), 0.0, 0.0, 0.0)
-    spread, change = _variance(np.concatenate(ys)) + STILL, changes(ys, shape.order)
+        return Prior(maximum_likelihood(layout), np.zeros(d), 0.0, np.zeros(N), 0.0, 0.0, 0.0)
+    spread, change = _variance(np.concatenate(ys)) + STILL, changes(ys, layout.order)
     speed, _ = _mean(np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2)
     frames = sum(len(y) for y in ys)
-    strength = options.prior * options.ridge * _regressor_sizes(ys, shape) * frames / (4.0 * options.states)
+    strength = options.prior * options.ridge * _regressor_sizes(ys, layout) * frames / (4.0 * options.states)
     # A travelling freedom starts near its first place, however far it goes.
-    places = np.where(shape.carry.any(axis=1), np.minimum(spread, speed + STILL), spread)
+    places = np.where(layout.travels, np.minimum(spread, speed + STILL), spread)
     return Prior(
         ridge=Ridge(strength, options.prior * 0.1 * change, options.prior * (d + 2.0)),
         R=options.prior * 0.03 * np.minimum(spread, change),
         R_count=options.prior * (d + 11.0),
-        start=options.prior * 0.1 * np.tile(places, shape.order),
+        start=options.prior * 0.1 * np.tile(places, layout.order),
         start_count=options.prior * (N + 2.0),
         alpha=0.1 * options.prior,
         sticky=options.stickiness * options.prior,
@@ -72,14 +73,14 @@ def changes(ys: Sequence[Array], order: int) -> Array:
     return change + STILL
 
 
-def log_prior(slds: SLDS, shape: Form, prior: Prior) -> float:
+def log_prior(slds: SLDS, prior: Prior) -> float:
     """The log prior density up to a constant: what the M-step adds to the expected log joint."""
-    d = len(shape.carry)
+    layout, d = slds.layout, slds.layout.d
     total = 0.0
     if prior.ridge.count > 0:
         for A, b, Q in zip(slds.A, slds.b, slds.Q, strict=True):
-            free = A[:d] - shape.carry
-            B = np.hstack([free @ np.linalg.pinv(shape.regard), b[:d, None]]) - shape.steady
+            free = A[:d] - layout.carry
+            B = np.hstack([free @ np.linalg.pinv(layout.regard), b[:d, None]]) - layout.steady
             scatter = (B * prior.ridge.strength) @ B.T + np.diag(prior.ridge.noise)
             count = prior.ridge.count + np.count_nonzero(prior.ridge.strength)
             total += _inverse_wishart(Q[:d, :d], scatter, count)
@@ -96,15 +97,15 @@ def _inverse_wishart(cov: Array, scatter: Array, count: float) -> float:
     return float(-0.5 * (count * np.linalg.slogdet(cov)[1] + np.trace(np.linalg.solve(cov, scatter))))
 
 
-def _regressor_sizes(ys: Sequence[Array], shape: Form) -> Array:
+def _regressor_sizes(ys: Sequence[Array], layout: Layout) -> Array:
     """(N' + 1,) mean square of each regressor over the frames where all that it is made of was measured."""
-    x = np.concatenate(ys if shape.order == 1 else [np.hstack([y[1:], y[:-1]]) for y in ys])
+    x = np.concatenate(ys if layout.order == 1 else [np.hstack([y[1:], y[:-1]]) for y in ys])
     gaps = np.isnan(x)
-    regressors = np.where(gaps, 0.0, x) @ shape.regard.T
-    regressors[gaps.astype(float) @ np.abs(shape.regard.T) > 0] = np.nan
+    regressors = np.where(gaps, 0.0, x) @ layout.regard.T
+    regressors[gaps.astype(float) @ np.abs(layout.regard.T) > 0] = np.nan
     size, seen = _mean(regressors**2)
     # A velocity whose two frames were never measured in a row has the size that changes of place have.
-    involved = np.abs(shape.regard).reshape(len(shape.regard), shape.order, -1).max(1)
+    involved = np.abs(layout.regard).reshape(len(layout.regard), layout.order, -1).max(1)
     size = np.where(seen > 0, size, involved @ changes(ys, 1))
     return np.append(np.where(size > 0, size, 1.0), 1.0)
 

@@ -9,19 +9,17 @@ short of the best candidate's by no more than one standard error of that differe
 (Breiman et al. 1984, section 3.4.3, with paired differences, since some subjects are harder for everyone).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from dynamics.gaussian import Array
+from dynamics.layout import Layout
 from dynamics.learning.em import Infer, from_origin, learn
 from dynamics.learning.options import Options
-from dynamics.learning.regression import form
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
-
-Score = Callable[[SLDS, Sequence[Array]], Array]
 
 
 @dataclass(frozen=True)
@@ -63,9 +61,7 @@ def choose(
     travelling: Sequence[str],
     fps: float,
     folds: int = 5,
-    score: Score = path_values,
     infer: Infer = viterbi_all,
-    progress: Callable[[Options, int], None] | None = None,
 ) -> Choice:
     """Learn every candidate on all folds but one, score it on that one, and choose.
 
@@ -75,9 +71,7 @@ def choose(
         candidates: the settings to choose from.
         names, travelling, fps: as for `learn`.
         folds: in how many parts to deal the groups; more than there are groups leaves out one at a time.
-        score: (n,) log likelihood of each of n sequences, travelling freedoms counted from their first frame.
         infer: E-step of learning.
-        progress: called with the candidate and the fold that it was just scored on.
 
     Raises:
         ValueError: fewer than two groups, no candidates, or sequences that cannot be learned from.
@@ -111,12 +105,11 @@ def choose(
                 weights=weights[kept],
                 infer=infer,
             )
-            scores[out] = score(fit.slds, [ys[i] for i in out])
-            if progress is not None:
-                progress(options, n)
+            scores[out] = path_values(fit.slds, [ys[i] for i in out])
         values = _per_group(scores, groups, held) / frames
         rows.append(Row(options, float(values.mean()), _standard_error(values), tuple(values.tolist())))
-    sizes = [_parameters(options, tuple(names), tuple(travelling)) for options in candidates]
+    layouts = [Layout(tuple(names), tuple(travelling), options.order) for options in candidates]
+    sizes = [_parameters(*each) for each in zip(candidates, layouts, strict=True)]
     return Choice(held, tuple(rows), _simplest(rows, sizes))
 
 
@@ -135,8 +128,8 @@ def _per_group(values: Sequence[float] | Array, groups: Sequence[str], held: Seq
     return np.array([sum(v for v, g in zip(values, groups, strict=True) if g == group) for group in held])
 
 
-def _parameters(options: Options, names: tuple[str, ...], travelling: tuple[str, ...]) -> int:
+def _parameters(options: Options, layout: Layout) -> int:
     """How many numbers the switching dynamics have free: coefficients, offsets, noise and transitions."""
     K = options.states
-    d, regressors = form(names, travelling, options.order).steady.shape
+    d, regressors = layout.steady.shape
     return int(K * (d * regressors + d * (d + 1) // 2 + K - 1))

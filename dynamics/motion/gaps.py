@@ -59,9 +59,9 @@ def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bo
 
 def _placed(slds: SLDS) -> SLDS:
     """The same system starting anywhere: a first frame that was not measured need not be at the origin."""
-    moves = np.array([float(name in slds.travelling) for name in slds.names])
-    together = np.tile(np.diag(moves), (slds.order, slds.order))
-    return replace(slds, cov0=slds.cov0 + ANYWHERE * together)
+    layout = slds.layout
+    places = layout.shift[:, : layout.d][:, layout.travels]
+    return replace(slds, cov0=slds.cov0 + ANYWHERE * places @ places.T)
 
 
 def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: bool) -> NDArray[np.intp]:

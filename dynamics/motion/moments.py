@@ -9,7 +9,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, Gaussian, apply, collapse, transpose
 from dynamics.kalman import update
-from dynamics.learning.regression import form, maximum_likelihood, solve
+from dynamics.learning.regression import maximum_likelihood, solve
 from dynamics.region import regions
 from dynamics.slds import SLDS
 
@@ -54,9 +54,8 @@ def by_motion(slds: SLDS) -> SLDS:
     belongs = np.array([[label == motion for label in slds.labels] for motion in motions], dtype=float)
     weights = belongs * slds.pi0
     weights /= weights.sum(1, keepdims=True)
-    shape = form(slds.names, slds.travelling, slds.order)
     V = np.tensordot(belongs, _step_moments(slds), 1)
-    A, b, Q = solve(V, V[:, -1, -1], shape, maximum_likelihood(shape))
+    A, b, Q = solve(V, V[:, -1, -1], slds.layout, maximum_likelihood(slds.layout))
     states = Gaussian(np.broadcast_to(slds.mean0, (len(motions), *slds.mean0.shape)), slds.cov0)
     whole = collapse(weights, states)
     Pi = weights @ slds.Pi @ belongs.T

@@ -31,7 +31,7 @@ def at_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda:
     if not len(ys):
         return slds
     some = _some(ys)
-    travels = np.array([name in slds.travelling for name in slds.names])
+    travels = slds.travels
     measured = np.asarray(np.isfinite(np.concatenate(some)).any(0))
     kinds = [kind for kind in (~travels & measured, travels & measured) if kind.any()]
     searches = [measured, *kinds, *kinds] if len(kinds) > 1 else kinds

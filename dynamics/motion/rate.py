@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from dynamics.gaussian import Array, symmetric
-from dynamics.learning.regression import form, maximum_likelihood, solve
+from dynamics.learning.regression import maximum_likelihood, solve
 from dynamics.motion.moments import run_moments, stationary
 from dynamics.slds import SLDS
 
@@ -46,10 +46,9 @@ def backwards(slds: SLDS) -> SLDS:
 
 def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
     """Dynamics from the poses at given times of a run of frames, the newest first."""
-    d = len(slds.names)
-    shape = form(slds.names, slds.travelling, slds.order)
+    layout, d = slds.layout, slds.layout.d
     pick = np.kron(np.stack([_cubic(time, run) for time in times]), np.eye(d))
-    relative = slds.from_here
+    relative = layout.from_here
     V, mean0, cov0 = [], [], []
     for k in range(slds.K):
         mean, cov = run_moments(slds, k, run)
@@ -58,11 +57,11 @@ def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
         moment = np.outer(v, v)
         moment[:-1, :-1] += cov
         V.append(moment)
-        here = slice(0, slds.order * d)
+        here = slice(0, layout.N)
         mean0.append(relative @ mean[here])
         cov0.append(symmetric(relative @ cov[here, here] @ relative.T))
-    A, b, Q = solve(np.stack(V), np.ones(slds.K), shape, maximum_likelihood(shape))
-    floor = np.diag(np.full(slds.order * d, 1e-6))
+    A, b, Q = solve(np.stack(V), np.ones(slds.K), layout, maximum_likelihood(layout))
+    floor = np.diag(np.full(layout.N, 1e-6))
     return replace(
         slds, A=A, b=b, Q=_floored(Q, slds.Q, d), mean0=np.stack(mean0), cov0=np.stack(cov0) + floor
     )

@@ -241,3 +241,22 @@ def test_no_drifts_change_nothing(rng):
     same = slds.with_drifts((), np.zeros(0), np.zeros(0), np.zeros(0))
     for name in ("A", "b", "Q", "C", "R", "mean0", "cov0"):
         assert_array_equal(getattr(same, name), getattr(slds, name))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_system_with_drifts_knows_its_order_and_its_place(order, rng):
+    slds = random_slds(2, d=3, order=order, travelling=("a",), rng=rng)
+    for n in (1, 2, 4):  # more drifts than a pose has freedoms, too
+        wide = slds.with_drifts([f"drift {i}" for i in range(n)], np.ones(n), np.ones(n), np.ones(n))
+        assert (wide.order, wide.layout.d, wide.layout.N) == (order, 3, wide.A.shape[-1])
+        x = rng.normal(size=wide.layout.N)
+        here = np.where(np.arange(len(x)) % 3 == 0, x[0], 0.0)
+        here[order * 3 :] = 0.0
+        assert_array_equal(wide.layout.from_here @ x, x - here)
+        assert_array_equal(wide.travels, [True, False, False] + [False] * n)
+
+
+def test_a_state_of_no_known_layout_is_refused(rng):
+    wide = random_slds(2, order=2, rng=rng).with_drifts(("scale",), np.ones(1), np.ones(1), np.ones(1))
+    with pytest.raises(ValueError, match=r"1 or 2 poses of 3 freedoms and 0 that drift; it has 5 entries"):
+        replace(wide, drifts=())

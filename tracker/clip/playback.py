@@ -10,9 +10,11 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from dynamics.gpb2_filter import gpb2_filter
+from dynamics.layout import among
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
-from tracker.models.find import CONSTANT_VELOCITY, TRAVELLING, by_freedom, switching_model
+from kinematics.figure import ROOT
+from tracker.models.find import CONSTANT_VELOCITY, by_freedom, switching_model
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
 ENOUGH = 600  # frames: twenty seconds tell the pace
@@ -46,8 +48,8 @@ def playback_rate(model: str, poses: Array, fps: float) -> float:
 def _evidence(slds: SLDS, poses: Array) -> float:
     """Of tracked poses, the first of them known, without the neck's own constant, nats."""
     y = poses.copy()
-    travelling = np.array([name in TRAVELLING for name in slds.names])
-    y[:, travelling] -= y[0, travelling]
+    root = among(slds.names, ROOT)
+    y[:, root] -= y[0, root]
     if "neck" in slds.names:
         neck = slds.names.index("neck")
         y[:, neck] -= np.nanmean(y[:, neck])

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from dynamics.belief import Belief
 from dynamics.gaussian import Array, Gaussian, apply
 from dynamics.kalman import update
-from dynamics.slds import SLDS
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.recover import recover
 from kinematics.spm import joint_jacobian, joints, skeleton
@@ -86,7 +85,7 @@ def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[
     like = tracker.pose(state.belief.merged()).mean
     q = _marked_pose(tracker, anchor, like)
     mean, cov = slds.mean0.copy(), slds.cov0.copy()
-    both = _both(slds)
+    both = slds.layout.shift
     root = both[:, : len(ROOT)]
     cov += PLACE**2 * root @ root.T
     at = both[:, size].argmax()
@@ -97,20 +96,11 @@ def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[
     return state, replace(estimate, began=True)
 
 
-def _both(slds: SLDS) -> Array:
-    """(N, M): shifts of the pose as shifts of the state, the pose before with it."""
-    N, M = slds.A.shape[-1], len(slds.names)
-    both = np.zeros((N, M))
-    both[: N - M, : N - M] = np.eye(N - M)
-    both[N - M :] = np.eye(M)
-    return both
-
-
 def _loosened(tracker: Tracker, belief: Belief) -> Belief:
     """The belief when templates may have slid."""
     slide = np.full(len(tracker.offset), SLIDE)
     slide[len(ROOT) : tracker.figure.index(SCALE)] = TURN
-    spread = _both(tracker.slds) * slide
+    spread = tracker.slds.layout.shift * slide
     states = belief.states
     return replace(belief, states=Gaussian(states.mean, states.cov + spread @ spread.T))
 

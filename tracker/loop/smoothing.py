@@ -52,10 +52,7 @@ def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
     s, h = second.s[0], second.parent[0]
     there = second.states[0]
     here, lag = smooth(first.states[h], there, slds.A[s], slds.b[s], slds.Q[s])
-    N, M = slds.A.shape[-1], len(slds.names)
-    # Of both states side by side, the later one's pose takes the place of the earlier one's past.
-    pick = np.eye(N, 2 * N)
-    pick[N - M : 2 * (N - M)] = np.eye(N - M, 2 * N, k=N)
+    pick = slds.layout.turned
     mean = pick @ np.concatenate([here.mean, there.mean])
     cov = symmetric(pick @ np.block([[here.cov, lag.T], [lag, there.cov]]) @ pick.T)
     K, every = slds.K, np.arange(slds.K)

@@ -10,17 +10,19 @@ from dynamics.frames import batches
 from dynamics.gaussian import Array, collapse
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
+from dynamics.layout import among
 from dynamics.learning.em import Infer, Options, anywhere, learn
 from dynamics.learning.selection import choose
 from dynamics.motion.rate import at_rate, backwards
+from dynamics.posterior import Posterior
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
+from kinematics.figure import ROOT
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tracker.settings import Settings
 
-TRAVELLING = ("root_x", "root_y")
 CONSTANT_VELOCITY = "cv"
 FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
 FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
@@ -31,7 +33,6 @@ INFERENCES = (VITERBI, "gpb2", "variational")
 Labelled = tuple[str, str, Array]
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
-Report = Callable[[str, int, int], None]
 
 
 def find_model(name: str, fps: float, settings: Settings) -> SLDS:
@@ -77,6 +78,37 @@ def motion_model(name: str, fps: float = 30.0) -> Model:
     return load(name) if is_file else load_shipped(name, fps)
 
 
+@dataclass(frozen=True)
+class ESteps:
+    """How the E-steps of learning are done.
+
+    inference : one of INFERENCES
+    spread    : makes an E-step one that works elsewhere (`tracker.models.cluster`); None works here
+    tick      : called after each
+    """
+
+    inference: str = VITERBI
+    spread: Spread | None = None
+    tick: Callable[[], None] = lambda: None
+
+    def begin(self) -> Infer:
+        """A fresh E-step: variational inference keeps its posterior from round to round."""
+        steps: dict[str, tuple[Callable[[], Infer], Batches]] = {
+            VITERBI: (lambda: viterbi_all, batches),
+            "gpb2": (lambda: gpb2_all, batches),
+            "variational": (Variational, variational_batches),
+        }
+        make, own = steps[self.inference]
+        step = make() if self.spread is None else self.spread(make, own)
+
+        def infer(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
+            found = step(slds, ys)
+            self.tick()
+            return found
+
+        return infer
+
+
 def learn_motions(
     sequences: Sequence[Labelled],
     *,
@@ -84,10 +116,8 @@ def learn_motions(
     options: Options,
     pooled: bool = False,
     noise: float = 0.0,
-    inference: str = VITERBI,
     choose_from: Sequence[int] = (),
-    spread: Spread | None = None,
-    progress: Report | None = None,
+    e_steps: ESteps = ESteps(),
 ) -> SLDS:
     """One model of several motions: each learned by itself, then joined.
 
@@ -100,28 +130,25 @@ def learn_motions(
         options: states are per motion.
         pooled: learn all motions as one, labelled with their names joined by a hyphen.
         noise: standard deviation added to the angles, radians.
-        inference: of the E-step, one of INFERENCES.
         choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
             (`dynamics.learning.selection`); empty takes those of the options.
-        spread: makes an E-step one that works elsewhere (`tracker.models.cluster`); None works here.
-        progress: called with the motion, the round and the rounds in all.
+        e_steps: of the learning itself; a choice between states is made by approximate Viterbi.
 
     Raises:
         ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
     """
     models = []
     for motion in _motions(sequences, pooled, noise, options.seed):
-        chosen = _chosen(motion, fps, options, choose_from, spread) if choose_from else options
+        chosen = _chosen(motion, fps, options, choose_from, e_steps) if choose_from else options
         fit = learn(
             motion.poses,
             names=POSE_COLUMNS,
-            travelling=TRAVELLING,
+            travelling=ROOT,
             fps=fps,
             label=motion.name,
             options=chosen,
             weights=motion.weights,
-            infer=_e_step(inference, spread),
-            progress=None if progress is None else _reporter(progress, motion.name, options),
+            infer=e_steps.begin(),
         )
         models.append(anywhere(fit.slds, viterbi_all(fit.slds, motion.poses)))
     return combine(models)
@@ -129,8 +156,8 @@ def learn_motions(
 
 def learn_hmms(sequences: Sequence[Labelled], *, fps: float, options: HMMOptions, noise: float = 0.0) -> HMM:
     """The same with hidden Markov models of the angles, the papers' baseline."""
-    angles = [name not in TRAVELLING for name in POSE_COLUMNS]
-    names = [name for name in POSE_COLUMNS if name not in TRAVELLING]
+    angles = ~among(POSE_COLUMNS, ROOT)
+    names = [name for name in POSE_COLUMNS if name not in ROOT]
     models = []
     for motion in _motions(sequences, False, noise, options.seed):
         seen = [y[:, angles] for y in motion.poses]
@@ -151,30 +178,17 @@ class _Motion:
     weights: Array
 
 
-def _chosen(
-    motion: _Motion, fps: float, options: Options, states: Sequence[int], spread: Spread | None
-) -> Options:
+def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int], e_steps: ESteps) -> Options:
     """The simplest candidate that subjects held out do not speak against."""
     return choose(
         motion.poses,
         motion.subjects,
         [replace(options, states=n, restarts=1) for n in states],
         names=POSE_COLUMNS,
-        travelling=TRAVELLING,
+        travelling=ROOT,
         fps=fps,
-        infer=_e_step(VITERBI, spread),
+        infer=ESteps(spread=e_steps.spread).begin(),
     ).best
-
-
-def _e_step(inference: str, spread: Spread | None) -> Infer:
-    """A fresh one: variational inference keeps its posterior from round to round."""
-    steps: dict[str, tuple[Callable[[], Infer], Batches]] = {
-        VITERBI: (lambda: viterbi_all, batches),
-        "gpb2": (lambda: gpb2_all, batches),
-        "variational": (Variational, variational_batches),
-    }
-    make, own = steps[inference]
-    return make() if spread is None else spread(make, own)
 
 
 def _motions(sequences: Sequence[Labelled], pooled: bool, noise: float, seed: int) -> Iterator[_Motion]:
@@ -208,17 +222,12 @@ def _motion(name: str, sequences: Sequence[Labelled], noise: float, rng: np.rand
     return _Motion(name, poses, subjects, weights * len(weights) / weights.sum())
 
 
-def _reporter(progress: Report, name: str, options: Options) -> Callable[[int, float], None]:
-    rounds = options.rounds * options.restarts
-    return lambda done, _: progress(name, done + 1, rounds)
-
-
 def _constant_velocity(fps: float, settings: Settings) -> SLDS:
     """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
     step = 30.0 / fps
     noise = by_freedom(POSE_COLUMNS, settings.cv_place, np.radians(settings.cv_angle))
     speed = by_freedom(POSE_COLUMNS, 0.0, FIRST_ANGLE_SPEED)
-    speed[: len(TRAVELLING)] = FIRST_ROOT_SPEED
+    speed[: len(ROOT)] = FIRST_ROOT_SPEED
     return constant_velocity(POSE_COLUMNS, noise * step**2, speed * step, fps)
 
 
@@ -241,4 +250,4 @@ def _free(learned: SLDS, settings: Settings) -> SLDS:
 
 def by_freedom(names: Sequence[str], place: float, angle: float) -> Array:
     """(M,) one value for the root's freedoms and one for the angles."""
-    return np.array([place if name in TRAVELLING else angle for name in names])
+    return np.where(among(names, ROOT), place, angle)

@@ -15,7 +15,7 @@ from dynamics.learning.options import Options
 from dynamics.slds import SLDS
 from dynamics.store import Model, save
 from kinematics.mocap import POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
-from tracker.models.find import Spread, learn_hmms, learn_motions
+from tracker.models.find import ESteps, Spread, learn_hmms, learn_motions
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file
 from tracker.tables.poses import read_poses
@@ -159,10 +159,8 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
             options=options,
             pooled=request.pooled,
             noise=noise,
-            inference=request.inference,
             choose_from=[n for n in CHOICE if n <= request.states] if request.choose else (),
-            spread=spread,
-            progress=lambda *_: advance(),
+            e_steps=ESteps(request.inference, spread, advance),
         )
 
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from dynamics.hmm import HMM, HMMOptions
 from dynamics.learning.em import from_origin
 from dynamics.slds import SLDS
+from kinematics.figure import ROOT
 from kinematics.mocap import POSE_COLUMNS, mirror, read_trials, sequences
-from tracker.models.find import TRAVELLING, learn_hmms, learn_motions
+from tracker.models.find import learn_hmms, learn_motions
 from tracker.models.learn import NOISE, STATES, gait_options
 
 Array = NDArray[np.float64]
@@ -197,7 +198,7 @@ def noisy(segment: Segment, degrees: float, root: float = 0.0) -> Array:
 
 def centred(y: Array) -> Array:
     """The poses less the neck's mean, and counted from where the root was first measured."""
-    out = from_origin(y, POSE_COLUMNS, TRAVELLING)
+    out = from_origin(y, POSE_COLUMNS, ROOT)
     out[:, NECK] -= np.nanmean(out[:, NECK])
     return out
 

@@ -12,7 +12,6 @@ import numpy as np
 from dynamics.frames import in_batches
 from dynamics.gpb2 import gpb2_all, gpb2_filter
 from dynamics.learning.em import Options, data_prior, maximise
-from dynamics.learning.regression import form
 from dynamics.variational import variational_all
 from dynamics.viterbi import forward, viterbi_all
 from tests.benchmarks.speed import rivals
@@ -59,14 +58,13 @@ def em_rounds(seed=1):
     rng = np.random.default_rng(seed)
     slds = random_slds(4, d=8, order=2, rng=rng)
     ys = [slds.sample(LENGTH, rng)[2] for _ in range(SEQUENCES)]
-    shape = form(slds.names, slds.travelling, slds.order)
-    prior = data_prior(ys, shape, Options(states=slds.K, order=slds.order))
+    prior = data_prior(ys, slds.layout, Options(states=slds.K, order=slds.order))
     weights = np.ones(SEQUENCES)
     hmm = rivals.hmmlearn_rounds(ys, slds.K, rounds=5)
     joined, lengths = np.concatenate(ys), [LENGTH] * SEQUENCES
 
     def em_round(infer):
-        return lambda: maximise(slds, ys, infer(slds, ys), shape, prior, weights)
+        return lambda: maximise(slds, ys, infer(slds, ys), prior, weights)
 
     return _timed(
         {

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from dynamics.layout import Layout
 from dynamics.learning.fill import fill
 from dynamics.learning.initialise import first_guess, hmm, kmeans
 from dynamics.learning.options import STARTS, Options
-from dynamics.learning.regression import form
 
 NAMES = ("x", "hip")
 
@@ -37,9 +37,9 @@ def same_partition(one, other):
     return np.array_equal(one == one[0], other == other[0])
 
 
-def guess(ys, K, shape, start, seed=3):
-    options = Options(states=K, order=shape.order, start=start)
-    posteriors = first_guess(ys, shape, options, np.random.default_rng(seed))
+def guess(ys, K, layout, start, seed=3):
+    options = Options(states=K, order=layout.order, start=start)
+    posteriors = first_guess(ys, layout, options, np.random.default_rng(seed))
     return np.concatenate([p.path for p in posteriors]), posteriors
 
 
@@ -47,7 +47,7 @@ def guess(ys, K, shape, start, seed=3):
 @pytest.mark.parametrize("start", ["kmeans", "hmm"])
 def test_clusters_of_poses_become_the_switching_states(order, start, rng):
     ys, labels = two_paces(rng)
-    got, _ = guess(ys, 2, form(NAMES, ("x",), order), start)
+    got, _ = guess(ys, 2, Layout(NAMES, ("x",), order), start)
     assert same_partition(got, np.concatenate(labels))
 
 
@@ -56,10 +56,10 @@ def test_segments_tell_apart_what_only_moves_otherwise_and_clusters_do_not(order
     ys, labels = two_turns(rng)
     # Seen from the side a turn needs the pose before; both coordinates at second order would hold both turns.
     ys, names = (ys, ("x", "y")) if order == 1 else ([y[:, :1] for y in ys], ("x",))
-    want, shape = np.concatenate(labels), form(names, (), order)
+    want, layout = np.concatenate(labels), Layout(names, (), order)
 
     def right(start):
-        share = np.mean(guess(ys, 2, shape, start)[0] == want)
+        share = np.mean(guess(ys, 2, layout, start)[0] == want)
         return max(share, 1.0 - share)
 
     # A switch may be put a frame or two early or late.
@@ -71,7 +71,7 @@ def test_segments_tell_apart_what_only_moves_otherwise_and_clusters_do_not(order
 def test_segments_tell_a_steady_hand_from_a_shaky_one(rng):
     labels = [np.repeat([n % 2, 1 - n % 2], 50) for n in range(6)]
     ys = [(np.where(s, 0.02, 0.5) * rng.normal(size=100)).cumsum()[:, None] for s in labels]
-    got, want = guess(ys, 2, form(("x",), (), 1), "segments")[0], np.concatenate(labels)
+    got, want = guess(ys, 2, Layout(("x",), (), 1), "segments")[0], np.concatenate(labels)
     share = np.mean(got == want)
     assert max(share, 1.0 - share) > 0.9
 
@@ -80,7 +80,7 @@ def test_segments_tell_a_steady_hand_from_a_shaky_one(rng):
 @pytest.mark.parametrize("start", STARTS)
 def test_poses_are_taken_as_measured_exactly(order, start, rng):
     ys, _ = two_paces(rng)
-    _, posteriors = guess(ys, 3, form(NAMES, ("x",), order), start)
+    _, posteriors = guess(ys, 3, Layout(NAMES, ("x",), order), start)
     for y, p in zip(ys, posteriors, strict=True):
         assert_array_equal(p.states.mean[:, :2], y)
         if order == 2:
@@ -97,10 +97,10 @@ def test_poses_are_taken_as_measured_exactly(order, start, rng):
 def test_neither_place_nor_units_change_the_guess(start, rng):
     turns, _ = two_turns(rng)
     ys = [np.column_stack([0.1 * np.arange(60.0) + 0.02 * y[:, 1], y[:, 0]]) for y in turns]
-    shape = form(NAMES, ("x",), 2)
+    layout = Layout(NAMES, ("x",), 2)
 
     def partition(change):
-        return guess([change(y) for y in ys], 3, shape, start)[0]
+        return guess([change(y) for y in ys], 3, layout, start)[0]
 
     want = partition(lambda y: y)
     assert len(set(want)) > 1
@@ -112,17 +112,17 @@ def test_neither_place_nor_units_change_the_guess(start, rng):
 @pytest.mark.parametrize("start", STARTS)
 def test_the_same_seed_gives_the_same_start_and_another_seed_another(start, rng):
     ys = [rng.normal(size=(40, 2)).cumsum(axis=0) for _ in range(4)]
-    shape = form(NAMES, (), 2)
-    one, other = (guess(ys, 4, shape, start, seed=5)[0] for _ in range(2))
+    layout = Layout(NAMES, (), 2)
+    one, other = (guess(ys, 4, layout, start, seed=5)[0] for _ in range(2))
     assert_array_equal(one, other)
-    assert any((guess(ys, 4, shape, start, seed=seed)[0] != one).any() for seed in range(4))
+    assert any((guess(ys, 4, layout, start, seed=seed)[0] != one).any() for seed in range(4))
 
 
 @pytest.mark.parametrize("start", STARTS)
 def test_one_switching_state_takes_every_frame(start, rng):
     ys, _ = two_paces(rng)
-    assert_array_equal(guess(ys, 1, form(NAMES, ("x",), 2), start)[0], 0)
-    for p in (*hmm(ys, 1, form(NAMES, ("x",), 2), rng), *kmeans(ys, 1, form(NAMES, ("x",), 2), rng)):
+    assert_array_equal(guess(ys, 1, Layout(NAMES, ("x",), 2), start)[0], 0)
+    for p in (*hmm(ys, 1, Layout(NAMES, ("x",), 2), rng), *kmeans(ys, 1, Layout(NAMES, ("x",), 2), rng)):
         assert_array_equal(p.path, 0)
 
 
@@ -130,7 +130,7 @@ def test_one_switching_state_takes_every_frame(start, rng):
 @pytest.mark.parametrize("states", [1, 3])
 def test_a_freedom_that_never_moves_is_no_obstacle(start, states, rng):
     ys = [np.column_stack([np.arange(20.0), np.full(20, 0.3)]) for _ in range(2)]
-    for p in guess(ys, states, form(NAMES, ("x",), 2), start)[1]:
+    for p in guess(ys, states, Layout(NAMES, ("x",), 2), start)[1]:
         assert np.isfinite(p.states.mean).all()
 
 
@@ -139,7 +139,7 @@ def test_a_freedom_that_never_moves_is_no_obstacle(start, states, rng):
 def test_no_sequence_is_too_short_to_be_labelled(start, order, rng):
     for lengths in [(2,), (2, 3, 2), (2, 40, 2)]:
         ys = [rng.normal(size=(T, 2)) for T in lengths]
-        _, posteriors = guess(ys, 3, form(NAMES, (), order), start)
+        _, posteriors = guess(ys, 3, Layout(NAMES, (), order), start)
         assert [len(p.path) for p in posteriors] == list(lengths)
         assert [p.prob.shape for p in posteriors] == [(T, 3) for T in lengths]
 
@@ -147,7 +147,7 @@ def test_no_sequence_is_too_short_to_be_labelled(start, order, rng):
 def test_frames_before_the_first_step_share_its_label(rng):
     ys, _ = two_turns(rng)
     for order in (1, 2):
-        for p in guess(ys, 2, form(("x", "y"), (), order), "segments")[1]:
+        for p in guess(ys, 2, Layout(("x", "y"), (), order), "segments")[1]:
             assert len(set(p.path[: order + 1])) == 1
 
 
@@ -172,9 +172,9 @@ def test_a_start_sees_gaps_as_filled(start, rng):
     for y in ys:
         y[rng.random(y.shape) < 0.1] = np.nan
         y[10:13] = np.nan
-    shape = form(NAMES, ("x",), 2)
-    got, posteriors = guess(ys, 2, shape, start)
+    layout = Layout(NAMES, ("x",), 2)
+    got, posteriors = guess(ys, 2, layout, start)
     for p, y in zip(posteriors, fill(ys), strict=True):
         assert_array_equal(p.states.mean[:, :2], y)
     if start != "segments":  # whose prior is scaled from what was measured
-        assert_array_equal(got, guess(fill(ys), 2, shape, start)[0])
+        assert_array_equal(got, guess(fill(ys), 2, layout, start)[0])

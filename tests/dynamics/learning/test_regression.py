@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.learning.regression import Ridge, companion, form, maximum_likelihood, solve
+from dynamics.layout import Layout
+from dynamics.learning.regression import Ridge, companion, maximum_likelihood, solve
 
 NAMES = ("x", "y", "hip", "knee")
 TRAVELLING = ("x", "y")
@@ -25,8 +26,8 @@ def exact_steps(order, rng, T=60):
 @pytest.mark.parametrize("order", [1, 2])
 def test_without_travelling_freedoms_it_is_least_squares(order, rng):
     v = exact_steps(order, rng)
-    shape = form(NAMES, (), order)
-    A, b, Q = solve(*moments(v), shape, maximum_likelihood(shape))
+    layout = Layout(NAMES, (), order)
+    A, b, Q = solve(*moments(v), layout, maximum_likelihood(layout))
     B = np.linalg.lstsq(v[:, 4:], v[:, :4], rcond=None)[0].T
     residual = v[:, :4] - v[:, 4:] @ B.T
     # Normal equations with a condition number near 1e4.
@@ -36,8 +37,8 @@ def test_without_travelling_freedoms_it_is_least_squares(order, rng):
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_second_order_state_carries_the_last_pose_over_exactly(order, rng):
-    shape = form(NAMES, TRAVELLING, order)
-    A, b, Q = solve(*moments(exact_steps(order, rng)), shape, maximum_likelihood(shape))
+    layout = Layout(NAMES, TRAVELLING, order)
+    A, b, Q = solve(*moments(exact_steps(order, rng)), layout, maximum_likelihood(layout))
     assert A.shape == (1, 4 * order, 4 * order)
     if order == 2:
         assert_array_equal(A[0, 4:], np.eye(4, 8))
@@ -48,8 +49,8 @@ def test_the_second_order_state_carries_the_last_pose_over_exactly(order, rng):
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_next_pose_shifts_with_the_place_of_the_figure(order, rng):
-    shape = form(NAMES, TRAVELLING, order)
-    A, _, _ = solve(*moments(exact_steps(order, rng)), shape, maximum_likelihood(shape))
+    layout = Layout(NAMES, TRAVELLING, order)
+    A, _, _ = solve(*moments(exact_steps(order, rng)), layout, maximum_likelihood(layout))
     shift = np.tile([3.0, -2.0, 0.0, 0.0], order)
     assert_allclose(A[0] @ shift, shift, atol=1e-12)  # sums of a few coefficients near 1
 
@@ -57,9 +58,9 @@ def test_the_next_pose_shifts_with_the_place_of_the_figure(order, rng):
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("travelling", [(), TRAVELLING, NAMES])
 def test_a_strong_prior_gives_constant_velocity(order, travelling, rng):
-    shape = form(NAMES, travelling, order)
-    strength = np.full(shape.steady.shape[1], 1e12)
-    A, b, _ = solve(*moments(exact_steps(order, rng)), shape, Ridge(strength, np.ones(4), 1.0))
+    layout = Layout(NAMES, travelling, order)
+    strength = np.full(layout.steady.shape[1], 1e12)
+    A, b, _ = solve(*moments(exact_steps(order, rng)), layout, Ridge(strength, np.ones(4), 1.0))
     want = np.eye(4) if order == 1 else np.hstack([2.0 * np.eye(4), -np.eye(4)])
     # Second moments near 1e4 against a precision of 1e12.
     assert_allclose(A[0, :4], want, atol=1e-6)
@@ -68,8 +69,8 @@ def test_a_strong_prior_gives_constant_velocity(order, travelling, rng):
 
 def test_at_first_order_a_travelling_freedoms_offset_is_its_mean_speed(rng):
     v = exact_steps(1, rng)
-    shape = form(NAMES, NAMES, 1)
-    _, b, Q = solve(*moments(v), shape, maximum_likelihood(shape))
+    layout = Layout(NAMES, NAMES, 1)
+    _, b, Q = solve(*moments(v), layout, maximum_likelihood(layout))
     change = v[:, :4] - v[:, 4:8]
     # Sums of 60 numbers near 100.
     assert_allclose(b[0], change.mean(0), atol=1e-11)
@@ -77,22 +78,22 @@ def test_at_first_order_a_travelling_freedoms_offset_is_its_mean_speed(rng):
 
 
 def test_every_switching_state_is_solved_on_its_own(rng):
-    shape = form(NAMES, TRAVELLING, 2)
-    ridge = Ridge(rng.uniform(0.1, 1.0, shape.steady.shape[1]), rng.uniform(0.1, 1.0, 4), 3.0)
+    layout = Layout(NAMES, TRAVELLING, 2)
+    ridge = Ridge(rng.uniform(0.1, 1.0, layout.steady.shape[1]), rng.uniform(0.1, 1.0, 4), 3.0)
     parts = [moments(exact_steps(2, rng)) for _ in range(3)]
     A, b, Q = solve(
-        np.concatenate([V for V, _ in parts]), np.concatenate([n for _, n in parts]), shape, ridge
+        np.concatenate([V for V, _ in parts]), np.concatenate([n for _, n in parts]), layout, ridge
     )
     for k, (V, n) in enumerate(parts):
-        for got, want in zip((A[k], b[k], Q[k]), solve(V, n, shape, ridge), strict=True):
+        for got, want in zip((A[k], b[k], Q[k]), solve(V, n, layout, ridge), strict=True):
             assert_allclose(got, want[0], atol=1e-10)  # condition numbers near 1e4
 
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("travelling", [(), TRAVELLING])
 def test_steady_coefficients_are_constant_velocity_in_companion_form(order, travelling):
-    shape = form(NAMES, travelling, order)
-    A, b, Q = companion(shape, np.stack([shape.steady] * 2), np.stack([np.diag([1.0, 2.0, 3.0, 4.0])] * 2))
+    layout = Layout(NAMES, travelling, order)
+    A, b, Q = companion(layout, np.stack([layout.steady] * 2), np.stack([np.diag([1.0, 2.0, 3.0, 4.0])] * 2))
     eye = np.eye(4)
     want = eye if order == 1 else np.block([[2.0 * eye, -eye], [eye, 0.0 * eye]])
     assert_array_equal(A, [want, want])
@@ -103,11 +104,11 @@ def test_steady_coefficients_are_constant_velocity_in_companion_form(order, trav
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_state_without_steps_takes_the_prior(order, rng):
-    shape = form(NAMES, TRAVELLING, order)
+    layout = Layout(NAMES, TRAVELLING, order)
     V, _ = moments(exact_steps(order, rng))
-    scales = rng.uniform(0.1, 1.0, shape.steady.shape[1])
+    scales = rng.uniform(0.1, 1.0, layout.steady.shape[1])
     ridge = Ridge(scales, rng.uniform(0.1, 1.0, 4), 3.0)
-    A, b, Q = solve(0.0 * V, np.zeros(1), shape, ridge)
-    want = companion(shape, shape.steady[None], np.diag(ridge.noise / (3.0 + len(scales)))[None])
+    A, b, Q = solve(0.0 * V, np.zeros(1), layout, ridge)
+    want = companion(layout, layout.steady[None], np.diag(ridge.noise / (3.0 + len(scales)))[None])
     for got, prior in zip((A, b, Q), want, strict=True):
         assert_allclose(got, prior, atol=1e-14)  # a diagonal solve

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from dynamics.learning import selection
 from dynamics.learning.em import from_origin, learn
 from dynamics.learning.options import Options
 from dynamics.learning.selection import choose, path_values
@@ -32,8 +33,14 @@ def quick(**more):
     return Options(states=1, order=1, rounds=1, **more)
 
 
+@pytest.fixture
+def scored(monkeypatch):
+    """Puts another score in the place of the likelihood of the best paths."""
+    return lambda score: monkeypatch.setattr(selection, "path_values", score)
+
+
 def scored_by(values):
-    """A score that knows what every candidate gets on every sequence, by its strength of prior."""
+    """A score that knows what every candidate gets on every sequence, by its number of states."""
 
     def score(slds, ys):
         return np.array([values[slds.K][int(y[0, 1])] for y in ys])
@@ -47,31 +54,33 @@ def two_oscillators(rng, *, groups=6, per_group=2, T=60):
     return ys, [f"subject {n // per_group}" for n in range(len(ys))], slds.names
 
 
-def test_every_group_is_scored_once_by_what_never_saw_it(rng):
-    ys, learnt, scored = walks(rng), [], []
+def test_every_group_is_scored_once_by_what_never_saw_it(scored, rng):
+    ys, learnt, shown = walks(rng), [], []
 
     def infer(slds, sequences):
         learnt.append(marks(sequences))
         return viterbi_all(slds, sequences)
 
     def score(slds, sequences):
-        scored.append(marks(sequences))
+        shown.append(marks(sequences))
         return path_values(slds, sequences)
 
-    choose(ys, GROUPS, [quick()], folds=9, infer=infer, score=score, **LEARNT)
-    assert scored == [{0, 1}, {2}, {3, 4, 5}]
+    scored(score)
+    choose(ys, GROUPS, [quick()], folds=9, infer=infer, **LEARNT)
+    assert shown == [{0, 1}, {2}, {3, 4, 5}]
     assert learnt == [{2, 3, 4, 5}, {0, 1, 3, 4, 5}, {0, 1, 2}]
-    scored.clear()
-    choose(ys, GROUPS, [quick()], folds=2, infer=infer, score=score, **LEARNT)
-    assert scored == [{0, 1, 3, 4, 5}, {2}]
+    shown.clear()
+    choose(ys, GROUPS, [quick()], folds=2, infer=infer, **LEARNT)
+    assert shown == [{0, 1, 3, 4, 5}, {2}]
 
 
-def test_rows_hold_the_likelihood_a_measured_frame_of_every_group(rng):
+def test_rows_hold_the_likelihood_a_measured_frame_of_every_group(scored, rng):
     ys = walks(rng)
     ys[2][5:9] = np.nan  # 11 frames measured something
     ys[0][3, 0] = np.nan  # still 12
     values = {1: [24.0, 18.0, 33.0, 29.0, 29.0, 29.0]}
-    choice = choose(ys, GROUPS, [quick()], score=scored_by(values), **LEARNT)
+    scored(scored_by(values))
+    choice = choose(ys, GROUPS, [quick()], **LEARNT)
     assert choice.groups == ("p", "q", "r")
     assert_allclose(choice.rows[0].values, [42.0 / 21.0, 3.0, 3.0])
     assert choice.rows[0].mean == pytest.approx(8.0 / 3.0)
@@ -105,21 +114,22 @@ def test_the_score_is_what_learning_on_the_others_gives_weighted_by_group(rng):
         ((0.0, 5.0, 10.0), (0.0, 5.0, 10.0), 1),
     ],
 )
-def test_the_simplest_within_a_standard_error_of_the_difference_is_taken(small, large, best, rng):
+def test_the_simplest_within_a_standard_error_of_the_difference_is_taken(small, large, best, scored, rng):
     ys, groups = walks(rng, (5, 5, 5)), ("p", "q", "r")
-    score = scored_by({1: 5.0 * np.array(small), 2: 5.0 * np.array(large)})
+    scored(scored_by({1: 5.0 * np.array(small), 2: 5.0 * np.array(large)}))
     for states in ((1, 2), (2, 1)):
         candidates = [replace(quick(), states=K) for K in states]
-        choice = choose(ys, groups, candidates, score=score, **LEARNT)
+        choice = choose(ys, groups, candidates, **LEARNT)
         assert [row.options for row in choice.rows] == candidates
         assert choice.best.states == best
 
 
-def test_of_equally_simple_candidates_the_likelier_is_taken(rng):
+def test_of_equally_simple_candidates_the_likelier_is_taken(scored, rng):
     ys, groups = walks(rng, (5, 5, 5)), ("p", "q", "r")
     calls = iter([[0.0], [5.0], [10.0], [10.0], [4.0], [10.0]])
     candidates = [quick(seed=1), quick(seed=2)]
-    choice = choose(ys, groups, candidates, score=lambda slds, ys: np.array(next(calls)), **LEARNT)
+    scored(lambda slds, ys: np.array(next(calls)))
+    choice = choose(ys, groups, candidates, **LEARNT)
     assert choice.best == candidates[1]
 
 
@@ -136,19 +146,6 @@ def test_two_states_are_not_taken_for_eight_nor_for_one(rng):
     candidates = [Options(states=K, rounds=8, ridge=1e-3) for K in (1, 2, 8)]
     choice = choose(ys, groups, candidates, names=names, travelling=(), fps=30.0, folds=3)
     assert choice.best.states == 2
-
-
-def test_progress_is_reported_for_every_candidate_and_fold(rng):
-    seen, candidates = [], [quick(seed=1), quick(seed=2)]
-    choose(
-        walks(rng),
-        GROUPS,
-        candidates,
-        folds=2,
-        progress=lambda options, n: seen.append((options, n)),
-        **LEARNT,
-    )
-    assert seen == [(options, n) for options in candidates for n in range(2)]
 
 
 def test_what_cannot_be_compared_is_named(rng):

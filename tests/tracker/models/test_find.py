@@ -11,7 +11,7 @@ from dynamics.motion.rate import at_rate, backwards
 from dynamics.store import ModelError, load_shipped, save
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tests.tracker.painted import FULL
-from tracker.models.find import find_model, learn_motions
+from tracker.models.find import ESteps, find_model, learn_motions
 
 ONE = Options(states=1, order=2, rounds=3)
 LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
@@ -139,12 +139,10 @@ def test_sequences_are_left_as_they_were(sequences):
         assert_array_equal(y, old)
 
 
-def test_progress_names_the_motion_and_counts_rounds(sequences):
+def test_every_round_of_every_motion_is_told(sequences):
     told = []
-    learned(sequences, replace(ONE, rounds=2), progress=lambda *news: told.append(news))
-    assert told[0] == ("walk", 1, 2)
-    assert {motion for motion, _, _ in told} == {"walk", "run"}
-    assert max(done for _, done, _ in told) <= 2
+    learned(sequences, replace(ONE, rounds=2, tolerance=0.0), e_steps=ESteps(tick=lambda: told.append(1)))
+    assert len(told) == 2 * 2
 
 
 @pytest.mark.parametrize("pooled", [False, True])

@@ -1,0 +1,127 @@
+"""What the state of a system holds, and which of its entries mean what.
+
+    x_t = [q_t, q_{t-1}, z_t]
+
+q_t is the pose, q_{t-1} the pose before, which only a second-order state holds, and z_t are freedoms that
+drift by themselves, which a state holds once. Where the figure stands must not matter: freedoms that travel
+enter the dynamics by their change (second order) or not at all (first order).
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+
+
+def among(names: Iterable[str], chosen: Iterable[str]) -> NDArray[np.bool_]:
+    """Whether each of the names is one of the chosen."""
+    wanted = set(chosen)
+    return np.array([name in wanted for name in names], dtype=bool)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The layout of a state of N entries.
+
+    names      : (d,) freedoms of the pose
+    travelling : those of them whose place must not matter
+    order      : how many poses the state holds, 1 or 2
+    drifts     : (n,) freedoms that drift by themselves
+    """
+
+    names: tuple[str, ...]
+    travelling: tuple[str, ...] = ()
+    order: int = 1
+    drifts: tuple[str, ...] = ()
+
+    @property
+    def d(self) -> int:
+        """How many freedoms a pose has."""
+        return len(self.names)
+
+    @property
+    def N(self) -> int:  # noqa: N802
+        """How many entries the state has."""
+        return self.order * self.d + len(self.drifts)
+
+    @cached_property
+    def travels(self) -> NDArray[np.bool_]:
+        """(d,) whether each freedom of the pose travels."""
+        return among(self.names, self.travelling)
+
+    @cached_property
+    def pose(self) -> Array:
+        """(d, N) matrix that takes a state to its pose."""
+        return np.eye(self.d, self.N)
+
+    @cached_property
+    def before(self) -> Array:
+        """(d, N) matrix that takes a second-order state to the pose before."""
+        return np.eye(self.d, self.N, k=self.d)
+
+    @cached_property
+    def velocity(self) -> Array:
+        """(m, N) matrix W: W x is the change per frame of the m freedoms that travel.
+
+        A first-order state does not tell it: there W has no rows.
+        """
+        if self.order == 1:
+            return np.zeros((0, self.N))
+        return np.asarray((self.pose - self.before)[self.travels])
+
+    @cached_property
+    def carry(self) -> Array:
+        """(d, N) matrix that carries the places of the freedoms that travel over to the next pose."""
+        return self.pose * self.travels[:, None]
+
+    @cached_property
+    def regard(self) -> Array:
+        """(N', N) matrix that takes a state to what the dynamics regard: all but the place."""
+        stays = ~self.travels
+        if self.order == 1:
+            return np.asarray(self.pose[stays])
+        return np.vstack([self.pose[stays], self.before[stays], self.velocity])
+
+    @cached_property
+    def steady(self) -> Array:
+        """(d, N' + 1) constant velocity: coefficients of what the dynamics regard, and the offset."""
+        stays, moves = np.flatnonzero(~self.travels), np.flatnonzero(self.travels)
+        rest = len(stays)
+        coefficients = np.zeros((self.d, len(self.regard) + 1))
+        if self.order == 1:
+            coefficients[stays, np.arange(rest)] = 1.0
+        else:
+            coefficients[stays, np.arange(rest)] = 2.0
+            coefficients[stays, np.arange(rest, 2 * rest)] = -1.0
+            coefficients[moves, np.arange(2 * rest, 2 * rest + len(moves))] = 1.0
+        return coefficients
+
+    @cached_property
+    def from_here(self) -> Array:
+        """(N, N) matrix that takes the present place of the figure off all poses of a state."""
+        at = np.flatnonzero(self.travels)
+        matrix = np.eye(self.N)
+        for lag in range(self.order):
+            matrix[at + lag * self.d, at] -= 1.0
+        return matrix
+
+    @cached_property
+    def shift(self) -> Array:
+        """(N, d + n) matrix of what a state changes by when all its poses, and the drifts, shift alike."""
+        d, n = self.d, len(self.drifts)
+        return np.vstack([*[np.eye(d, d + n)] * self.order, np.eye(n, d + n, k=d)])
+
+    @cached_property
+    def turned(self) -> Array:
+        """(N, 2N) matrix that takes [x_t, x_{t+1}] to the state at t with time running back.
+
+        Of a second-order state the pose after takes the place of the pose before.
+        """
+        matrix = np.eye(self.N, 2 * self.N)
+        if self.order == 2:
+            matrix[self.d : 2 * self.d] = np.eye(self.d, 2 * self.N, k=self.N)
+        return matrix
