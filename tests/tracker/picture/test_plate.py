@@ -125,6 +125,16 @@ def test_where_frames_flicker_much_the_scene_is_unknown(by, known, channel, scen
     assert_array_equal(found.known, ~flickers | known)
 
 
+@pytest.mark.parametrize("shown", range(FEWEST, 2 * FEWEST))
+def test_the_scene_is_the_middle_of_the_frames_that_show_it_the_lower_of_an_even_number(shown, rng):
+    greys = 100 + 2 * rng.permutation(shown)  # apart by less than the noise, no two alike
+    frames = [np.full((HEIGHT, WIDTH, 3), grey, np.uint8) for grey in greys.repeat(EVERY)]
+    found = found_in(frames, frame=3)
+    middle = np.full((HEIGHT, WIDTH, 3), np.sort(greys)[(shown - 1) // 2], np.uint8)
+    assert found.known.all()
+    assert_array_equal(found.scene, small(middle, STEP))
+
+
 @pytest.mark.parametrize(("T", "known"), [(EVERY * (FEWEST - 1), False), (EVERY * (FEWEST - 1) + 1, True)])
 def test_fewer_frames_than_enough_tell_nothing(T, known, scene):
     frames = [bare(scene, np.zeros(2, int))] * T

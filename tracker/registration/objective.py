@@ -1,0 +1,141 @@
+"""What the climb lowers, its slope and its curvature, of poses laid on one level of a frame."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, Gaussian, apply, transpose
+from kinematics.spm import Skeleton, motions, skeleton
+from tracker.picture.backdrop import FRONT, UNKNOWN
+from tracker.registration.field import Field
+from tracker.registration.kernel import lay
+from tracker.registration.modes import mode_of
+from tracker.registration.records import Laid, Noise, Picture, Points, Shape
+from tracker.registration.templates import hiding
+
+FEWEST = 6  # points of a link that an offset of light is worked out from
+NO_FRONT = np.zeros((1, 1, 3), np.float32)
+STANDING_OUT = np.array([FRONT, 0.0, 0.0], np.float32)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The templates laid on one level at H poses q (H, D), the links as these lay them."""
+
+    q: Array
+    bones: Skeleton
+    laid: Laid
+
+    def __getitem__(self, rows: NDArray[np.intp]) -> "Fit":
+        """Those of some poses."""
+        q, *parts = (part[rows] for part in self._parts)
+        return Fit(q, Skeleton(*parts[:4]), Laid(*parts[4:]))
+
+    def take(self, other: Self, mine: Sequence[int] | NDArray[np.intp], rows: NDArray[np.intp]) -> None:
+        """Put rows of another in the place of mine."""
+        for part, theirs in zip(self._parts, other._parts, strict=True):
+            part[mine] = theirs[rows]
+
+    @property
+    def _parts(self) -> tuple[NDArray[Any], ...]:
+        bones = self.bones
+        return self.q, bones.start, bones.direction, bones.length, bones.size, *self.laid
+
+
+class Objective:
+    """What H climbs from their priors lower in one frame."""
+
+    def __init__(self, field: Field, priors: Gaussian) -> None:
+        templates, figure, settings = field.templates, field.figure, field.settings
+        self.field, self.mode = field, mode_of(settings)
+        self.mean = priors.mean
+        self.precision = self.mode.precision(priors.cov, figure)
+        self.count = settings.tempering * len(templates.link)
+        layout = figure.layout
+        self.shape = Shape(layout.layer, layout.width, layout.taper)
+        # A foot, which does not breathe, is too small to stand out for certain.
+        levels, self.strange = field.levels, templates.strange & self.mode.learns & layout.breathes
+        self.fronts = [field.scenery.front(level) if self.strange.any() else NO_FRONT for level in levels]
+        self.points = [self._points_at(number) for number in range(len(templates.colours))]
+        self.noise = Noise(
+            variance=settings.noise**2,
+            light=settings.light,
+            scale=self.mode.robust,
+            out_of_sight=settings.out_of_sight,
+            in_sight=settings.in_sight,
+            fewest=FEWEST,
+            layered=self.mode.layered,
+            margin=0.0,
+            covered=self.mode.covered,
+        )
+
+    def _points_at(self, number: int) -> Points:
+        """The templates' points with their colours at one blur, of the coarser ones a part."""
+        templates = self.field.templates
+        finest = number == len(templates.colours) - 1
+        kept = np.arange(0, len(templates.link), 1 if finest else self.mode.coarse)
+        strange = self.strange[templates.link[kept]]
+        return Points(
+            np.searchsorted(templates.link[kept], np.arange(len(self.field.figure.links) + 1)),
+            templates.along[kept],
+            templates.across[kept],
+            templates.weight[kept],
+            np.where(strange[:, None], STANDING_OUT, templates.colours[number][kept]),
+            templates.known[kept] | (strange & (templates.weight[kept] == 1.0)),
+            templates.light,
+            self.strange,
+        )
+
+    def compare(self, number: int, q: Array) -> Fit:
+        """The templates laid on one level at poses (H, D)."""
+        field, level = self.field, self.field.levels[number]
+        scenery, bones = field.scenery, skeleton(field.figure, q)
+        (x, y), (left, top) = field.view.origin, level.corner
+        axis_x, axis_y = field.view.axes.tolist()
+        picture = Picture(
+            planes=level.planes,
+            origin_x=x - left,
+            origin_y=y - top,
+            axis_x=axis_x,
+            axis_y=axis_y,
+            front=self.fronts[number],
+            differs=scenery.differs,
+            around=scenery.around,
+            unknown=UNKNOWN,
+            step=scenery.step,
+            corner_x=left,
+            corner_y=top,
+        )
+        noise = self.noise._replace(margin=hiding(level, field.view, field.settings))
+        return Fit(q, bones, lay(picture, bones, self.points[number], self.shape, noise))
+
+    def cost(self, fit: Fit, rows: NDArray[np.intp]) -> Array:
+        """(H,) what climbs in some rows lower, nats."""
+        away, (excess, stiffness) = fit.q - self.mean[rows], self._beyond(fit.q)
+        leaning = (away * apply(self.precision[rows], away)).sum(1) + (stiffness * excess**2).sum(1)
+        return np.asarray(self.count * fit.laid.mean + 0.5 * leaning)
+
+    def evidence(self, fit: Fit) -> Array:
+        """(H,) minus the tempered log likelihood of what is seen of the figure, against what is behind."""
+        return np.asarray(self.count * fit.laid.shown * (fit.laid.open - fit.laid.behind))
+
+    def normal_equations(self, fit: Fit) -> tuple[Array, Array]:
+        """Tempered J'WJ / sigma^2 (H, D, D) and J'Wr / sigma^2 (H, D), the limits of the joints in them."""
+        (H, D), moments = fit.q.shape, fit.laid.moments
+        ways = motions(self.field.figure, fit.bones)
+        scale = self.count / (fit.laid.match.shape[1] * 3.0 * self.noise.variance)
+        turned = transpose(ways.reshape(H, -1, D))
+        information = scale * (turned @ (moments @ ways).reshape(H, -1, D))
+        gradient = scale * apply(turned, fit.laid.pull.reshape(H, -1))
+        excess, stiffness = self._beyond(fit.q)
+        np.einsum("hii->hi", information)[...] += stiffness
+        return information, gradient + stiffness * excess
+
+    def _beyond(self, q: Array) -> tuple[Array, Array]:
+        """How far each freedom is beyond its limits (H, D), and the stiffness that pulls it back, else 0."""
+        low, high = self.field.figure.limits
+        excess = np.maximum(q - high, 0.0) + np.minimum(q - low, 0.0)
+        return excess, self.mode.stiffness * (excess != 0.0)
