@@ -67,8 +67,7 @@ class Crossing:
             image: of this one, (H, W, 3) RGB.
         """
         new = type(self)()
-        off = tracker.settings.mode == "classic" or not tracker.settings.crossings
-        if off or estimate.told is None or len(self.frames) == LONGEST:
+        if not tracker.mode.crossings or estimate.told is None or len(self.frames) == LONGEST:
             return new, state, estimate
         meet = _together(tracker.figure, estimate.told.q[0])
         if self.before is None:

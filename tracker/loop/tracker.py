@@ -12,6 +12,7 @@ With a one-state constant-velocity model the same loop is the extended Kalman fi
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self, cast
 
 import numpy as np
@@ -29,7 +30,9 @@ from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
 from tracker.picture.camera import Camera, first_camera
 from tracker.picture.pyramid import Box, Image, Level, pyramid, within
 from tracker.picture.tone import Curve, tone_curve
-from tracker.registration.align import Field, Outcome, Registration, align
+from tracker.registration.align import align
+from tracker.registration.field import Field, Registration
+from tracker.registration.modes import Mode, mode_of
 from tracker.registration.search import reach, sought
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
@@ -117,6 +120,11 @@ class Tracker:
     offset: Array
     settings: Settings
 
+    @cached_property
+    def mode(self) -> Mode:
+        """How it registers."""
+        return mode_of(self.settings)
+
     def begin(
         self, start: Start, image: Image, belief: Belief | None = None, scene: Backdrop | None = None
     ) -> tuple[State, Estimate]:
@@ -125,8 +133,7 @@ class Tracker:
         Args:
             scene: what lies behind the figure in that frame, if that is known.
         """
-        settings, box = self.settings, self.start_box(start)
-        behind = settings.backdrop and settings.templates and settings.mode == "full"
+        settings, box, behind = self.settings, self.start_box(start), self.mode.backdrop
         state = State(
             belief or self.first_belief(start),
             self._first_templates(start, image),
@@ -147,8 +154,7 @@ class Tracker:
 
     def tone_curve(self, start: Start, image: Image) -> Curve:
         """What spreads the grey levels around the marked figure; in the papers' mode they stay as filmed."""
-        share = self.settings.contrast if self.settings.mode == "full" else 0.0
-        return tone_curve(image, self.start_box(start), share)
+        return tone_curve(image, self.start_box(start), self.mode.contrast)
 
     def first_belief(self, start: Start) -> Belief:
         """What the marks of the start frame say."""
@@ -232,7 +238,7 @@ class Tracker:
         return state
 
     def _first_templates(self, start: Start, image: Image) -> Templates:
-        if self.settings.mode == "classic":
+        if not self.mode.learns:
             return self.templates_at(start.q, image)
         layout = self.figure.layout
         # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
@@ -250,7 +256,7 @@ class Tracker:
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
         """Freshened by what the frame shows where they settled."""
-        if self.settings.mode == "classic":
+        if not self.mode.learns:
             return templates
         seen, trust = field.seen(best), best.match * templates.known
         place = (field.pixels(best) - field.view.origin) / field.view.unit
@@ -290,7 +296,7 @@ class Tracker:
         templates = state.templates
         inner = templates.inner
         matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
-        gone = found.outcome is Outcome.OUTSIDE or matched < self.settings.least_match
+        gone = found.inside < self.settings.least_inside or matched < self.settings.least_match
         doubtful = matched < self.settings.doubtful_match or state.outcome in UNSURE
         lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > self.settings.bare
         # A climb that found nothing may have ended anywhere.
@@ -337,9 +343,8 @@ class Tracker:
         H, W = image.shape[:2]
         low = np.clip(around[:2], 0, (W - 2, H - 2)).astype(int)
         high = np.clip(around[2:], low + 2, (W, H)).astype(int)
-        colour = self.settings.mode == "full"
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
-        return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], colour)
+        return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], self.mode.colour)
 
 
 def likelihood(found: Sequence[Registration]) -> Likelihood:

@@ -15,12 +15,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tracker.registration.records import Array, Behind, Laid, Lens, Noise, Points, Row, Shape, Single
+from kinematics.spm import Skeleton
+from tracker.registration.records import Array, Laid, Noise, Picture, Points, Row, Shape, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
 WAYS = 5  # in which a link moves as a whole
 TOGETHER = 16  # robust weights whose product is above 1e-308 where each is above 1e-19
 
+# All in one file: the cache of compiled code does not notice that another has changed.
 COMPILED = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
 # Where order does not matter, so that a processor adds up several points at a time.
 ANY_ORDER = numba.njit(
@@ -28,20 +30,9 @@ ANY_ORDER = numba.njit(
 )
 
 
-def lay(
-    planes: Single,
-    lens: Lens,
-    start: Array,
-    direction: Array,
-    length: Array,
-    size: Array,
-    points: Points,
-    shape: Shape,
-    behind: Behind,
-    noise: Noise,
-) -> Laid:
-    """Lay the templates on one level at H poses: start, direction (H, L, 2), length (H, L), size (H,)."""
-    (H, L), P = length.shape, len(points.along)
+def lay(picture: Picture, bones: Skeleton, points: Points, shape: Shape, noise: Noise) -> Laid:
+    """Lay the templates on one level at H poses."""
+    (H, L), P = bones.length.shape, len(points.along)
     laid = Laid(
         moments=np.zeros((H, L, WAYS, WAYS)),
         pull=np.zeros((H, L, WAYS)),
@@ -50,59 +41,43 @@ def lay(
         behind=np.zeros(H),
         shown=np.zeros(H),
         match=np.zeros((H, P)),
-        residual=np.zeros((H, P, 3), np.float32),
         offset=np.zeros((H, L, 3)),
         inside=np.zeros((H, P), np.bool_),
     )
     # Plain tuples, and nothing returned: to take a named one or to give back an array compiled code runs
     # Python, where an interrupt crashes it.
-    bones = start, direction, length, size
-    _fill(planes, bones, tuple(lens), tuple(points), tuple(shape), tuple(behind), tuple(noise), tuple(laid))
+    parts = bones.start, bones.direction, bones.length, bones.size
+    _fill(tuple(picture), parts, tuple(points), tuple(shape), tuple(noise), tuple(laid))
     return laid
 
 
 @COMPILED
 def _fill(
-    planes: Single,
+    of_picture: tuple[Any, ...],
     bones: tuple[Array, Array, Array, Array],
-    of_lens: tuple[Any, ...],
     of_points: tuple[Any, ...],
     of_shape: tuple[Any, ...],
-    of_behind: tuple[Any, ...],
     of_noise: tuple[Any, ...],
-    laid: tuple[Any, ...],
+    of_laid: tuple[Any, ...],
 ) -> None:
     start, direction, length, size = bones
-    lens, points, shape, noise = Lens(*of_lens), Points(*of_points), Shape(*of_shape), Noise(*of_noise)
-    scenery = Behind(*of_behind)
-    moments, pull, mean, opened, behind, shown, match, residual, offset, inside = laid
+    picture, points, shape = Picture(*of_picture), Points(*of_points), Shape(*of_shape)
+    noise, laid = Noise(*of_noise), Laid(*of_laid)
     H, L = length.shape
     within = float(np.sum(points.known & (points.weight == 1.0)))
-    most = np.max(np.diff(points.first))
-    row = Row(
-        np.empty(most, np.intp),
-        np.empty((3, most)),
-        np.empty((3, most), np.float32),
-        np.empty((3, most), np.float32),
-        np.empty((3, most), np.float32),
-        np.empty(most),
-        np.empty(most),
-        np.empty(most),
-        np.empty(most),
-    )
+    row = _empty_row(np.max(np.diff(points.first)))
     for h in range(H):
         total, count, differing, clear = 0.0, 0.0, 0.0, 0.0
         covered, covered_total = 0.0, 0.0
         pose = start[h], direction[h], length[h], size[h]
         for i in range(L):
-            shown_to = scenery.front if points.strange[i] else planes
-            n, bare, different = _look(shown_to, lens, pose, points, shape, scenery, noise, i, row, inside[h])
+            n, bare, different = _look(picture, pose, points, shape, noise, i, row, laid.inside[h])
             differing += different
             clear += bare
             if noise.layered and n >= noise.fewest and not points.strange[i]:
                 for c in range(3):
                     low, high = points.light[c] - noise.light, points.light[c] + noise.light
-                    offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
+                    laid.offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
             weight, matched, rho = _doubt(row, n, noise)
             if noise.covered > 0.0:
                 fewer, less, share, of_these, different = _uncover(row, n, noise)
@@ -117,26 +92,37 @@ def _fill(
                 fair = (matched / weight - noise.out_of_sight) / (noise.in_sight - noise.out_of_sight)
                 fair = min(max(fair, 0.0), 1.0)
             for k in range(n):
-                p = row.point[k]
-                match[h, p] = fair * row.match[k]
-                for c in range(3):
-                    residual[h, p, c] = row.residual[c, k]
+                laid.match[h, row.point[k]] = fair * row.match[k]
             if fair > 0.0:
-                _gather(row, n, fair, moments[h, i], pull[h, i])
-        mean[h] = total / max(count, 1e-9)
+                _gather(row, n, fair, laid.moments[h, i], laid.pull[h, i])
+        laid.mean[h] = total / max(count, 1e-9)
         clear -= covered
-        opened[h] = (total - covered_total) / max(count - covered, 1e-9)
-        behind[h], shown[h] = differing / max(clear, 1e-9), clear / max(within, 1e-9)
+        laid.open[h] = (total - covered_total) / max(count - covered, 1e-9)
+        laid.behind[h], laid.shown[h] = differing / max(clear, 1e-9), clear / max(within, 1e-9)
+
+
+@COMPILED
+def _empty_row(most: int) -> Row:
+    """Room for what the points of one link see, of which there are so many at most."""
+    return Row(
+        np.empty(most, np.intp),
+        np.empty((3, most)),
+        np.empty((3, most), np.float32),
+        np.empty((3, most), np.float32),
+        np.empty((3, most), np.float32),
+        np.empty(most),
+        np.empty(most),
+        np.empty(most),
+        np.empty(most),
+    )
 
 
 @COMPILED
 def _look(
-    planes: Single,
-    lens: Lens,
+    picture: Picture,
     pose: Pose,
     points: Points,
     shape: Shape,
-    scenery: Behind,
     noise: Noise,
     link: int,
     row: Row,
@@ -147,9 +133,10 @@ def _look(
     Returns how many points are, how many of those lie within the outline, and the sum of how much the picture
     differs there from what lies behind.
     """
+    planes = picture.front if points.strange[link] else picture.planes
     start, direction, length, size = pose
     rows, columns = planes.shape[0], planes.shape[1]
-    ox, oy, ax, ay = lens.origin_x, lens.origin_y, lens.axis_x, lens.axis_y
+    ox, oy, ax, ay = picture.origin_x, picture.origin_y, picture.axis_x, picture.axis_y
     sx, sy, dx, dy = start[link, 0], start[link, 1], direction[link, 0], direction[link, 1]
     long = length[link]
     xu, yu = np.float32(0.5 * ax * dx), np.float32(0.5 * ay * dy)
@@ -173,11 +160,11 @@ def _look(
         row.around[n] = np.inf
         if w == 1.0:
             within += 1.0
-            r, s = int(y + scenery.corner_y + 0.5), int(x + scenery.corner_x + 0.5)
-            r, s = r // scenery.step, s // scenery.step
-            differing += scenery.differs[r, s]
-            if scenery.around[r, s] < scenery.unknown and not points.strange[link]:
-                row.differs[n], row.around[n] = scenery.differs[r, s], scenery.around[r, s]
+            r, s = int(y + picture.corner_y + 0.5), int(x + picture.corner_x + 0.5)
+            r, s = r // picture.step, s // picture.step
+            differing += picture.differs[r, s]
+            if picture.around[r, s] < picture.unknown and not points.strange[link]:
+                row.differs[n], row.around[n] = picture.differs[r, s], picture.around[r, s]
         # Beyond its edge a picture goes on as it ends.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)
         above, below = max(i - 1, 0), min(i + 2, rows - 1)

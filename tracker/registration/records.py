@@ -13,7 +13,7 @@ class Points(NamedTuple):
     """P template points, those of link l at first[l]:first[l + 1].
 
     first : (L + 1,); along, across, weight : (P,); colours : (P, 3); known : (P,); light : (3,)
-    strange : (L,) links whose look is not known, compared with `Behind.front` instead of the picture
+    strange : (L,) links whose look is not known, compared with `Picture.front` instead of the planes
     """
 
     first: NDArray[np.intp]
@@ -34,28 +34,33 @@ class Shape(NamedTuple):
     taper: Array
 
 
-class Lens(NamedTuple):
-    """Body coordinates to pixels of a level's planes: origin + axes * point."""
+class Picture(NamedTuple):
+    """What poses are laid on at one blur.
 
+    planes    : (h, w, 3) the level's grey levels
+    origin_x, origin_y, axis_x, axis_y : body coordinates to pixels of the planes, origin + axes * point
+    front     : (h, w, 3) what stands out from the scene, compared with links of an unknown look; (1, 1, 3)
+                where there are none
+    differs   : how much each place of the frame differs from the scene without the figure, as half the robust
+                square of `Laid.mean`
+    around    : the most of it there and around
+    unknown   : from where on that tells nothing
+    step      : pixels from one place to the next
+    corner_x, corner_y : the level's corner in the frame, pixels
+    """
+
+    planes: Single
     origin_x: float
     origin_y: float
     axis_x: float
     axis_y: float
-
-
-class Behind(NamedTuple):
-    """How much each place of a picture differs from what lies behind the figure (h, w), as half the robust
-    square of `Laid.mean`; the most of it there and around; from where on that tells nothing; pixels from one
-    place to the next; the level's corner, pixels; and a picture of what stands out from the scene, of the
-    level's shape where a link is compared with it."""
-
+    front: Single
     differs: Single
     around: Single
     unknown: float
     step: int
     corner_x: int
     corner_y: int
-    front: Single
 
 
 class Noise(NamedTuple):
@@ -108,7 +113,6 @@ class Laid(NamedTuple):
     behind   : (H,) mean over that of how much the picture differs from what lies behind
     shown    : (H,) share of the points within the links' outlines that are visible and not covered
     match    : (H, P) robust weight, 0 where not visible
-    residual : (H, P, 3) grey levels, offsets of light taken off, 0 where not visible
     offset   : (H, L, 3) grey levels
     inside   : (H, P) whether the point lies in the frame
     """
@@ -120,6 +124,5 @@ class Laid(NamedTuple):
     behind: Array
     shown: Array
     match: Array
-    residual: Single
     offset: Array
     inside: NDArray[np.bool_]

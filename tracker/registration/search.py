@@ -5,7 +5,8 @@ import numpy as np
 from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import joints
 from tracker.picture.pyramid import within
-from tracker.registration.align import Field, scan
+from tracker.registration.align import scan
+from tracker.registration.field import Field
 
 STEP = 0.1  # leg lengths: within the reach of the coarsest blur
 SPREADS = 2.0  # standard deviations of the root either way

@@ -11,6 +11,7 @@ from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from kinematics.spm import Index, View, covering, skeleton, surface
 from tracker.picture.pyramid import Level, Planes, sample
+from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
 ALIKE = 12.0  # grey levels (root mean square) within which a point looks as it did
@@ -158,7 +159,7 @@ def hiding(level: Level, view: View, settings: Settings) -> float:
 
 def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Array]:
     """Points spread evenly over every link and its rim."""
-    rim = settings.rim if settings.mode == "full" else 0.0
+    rim = mode_of(settings).rim
     parts = []
     for i, part in enumerate(figure.links):
         tip = rim if i not in figure.parents else 0.0

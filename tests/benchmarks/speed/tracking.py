@@ -26,8 +26,10 @@ from tracker.clip.follow import follow as clip
 from tracker.loop import smoothing
 from tracker.loop import tracker as track
 from tracker.progress import Progress
-from tracker.registration.align import Field, align
-from tracker.registration.align import align as registration
+from tracker.registration import objective
+from tracker.registration.align import align
+from tracker.registration.field import Field
+from tracker.registration.objective import Objective
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
 from videos.frames import Frame, Video
@@ -48,7 +50,7 @@ STAGES = {
     "camera": (track.Camera, "follow"),
     "backdrop": (track.Backdrop, "follow"),
     "registration": (track, "align"),
-    "kernel": (registration, "lay"),
+    "kernel": (objective, "lay"),
     "propose": (track, "propose"),
     "fuse": (track.Tracker, "_fused"),
     "templates": (track.Tracker, "_templates"),
@@ -154,7 +156,7 @@ def by_points(job: Job) -> Growth:
     sizes, times = [], []
     for spacing in SPACINGS:
         field, prior = _field(job, Settings(spacing=spacing))
-        search = registration._Search(field, prior)
+        search = Objective(field, prior)
         q = np.repeat(prior.mean, 4, 0)
         sizes.append(len(field.templates.link))
         times.append(_best(lambda search=search, q=q: [search.compare(n, q) for n in range(3)]))

@@ -21,7 +21,8 @@ from tracker.loop.tracker import Estimate, State, Tracker, make_tracker
 from tracker.models.find import find_model
 from tracker.picture.backdrop import first_backdrop
 from tracker.picture.pyramid import Level, pyramid
-from tracker.registration.align import Field, Registration, align
+from tracker.registration.align import align
+from tracker.registration.field import Field, Registration
 from tracker.registration.templates import Templates
 from tracker.scene.film import render
 from tracker.settings import Settings
