@@ -10,6 +10,8 @@ from tracker.progress import Progress
 from tracker.run.score import Score, places, score
 from tracker.tables.keypoints import Marks, read_keypoints
 
+pytestmark = pytest.mark.claims
+
 EVERY = 20  # frames from one anchor to the next
 
 

@@ -3,6 +3,8 @@
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
+
 from tests.benchmarks.processes import spawned
 from tracker.cli.demo import write_scene
 from tracker.clip.follow import Job, follow
@@ -11,6 +13,8 @@ from tracker.run.score import places, score
 from tracker.scene.film import render
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
+
+pytestmark = pytest.mark.claims
 
 SEEDS = range(10)
 CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (4.0, 0.04), (8.0, 0.04))  # degrees, leg lengths a frame

@@ -12,6 +12,8 @@ from tracker.progress import Progress
 from tracker.run.score import Score, places, score
 from tracker.settings import Settings
 
+pytestmark = pytest.mark.claims
+
 
 def scored(film: Film, path: Path, **changes: object) -> Score:
     write_film(film, path)

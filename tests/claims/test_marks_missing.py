@@ -10,6 +10,8 @@ from tracker.clip.follow import Job, follow
 from tracker.progress import Progress
 from tracker.run.score import leg_length, places, score
 
+pytestmark = pytest.mark.claims
+
 # Their marks in frame 0 are little more than half as far from the ankle as the other foot's.
 TURNED = (("gym_walk_rl", "near_toe"), ("indoor_walk_lr", "far_toe"))
 TOES = ("near_toe", "far_toe")

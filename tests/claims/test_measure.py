@@ -15,6 +15,8 @@ from tests.benchmarks.evaluation.points import (
     repaired,
 )
 
+pytestmark = pytest.mark.claims
+
 
 @pytest.fixture(scope="module")
 def clip(data_dir: Path) -> Path:

@@ -18,6 +18,8 @@ from tests.benchmarks.motion.splices import FAR_TARGETS, MIDDLE, SEEN, SEEN_TARG
 from tests.benchmarks.motion.synthesis import OUT, RUN_STRIDE, STRIDE, Likeness, Making
 from tests.benchmarks.processes import spawned
 
+pytestmark = pytest.mark.claims
+
 UNSEEN = Recipe(excluded=SPLICED)
 ALONE = {label: Recipe(motions=(label,)) for label in MOTIONS}
 

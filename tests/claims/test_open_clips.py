@@ -9,6 +9,8 @@ from tests.benchmarks.evaluation.cases import Case, Ours, outcome
 from tests.benchmarks.processes import spawned
 from tracker.run.score import Score
 
+pytestmark = pytest.mark.claims
+
 Scores = dict[str, Score]
 
 

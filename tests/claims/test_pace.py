@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from tests.benchmarks.evaluation.cases import marks_of
 from tracker.clip.follow import Job, follow
 from tracker.models.find import find_model
@@ -9,6 +11,8 @@ from tracker.progress import Progress
 from tracker.run.score import places, score
 from tracker.run.track import Track
 from tracker.settings import Settings
+
+pytestmark = pytest.mark.claims
 
 QUIET = Progress("quiet")
 

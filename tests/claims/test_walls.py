@@ -16,6 +16,8 @@ from tracker.run.track import Track
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
+pytestmark = pytest.mark.claims
+
 FIRST, LAST = 204, 337  # columns of the wall: the walker of markers_walk_lr is behind it for some ten frames
 BODY = 10.0  # pixels of body beyond the marked joints
 STRIDE = 0.8  # leg lengths that anything of the body may be behind the near knee
