@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
-.PHONY: demo test check models rivals evaluate robustness measure motion trial bench clean
+.PHONY: demo test check models rivals evaluate robustness measure motion trial mutants bench clean
 
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
@@ -57,6 +57,10 @@ motion: $(VENV)/installed-dev
 # A new user's first minutes in a clone of what is committed, in a real browser: how long they take.
 trial: $(VENV)/installed-dev
 	$(BIN)/python -m tests.benchmarks.trial
+
+# Formulas broken one at a time, and whether the tests notice: tests/benchmarks/mutations.toml.
+mutants: $(VENV)/installed-dev
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.mutations
 
 # How fast filters, learning and, where there are clips, tracking are beside others: docs/speed.md.
 bench: $(VENV)/installed-bench
