@@ -1,10 +1,18 @@
 """Fixtures shared by every room."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+
+from tests.tracker.clips import Clip, make_clip
+from tracker.models.cluster import local_cluster
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 
 @pytest.fixture
@@ -19,3 +27,16 @@ def data_dir() -> Path:
     if not folder:
         pytest.skip("FIGTRACK_DATA names no folder of captures and clips")
     return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Clip:
+    """Ten frames of a rendered walk; not to be written to."""
+    return make_clip(tmp_path_factory.mktemp("clip"))
+
+
+@pytest.fixture(scope="session")
+def cluster() -> Iterator["Client"]:
+    """A real Dask cluster of two processes of this machine."""
+    with local_cluster(2) as client:
+        yield client

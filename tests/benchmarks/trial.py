@@ -114,7 +114,7 @@ def _mark_and_follow(terminal: Terminal, profile: Path) -> None:
         page.mark(joints)
         browser.push("#close")
         browser.wait("document.querySelector('.over')")
-        out, said = command.communicate(timeout=20)
+        out, said = command.communicate(timeout=120)
         assert (command.returncode, said, browser.errors) == (0, "", [])
         print(terminal.type(out.splitlines()[-1].removeprefix("next: ")).rstrip())
         report = terminal.folder / RUN / "report.html"

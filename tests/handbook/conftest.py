@@ -3,7 +3,6 @@
 import pytest
 
 from tests.handbook.stage import furnish, shorten
-from tracker.models.cluster import local_cluster
 
 
 @pytest.fixture(scope="session")
@@ -12,19 +11,10 @@ def stage(tmp_path_factory):
     return furnish(tmp_path_factory.mktemp("stage"))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def scheduler(request):
     """Gives the address of a real Dask scheduler, which is started when first asked for."""
-    running = []
-
-    def address():
-        if not running:
-            cluster = local_cluster(1)
-            running.append(cluster.__enter__())
-            request.addfinalizer(lambda: cluster.__exit__(None, None, None))
-        return running[0].scheduler.address
-
-    return address
+    return lambda: request.getfixturevalue("cluster").scheduler.address
 
 
 @pytest.fixture

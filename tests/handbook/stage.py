@@ -134,7 +134,7 @@ def mark(words, folder):
         opening = page(address)
         frame = opening["frame"]["index"]
         answer = post(address, "save", {"frames": {str(frame): told(truth[frame])}, "close": True})
-        _, errors = process.communicate(timeout=20)
+        _, errors = process.communicate(timeout=120)
     if "saved" not in answer or process.returncode:
         raise CommandFailedError(f"annotate {' '.join(words)}: {answer} {errors}")
 

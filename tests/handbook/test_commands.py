@@ -11,6 +11,7 @@ RUN = [page for page in PAGES if any(block.kind != "shown" for block in blocks_o
 COMMANDS = [words for block in ALL if block.kind == "commands" for words in block.commands]
 
 
+@pytest.mark.handbook
 @pytest.mark.parametrize("page", RUN)
 def test_a_page_can_be_followed_from_its_top_to_its_end(page, stage, here, scheduler):
     set_up(stage, here, page)
@@ -55,6 +56,7 @@ def test_a_line_that_ends_in_a_backslash_goes_on():
     assert block.commands == [["figtrack", "track", "walk.mp4"], ["make", "test"]]
 
 
+@pytest.mark.handbook
 def test_a_command_that_fails_fails_its_page(stage, here, scheduler):
     set_up(stage, here, "page")
     for text in ("figtrack track absent.mp4 --keypoints walk.keypoints.csv", "figtrack trak", "make nothing"):

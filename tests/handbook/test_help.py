@@ -25,6 +25,7 @@ def test_the_help_shows_an_example_of_the_very_command(command):
     assert f"Example: {shlex.join(words)}" in said
 
 
+@pytest.mark.handbook
 def test_the_examples_can_be_run_one_after_the_other(stage, here, scheduler):
     set_up(stage, here, "help")
     for command in COMMANDS:

@@ -58,6 +58,7 @@ def test_the_readme_and_the_tutorial_show_one_table_of_the_demo():
     assert tables[0] == tables[1]
 
 
+@pytest.mark.handbook
 def test_every_file_of_a_run_and_all_that_is_said_of_it_is_told(stage):
     text, folder = (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), stage / "walk-track"
     news = json.loads((folder / "run.json").read_text(encoding="utf-8"))

@@ -1,7 +1,7 @@
 """All spoiled inputs."""
 
 from tests.spoiled.clips import MARKS, VIDEO
-from tests.spoiled.motions import MODELS, POSES, SETTINGS
+from tests.spoiled.motions import CAPTURES, MODELS, POSES, SETTINGS
 from tests.spoiled.others import JOBS, RUNS, SOURCES
 from tests.spoiled.places import NAMES, OPTIONS, PLACES
 
@@ -11,6 +11,7 @@ CASES = [
     *SETTINGS,
     *MODELS,
     *POSES,
+    *CAPTURES,
     *RUNS,
     *JOBS,
     *SOURCES,

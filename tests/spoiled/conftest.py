@@ -6,14 +6,12 @@ from contextlib import chdir
 import pytest
 
 from tests.spoiled.stock import fill
-from tests.tracker.clips import make_clip
 
 
 @pytest.fixture(scope="session")
-def stock(tmp_path_factory):
+def stock(clip, tmp_path_factory):
     """A folder in which every command succeeds; not to be written to."""
     folder = tmp_path_factory.mktemp("stock")
-    clip = make_clip(tmp_path_factory.mktemp("clip"))
     with chdir(folder):
         fill(folder, clip)
     return folder

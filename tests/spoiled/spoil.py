@@ -1,4 +1,4 @@
-"""Ways to spoil a file: each takes what is asked for and gives what does it to a folder."""
+"""Ways to spoil a file: each does it to a path, or takes what it needs and gives what does it."""
 
 import os
 import re
@@ -7,18 +7,44 @@ import shutil
 import numpy as np
 
 
-def cut(name, share=0.5):
+def nothing(path):
+    """All is as it should be: what is asked for is not."""
+
+
+def emptied(path):
+    path.write_bytes(b"")
+
+
+def removed(path):
+    shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def folder_instead(path):
+    path.unlink(missing_ok=True)
+    path.mkdir()
+
+
+def file_instead(path):
+    """A file where a folder was, or should be."""
+    shutil.rmtree(path, ignore_errors=True)
+    path.write_text("mine\n")
+
+
+def foreign_instead(path):
+    """A folder of somebody else's."""
+    shutil.rmtree(path, ignore_errors=True)
+    path.mkdir()
+    (path / "thesis.tex").write_text("years of work\n")
+
+
+def cut(share=0.5):
     """Only the first part is left."""
-    return edited(name, lambda data: data[: int(share * len(data))])
+    return edited(lambda data: data[: int(share * len(data))])
 
 
-def emptied(name):
-    return written(name, b"")
-
-
-def flipped(name, seed, count=1):
+def flipped(seed, count=1):
     """Single bits of it are turned, drawn from a seed."""
-    return edited(name, lambda data: flip(data, np.random.default_rng(seed), count))
+    return edited(lambda data: flip(data, np.random.default_rng(seed), count))
 
 
 def flip(data, rng, count):
@@ -29,104 +55,59 @@ def flip(data, rng, count):
     return stored.tobytes()
 
 
-def encoded(name, encoding):
+def encoded(encoding):
     """Its text in another encoding, with a letter in it that tells."""
-    return edited(name, lambda data: (data.decode() + "é\n").encode(encoding))
+    return edited(lambda data: (data.decode() + "é\n").encode(encoding))
 
 
-def replaced(name, old, new, count=1):
+def replaced(old, new, count=1):
     """Text for text, which must be there; `old` is a regular expression."""
 
     def edit(data):
         text, found = re.subn(old, new, data.decode(), count=count)
-        assert found, f"{old} is not in {name}"
+        assert found, f"{old} is not there"
         return text.encode()
 
-    return edited(name, edit)
+    return edited(edit)
 
 
-def written(name, content):
+def separated(by):
+    """Another separator than a comma."""
+    return edited(lambda data: data.replace(b",", by))
+
+
+def written(content):
     """Quite another content, bytes or text."""
     data = content if isinstance(content, bytes) else content.encode()
-
-    def spoil(folder):
-        (folder / name).parent.mkdir(exist_ok=True)
-        (folder / name).write_bytes(data)
-
-    return spoil
+    return lambda path: path.write_bytes(data)
 
 
-def edited(name, change):
+def edited(change):
     """What a function makes of its bytes."""
-    return lambda folder: (folder / name).write_bytes(change((folder / name).read_bytes()))
+    return lambda path: path.write_bytes(change(path.read_bytes()))
 
 
-def removed(name):
-    def spoil(folder):
-        path = folder / name
-        shutil.rmtree(path) if path.is_dir() else path.unlink()
-
-    return spoil
+def copied(source):
+    """The content of another file of the folder."""
+    return lambda path: path.write_bytes((path.parent / source).read_bytes())
 
 
-def folder_instead(name):
-    def spoil(folder):
-        (folder / name).unlink(missing_ok=True)
-        (folder / name).mkdir()
-
-    return spoil
-
-
-def file_instead(name):
-    """A file where a folder was, or should be."""
-
-    def spoil(folder):
-        shutil.rmtree(folder / name, ignore_errors=True)
-        (folder / name).write_text("mine\n")
-
-    return spoil
-
-
-def foreign_instead(name):
-    """A folder of somebody else's."""
-
-    def spoil(folder):
-        shutil.rmtree(folder / name, ignore_errors=True)
-        (folder / name).mkdir()
-        (folder / name / "thesis.tex").write_text("years of work\n")
-
-    return spoil
-
-
-def piped(name):
-    """A named pipe: no device that a test could harm, and as little to be replaced by a file."""
-    return lambda folder: os.mkfifo(folder / name)
-
-
-def linked(name, to):
+def linked(to):
     """A link to something else, which need not be there."""
 
-    def spoil(folder):
-        (folder / name).unlink(missing_ok=True)
-        os.symlink(to, folder / name)
+    def spoil(path):
+        path.unlink(missing_ok=True)
+        os.symlink(to, path)
 
     return spoil
 
 
-def copied(name, to):
-    """Under another name."""
-    return lambda folder: (folder / to).write_bytes((folder / name).read_bytes())
-
-
-def renamed(names):
-    """Files or folders under other names, by their old ones."""
+def renamed(**names):
+    """Files or folders of a folder under other names; a suffix stands behind _ in the old one."""
 
     def spoil(folder):
         for old, new in names.items():
-            (folder / old).rename(folder / new)
+            (folder / new).parent.mkdir(exist_ok=True)
+            (folder / old.replace("_", ".")).rename(folder / new)
 
     return spoil
-
-
-def nothing(folder):
-    """All is as it should be: what is asked for is not."""

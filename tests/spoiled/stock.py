@@ -49,9 +49,10 @@ FOREIGN = {
 }
 
 
-def words(command, more=""):
-    """The command line of a command, further words behind."""
-    return shlex.split(f"{COMMANDS.get(command, command)} {more}")
+def words(command):
+    """A command line, its beginning up to the first option by its key."""
+    key, dashes, more = command.partition(" --")
+    return shlex.split(COMMANDS.get(key, key) + dashes + more)
 
 
 def fill(folder, clip):
@@ -75,7 +76,7 @@ def fill(folder, clip):
     (folder / "trials.csv").write_text("\n".join(rows) + "\n")
     for command in ("settings", "track", "compare", "trc", "openpose"):
         _done(words(command))
-    _done(words("synthesise --model m.npz --frames 40 --no-clip --out poses.csv", ASIDE))
+    _done(words("synthesise --frames 40 --out poses.csv"))
     _done(words("learn"))
 
 

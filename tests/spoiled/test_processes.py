@@ -52,12 +52,12 @@ def test_a_reader_that_hangs_up_is_no_error_to_speak_of(folder):
     process.stdout.close()
     with process.stderr as errors:
         assert errors.read() == ""
-    assert process.wait(20) == 1
+    assert process.wait(120) == 1
 
 
 def test_of_two_runs_that_overwrite_one_folder_at_once_one_is_whole(folder):
     both = [started(*words("track")) for _ in range(2)]
-    errors = [process.communicate(timeout=60)[1] for process in both]
+    errors = [process.communicate(timeout=120)[1] for process in both]
     for process, text in zip(both, errors, strict=True):
         assert process.returncode in (0, 1)
         if process.returncode:
@@ -78,7 +78,7 @@ def test_what_is_killed_outright_leaves_the_old_run_and_the_next_run_is_not_in_i
     assert json.loads(process.stderr.readline())["done"] == 0
     time.sleep(0.3)
     process.send_signal(signal.SIGKILL)
-    process.communicate(timeout=20)
+    process.communicate(timeout=120)
     assert process.returncode == -signal.SIGKILL
     assert everything(folder / "run") == before
     assert ended(*words("track"))[0] == 0

@@ -29,9 +29,9 @@ def test_nothing_keeps_a_command_from_its_work_where_nothing_is_spoiled(folder, 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
 def test_a_spoiled_input_ends_in_one_clear_line_and_harms_nothing(folder, case, capfd):
-    case.spoil(folder)
+    case.spoil(folder / case.file)
     before = everything(folder)
-    result = figtrack(*words(case.command, case.more))
+    result = figtrack(*words(case.command))
     assert result.exit_code == case.exit, result.output
     assert capfd.readouterr().err == ""  # of libraries, which do not ask Python to print
     assert not list(folder.rglob("*.part"))

@@ -69,7 +69,7 @@ def page(address):
 def test_ctrl_c_before_a_save_leaves_nothing_and_says_so(clip, tmp_path):
     with running(clip.video, "--out", tmp_path / "k.csv") as (process, _):
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=20)
+        _, errors = process.communicate(timeout=120)
         assert (process.returncode, errors) == (1, "error: interrupted; nothing was written\n")
     assert list(tmp_path.iterdir()) == []
 
@@ -79,7 +79,7 @@ def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
     with running(clip.video, "--out", table) as (process, address):
         assert post(address, "save", {"frames": {"2": told({"hip": Mark(3, 4)})}})["saved"] == str(table)
         process.send_signal(signal.SIGINT)
-        out, errors = process.communicate(timeout=20)
+        out, errors = process.communicate(timeout=120)
     assert (process.returncode, errors) == (0, "")
     assert out.splitlines()[-3:] == [
         "stopped; what was not saved is gone",
@@ -93,7 +93,7 @@ def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(c
         assert page(address)["frame"]["index"] == 3
         frames = {"0": told({"hip": Mark(1, 2)}), "3": told({"hip": Mark(3, 4)})}
         post(address, "save", {"frames": frames, "close": True, "anyway": True})
-        out, _ = process.communicate(timeout=20)
+        out, _ = process.communicate(timeout=120)
     assert out.endswith(f"next: figtrack track {clip.video} --keypoints walk.keypoints.csv --anchors\n")
     assert sorted(read_keypoints(tmp_path / "walk.keypoints.csv")) == [0, 3]
 

@@ -132,7 +132,7 @@ def test_what_is_clicked_dragged_and_hidden_on_the_commands_page_is_in_its_table
     browser.push("#close")
     browser.wait("document.querySelector('.over')")
     assert "figtrack track" in browser.text(".over")
-    out, errors = command.communicate(timeout=20)
+    out, errors = command.communicate(timeout=120)
     assert (command.returncode, errors, browser.errors) == (0, "", [])
     assert out.splitlines()[-2:] == [
         f"1 frame marked in {table}",
