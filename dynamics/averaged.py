@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.chain import side_by_side
-from dynamics.gaussian import LOG_2PI, Array, apply, symmetric, transpose
+from dynamics.gaussian import LOG_2PI, Array, apply, inverse_root, symmetric, transpose
 from dynamics.slds import SLDS
 
 
@@ -138,8 +138,8 @@ def whitened(slds: SLDS) -> System:
         raise ValueError(
             f"the state must hold 1 or 2 poses of {d} freedoms and nothing else; it has {N} entries"
         )
-    white, log_det = _inverse_root(slds.Q[:, :d, :d])
-    white0, log_det0 = _inverse_root(slds.cov0)
+    white, log_det = inverse_root(slds.Q[:, :d, :d])
+    white0, log_det0 = inverse_root(slds.cov0)
     return System(
         white=white,
         white_A=white @ slds.A[:, :d],
@@ -163,7 +163,7 @@ def beside(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Da
     patterns, which = np.unique(seen.reshape(T * B, M), axis=0, return_inverse=True)
     which = which.reshape(T, B)
     both = patterns[:, :, None] & patterns[:, None, :]
-    white, log_det = _inverse_root(np.where(both, slds.R, np.eye(M)))
+    white, log_det = inverse_root(np.where(both, slds.R, np.eye(M)))
     white_C = white @ np.where(patterns[:, :, None], slds.C, 0.0)
     more = np.zeros((T, B, slds.K)) if hints is None else side_by_side(hints, 0.0)[0]
     return Data(
@@ -256,11 +256,3 @@ def _traces(roots: Array, cov: Array, K: int) -> Array:
 def _average(w: Array, each: Array) -> Array:
     """(..., K) times (K, n, m) to (..., n, m)."""
     return (w @ each.reshape(len(each), -1)).reshape(*w.shape[:-1], *each.shape[1:])
-
-
-def _inverse_root(cov: Array) -> tuple[Array, Array]:
-    """L^-1 of cov = L L', and log |2 pi cov|."""
-    root = np.linalg.cholesky(cov)
-    diagonal = np.diagonal(root, axis1=-2, axis2=-1)
-    log_det: Array = 2.0 * np.log(diagonal).sum(-1) + diagonal.shape[-1] * LOG_2PI
-    return np.asarray(np.linalg.solve(root, np.eye(cov.shape[-1]))), log_det

@@ -13,11 +13,14 @@ lengths run side by side, frames first, and each ends at its own last frame.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -99,14 +102,14 @@ def forward_backward(
     joint = log_pi0 + log_lik[0]
     for t in range(T):
         if t > 0:
-            joint = _log_sum(filtered[t - 1][:, :, None] + log_Pi, 1) + log_lik[t]
-        log_norm[t] = _log_sum(joint, 1)
+            joint = np.logaddexp.reduce(filtered[t - 1][:, :, None] + log_Pi, 1) + log_lik[t]
+        log_norm[t] = np.logaddexp.reduce(joint, 1)
         filtered[t] = joint - np.where(np.isfinite(log_norm[t]), log_norm[t], 0.0)[:, None]
     within = np.arange(T)[:, None] < lengths
     log_evidence = np.where(within, log_norm, 0.0).sum(0)
     _check_possible(log_evidence)
     come_from = filtered[:-1, :, :, None] + log_Pi
-    sums = _log_sum(come_from, 2)
+    sums = np.logaddexp.reduce(come_from, 2)
     # A state that cannot be reached has no predecessors; it also has no probability to hand back.
     come_from = np.exp(come_from - np.where(np.isfinite(sums), sums, 0.0)[:, :, None])
     prob = np.exp(filtered)
@@ -126,6 +129,21 @@ def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, NDArray[np.in
     return padded, lengths
 
 
+def split_as(rows: NDArray[Scalar], ys: Sequence[Array]) -> list[NDArray[Scalar]]:
+    """The rows of sequences that stand behind each other, as they lie in one array of all, parted again."""
+    return np.split(rows, np.cumsum([len(y) for y in ys])[:-1])
+
+
+def check_chain(pi0: Array, Pi: Array) -> None:
+    """ValueError unless pi0 (K,) and the rows of Pi (K, K) are probabilities."""
+    for name, rows in (("pi0", pi0[None]), ("Pi", Pi)):
+        wrong = (rows < 0).any(1) | (np.abs(rows.sum(1) - 1.0) > 1e-6)
+        for i in np.flatnonzero(wrong):
+            raise ValueError(
+                f"{name} rows must be probabilities that sum to 1; row {i} sums to {rows[i].sum():.6f}"
+            )
+
+
 def blocks(Pis: Sequence[Array], crossing: float) -> Array:
     """The transition matrix of several chains as one.
 
@@ -141,15 +159,6 @@ def blocks(Pis: Sequence[Array], crossing: float) -> Array:
         joined[block, block] = (1.0 - crossing) * Pi
         at += len(Pi)
     return joined
-
-
-def _log_sum(logs: Array, axis: int) -> Array:
-    """log of the sum of exponentials; -inf where all are."""
-    top = logs.max(axis, keepdims=True)
-    top = np.where(np.isfinite(top), top, 0.0)
-    with np.errstate(divide="ignore"):
-        total: Array = np.log(np.exp(logs - top).sum(axis)) + np.squeeze(top, axis)
-    return total
 
 
 def _check_possible(log_evidence: Array) -> None:

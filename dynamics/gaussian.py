@@ -53,11 +53,17 @@ def apply(matrix: Array, vector: Array) -> Array:
 
 def log_density(gaussian: Gaussian, x: Array) -> Array:
     """log N(x; mean, cov) in nats, broadcast over the leading axes."""
-    root = np.linalg.cholesky(gaussian.cov)
-    white = np.linalg.solve(root, (x - gaussian.mean)[..., None])[..., 0]
-    log_det = 2.0 * np.log(np.diagonal(root, axis1=-2, axis2=-1)).sum(-1)
-    density: Array = -0.5 * ((white**2).sum(-1) + log_det + x.shape[-1] * LOG_2PI)
+    white, log_det = inverse_root(gaussian.cov)
+    density: Array = -0.5 * ((apply(white, x - gaussian.mean) ** 2).sum(-1) + log_det)
     return density
+
+
+def inverse_root(cov: Array) -> tuple[Array, Array]:
+    """L^-1 of cov = L L', (..., N, N), which makes noise white; and log |2 pi cov|."""
+    root = np.linalg.cholesky(cov)
+    diagonal = np.diagonal(root, axis1=-2, axis2=-1)
+    log_det: Array = 2.0 * np.log(diagonal).sum(-1) + diagonal.shape[-1] * LOG_2PI
+    return np.asarray(np.linalg.solve(root, np.broadcast_to(np.eye(cov.shape[-1]), root.shape))), log_det
 
 
 def collapse(weights: Array, gaussians: Gaussian) -> Gaussian:

@@ -1,11 +1,13 @@
-"""What every inference returns."""
+"""What every inference takes and returns."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian
+from dynamics.slds import SLDS
 
 
 @dataclass(frozen=True)
@@ -48,3 +50,7 @@ class Posterior:
     def start_moments(self) -> Gaussian:
         """x_0 given each s_0, leading axis K or 1."""
         return self.starts if self.starts is not None else self.states[:1]
+
+
+Infer = Callable[[SLDS, Sequence[Array]], list[Posterior]]
+InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]

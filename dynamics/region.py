@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, symmetric, transpose
+from dynamics.gaussian import Array, Gaussian, apply, inverse_root, log_density, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
 from dynamics.slds import SLDS
 
@@ -62,14 +62,12 @@ class Regions:
 
     def distance(self, x: Array) -> Array:
         """(..., K) squared Mahalanobis distance of the states x (..., K or 1, N) from each region's mean."""
-        root = np.linalg.cholesky(self.cov)
-        whiten = np.linalg.solve(root, np.broadcast_to(np.eye(len(self.regard)), root.shape))
-        return np.asarray((apply(whiten, apply(self.regard, x) - self.mean) ** 2).sum(-1))
+        white, _ = inverse_root(self.cov)
+        return np.asarray((apply(white, apply(self.regard, x) - self.mean) ** 2).sum(-1))
 
     def log_density(self, x: Array) -> Array:
         """(..., K) log N of the states x (..., K or 1, N)."""
-        log_det = np.linalg.slogdet(self.cov)[1]
-        return np.asarray(-0.5 * (self.distance(x) + log_det + len(self.regard) * LOG_2PI))
+        return log_density(Gaussian(self.mean, self.cov), apply(self.regard, x))
 
 
 def regions(slds: SLDS) -> Regions:

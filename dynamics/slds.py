@@ -18,7 +18,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.chain import blocks
+from dynamics.chain import blocks, check_chain
 from dynamics.gaussian import Array, Gaussian, apply, frozen
 from dynamics.layout import Layout, among
 
@@ -67,13 +67,7 @@ class SLDS:
                 f"the state must hold 1 or 2 poses of {self.layout.d} freedoms and "
                 f"{len(self.drifts)} that drift; it has {N} entries"
             )
-        for name, rows in (("pi0", self.pi0[None]), ("Pi", self.Pi)):
-            for i, row in enumerate(rows):
-                if (row < 0).any() or abs(row.sum() - 1.0) > 1e-6:
-                    total = row.sum()
-                    raise ValueError(
-                        f"{name} rows must be probabilities that sum to 1; row {i} sums to {total:.6f}"
-                    )
+        check_chain(self.pi0, self.Pi)
         if not self.fps > 0:
             raise ValueError(f"fps must be positive; got {self.fps}")
 

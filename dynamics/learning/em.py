@@ -3,12 +3,11 @@
 Every start is climbed from by E-steps (`infer`) and M-steps (`dynamics.learning.mstep`), and the one that
 reaches the highest value is kept. The value of a round is the weighted sum of what the inference calls log
 evidence, plus the log prior. With an exact or variational E-step it never falls. The best path and GPB2
-promise nothing of
-the kind, so of every climb the best round is kept, one fall by less than the tolerance is climbed on from,
-and a second, or a greater one, ends it.
+promise nothing of the kind, so of every climb the best round is kept, one fall by less than the tolerance is
+climbed on from, and a second, or a greater one, ends it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,23 +20,9 @@ from dynamics.learning.mstep import maximise
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import Prior, changes, data_prior, log_prior
 from dynamics.learning.regression import companion
-from dynamics.posterior import Posterior
+from dynamics.posterior import Infer, Posterior
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
-
-__all__ = [
-    "Fit",
-    "Infer",
-    "Options",
-    "anywhere",
-    "data_prior",
-    "from_origin",
-    "learn",
-    "log_prior",
-    "maximise",
-]
-
-Infer = Callable[[SLDS, Sequence[Array]], list[Posterior]]
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,13 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.cluster.vq import kmeans2
 
-from dynamics.chain import best_path_all
-from dynamics.gaussian import LOG_2PI, Array, Gaussian
-from dynamics.hmm import HMMOptions, hmm_all, learn_hmm
+from dynamics.chain import best_path_all, split_as
+from dynamics.gaussian import Array, Gaussian, inverse_root
+from dynamics.hmm import hmm_all
 from dynamics.layout import Layout
+from dynamics.learning.baum_welch import HMMOptions, learn_hmm
+from dynamics.learning.clusters import clustered, scaled
 from dynamics.learning.fill import fill
 from dynamics.learning.options import Options
 from dynamics.learning.prior import data_prior
@@ -64,7 +65,7 @@ def kmeans(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator
         layout: of the states.
     """
     features = _features(ys, layout)
-    labels = np.split(_cluster(np.concatenate(features), K, rng), _cuts(ys))
+    labels = split_as(clustered(np.concatenate(features), K, rng), ys)
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]
 
 
@@ -99,7 +100,7 @@ def segments(
         ridge: prior of the regression; one that determines it.
     """
     steps = [_steps(y, layout.order) for y in ys]
-    v, cuts = np.concatenate(steps), _cuts(steps)
+    v = np.concatenate(steps)
     if K == 1 or len(v) == 0:
         return [_labelled(y, np.zeros(len(y), dtype=np.intp), K, layout.order) for y in ys]
     log_pi0 = np.full(K, -np.log(K))
@@ -110,12 +111,12 @@ def segments(
     chosen[0] = np.concatenate(clusters).T > 0
     for _ in range(ROUNDS):
         log_liks = [_refitted(v, each, layout, ridge) for each in chosen]
-        parts = [part for log_lik in log_liks for part in np.split(log_lik, cuts) if len(part)]
+        parts = [part for log_lik in log_liks for part in split_as(log_lik, steps) if len(part)]
         paths = best_path_all(log_pi0, log_Pi, parts)
         values = np.array([value for _, value in paths]).reshape(TRIES, -1).sum(1)
         s = np.concatenate([path for path, _ in paths]).reshape(TRIES, -1)
         chosen = s[:, None] == np.arange(K)[:, None]
-    labels = np.split(s[values.argmax()], cuts)
+    labels = split_as(s[values.argmax()], steps)
     return [
         _labelled(y, _from_first(path, len(y)), K, layout.order) for y, path in zip(ys, labels, strict=True)
     ]
@@ -141,31 +142,17 @@ def _refitted(v: Array, chosen: NDArray[np.bool_], layout: Layout, ridge: Ridge)
     d = layout.d
     A, b, Q = solve((chosen[:, None] * v.T) @ v, chosen.sum(1).astype(float), layout, ridge)
     e = v[:, :d].T - A[:, :d] @ v[:, d:-1].T - b[:, :d, None]
-    root = np.linalg.cholesky(Q[:, :d, :d])
-    distance = (np.linalg.solve(root, e) ** 2).sum(1)
-    log_det = 2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum(1)
-    log_lik: Array = -0.5 * (distance + log_det[:, None] + d * LOG_2PI)
+    root, log_det = inverse_root(Q[:, :d, :d])
+    log_lik: Array = -0.5 * (((root @ e) ** 2).sum(1) + log_det[:, None])
     return log_lik.T
 
 
 def _features(ys: Sequence[Array], layout: Layout) -> list[Array]:
-    """Poses and velocities, each divided by its spread so that all count alike, whatever the units."""
-    places = layout.travels
-    raw = [np.hstack([y[:, ~places], np.gradient(y, axis=0)]) for y in ys]
+    """Poses and velocities, each divided by its spread."""
+    stays = ~layout.travels
+    raw = [np.hstack([y[:, stays], np.gradient(y, axis=0)]) for y in ys]
     size = np.abs(np.concatenate(ys)).max(axis=0)
-    spread = np.concatenate(raw).std(axis=0)
-    # What does not change but for rounding must not be blown up to unit spread.
-    moves = spread > 1e-9 * np.hstack([size[~places], size])
-    return [values[:, moves] / spread[moves] for values in raw]
-
-
-def _cluster(features: Array, K: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    points = np.unique(features, axis=0)
-    if K == 1 or features.shape[1] == 0 or len(points) < K:
-        return np.zeros(len(features), dtype=np.intp)
-    centres, _ = kmeans2(points, K, minit="++", seed=rng)
-    nearest: NDArray[np.intp] = ((features[:, None] - centres) ** 2).sum(-1).argmin(1)
-    return nearest
+    return split_as(scaled(np.concatenate(raw), np.hstack([size[stays], size])), ys)
 
 
 def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
@@ -186,8 +173,3 @@ def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
 def _states(y: Array, order: int) -> Array:
     before = np.vstack([2.0 * y[:1] - y[1:2], y[:-1]])
     return y if order == 1 else np.hstack([y, before])
-
-
-def _cuts(parts: Sequence[Array]) -> NDArray[np.intp]:
-    cuts: NDArray[np.intp] = np.cumsum([len(part) for part in parts])[:-1]
-    return cuts

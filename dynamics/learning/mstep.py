@@ -53,8 +53,8 @@ def maximise(
         A=A,
         b=b,
         Q=Q,
-        Pi=_rows(counts, slds.Pi),
-        pi0=_rows(first[None], slds.pi0[None])[0],
+        Pi=shares(counts, slds.Pi),
+        pi0=shares(first[None], slds.pi0[None])[0],
         mean0=np.where(unborn[:, None], slds.mean0, mean0),
         cov0=np.where(unborn[:, None, None], slds.cov0, cov0),
         R=_measurement_noise(slds, ys, posteriors, weights, prior),
@@ -125,6 +125,7 @@ def _completed(moments: Array, seen: NDArray[np.bool_], R: Array) -> Array:
     return completed
 
 
-def _rows(counts: Array, fallback: Array) -> Array:
+def shares(counts: Array, fallback: Array) -> Array:
+    """The rows of counts (..., K) as probabilities; where a row holds nothing, the fallback's."""
     totals = counts.sum(-1, keepdims=True)
     return np.where(totals > 0, counts / np.where(totals > 0, totals, 1.0), fallback)

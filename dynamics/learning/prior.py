@@ -83,17 +83,18 @@ def log_prior(slds: SLDS, prior: Prior) -> float:
             B = np.hstack([free @ np.linalg.pinv(layout.regard), b[:d, None]]) - layout.steady
             scatter = (B * prior.ridge.strength) @ B.T + np.diag(prior.ridge.noise)
             count = prior.ridge.count + np.count_nonzero(prior.ridge.strength)
-            total += _inverse_wishart(Q[:d, :d], scatter, count)
+            total += inverse_wishart(Q[:d, :d], scatter, count)
         for cov in slds.cov0:
-            total += _inverse_wishart(cov, np.diag(prior.start), prior.start_count)
-        total += _inverse_wishart(slds.R, np.diag(prior.R), prior.R_count)
+            total += inverse_wishart(cov, np.diag(prior.start), prior.start_count)
+        total += inverse_wishart(slds.R, np.diag(prior.R), prior.R_count)
         Pi, pi0 = np.maximum(slds.Pi, 1e-300), np.maximum(slds.pi0, 1e-300)
         total += float(((prior.alpha + prior.sticky * np.eye(slds.K)) * np.log(Pi)).sum())
         total += float((prior.alpha * np.log(pi0)).sum())
     return total
 
 
-def _inverse_wishart(cov: Array, scatter: Array, count: float) -> float:
+def inverse_wishart(cov: Array, scatter: Array, count: float) -> float:
+    """Log density of a covariance (M, M), up to a constant."""
     return float(-0.5 * (count * np.linalg.slogdet(cov)[1] + np.trace(np.linalg.solve(cov, scatter))))
 
 

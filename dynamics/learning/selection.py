@@ -16,8 +16,9 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from dynamics.layout import Layout
-from dynamics.learning.em import Infer, from_origin, learn
+from dynamics.learning.em import from_origin, learn
 from dynamics.learning.options import Options
+from dynamics.posterior import Infer
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
 

@@ -18,11 +18,10 @@ from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update
 from dynamics.motion.noise import SEARCHES, at_noise
-from dynamics.posterior import Posterior
+from dynamics.posterior import InferWithHints
 from dynamics.region import POSE, Regions, pose_hints, pose_regions, regions
 from dynamics.slds import SLDS
 
-InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]
 Tick = Callable[[], None]
 
 CLASSIFY_TICKS = SEARCHES + 1

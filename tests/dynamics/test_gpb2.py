@@ -10,7 +10,8 @@ from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian, collapse
 from dynamics.gpb2 import gpb2, gpb2_all, gpb2_filter, gpb2_filter_all
-from dynamics.learning.em import Options, learn
+from dynamics.learning.em import learn
+from dynamics.learning.options import Options
 from tests.oracles import condition, enumerated, given_path, random_slds, sum_over_paths
 
 WEIGHTS = ("ec", "filt", "kim")

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
-from dynamics.hmm import HMM, HMMOptions, combine_hmms, hmm_all, learn_hmm
+from dynamics.hmm import HMM, combine_hmms, hmm_all
+from dynamics.learning.baum_welch import HMMOptions, learn_hmm
 from tests.oracles import random_covariance
 
 LEARNT = {"fps": 30.0, "label": "walk"}

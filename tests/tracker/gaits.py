@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from dynamics.hmm import HMMOptions
+from dynamics.learning.baum_welch import HMMOptions
 from dynamics.learning.options import Options
 from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS

@@ -11,7 +11,8 @@ from typing import TypeVar
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMM, HMMOptions
+from dynamics.hmm import HMM
+from dynamics.learning.baum_welch import HMMOptions
 from dynamics.slds import SLDS
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture

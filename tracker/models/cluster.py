@@ -15,8 +15,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from dynamics.gaussian import Array
-from dynamics.learning.em import Infer
-from dynamics.posterior import Posterior
+from dynamics.posterior import Infer, Posterior
 from dynamics.slds import SLDS
 from tracker.models.find import Batches
 

@@ -9,12 +9,14 @@ import numpy as np
 from dynamics.frames import batches
 from dynamics.gaussian import Array, collapse
 from dynamics.gpb2 import gpb2_all
-from dynamics.hmm import HMM, HMMOptions, combine_hmms, learn_hmm
+from dynamics.hmm import HMM, combine_hmms
 from dynamics.layout import among
-from dynamics.learning.em import Infer, Options, anywhere, learn
+from dynamics.learning.baum_welch import HMMOptions, learn_hmm
+from dynamics.learning.em import anywhere, learn
+from dynamics.learning.options import Options
 from dynamics.learning.selection import choose
 from dynamics.motion.rate import at_rate, backwards
-from dynamics.posterior import Posterior
+from dynamics.posterior import Infer, Posterior
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
 from dynamics.variational import Variational, variational_batches

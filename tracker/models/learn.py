@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMMOptions
+from dynamics.learning.baum_welch import HMMOptions
 from dynamics.learning.options import Options
 from dynamics.slds import SLDS
 from dynamics.store import Model, save

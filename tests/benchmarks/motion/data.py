@@ -14,7 +14,8 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.hmm import HMM, HMMOptions
+from dynamics.hmm import HMM
+from dynamics.learning.baum_welch import HMMOptions
 from dynamics.learning.em import from_origin
 from dynamics.slds import SLDS
 from kinematics.figure import ROOT

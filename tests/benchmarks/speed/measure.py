@@ -11,7 +11,9 @@ import numpy as np
 
 from dynamics.frames import in_batches
 from dynamics.gpb2 import gpb2_all, gpb2_filter
-from dynamics.learning.em import Options, data_prior, maximise
+from dynamics.learning.mstep import maximise
+from dynamics.learning.options import Options
+from dynamics.learning.prior import data_prior
 from dynamics.variational import variational_all
 from dynamics.viterbi import forward, viterbi_all
 from tests.benchmarks.speed import rivals

@@ -10,8 +10,9 @@ from dynamics.gaussian import Gaussian
 from dynamics.gpb2 import gpb2_all
 from dynamics.kalman import predict
 from dynamics.layout import Layout
-from dynamics.learning.em import anywhere, from_origin, learn, maximise
+from dynamics.learning.em import anywhere, from_origin, learn
 from dynamics.learning.fill import fill
+from dynamics.learning.mstep import maximise
 from dynamics.learning.options import STARTS, Options
 from dynamics.learning.prior import changes, data_prior, log_prior
 from dynamics.variational import variational_all

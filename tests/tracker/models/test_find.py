@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.learning.em import Options
+from dynamics.learning.options import Options
 from dynamics.motion.rate import at_rate, backwards
 from dynamics.store import ModelError, load_shipped, save
 from kinematics.mocap import POSE_COLUMNS, mirror
