@@ -13,6 +13,7 @@ import numpy as np
 
 from kinematics.figure import Array, Figure, Link
 from kinematics.recover import Marks, recover, span
+from kinematics.sides import on_side, other_side
 
 SMALLEST = 25.0  # pixels of a leg: below, templates have too few pixels to be registered
 TWINS = 1.6  # how many times as long as its twin a limb may seem
@@ -139,8 +140,7 @@ def _start(figure: Figure, link: Link) -> str:
 
 def _pairs(figure: Figure, marks: Marks) -> list[tuple[str, str]]:
     """Joints that are easily taken for each other: of the near side and the far, and the ends of a limb."""
-    nears = [name for name in figure.joints if name.startswith("near_")]
-    pairs = [(name, "far_" + name.removeprefix("near_")) for name in nears]
+    pairs = [(name, other_side(name)) for name in figure.joints if on_side(name, "near")]
     pairs += [(_start(figure, link), link.joint) for link in figure.links]
     return [(one, other) for one, other in pairs if one in marks and other in marks]
 

@@ -19,6 +19,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.sides import exchanged
+
 Array = NDArray[np.float64]
 
 ROOT = ("root_x", "root_y")
@@ -58,11 +60,6 @@ class Link:
     width: float
     taper: float
     layer: int
-
-    @property
-    def kind(self) -> str:
-        """Its name without the side: the links of one kind are twins."""
-        return self.name.removesuffix("_near").removesuffix("_far")
 
 
 @dataclass(frozen=True)
@@ -186,9 +183,16 @@ class Figure:
     @cached_property
     def twins(self) -> dict[int, int]:
         """For each link that has one, its twin on the other side; positions in `links`."""
-        kinds = [link.kind for link in self.links]
-        pairs = ((i, j) for i, kind in enumerate(kinds) for j, other in enumerate(kinds) if other == kind)
-        return {i: j for i, j in pairs if i != j}
+        twins = exchanged([link.name for link in self.links]).tolist()
+        return {i: twin for i, twin in enumerate(twins) if twin != i}
+
+    @cached_property
+    def joint_twins(self) -> NDArray[np.intp]:
+        """(1 + L,) position in `joints` of each joint's twin on the other side, or its own."""
+        order = np.arange(len(self.joints))
+        for link, twin in self.twins.items():
+            order[1 + link] = 1 + twin
+        return order
 
     @cached_property
     def exchanged(self) -> NDArray[np.intp]:

@@ -14,13 +14,13 @@ import numpy as np
 from kinematics.asfamc import read_amc
 from kinematics.bvh import Array, MotionError, read_bvh
 from kinematics.sagittal import Body, find_body, project
+from kinematics.sides import exchanged
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
 SHORTEST = 8  # frames; less holds no motion to learn from
 CURVE = "curve"  # tag of a trial that is walked or run on a bend
 FROZEN = 3  # frames; as many copies of one pose are a fault of the capture, not a pause
 
-_MIRRORED = [0, 1, 2, 3, 6, 7, 4, 5]
 _TABLE_COLUMNS = ("file", "subject", "trial", "activity", "fps", "segments", "tags", "licence")
 
 
@@ -137,7 +137,7 @@ def read_body(trial: Trial) -> Body:
 
 def mirror(y: Array) -> Array:
     """Exchange the near and the far leg of pose rows (..., 8)."""
-    return np.asarray(y[..., _MIRRORED])
+    return np.asarray(y[..., exchanged(POSE_COLUMNS)])
 
 
 def resample(y: Array, fps_from: float, fps_to: float) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array, Figure
+from kinematics.sides import SIDES, other_side
 from kinematics.spm import View
 
 Marks = Mapping[str, tuple[float, float]]
@@ -131,12 +132,11 @@ def facing_of(marks: Marks, later: Marks | None = None) -> int:
     from the way the hip goes, else from a bend too slight to be sure of. Right where nothing tells.
     """
     seen = _positions(marks)
-    sides = ("near", "far")
-    feet = [(f"{side}_ankle", f"{side}_toe") for side in sides]
+    feet = [(f"{side}_ankle", f"{side}_toe") for side in SIDES]
     ways = [np.sign(seen[toe][0] - seen[ankle][0]) for ankle, toe in feet if {ankle, toe} <= seen.keys()]
     # One foot alone may mislead: pushing off it points down, and its toe may lie behind its ankle.
     toes, toe = (sum(ways), 0.0) if len(ways) == len(feet) else (0.0, sum(ways))
-    legs = [("hip", f"{side}_knee", f"{side}_ankle") for side in sides]
+    legs = [("hip", f"{side}_knee", f"{side}_ankle") for side in SIDES]
     bend = sum(_knee_ahead(*(seen[joint] for joint in leg)) for leg in legs if seen.keys() >= set(leg))
     travel = 0.0
     if later is not None:
@@ -194,9 +194,9 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
             if length < 1.0:
                 raise PoseError(f"{link.joint} lies on the joint before it; mark the two apart")
             seen[link.name] = length
-    twins = {link.kind: seen[link.name] for link in figure.links if link.name in seen}
     scale = sum(seen.values()) / sum(link.length for link in figure.links if link.name in seen)
-    return [seen.get(link.name, twins.get(link.kind, scale * link.length)) for link in figure.links]
+    either = {other_side(name): length for name, length in seen.items()} | seen
+    return [either.get(link.name, scale * link.length) for link in figure.links]
 
 
 def _foreshortened(figure: Figure, lengths: Sequence[float]) -> list[int]:
@@ -223,5 +223,5 @@ def _evened(figure: Figure, q: Array) -> tuple[Figure, Array]:
 def _leg_length(figure: Figure, lengths: list[float]) -> float:
     """Pixels: the mean of the legs."""
     legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
-    names = [link for link in figure.links if figure.is_leg(link)]
-    return sum(legs) * len({link.kind for link in names}) / len(names)
+    parts = {frozenset((link.name, other_side(link.name))) for link in figure.links if figure.is_leg(link)}
+    return sum(legs) * len(parts) / len(legs)

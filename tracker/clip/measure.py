@@ -8,6 +8,7 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from kinematics.recover import Start
+from kinematics.sides import on_side, other_side
 from kinematics.spm import joints
 from tracker.foreign.formats import read_points
 from tracker.foreign.text_files import ForeignError
@@ -100,8 +101,8 @@ def jitter(names: tuple[str, ...], places: Array) -> float:
     off.
     """
     paths = dict(zip(names, np.moveaxis(places, 1, 0), strict=True))
-    for near in [name for name in names if name.startswith("near_")]:
-        far = near.replace("near_", "far_")
+    for near in [name for name in names if on_side(name, "near")]:
+        far = other_side(near)
         if far in paths:
             paths[near] = (paths[near] + paths.pop(far)) / np.sqrt(2.0)
     away = np.abs(np.diff(np.stack(list(paths.values())), 3, axis=1))

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.gait.strides import SIDES, Event, Side, Stride, Strides, strides_of
+from kinematics.sides import SIDES, Side
+from tracker.gait.strides import Event, Stride, Strides, strides_of
 from tracker.run.track import Track
 
 # Joints whose range of motion is told, of either leg and of the trunk.

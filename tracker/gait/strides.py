@@ -11,18 +11,16 @@ the floor goes by: where that takes less of the stride than any walk, it is what
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
+from kinematics.sides import Side
 from kinematics.spm import joint_jacobian, joints
 from tracker.loop.tracker import UNSURE
 from tracker.run.track import Track
-
-Side = Literal["near", "far"]
-SIDES: tuple[Side, ...] = ("near", "far")
 
 REACH = 0.2  # leg lengths that the ankle swings at least; less is no stride
 PROMINENCE = 0.4  # of that swing, by which an extreme stands out

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.figure import Figure
+from kinematics.sides import SIDES, on_side
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.settings import Settings
 
@@ -26,7 +27,6 @@ ITERATIONS = 20
 SMALL_STEP = 1e-4  # radians or leg lengths
 LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
 PULLS = 0.1  # share of the full weight: six standard deviations off
-OTHER = {"near_": "far_", "far_": "near_"}
 EXCHANGED = 1  # among the ways to name the legs
 
 
@@ -56,13 +56,12 @@ class Detections:
 
     def exchanged(self, figure: Figure) -> Self:
         """The same with the names of near and far leg exchanged."""
-        return replace(self, joint=_twins(figure)[self.joint])
+        return replace(self, joint=figure.joint_twins[self.joint])
 
     def on_one_leg(self, figure: Figure, side: str) -> Self:
         """The same with the points of both legs named as the near or the far one's."""
-        other = np.array([name.startswith(OTHER[side]) for name in figure.joints])
-        own = np.where(other, _twins(figure), np.arange(len(other)))
-        return replace(self, joint=own[self.joint])
+        own = [i if on_side(name, side) else figure.joint_twins[i] for i, name in enumerate(figure.joints)]
+        return replace(self, joint=np.array(own)[self.joint])
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class Detector:
         With each, minus the log of its probability, nats.
         """
         figure, settings = self.figure, self.settings
-        ways = [found, found.exchanged(figure), *(found.on_one_leg(figure, side) for side in OTHER)]
+        ways = [found, found.exchanged(figure), *(found.on_one_leg(figure, side) for side in SIDES)]
         rare = [settings.exchange, settings.one_leg / 2.0, settings.one_leg / 2.0]
         return list(zip(ways, -np.log([1.0 - sum(rare), *rare]), strict=True))
 
@@ -163,11 +162,3 @@ class Detector:
     def _squares(self, found: Detections, q: Array) -> Array:
         """(..., J) the same squared, in units of the spread."""
         return np.asarray((self._away(found, q) ** 2).sum(-1) / self.settings.point**2)
-
-
-def _twins(figure: Figure) -> NDArray[np.intp]:
-    """(J,) position of each joint's twin on the other leg; its own where there is none."""
-    order = np.arange(len(figure.joints))
-    for link, twin in figure.twins.items():
-        order[link + 1] = twin + 1  # the base comes first
-    return order

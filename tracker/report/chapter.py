@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from dynamics.gaussian import Array
+from kinematics.sides import SIDES, Side
 from tracker.gait.figures import Gait
-from tracker.gait.strides import SIDES, Side
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.gaussian import Array
+from kinematics.sides import other_side
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark, Marks
 
@@ -149,7 +150,7 @@ def _swapped(marks: Mapping[str, Mark], found: Places, leg: float) -> bool:
     if not all(name in marks and name in found for name in LEGS):
         return False
     as_named = np.mean([_apart(marks[name], Mark(*found[name])) for name in LEGS])
-    exchanged = np.mean([_apart(marks[name], Mark(*found[_twin(name)])) for name in LEGS])
+    exchanged = np.mean([_apart(marks[name], Mark(*found[other_side(name)])) for name in LEGS])
     return bool((as_named - exchanged) / leg > SWAP_GAIN)
 
 
@@ -164,11 +165,6 @@ def _angles(marks: Mapping[str, Mark], found: Places) -> list[float]:
             got = np.arctan2(found[end][0] - found[start][0], found[end][1] - found[start][1])
             out.append(float(abs(np.degrees((wanted - got + np.pi) % (2.0 * np.pi) - np.pi))))
     return out
-
-
-def _twin(name: str) -> str:
-    side, joint = name.split("_", 1)
-    return ("far_" if side == "near" else "near_") + joint
 
 
 def _apart(a: Mark, b: Mark) -> float:
