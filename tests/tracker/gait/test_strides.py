@@ -142,3 +142,28 @@ def test_errors_are_what_independent_noise_does_to_a_moment(rng, gait, name):
         found.append(getattr(strides_of(replace(track, q=noisy), "near").sound[0], name).at)
     # 600 draws tell a spread to 3 %; linearising it costs some more.
     assert np.std(found) == pytest.approx(event.error, rel=0.12)
+
+
+@pytest.mark.parametrize("name", ["strike", "off"])
+@pytest.mark.parametrize(
+    "late", [0.1, 0.6]
+)  # of a frame: the moment before and after the frame it is next to
+def test_an_extremes_error_weighs_every_frame_by_what_it_does_to_the_moment(name, late):
+    """The delta method with differences, where the frames after the moment are the less sure."""
+    track = stroll(3.0, start=START + late / FPS, sigma=0.002)
+    event = getattr(strides_of(track, "near").sound[0], name)
+    doubt = np.where(np.arange(len(track)) > event.at, 9.0, 1.0)
+    track = replace(track, cov=track.cov * doubt[:, None, None])
+
+    def moved(t, i, by):
+        q = track.q.copy()
+        q[t, i] += by
+        return getattr(strides_of(replace(track, q=q), "near").sound[0], name).at
+
+    variance, step = 0.0, 1e-5
+    for t in range(round(event.at) - 3, round(event.at) + 4):
+        slope = [(moved(t, i, step) - moved(t, i, -step)) / (2.0 * step) for i in range(track.q.shape[1])]
+        variance += np.array(slope) @ track.cov[t] @ slope
+    error = getattr(strides_of(track, "near").sound[0], name).error
+    assert abs(event.at - round(event.at)) > 0.1
+    assert error == pytest.approx(np.sqrt(variance), rel=1e-5)  # second order of a step
