@@ -25,14 +25,13 @@ check: $(VENV)/installed-dev
 	$(BIN)/pytest -n auto -m "claims or handbook"
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
-LICENCES := --licence CMU --licence "Seoul National"
-LEARN := $(BIN)/figtrack learn --trials $(MOCAP) $(LICENCES) --overwrite
+LEARN := $(BIN)/figtrack learn --trials $(MOCAP) --overwrite --settings dynamics/models
 
 models: $(VENV)/installed
 	for fps in $(RATES); do \
-	  $(LEARN) --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run@$$fps.npz && \
-	  $(LEARN) --states 1 --noise 0 --pooled --fps $$fps --out dynamics/models/walk-run-1@$$fps.npz && \
-	  $(LEARN) --fps $$fps --out dynamics/models/gait@$$fps.npz || exit 1; \
+	  $(LEARN)/learn.toml --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run@$$fps.npz && \
+	  $(LEARN)/pooled.toml --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run-1@$$fps.npz && \
+	  $(LEARN)/learn.toml --fps $$fps --out dynamics/models/gait@$$fps.npz || exit 1; \
 	done
 
 # The rival that needs opencv-contrib has it in an environment of its own, where it cannot harm ours.

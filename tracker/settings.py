@@ -4,7 +4,7 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
@@ -18,6 +18,9 @@ BOUNDS = {
     "maximum": "at most",
     "exclusiveMaximum": "below",
 }
+
+
+Model = TypeVar("Model", bound=BaseModel)
 
 
 class SettingsError(ValueError):
@@ -173,21 +176,25 @@ def settings_toml() -> str:
 
 
 def read_settings(path: Path) -> Settings:
-    """Settings from a TOML file; what it does not name keeps its default.
+    """The tracker's settings from a TOML file; raises as `read_toml`."""
+    return read_toml(path, Settings, f"'figtrack settings --out {path}' writes one")
+
+
+def read_toml(path: Path, kind: type[Model], advice: str) -> Model:
+    """Settings of a kind from a TOML file; what it does not name keeps its default.
 
     Raises:
-        SettingsError: no such file, not TOML, unknown keys or values out of range, all named at once.
+        SettingsError: no such file, not TOML, which `advice` helps with, unknown keys or values out of range,
+            all named at once.
     """
     try:
-        return Settings.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        return kind.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError as error:
         raise SettingsError(f"no settings file {path}; check its name") from error
     except ValidationError as error:
         raise SettingsError(f"{path}: {'; '.join(map(_fault, error.errors()))}") from error
     except (OSError, ValueError, RecursionError) as error:  # the parser has several ways to fail
-        raise SettingsError(
-            f"{path} is no TOML file ({why(error)}); 'figtrack settings --out {path}' writes one"
-        ) from error
+        raise SettingsError(f"{path} is no TOML file ({why(error)}); {advice}") from error
 
 
 def _range(schema: Mapping[str, Any]) -> str:

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tracker.clip.follow import Job, follow
+from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.run.score import Score, places, score
 from tracker.tables.keypoints import Marks, read_keypoints

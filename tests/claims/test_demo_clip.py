@@ -7,7 +7,8 @@ import pytest
 
 from tests.benchmarks.processes import spawned
 from tracker.cli.demo import write_scene
-from tracker.clip.follow import Job, follow
+from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.run.score import places, score
 from tracker.scene.film import render

@@ -7,7 +7,8 @@ import pytest
 from tests.benchmarks.evaluation.cases import marks_of
 from tests.benchmarks.evaluation.disturbances import Film, read_film, write_film
 from tests.benchmarks.evaluation.films import FILMS
-from tracker.clip.follow import Job, follow
+from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.run.score import Score, places, score
 from tracker.settings import Settings

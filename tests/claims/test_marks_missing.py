@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.evaluation.cases import marks_of
-from tracker.clip.follow import Job, follow
+from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.run.score import leg_length, places, score
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from tests.benchmarks.evaluation.cases import marks_of
-from tracker.clip.follow import Job, follow
+from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.models.find import find_model
 from tracker.progress import Progress
 from tracker.run.score import places, score

@@ -10,7 +10,8 @@ from tests.benchmarks.evaluation.cases import band_of, marks_of
 from tests.benchmarks.evaluation.disturbances import Film, write_film
 from tests.benchmarks.processes import spawned
 from tests.tracker.walls import behind_wall
-from tracker.clip.follow import Job, follow
+from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.run.track import Track
 from tracker.tables.keypoints import points

@@ -14,7 +14,7 @@ FRAMES = 4  # of the clip
 OF_MARKS = "--keypoints marks.csv --model m.npz --quiet --overwrite"
 FOLLOWED = f"{OF_MARKS} --out run"
 ASIDE = "--no-plot --quiet --overwrite"
-LEARNED = "--states 1 --rounds 1 --quiet --overwrite --out m2.npz"
+LEARNED = "--states 1 --settings quick.toml --quiet --overwrite --out m2.npz"
 
 # Each command as it is meant, run in that folder; with --overwrite only a fault keeps it from ending well.
 COMMANDS = {
@@ -67,6 +67,7 @@ def fill(folder, clip):
         folder / "jobs.csv", [("walk.mp4", "marks.csv", "cv", "job")], ("video", "keypoints", "model", "out")
     )
     saved(folder / "m.npz", gait_model())
+    (folder / "quick.toml").write_text("rounds = 1\n")
     for name, write in FOREIGN.items():
         write(folder / name)
     rows = [COLUMNS]

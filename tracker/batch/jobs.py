@@ -1,25 +1,22 @@
 """The table of jobs for a batch: a clip a row, and how to follow it."""
 
+import math
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
-from tracker.clip.follow import Job
+from tracker.clip.job import Following, Job, Option, options
 from tracker.progress import Progress
-from tracker.settings import Settings, read_settings
-from tracker.tables.keypoints import read_keypoints
 from tracker.tables.table import Layout
 
+OPTIONS = {option.name: option for option in options()}
 NEEDED = ("video", "keypoints")
-COLUMNS = (*NEEDED, "start", "model", "out", "stop", "facing", "rate", "smooth", "anchors", "settings")
-HEADER = ",".join(COLUMNS[:5])
-MODEL = "walk-run"
-RATES = (0.25, 4.0)
-FACING = {"": None, "left": -1, "right": 1}
-SMOOTH = {"": True, "1": True, "0": False}
-ANCHORS = {"": False, "1": True, "0": False}
+HEADER = "video,keypoints,start,model,out"
+COLUMNS = (*NEEDED, *OPTIONS, "out")
+FLAGS = {"1": True, "0": False}
 
 
 class JobsError(ValueError):
@@ -39,43 +36,21 @@ LAYOUT = Layout(
 
 @dataclass(frozen=True)
 class Row:
-    """One row of the table, its paths absolute; the files that it names may still be wrong.
-
-    start, stop, facing, rate, smooth, anchors : as in `Job`
-    """
+    """One row of the table, its paths absolute; the files that it names may still be wrong."""
 
     video: Path
     keypoints: Path
-    model: str
     out: Path
-    start: int | None
-    stop: int | None
-    facing: int | None
-    rate: float | None
-    smooth: bool
-    anchors: bool
-    settings: Path | None
+    how: Following
 
     @property
     def inputs(self) -> list[Path]:
         """The files that the work reads."""
-        model = [Path(self.model)] if Path(self.model).is_file() else []
-        return [self.video, self.keypoints, *model, *([] if self.settings is None else [self.settings])]
+        return [self.video, self.keypoints, *self.how.inputs]
 
     def job(self) -> Job:
-        """What to follow, and how; raises as `read_keypoints` and `read_settings`."""
-        return Job(
-            video=self.video,
-            marks=read_keypoints(self.keypoints),
-            model=self.model,
-            settings=Settings() if self.settings is None else read_settings(self.settings),
-            start=self.start,
-            stop=self.stop,
-            facing=self.facing,
-            rate=self.rate,
-            smooth=self.smooth,
-            anchors=self.anchors,
-        )
+        """What to follow, and how; raises as `Following.job`."""
+        return self.how.job(self.video, self.keypoints)
 
 
 def read_jobs(table: Path, place: Path, progress: Progress) -> list[Row]:
@@ -116,46 +91,43 @@ def _check_apart(rows: list[Row], table: Path, place: Path) -> None:
 
 
 def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row:
-    cell = {name: cells.get(name, "") for name in COLUMNS}
     for name in NEEDED:
-        if not cell[name]:
+        if not cells[name]:
             raise JobsError(f"{where}: {name} is empty; every row needs {' and '.join(NEEDED)}")
-    for name, known in (("facing", FACING), ("smooth", SMOOTH), ("anchors", ANCHORS)):
-        if cell[name] not in known:
-            wanted = ", ".join(filter(None, known))
-            raise JobsError(f"{where}: {name} must be {wanted} or empty; got {cell[name]!r}")
-    video = beside / cell["video"]
-    model = cell["model"] or MODEL
-    if model.endswith(".npz") or (beside / model).is_file():
-        model = str(beside / model)
-    return Row(
-        video=video,
-        keypoints=beside / cell["keypoints"],
-        model=model,
-        out=place / (cell["out"] or f"{video.stem}-track"),
-        start=_frame(cell["start"], "start", where),
-        stop=_frame(cell["stop"], "stop", where),
-        facing=FACING[cell["facing"]],
-        rate=_rate(cell["rate"], where),
-        smooth=SMOOTH[cell["smooth"]],
-        anchors=ANCHORS[cell["anchors"]],
-        settings=beside / cell["settings"] if cell["settings"] else None,
-    )
+    asked = {
+        name: _value(option, cells[name], beside, where)
+        for name, option in OPTIONS.items()
+        if cells.get(name)
+    }
+    video = beside / cells["video"]
+    out = place / (cells.get("out") or f"{video.stem}-track")
+    return Row(video, beside / cells["keypoints"], out, Following(**asked))
 
 
-def _frame(text: str, name: str, where: str) -> int | None:
-    if text and not (text.isascii() and text.isdigit() and len(text) < 10):
-        raise JobsError(f"{where}: {name} must be a whole number from 0, or empty; got {text!r}")
-    return int(text) if text else None
+def _value(option: Option, text: str, beside: Path, where: str) -> Any:
+    """What a cell asks for; files are relative to the folder that the table is in."""
+    if option.kind is Path:
+        return beside / text
+    if option.kind is str:
+        return str(beside / text) if text.endswith(".npz") or (beside / text).is_file() else text
+    if option.kind in (int, float):
+        return _number(option, text, where)
+    known = FLAGS if option.kind is bool else {word: option.kind(word) for word in option.words}
+    if text not in known:
+        raise JobsError(f"{where}: {option.name} must be {', '.join(known)} or empty; got {text!r}")
+    return known[text]
 
 
-def _rate(text: str, where: str) -> float | None:
-    if not text:
-        return None
+def _number(option: Option, text: str, where: str) -> float:
+    least, most = option.about.least or 0, option.about.most
+    if option.kind is int:
+        if text.isascii() and text.isdigit() and len(text) < 10:
+            return int(text)
+        raise JobsError(f"{where}: {option.name} must be a whole number from {least}, or empty; got {text!r}")
     try:
-        rate = float(text)
+        number = float(text)
     except ValueError:
-        rate = -1.0
-    if not RATES[0] <= rate <= RATES[1]:
-        raise JobsError(f"{where}: rate must be from {RATES[0]:g} to {RATES[1]:g}, or empty; got {text!r}")
-    return rate
+        number = math.nan
+    if not least <= number <= (most or math.inf):
+        raise JobsError(f"{where}: {option.name} must be from {least:g} to {most:g}, or empty; got {text!r}")
+    return number

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from tracker import __version__
 from tracker.batch.jobs import Row, read_jobs
-from tracker.clip.follow import Job, follow, write_run
+from tracker.clip.follow import follow, write_run
+from tracker.clip.job import Job
 from tracker.errors import fault
 from tracker.models.cluster import cluster_at, local_cluster
 from tracker.progress import Progress
@@ -116,7 +117,7 @@ def summary_cells(row: Row, ending: Ending) -> list[str]:
     """A row of summary.csv."""
     return [
         str(row.video),
-        row.model,
+        row.how.model,
         str(row.out),
         ending.status,
         "" if ending.frames is None else str(ending.frames),

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 
-from tracker.cli.options import FacingOption, Video, plain_errors, towards
+from tracker.cli.options import FacingOption, Video
+from tracker.clip.job import towards
 
 
 def annotate(
@@ -44,8 +45,7 @@ def annotate(
 
     Example: figtrack annotate walk.mp4 --frame 12
     """
-    with plain_errors():
-        from tracker.annotate.launch import Request, mark
+    from tracker.annotate.launch import Request, mark
 
-        table = out or Path(f"{video.absolute().stem}.keypoints.csv")
-        mark(Request(video, table, frame, source, towards(facing), port, not no_browser, overwrite))
+    table = out or Path(f"{video.absolute().stem}.keypoints.csv")
+    mark(Request(video, table, frame, source, towards(facing), port, not no_browser, overwrite))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tracker import __version__
-from tracker.clip.follow import Job
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.report.comparison import compare_models
 from tracker.run.folder import fresh_folder

@@ -8,16 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tracker.cli.options import (
-    Facing,
-    Overwrite,
-    ProgressStyle,
-    Quiet,
-    Style,
-    plain_errors,
-    shown_progress,
-    towards,
-)
+from tracker.cli.options import Common, Overwrite
+from tracker.clip.job import Facing, towards
 
 if TYPE_CHECKING:
     from tracker.batch.run_all import Ended
@@ -43,6 +35,7 @@ def export(
             "myogait: JSON."
         ),
     ],
+    *,
     height: Annotated[
         float | None, typer.Option(min=0.3, max=3.0, help="Of the person, metres: the scale of trc and mot.")
     ] = None,
@@ -59,9 +52,7 @@ def export(
     out: Annotated[
         Path | None, typer.Option(help="The file, or folder for openpose [default: DIR and an ending].")
     ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    common: Common,
 ) -> None:
     """Write a run for another program.
 
@@ -72,14 +63,12 @@ def export(
     if height is not None and scale_points is not None:
         raise typer.BadParameter("give either --height or --scale-points, not both")
     points = None if scale_points is None else _scale_points(scale_points)
-    with plain_errors():
-        from tracker.foreign.export import Wish, export_name, export_run
+    from tracker.foreign.export import Wish, export_name, export_run
 
-        place = out or Path(export_name(folder, to.value))
-        wish = Wish(to.value, height, points, towards(facing))
-        shown = shown_progress(quiet, progress)
-        said = export_run(folder, wish, place, overwrite=overwrite, progress=shown)
-        print(f"wrote {place} from {folder}{f'; {said}' if said else ''}")
+    place = out or Path(export_name(folder, to.value))
+    wish = Wish(to.value, height, points, towards(facing))
+    said = export_run(folder, wish, place, overwrite=common.overwrite, progress=common.shown())
+    print(f"wrote {place} from {folder}{f'; {said}' if said else ''}")
 
 
 def batch(
@@ -87,9 +76,10 @@ def batch(
         Path,
         typer.Argument(
             help="Table of clips: video,keypoints,start,model,out; also stop,facing,rate,smooth,anchors,"
-            "settings."
+            "settings,measure,templates."
         ),
     ],
+    *,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for the results and summary.csv [default: the table's own folder]."),
@@ -101,9 +91,7 @@ def batch(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to send the clips to, tcp://HOST:PORT.")
     ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    common: Common,
 ) -> None:
     """Follow many clips, each by itself.
 
@@ -113,21 +101,20 @@ def batch(
     """
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("give either --workers or --scheduler, not both")
-    with plain_errors():
-        from tracker.batch.run_all import FAILED, run_batch
+    from tracker.batch.run_all import FAILED, run_batch
 
-        place = jobs.absolute().parent if out is None else out.absolute()
-        ended = run_batch(
-            jobs,
-            place,
-            workers=workers,
-            scheduler=scheduler,
-            overwrite=overwrite,
-            progress=shown_progress(quiet, progress),
-        )
-        _show(ended, place)
-        if any(ending.status == FAILED for _, ending in ended):
-            raise typer.Exit(1)
+    place = jobs.absolute().parent if out is None else out.absolute()
+    ended = run_batch(
+        jobs,
+        place,
+        workers=workers,
+        scheduler=scheduler,
+        overwrite=common.overwrite,
+        progress=common.shown(),
+    )
+    _show(ended, place)
+    if any(ending.status == FAILED for _, ending in ended):
+        raise typer.Exit(1)
 
 
 def settings(
@@ -140,16 +127,15 @@ def settings(
 
     Example: figtrack settings --out mine.toml
     """
-    with plain_errors():
-        from tracker.run.folder import fresh_file
-        from tracker.settings import settings_toml
+    from tracker.run.folder import fresh_file
+    from tracker.settings import settings_toml
 
-        if out is None:
-            print(settings_toml(), end="")
-            return
-        with fresh_file(out, overwrite=overwrite) as aside:
-            aside.write_text(settings_toml(), encoding="utf-8")
-        print(f"{out}: every setting; figtrack track ... --settings {out}")
+    if out is None:
+        print(settings_toml(), end="")
+        return
+    with fresh_file(out, overwrite=overwrite) as aside:
+        aside.write_text(settings_toml(), encoding="utf-8")
+    print(f"{out}: every setting; figtrack track ... --settings {out}")
 
 
 def _scale_points(text: str) -> tuple[float, float, float, float, float]:

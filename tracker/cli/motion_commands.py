@@ -1,24 +1,16 @@
 """The commands on motion alone: learning a model, and what it says of tables of poses."""
 
-from enum import StrEnum
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tracker.cli.options import Overwrite, ProgressStyle, Quiet, Style, beside, plain_errors, shown_progress
+from tracker.cli.options import Common, beside
 from tracker.motion.choices import Inference, Use
 
 if TYPE_CHECKING:
-    from tracker.motion.commands import Outputs, Task
-
-
-class Starting(StrEnum):
-    """First guess of the switching states."""
-
-    KMEANS = "kmeans"
-    HMM = "hmm"
-    SEGMENTS = "segments"
+    from tracker.motion.commands import Outputs
 
 
 Poses = Annotated[
@@ -32,20 +24,37 @@ Fps = Annotated[
     float | None,
     typer.Option(min=1.0, max=1000.0, help="Frames a second of the table [default: the model's]."),
 ]
-Out = Annotated[Path | None, typer.Option(help="The table to write [default: POSES-COMMAND.csv].")]
-Plot = Annotated[
-    Path | None,
-    typer.Option(help="The picture to write, .png, .pdf or .svg [default: as --out, but .png]."),
-]
-NoPlot = Annotated[bool, typer.Option("--no-plot", help="Draw no picture.")]
 NoRecurrent = Annotated[
     bool, typer.Option("--no-recurrent", help="The papers' switch, which does not depend on the pose.")
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Of what is drawn at random.")]
 
 
+@dataclass(frozen=True)
+class Written:
+    """The table that a command writes, and the picture beside it."""
+
+    out: Annotated[Path | None, typer.Option(help="The table to write [default: POSES-COMMAND.csv].")] = None
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="The picture to write, .png, .pdf or .svg [default: as --out, but .png]."),
+    ] = None
+    no_plot: Annotated[bool, typer.Option("--no-plot", help="Draw no picture.")] = False
+
+    def outputs(self, usual: Path, *, clip: bool = False) -> "Outputs":
+        """The table, `usual` unless told, and what stands beside it under its name."""
+        from tracker.motion.commands import Outputs
+
+        if self.plot is not None and self.no_plot:
+            raise typer.BadParameter("give either --plot or --no-plot, not both")
+        table = self.out or usual
+        picture = None if self.no_plot else self.plot or table.with_suffix(".png")
+        return Outputs(table, picture, table.with_suffix(".mp4") if clip else None)
+
+
 def learn(
     poses: Annotated[list[Path] | None, typer.Argument(help="Pose tables, all at --fps.")] = None,
+    *,
     trials: Annotated[
         Path | None, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")
     ] = None,
@@ -54,17 +63,7 @@ def learn(
         typer.Option(help="Activities to learn [default: walk and run, or all labels of the pose tables]."),
     ] = None,
     exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = "",
-    licence: Annotated[
-        list[str] | None,
-        typer.Option(help="Learn only from rows whose licence contains one of these [default: all]."),
-    ] = None,
-    states: Annotated[
-        int, typer.Option(min=1, max=32, help="Switching states of each activity; with --choose the most.")
-    ] = 8,
-    choose: Annotated[
-        bool, typer.Option("--choose", help="Let subjects held out say how many states each activity gets.")
-    ] = False,
-    pooled: Annotated[bool, typer.Option("--pooled", help="Learn all activities as one.")] = False,
+    states: Annotated[int, typer.Option(min=1, max=32, help="Switching states of each activity.")] = 8,
     order: Annotated[int, typer.Option(min=1, max=2, help="Order of the dynamics.")] = 2,
     fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames a second to learn at.")] = 30.0,
     noise: Annotated[
@@ -75,19 +74,16 @@ def learn(
         typer.Option(help="Of the switching states while learning; hmm for a model without dynamics."),
     ] = Inference.VITERBI,
     seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
-    rounds: Annotated[int, typer.Option(min=1, max=1000, help="Rounds of EM at most.")] = 10,
-    start: Annotated[Starting, typer.Option(help="First guess of the switching states.")] = Starting.KMEANS,
-    restarts: Annotated[
-        int, typer.Option(min=1, max=100, help="Starts to learn from; the best is kept.")
-    ] = 1,
     scheduler: Annotated[
         str | None,
         typer.Option(help="Address of a Dask scheduler whose workers do the E-steps, tcp://HOST:PORT."),
     ] = None,
+    settings: Annotated[
+        Path | None,
+        typer.Option(help="TOML file of licences, choose, pooled, rounds, start, restarts: docs/learn.md."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    common: Common,
 ) -> None:
     """Learn a motion model from motion capture or from pose tables.
 
@@ -95,33 +91,28 @@ def learn(
     """
     if (trials is None) == (not poses):
         raise typer.BadParameter("give either --trials TABLE or pose tables, one of the two")
-    with plain_errors():
-        from tracker.models.learn import Request, learn_model
+    from tracker.models.learn import Request, learn_model
 
-        request = Request(
-            trials=trials,
-            poses=tuple(poses or ()),
-            labels=tuple(dict.fromkeys(label or ())),
-            excluded=tuple(name.strip() for name in exclude_subjects.split(",") if name.strip()),
-            licences=tuple(licence or ()),
-            states=states,
-            pooled=pooled,
-            order=order,
-            fps=fps,
-            noise=noise,
-            seed=seed,
-            rounds=rounds,
-            inference=inference.value,
-            start=start.value,
-            restarts=restarts,
-            choose=choose,
-            scheduler=scheduler,
-        )
-        print(learn_model(request, out, overwrite=overwrite, progress=shown_progress(quiet, progress)))
+    request = Request(
+        trials=trials,
+        poses=tuple(poses or ()),
+        labels=tuple(dict.fromkeys(label or ())),
+        excluded=tuple(name.strip() for name in exclude_subjects.split(",") if name.strip()),
+        states=states,
+        order=order,
+        fps=fps,
+        noise=noise,
+        seed=seed,
+        inference=inference.value,
+        scheduler=scheduler,
+        settings=settings,
+    )
+    print(learn_model(request, out, overwrite=common.overwrite, progress=common.shown()))
 
 
 def classify(
     poses: Poses,
+    *,
     model: Model = "gait",
     inference: Annotated[
         Inference | None,
@@ -139,12 +130,8 @@ def classify(
         ),
     ] = None,
     fps: Fps = None,
-    out: Out = None,
-    plot: Plot = None,
-    no_plot: NoPlot = False,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    written: Written,
+    common: Common,
 ) -> None:
     """Tell which motion every frame of a pose table belongs to.
 
@@ -153,28 +140,24 @@ def classify(
 
     Example: figtrack classify walk-track/pose.csv --model gait.npz
     """
-    with plain_errors():
-        from tracker.motion.commands import classify_table
+    from tracker.motion.commands import Task, classify_table
 
-        outputs = _outputs(out or beside(poses, "classify.csv"), plot, no_plot)
-        task = _task(poses, model, fps, outputs, overwrite, quiet, progress)
-        print(classify_table(task, inference=inference, use=use, pose_weight=pose_weight))
+    outputs = written.outputs(beside(poses, "classify.csv"))
+    task = Task(poses, model, fps, outputs, common.overwrite, common.shown())
+    print(classify_table(task, inference=inference, use=use, pose_weight=pose_weight))
 
 
 def predict(
     poses: Poses,
+    *,
     model: Model = "gait",
     horizon: Annotated[int, typer.Option(min=1, max=1000, help="How many frames ahead.")] = 1,
     fps: Fps = None,
     show: Annotated[
         str | None, typer.Option(help="The sequence that the picture shows [default: the first].")
     ] = None,
-    out: Out = None,
-    plot: Plot = None,
-    no_plot: NoPlot = False,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    written: Written,
+    common: Common,
 ) -> None:
     """Forecast every frame of a pose table from those before it.
 
@@ -183,16 +166,16 @@ def predict(
 
     Example: figtrack predict walk-track/pose.csv --model gait.npz --horizon 5
     """
-    with plain_errors():
-        from tracker.motion.commands import predict_table
+    from tracker.motion.commands import Task, predict_table
 
-        outputs = _outputs(out or beside(poses, "predict.csv"), plot, no_plot)
-        task = _task(poses, model, fps, outputs, overwrite, quiet, progress, show)
-        print(predict_table(task, horizon=horizon))
+    outputs = written.outputs(beside(poses, "predict.csv"))
+    task = Task(poses, model, fps, outputs, common.overwrite, common.shown(), show)
+    print(predict_table(task, horizon=horizon))
 
 
 def interpolate(
     poses: Poses,
+    *,
     model: Model = "gait",
     fps: Fps = None,
     no_recurrent: NoRecurrent = False,
@@ -201,12 +184,8 @@ def interpolate(
         str | None,
         typer.Option(help="The sequence that the picture shows [default: that of the longest gap]."),
     ] = None,
-    out: Out = None,
-    plot: Plot = None,
-    no_plot: NoPlot = False,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    written: Written,
+    common: Common,
 ) -> None:
     """Fill the empty cells and the missing rows of a pose table.
 
@@ -214,15 +193,15 @@ def interpolate(
 
     Example: figtrack interpolate walk-track/pose.csv --model gait.npz
     """
-    with plain_errors():
-        from tracker.motion.commands import interpolate_table
+    from tracker.motion.commands import Task, interpolate_table
 
-        outputs = _outputs(out or beside(poses, "interpolate.csv"), plot, no_plot)
-        task = _task(poses, model, fps, outputs, overwrite, quiet, progress, show)
-        print(interpolate_table(task, seed=seed, recurrent=not no_recurrent))
+    outputs = written.outputs(beside(poses, "interpolate.csv"))
+    task = Task(poses, model, fps, outputs, common.overwrite, common.shown(), show)
+    print(interpolate_table(task, seed=seed, recurrent=not no_recurrent))
 
 
 def synthesise(
+    *,
     model: Model = "gait",
     frames: Annotated[int, typer.Option(min=1, max=100_000, help="How many.")] = 300,
     label: Annotated[
@@ -236,14 +215,11 @@ def synthesise(
     out: Annotated[
         Path | None, typer.Option(help="The table to write [default: MODEL-synthesise.csv].")
     ] = None,
-    plot: Plot = None,
-    no_plot: NoPlot = False,
+    written: Written,
     no_clip: Annotated[
         bool, typer.Option("--no-clip", help="Make no clip, else as --out, but .mp4.")
     ] = False,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    common: Common,
 ) -> None:
     """Make up a motion of the model's own.
 
@@ -251,24 +227,22 @@ def synthesise(
 
     Example: figtrack synthesise --model gait.npz --frames 120 --seed 1
     """
-    with plain_errors():
-        from tracker.motion.commands import synthesise_table
+    from tracker.motion.commands import Task, synthesise_table
 
-        outputs = _outputs(out or beside(Path(model), "synthesise.csv"), plot, no_plot, clip=not no_clip)
-        task = _task(None, model, fps, outputs, overwrite, quiet, progress)
-        print(synthesise_table(task, frames=frames, seed=seed, recurrent=not no_recurrent, label=label))
+    outputs = written.outputs(out or beside(Path(model), "synthesise.csv"), clip=not no_clip)
+    task = Task(None, model, fps, outputs, common.overwrite, common.shown())
+    print(synthesise_table(task, frames=frames, seed=seed, recurrent=not no_recurrent, label=label))
 
 
 def reproduce(
     trials: Annotated[Path, typer.Option(help="Table of captures: file, subject, activity, fps, ...")],
+    *,
     seed: Seed = 0,
     quick: Annotated[
         bool, typer.Option("--quick", help="Smaller experiments, to see that all works.")
     ] = False,
     out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("figtrack-reproduce"),
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-    progress: ProgressStyle = Style.AUTO,
+    common: Common,
 ) -> None:
     """Repeat the papers' experiments on motion captures.
 
@@ -276,33 +250,7 @@ def reproduce(
 
     Example: figtrack reproduce --trials trials.csv --out reproduced
     """
-    with plain_errors():
-        from tracker.experiments.reproduce import reproduce as repeat
+    from tracker.experiments.reproduce import reproduce as repeat
 
-        shown = shown_progress(quiet, progress)
-        print(repeat(trials, out, overwrite=overwrite, progress=shown, seed=seed, quick=quick))
-
-
-def _outputs(table: Path, plot: Path | None, no_plot: bool, *, clip: bool = False) -> "Outputs":
-    """The table and what stands beside it, under its name."""
-    from tracker.motion.commands import Outputs
-
-    if plot is not None and no_plot:
-        raise typer.BadParameter("give either --plot or --no-plot, not both")
-    picture = None if no_plot else plot or table.with_suffix(".png")
-    return Outputs(table, picture, table.with_suffix(".mp4") if clip else None)
-
-
-def _task(
-    poses: Path | None,
-    model: str,
-    fps: float | None,
-    outputs: "Outputs",
-    overwrite: bool,
-    quiet: bool,
-    progress: Style,
-    show: str | None = None,
-) -> "Task":
-    from tracker.motion.commands import Task
-
-    return Task(poses, model, fps, outputs, overwrite, shown_progress(quiet, progress), show)
+    shown = common.shown()
+    print(repeat(trials, out, overwrite=common.overwrite, progress=shown, seed=seed, quick=quick))

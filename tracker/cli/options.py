@@ -1,14 +1,19 @@
-"""What the commands share: options, where results go unless told, and errors as one line."""
+"""What the commands share: options and groups of them, where results go unless told, errors as one line."""
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
 from enum import StrEnum
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
+
+from tracker.clip.job import About, Facing
 
 if TYPE_CHECKING:
     from tracker.progress import Progress
@@ -22,39 +27,71 @@ class Style(StrEnum):
     JSON = "json"
 
 
-class Facing(StrEnum):
-    """Which way the figure faces."""
-
-    LEFT = "left"
-    RIGHT = "right"
-
-
-Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Replace complete results once the new ones are complete.")
-]
 Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
+Keypoints = Annotated[
+    Path, typer.Option("--keypoints", help="Table of marked joints: frame,keypoint,x,y,visible.")
+]
 FacingOption = Annotated[
     Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", help="Show no progress.")]
-ProgressStyle = Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace complete results once the new ones are complete.")
+]
 
 
-def towards(facing: Facing | None) -> int | None:
-    """+1 right, -1 left, None where it is not said."""
-    return None if facing is None else (1 if facing is Facing.RIGHT else -1)
+@dataclass(frozen=True)
+class Common:
+    """The last options of every command that takes a while."""
+
+    overwrite: Overwrite = False
+    quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress.")] = False
+    progress: Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")] = (
+        Style.AUTO
+    )
+
+    def shown(self) -> "Progress":
+        """Progress as it is asked for."""
+        from tracker.progress import Progress
+
+        return Progress("quiet" if self.quiet else self.progress.value)
+
+
+def offered(command: Callable[..., None]) -> Callable[..., None]:
+    """The command as typer wants it, which ends with one line and exit status 1 where it cannot be done.
+
+    For a parameter that is a dataclass there is an option for each of its fields. A field whose name is also
+    that of one of the command's own parameters is no option and keeps its default.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    own = signature(command).parameters
+    groups = {
+        name: [each for each in fields(hints[name]) if each.name not in own]
+        for name in own
+        if is_dataclass(hints[name])
+    }
+    parameters: list[Parameter] = []
+    for name, parameter in own.items():
+        if name in groups:
+            of_fields = get_type_hints(hints[name], include_extras=True)
+            parameters += [_parameter(f.name, of_fields[f.name], f.default) for f in groups[name]]
+        else:
+            parameters.append(_parameter(name, hints[name], parameter.default))
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        with plain_errors():
+            for name, members in groups.items():
+                given[name] = hints[name](**{member.name: given.pop(member.name) for member in members})
+            command(**given)
+
+    run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
 
 
 def beside(source: Path, what: str) -> Path:
     """Where results go unless told, in the folder one is in."""
     return Path(f"{source.absolute().stem}-{what}")
-
-
-def shown_progress(quiet: bool, style: Style) -> "Progress":
-    """Progress as the options ask for it."""
-    from tracker.progress import Progress
-
-    return Progress("quiet" if quiet else style.value)
 
 
 @contextmanager
@@ -75,6 +112,16 @@ def plain_errors() -> Iterator[None]:
         if said is None:
             raise
         _fail(said)
+
+
+def _parameter(name: str, hint: Any, default: Any) -> Parameter:
+    """An option of this type; its words are in the type's notes, as typer's own or as `About`."""
+    kind, *notes = get_args(hint)
+    about = next((note for note in notes if isinstance(note, About)), None)
+    if about is not None:
+        flag = f"--{name}/--no-{name}" if default is True else f"--{name}"
+        hint = Annotated[kind, typer.Option(flag, help=about.text, min=about.least, max=about.most)]
+    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 
 def _fail(text: str) -> None:

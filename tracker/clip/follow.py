@@ -3,7 +3,7 @@
 import json
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
@@ -18,6 +18,7 @@ from kinematics.recover import Start
 from tracker import __version__
 from tracker.clip.clock import Clock
 from tracker.clip.heading import FRAMES, footless, heading
+from tracker.clip.job import Job
 from tracker.clip.measure import Judged, Measured, read_measured
 from tracker.clip.pictures import Reel
 from tracker.clip.playback import playback_rate
@@ -36,42 +37,10 @@ from tracker.report.drawing import enlargement, paint
 from tracker.report.page import write_report
 from tracker.run.track import Track, write_tables
 from tracker.settings import Settings
-from tracker.tables.keypoints import Marks
 from videos.frames import Image, Video
 from videos.writer import Writer
 
 OVERLAY = "overlay.mp4"
-
-
-@dataclass(frozen=True)
-class Job:
-    """What to follow, and how.
-
-    video  : a file, or a folder of numbered images
-    marks  : marked joints by frame
-    model  : "cv", a shipped model's name or a model file
-    start  : the marked frame to start from, None for the first there is
-    stop   : the last frame to follow, None for the clip's end
-    facing : +1 right, -1 left, None to see it from the start pose
-    rate   : playback speed: 1 as filmed, 0.5 half speed; None to measure it afterwards
-    called : what the results call the video, None for its path
-    smooth : write each pose given the whole clip; False for what was known at its frame
-    anchors: pass through every marked frame, not the start alone
-    measure: another program's points of every frame, a further measurement; None for none
-    """
-
-    video: Path
-    marks: Marks
-    model: str
-    settings: Settings = field(default_factory=Settings)
-    start: int | None = None
-    stop: int | None = None
-    facing: int | None = None
-    rate: float | None = None
-    called: str | None = None
-    smooth: bool = True
-    anchors: bool = False
-    measure: Path | None = None
 
 
 @dataclass(frozen=True)

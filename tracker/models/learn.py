@@ -4,10 +4,12 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from dynamics.gaussian import Array
 from dynamics.learning.baum_welch import HMMOptions
@@ -18,6 +20,7 @@ from kinematics.mocap import POSE_COLUMNS, SHORTEST, Trial, read_trials, sequenc
 from tracker.models.find import ESteps, Spread, learn_hmms, learn_motions
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file
+from tracker.settings import read_toml
 from tracker.tables.poses import read_poses
 
 Data = list[tuple[str, str, Array]]
@@ -25,8 +28,25 @@ ACTIVITIES = ("walk", "run")
 UNLABELLED = "motion"
 STATES = 8  # per activity
 NOISE = 1.0  # degrees
-CHOICE = (1, 2, 4, 6, 8, 12)  # states that --choose tries, as far as --states goes
+CHOICE = (1, 2, 4, 6, 8, 12)  # states that `choose` tries, as far as --states goes
 HMM = "hmm"
+
+
+class Further(BaseModel):
+    """What is seldom changed, from the TOML file of --settings."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    licences: tuple[str, ...] = Field((), description="learn only from rows whose licence has one of these")
+    choose: bool = Field(
+        False, description="subjects held out say how many states, `states` at most, each activity gets"
+    )
+    pooled: bool = Field(False, description="all activities are learned as one")
+    rounds: int = Field(10, ge=1, le=1000, description="of EM at most")
+    start: Literal["kmeans", "hmm", "segments"] = Field(
+        "kmeans", description="first guess of the switching states"
+    )
+    restarts: int = Field(1, ge=1, le=100, description="starts to learn from; the best is kept")
 
 
 @dataclass(frozen=True)
@@ -36,32 +56,39 @@ class Request:
     trials    : table of captures, or None to learn from `poses`, pose tables at `fps`
     labels    : activities to learn; () for walk and run, or for all that the pose tables name
     inference : of the E-step, or "hmm" for hidden Markov models of the angles
-    choose    : let subjects held out say how many states, `states` at most, each activity is learned with
     scheduler : address of a Dask scheduler whose workers do the E-steps; None does them here
+    settings  : TOML file of what is `Further` to say, None for the defaults
     """
 
     trials: Path | None
     poses: tuple[Path, ...]
     labels: tuple[str, ...]
     excluded: tuple[str, ...]
-    licences: tuple[str, ...]
     states: int
-    pooled: bool
     order: int
     fps: float
     noise: float
     seed: int
-    rounds: int
-    inference: str = "viterbi"
-    start: str = "kmeans"
-    restarts: int = 1
-    choose: bool = False
-    scheduler: str | None = None
+    inference: str
+    scheduler: str | None
+    settings: Path | None
+
+    @cached_property
+    def further(self) -> Further:
+        """What the settings file says; raises SettingsError."""
+        if self.settings is None:
+            return Further()
+        return read_toml(self.settings, Further, "docs/learn.md shows one")
 
     @property
     def tables(self) -> tuple[Path, ...]:
         """The tables that are read."""
         return self.poses if self.trials is None else (self.trials,)
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """The files that are read, none of which may be written over."""
+        return self.tables if self.settings is None else (*self.tables, self.settings)
 
 
 def gait_options(**changes: Any) -> Options:
@@ -77,7 +104,7 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         ValueError: nothing left to learn from.
         FolderError: a place that cannot be written, or a model of that name is there already.
     """
-    with fresh_file(out, overwrite=overwrite, inputs=request.tables) as aside:
+    with fresh_file(out, overwrite=overwrite, inputs=request.inputs) as aside:
         if request.trials is None:
             data, terms = _read_tables(request)
         else:
@@ -100,7 +127,7 @@ def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[D
         for trial in trials:
             data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True)]
             advance()
-    _check_labels(data, labels, str(table), "check --label, --licence and --exclude-subjects")
+    _check_labels(data, labels, str(table), "check --label, --exclude-subjects and the licences")
     return data, sorted({trial.licence for trial in trials})
 
 
@@ -122,7 +149,8 @@ def _read_tables(request: Request) -> tuple[Data, list[str]]:
 
 
 def _wanted(trial: Trial, request: Request, labels: Sequence[str]) -> bool:
-    licensed = not request.licences or any(text.lower() in trial.licence.lower() for text in request.licences)
+    licences = request.further.licences
+    licensed = not licences or any(text.lower() in trial.licence.lower() for text in licences)
     return trial.activity in labels and trial.subject not in request.excluded and licensed
 
 
@@ -134,32 +162,32 @@ def _check_labels(data: Data, labels: Sequence[str], source: str, advice: str) -
 
 
 def _learn(data: Data, request: Request, progress: Progress) -> Model:
-    noise = float(np.radians(request.noise))
+    noise, further = float(np.radians(request.noise)), request.further
     if request.inference == HMM:
-        if request.pooled or request.choose:
+        if further.pooled or further.choose:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
-        hmm_options = HMMOptions(states=request.states, rounds=request.rounds, seed=request.seed)
+        hmm_options = HMMOptions(states=request.states, rounds=further.rounds, seed=request.seed)
         return learn_hmms(data, fps=request.fps, options=hmm_options, noise=noise)
     options = gait_options(
         states=request.states,
         order=request.order,
-        rounds=request.rounds,
-        start=request.start,
-        restarts=request.restarts,
+        rounds=further.rounds,
+        start=further.start,
+        restarts=further.restarts,
         seed=request.seed,
     )
-    groups = 1 if request.pooled else len({label for _, label, _ in data})
-    steps = groups * request.rounds * request.restarts
+    groups = 1 if further.pooled else len({label for _, label, _ in data})
+    steps = groups * further.rounds * further.restarts
     with _spread(request) as spread, progress.task("learning", steps) as advance:
         return learn_motions(
             data,
             fps=request.fps,
             options=options,
-            pooled=request.pooled,
+            pooled=further.pooled,
             noise=noise,
-            choose_from=[n for n in CHOICE if n <= request.states] if request.choose else (),
+            choose_from=[n for n in CHOICE if n <= request.states] if further.choose else (),
             e_steps=ESteps(request.inference, spread, advance),
         )
 

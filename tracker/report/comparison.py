@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tracker.clip.follow import Job, follow, prepare, start_frame, write_run
+from tracker.clip.follow import follow, prepare, start_frame, write_run
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.report.chapter import Chapter
 from tracker.report.html_tables import text_table

@@ -28,7 +28,8 @@ from tests.benchmarks.evaluation.spoiled import (
 )
 from tests.benchmarks.evaluation.ways import DEFAULT
 from tests.benchmarks.motion.page import table
-from tracker.clip.follow import Job, follow
+from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.foreign.dlc import write_dlc
 from tracker.foreign.points import Points
 from tracker.progress import Progress

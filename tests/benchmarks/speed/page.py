@@ -4,7 +4,7 @@ from tests.benchmarks.evaluation.page import written
 from tests.benchmarks.evaluation.targets import Target, target_table
 from tests.benchmarks.motion.page import table
 from tests.benchmarks.speed.tracking import AIM, LIMIT, LONG, MOST_MEMORY, Cost, Growth, Memory
-from tracker.clip.follow import Job
+from tracker.clip.job import Job
 
 STRAIGHT = 0.1  # share of the greatest cost by which one may lie beside the line, at most
 

@@ -21,8 +21,9 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from tests.benchmarks.rivals import lucas_kanade
 from tests.benchmarks.rivals.body import body_at
-from tracker.clip.follow import Job, follow, prepare
+from tracker.clip.follow import follow, prepare
 from tracker.clip.follow import follow as clip
+from tracker.clip.job import Job
 from tracker.loop import smoothing
 from tracker.loop import tracker as track
 from tracker.progress import Progress

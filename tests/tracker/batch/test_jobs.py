@@ -6,7 +6,7 @@ import pytest
 
 from tests.tracker.clips import write_table
 from tracker.batch.jobs import JobsError, read_jobs
-from tracker.clip.follow import Job
+from tracker.clip.job import Following, Job
 from tracker.progress import Progress
 from tracker.settings import Settings
 
@@ -33,25 +33,25 @@ def test_files_are_relative_to_the_table_and_results_to_their_place(table, tmp_p
     )
     one, other = read_jobs(path, tmp_path / "place", QUIET)
     assert (one.video, one.keypoints) == (beside / "a b.mp4", beside / "k.csv")
-    assert (one.model, one.out, one.start) == ("walk-run", tmp_path / "place" / "a b-track", None)
-    assert (other.video, other.model) == (clip.video, str(beside / "mine.npz"))
-    assert (other.out, other.start) == (tmp_path / "place" / "out é", 6)
+    assert (one.how, one.out) == (Following(), tmp_path / "place" / "a b-track")
+    assert (other.video, other.how.model) == (clip.video, str(beside / "mine.npz"))
+    assert (other.out, other.how.start) == (tmp_path / "place" / "out é", 6)
 
 
 def test_a_row_is_the_job_that_track_would_do(table, tmp_path, clip):
     (tmp_path / "Läufe").mkdir()
     (tmp_path / "Läufe" / "s.toml").write_text("iterations = 3\n")
-    header = (*HEADER, "stop", "facing", "rate", "smooth", "settings", "anchors")
+    header = (*HEADER, "stop", "facing", "rate", "smooth", "settings", "anchors", "measure", "templates")
     rows = (
-        (clip.video, clip.keypoints, 3, "cv", "a", 7, "left", 0.5, 0, "s.toml", 1),
-        (clip.video, clip.keypoints, "", "cv", "b", "", "", "", "", "", ""),
+        (clip.video, clip.keypoints, 3, "cv", "a", 7, "left", 0.5, 0, "s.toml", 1, "net.csv", 0),
+        (clip.video, clip.keypoints, "", "cv", "b", "", "", "", "", "", "", "", ""),
     )
     one, other = (row.job() for row in read_jobs(table(*rows, header=header), tmp_path, QUIET))
     marks = one.marks
     assert len(marks) == len(clip)
-    settings = Settings(iterations=3)
+    settings = Settings(iterations=3, templates=False)
     wanted = Job(clip.video, marks, "cv", settings, start=3, stop=7, facing=-1, rate=0.5)
-    assert one == replace(wanted, smooth=False, anchors=True)
+    assert one == replace(wanted, smooth=False, anchors=True, measure=tmp_path / "Läufe" / "net.csv")
     assert other == Job(clip.video, marks, "cv")
 
 
@@ -59,7 +59,7 @@ def test_short_rows_have_empty_cells_and_columns_any_order(table, tmp_path):
     path = table(("k.csv", " a.mp4 "), header=("keypoints", " video ", "start"))
     (row,) = read_jobs(path, tmp_path, QUIET)
     assert row.video.name == "a.mp4"
-    assert row.start is None
+    assert row.how.start is None
 
 
 def test_a_column_that_is_not_read_is_said(table, tmp_path, capsys):

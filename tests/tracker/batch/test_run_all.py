@@ -15,7 +15,7 @@ from tests.tracker.clips import everything, figtrack, read_csv, read_json, refus
 from tracker.batch import run_all as batch
 from tracker.batch.jobs import read_jobs
 from tracker.batch.run_all import Ending, job_key, run_batch, run_row
-from tracker.clip.follow import Job
+from tracker.clip.job import Job
 from tracker.models.cluster import local_cluster
 from tracker.progress import Progress
 from tracker.settings import Settings

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import everything, figtrack, read_csv, refused, write_table
 from tests.tracker.gaits import HEADER, both, gait, gait_hmm, gait_model, saved, sequence, write_poses
-from tracker.models.learn import NOISE, STATES
+from tracker.models.learn import NOISE, STATES, Further
 from tracker.tables.poses import read_poses
 
 SD = [f"{name}_sd" for name in POSE_COLUMNS]
@@ -358,7 +358,7 @@ def test_radians_and_another_rate_are_warned_of_and_the_work_is_done(tmp_path, r
         ["interpolate", "p.csv", "--fps", "0"],
         ["synthesise", "p.csv"],
         ["synthesise", "--frames", "0"],
-        ["learn", "p.csv", "--restarts", "0"],
+        ["learn", "p.csv", "--states", "0"],
         ["reproduce"],
     ],
 )
@@ -385,13 +385,13 @@ def test_learn_hands_on_what_it_is_told(tmp_path, monkeypatch):
 
     monkeypatch.setattr("tracker.models.learn.learn_model", learn_model)
     done("learn", tmp_path / "p.csv")
-    done("learn", tmp_path / "p.csv", "--inference", "gpb2", "--restarts", 3, "--choose", "--states", 6,
-         "--noise", 2.5)  # fmt: skip
+    words = ["--states", 6, "--noise", 2.5, "--settings", tmp_path / "l.toml"]
+    done("learn", tmp_path / "p.csv", "--inference", "gpb2", *words)
     usual, told = asked
     assert (usual.states, usual.noise, usual.order) == (STATES, NOISE, 2)
-    assert (usual.inference, usual.restarts, usual.choose) == ("viterbi", 1, False)
-    assert (told.inference, told.restarts, told.choose) == ("gpb2", 3, True)
-    assert (told.states, told.noise) == (6, 2.5)
+    assert (usual.inference, usual.further) == ("viterbi", Further())
+    assert (told.inference, told.states, told.noise) == ("gpb2", 6, 2.5)
+    assert told.settings == tmp_path / "l.toml"
 
 
 def test_reproduce_hands_on_what_it_is_told(tmp_path, monkeypatch):

@@ -12,8 +12,9 @@ from dynamics.store import ModelError, load_shipped
 from kinematics.recover import PoseError
 from tests.tracker.clips import FPS, read_csv, read_json, write_video
 from tracker.clip import pictures as reel_module
-from tracker.clip.follow import Job, follow, prepare, write_run
+from tracker.clip.follow import follow, prepare, write_run
 from tracker.clip.follow import follow as clip_module
+from tracker.clip.job import Job
 from tracker.clip.start import StartError
 from tracker.progress import Progress
 from tracker.tables.keypoints import Mark, read_keypoints

@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from tests.tracker.clips import FPS, write_video
-from tracker.clip.follow import Job, follow, prepare
+from tracker.clip.follow import follow, prepare
 from tracker.clip.follow import follow as clip_module
 from tracker.clip.heading import footless, heading
+from tracker.clip.job import Job
 from tracker.clip.start import marked_start
 from tracker.progress import Progress
 from tracker.settings import Settings

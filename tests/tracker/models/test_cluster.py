@@ -89,7 +89,8 @@ def test_learning_on_a_cluster_writes_the_same_model(cluster, tmp_path, rng):
     tables = [
         write_poses(tmp_path / f"p{i}.csv", sequence(y, "a", labels=labels), further=["label"]) for i in "ab"
     ]
-    words = ["learn", *tables, "--states", 2, "--rounds", 2, "--quiet"]
+    (tmp_path / "quick.toml").write_text("rounds = 2\n")
+    words = ["learn", *tables, "--states", 2, "--settings", tmp_path / "quick.toml", "--quiet"]
     address = cluster.scheduler.address
     for inference in ("viterbi", "variational"):
         here, there = tmp_path / f"{inference}1.npz", tmp_path / f"{inference}2.npz"

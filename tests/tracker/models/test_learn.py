@@ -1,12 +1,17 @@
 """From captures to a model's file, and what keeps it from being made."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from dynamics.store import load
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import figtrack, refused
+from tracker.models.learn import Further
+from tracker.settings import read_toml
 
+MODELS = Path(__file__).parents[3] / "dynamics" / "models"
 COLUMNS = "file,subject,trial,activity,fps,segments,tags,licence"
 JOINTS = ("RightUpLeg", "RightLeg", "RightFoot", "RightToeBase", "LeftUpLeg", "LeftLeg", "LeftFoot")
 JOINTS += ("LeftToeBase", "Neck", "Head")
@@ -46,11 +51,18 @@ def trials(tmp_path_factory):
         write_walk(folder / f"c{i}.bvh", stride, i)
         rows.append(f"c{i}.bvh,s{i},t,{activity},{FPS},0-{T},,{'free' if i else 'credit'}")
     (folder / "trials.csv").write_text("\n".join(rows) + "\n")
+    (folder / "quick.toml").write_text("rounds = 2\n")
     return folder / "trials.csv"
 
 
-def learn(trials, out, *more):
-    return ["learn", "--trials", trials, "--states", 2, "--rounds", 2, "--out", out, *more]
+def learn(trials, out, *more, settings=None):
+    quick = settings or trials.with_name("quick.toml")
+    return ["learn", "--trials", trials, "--states", 2, "--settings", quick, "--out", out, *more]
+
+
+def settings(folder, text):
+    (folder / "learn.toml").write_text(text)
+    return folder / "learn.toml"
 
 
 def test_a_model_is_learned_for_every_label_and_saved(trials, tmp_path):
@@ -66,8 +78,9 @@ def test_a_model_is_learned_for_every_label_and_saved(trials, tmp_path):
 
 
 def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
-    more = ["--label", "walk", "--label", "walk", "--exclude-subjects", "s1, s9", "--licence", "CREDIT"]
-    result = figtrack(*learn(trials, tmp_path / "m.npz", "--order", 1, "--fps", 25, *more))
+    more = ["--label", "walk", "--label", "walk", "--exclude-subjects", "s1, s9", "--order", 1, "--fps", 25]
+    file = settings(tmp_path, 'licences = ["CREDIT", "none"]\nrounds = 1\n')
+    result = figtrack(*learn(trials, tmp_path / "m.npz", *more, settings=file))
     assert result.exit_code == 0, result.output
     assert (
         "2 states, order 1, 25 frames a second, from 1 sequence of subjects s0; terms: credit"
@@ -76,7 +89,8 @@ def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
 
 
 def test_pooled_motions_make_one_model(trials, tmp_path):
-    assert figtrack(*learn(trials, tmp_path / "m.npz", "--pooled", "--noise", 2)).exit_code == 0
+    file = settings(tmp_path, "pooled = true\nrounds = 2\n")
+    assert figtrack(*learn(trials, tmp_path / "m.npz", "--noise", 2, settings=file)).exit_code == 0
     assert set(load(tmp_path / "m.npz").labels) == {"walk-run"}
 
 
@@ -102,13 +116,60 @@ def test_the_same_seed_learns_the_same_model(trials, tmp_path):
 def test_what_cannot_be_learned_from_is_refused(tmp_path, content, words):
     if content is not None:
         (tmp_path / "t.csv").write_text(content)
-    assert words in refused(*learn(tmp_path / "t.csv", tmp_path / "m.npz"))
-    assert {path.name for path in tmp_path.iterdir()} <= {"t.csv"}
+    line = refused(*learn(tmp_path / "t.csv", tmp_path / "m.npz", settings=settings(tmp_path, "")))
+    assert words in line
+    assert {path.name for path in tmp_path.iterdir()} <= {"t.csv", "learn.toml"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("rounds = 0", "rounds: input should be greater than or equal to 1, got 0"),
+        ("restarts = 1000", "restarts: input should be less than or equal to 100, got 1000"),
+        ("restarts = 1.5", "restarts: input should be a valid integer"),
+        ('start = "em"', "start: input should be 'kmeans', 'hmm' or 'segments', got 'em'"),
+        ('choose = "often"', "choose: input should be a valid boolean"),
+        ("pooled = 7", "pooled: input should be a valid boolean"),
+        ('licences = "CMU"', "licences: input should be a valid tuple, got 'CMU'"),
+        ("round = 2", "round: no such setting"),
+        ("rounds: 2", "learn.toml is no TOML file"),
+        (None, "no settings file"),
+    ],
+)
+def test_settings_of_learning_that_cannot_be_are_refused_with_their_key(trials, tmp_path, text, words):
+    file = tmp_path / "absent.toml" if text is None else settings(tmp_path, text)
+    assert words in refused(*learn(trials, tmp_path / "m.npz", settings=file))
+
+
+def test_settings_of_learning_are_heeded(trials, tmp_path, monkeypatch):
+    asked = {}
+
+    def learn_motions(_, **told):
+        asked.update(told)
+        raise ValueError("that is all")
+
+    monkeypatch.setattr("tracker.models.learn.learn_motions", learn_motions)
+    text = 'choose = true\npooled = true\nrounds = 3\nstart = "hmm"\nrestarts = 4\n'
+    assert "that is all" in refused(*learn(trials, tmp_path / "m.npz", settings=settings(tmp_path, text)))
+    assert (asked["choose_from"], asked["pooled"]) == ([1, 2], True)
+    options = asked["options"]
+    assert (options.rounds, options.start, options.restarts) == (3, "hmm", 4)
+
+
+@pytest.mark.parametrize("name", ["learn", "pooled"])
+def test_the_models_that_ship_are_learned_with_settings_that_can_be_read(name):
+    wanted = Further(licences=("CMU", "Seoul National"), pooled=name == "pooled")
+    assert read_toml(MODELS / f"{name}.toml", Further, "") == wanted
+
+
+def test_settings_of_learning_are_not_written_over(trials, tmp_path):
+    file = settings(tmp_path, "rounds = 1")
+    assert "is what the work reads" in refused(*learn(trials, file, "--overwrite", settings=file))
 
 
 def test_no_sequences_left_is_said_with_the_label(trials, tmp_path):
     line = refused(*learn(trials, tmp_path / "m.npz", "--label", "walk", "--label", "swim"))
-    assert "leaves no sequences of 'swim'; check --label, --licence and --exclude-subjects" in line
+    assert "leaves no sequences of 'swim'; check --label, --exclude-subjects and the licences" in line
     line = refused(*learn(trials, tmp_path / "m.npz", "--exclude-subjects", "s2"))
     assert "leaves no sequences of 'run'" in line
 

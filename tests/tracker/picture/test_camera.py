@@ -10,8 +10,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.tracker.clips import read_json
-from tracker.clip.follow import Job, follow, write_run
+from tracker.clip.follow import follow, write_run
 from tracker.clip.follow import follow as clip_module
+from tracker.clip.job import Job
 from tracker.picture.camera import Camera, first_camera
 from tracker.progress import Progress
 from tracker.run.score import places, score

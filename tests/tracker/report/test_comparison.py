@@ -11,7 +11,7 @@ from dynamics.slds import constant_velocity
 from dynamics.store import ModelError, save
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import everything, figtrack, read_csv, read_json, refused, write_table, write_video
-from tracker.clip.follow import Job
+from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.report import comparison
 from tracker.report.comparison import compare_models

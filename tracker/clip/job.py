@@ -1,0 +1,181 @@
+"""What to follow, and how: `Following` as it is asked for, `Job` with all that was read.
+
+Command line, tables of clips and the Python API take the options' names, ranges, defaults and words from
+`Following`; light, so that the command line can read it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from enum import Enum, StrEnum
+from pathlib import Path
+from types import NoneType
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
+
+from tracker.tables.keypoints import Marks, read_keypoints
+
+if TYPE_CHECKING:
+    from tracker.settings import Settings
+
+
+class Facing(StrEnum):
+    """Which way the figure faces."""
+
+    LEFT = "left"
+    RIGHT = "right"
+
+
+def towards(facing: Facing | None) -> int | None:
+    """+1 right, -1 left, None where it is not said."""
+    return None if facing is None else (1 if facing is Facing.RIGHT else -1)
+
+
+@dataclass(frozen=True)
+class About:
+    """What an option means, and the range of a number."""
+
+    text: str
+    least: float | None = None
+    most: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Following:
+    """How a clip is followed, as it is asked for.
+
+    Raises:
+        ValueError: a number out of its range, or a word that is none of those known.
+    """
+
+    start: Annotated[
+        int | None, About("The marked frame to start from [default: the first marked].", least=0)
+    ] = None
+    stop: Annotated[
+        int | None, About("The last frame to follow [default: the clip's last].", least=0, most=10**9)
+    ] = None
+    model: Annotated[str, About("cv, a shipped model, or a file from 'figtrack learn'.")] = "walk-run"
+    facing: Annotated[Facing | None, About("Which way the figure faces [default: seen from the marks].")] = (
+        None
+    )
+    anchors: Annotated[bool, About("Pass through every marked frame, not the start alone.")] = False
+    measure: Annotated[
+        Path | None,
+        About(
+            "A pose network's points of every frame, as a further, doubted measurement: "
+            "DeepLabCut CSV, OpenPose JSON (file or folder) or TRC in pixels."
+        ),
+    ] = None
+    templates: Annotated[bool, About("Follow looks, or with --measure points alone.")] = True
+    rate: Annotated[
+        float | None,
+        About(
+            "Playback speed: 0.5 for slow motion at half speed [default: found while tracking].",
+            least=0.25,
+            most=4.0,
+        ),
+    ] = None
+    smooth: Annotated[bool, About("Write each pose given the whole clip, or as first seen.")] = True
+    settings: Annotated[Path | None, About("TOML file of tracker settings.")] = None
+
+    def __post_init__(self) -> None:
+        for option in options():
+            value = getattr(self, option.name)
+            if value is not None:
+                object.__setattr__(self, option.name, option.checked(value))
+
+    @property
+    def inputs(self) -> list[Path]:
+        """The files that are read; a model may also be a mere name."""
+        files = [self.measure, self.settings, Path(self.model) if Path(self.model).is_file() else None]
+        return [path for path in files if path is not None]
+
+    def job(self, video: Path, keypoints: Path, settings: "Settings | None" = None) -> "Job":
+        """The job with its marks and settings; raises as `read_keypoints` and `read_settings`.
+
+        Args:
+            settings: in place of those of the file.
+        """
+        from tracker.settings import Settings, read_settings
+
+        marks = read_keypoints(keypoints)
+        if settings is None:
+            settings = Settings() if self.settings is None else read_settings(self.settings)
+        if not self.templates:
+            settings = settings.model_copy(update={"templates": False})
+        return Job(
+            video,
+            marks,
+            self.model,
+            settings,
+            start=self.start,
+            stop=self.stop,
+            facing=towards(self.facing),
+            rate=self.rate,
+            smooth=self.smooth,
+            anchors=self.anchors,
+            measure=self.measure,
+        )
+
+
+@dataclass(frozen=True)
+class Option:
+    """A field of `Following`: its type, which may also be None, and its default."""
+
+    name: str
+    kind: type
+    default: Any
+    about: About
+
+    def checked(self, value: Any) -> Any:
+        """The value as this option's type; ValueError if it is out of the range or none of the words."""
+        least, most = self.about.least, self.about.most
+        if least is not None and not value >= least:
+            raise ValueError(f"{self.name} must be at least {least:g}; got {value!r}")
+        if most is not None and not value <= most:
+            raise ValueError(f"{self.name} must be at most {most:g}; got {value!r}")
+        if self.words and value not in self.words:
+            known = ", ".join(map(repr, self.words))
+            raise ValueError(f"{self.name} must be {known} or None; got {value!r}")
+        return self.kind(value)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Those that it may be; () if it is no choice between words."""
+        return tuple(map(str, self.kind)) if issubclass(self.kind, Enum) else ()
+
+
+def options() -> Iterator[Option]:
+    """Those of `Following`, in its order."""
+    hints = get_type_hints(Following, include_extras=True)
+    for each in fields(Following):
+        kinds, about = get_args(hints[each.name])
+        kind = next(kind for kind in get_args(kinds) or (kinds,) if kind is not NoneType)
+        yield Option(each.name, kind, each.default, about)
+
+
+def _usual_settings() -> "Settings":
+    from tracker.settings import Settings
+
+    return Settings()
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to follow, and how; what is not told of here is as in `Following`.
+
+    marks  : marked joints by frame
+    facing : +1 right, -1 left, None to see it from the start pose
+    called : what the results call the video, None for its path
+    """
+
+    video: Path
+    marks: Marks
+    model: str
+    settings: "Settings" = field(default_factory=_usual_settings)
+    start: int | None = None
+    stop: int | None = None
+    facing: int | None = None
+    rate: float | None = None
+    called: str | None = None
+    smooth: bool = True
+    anchors: bool = False
+    measure: Path | None = None
