@@ -26,8 +26,9 @@ from tracker.clip.start import StartError, marked_start
 from tracker.gait.figures import gait_of
 from tracker.loop.anchors import Anchor
 from tracker.loop.both_ways import Passage
+from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import smoothed, turned_belief
-from tracker.loop.tracker import HIDDEN, LOST, OK, UNSURE, Estimate, Tracker, make_tracker
+from tracker.loop.tracker import Estimate, Tracker, make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, find_model
 from tracker.picture.backdrop import Backdrop
 from tracker.picture.plate import REACH, plate
@@ -262,7 +263,7 @@ def _followed(
     found: list[Estimate] = []
     turned = None
     for estimate in clock.timed("smooth", passage.smooth(tracker, run)):
-        if len(found) == 1 and plan.job.smooth and estimate.outcome in (OK, HIDDEN):
+        if len(found) == 1 and plan.job.smooth and estimate.outcome.measured:
             turned = turned_belief(tracker.slds, state.belief, estimate.belief)
         found.append(estimate.light())
         advance()
@@ -317,7 +318,7 @@ def _rate(plan: Plan, track: Track) -> float:
     if plan.job.rate is not None:
         return plan.job.rate
     poses = track.q[:, : len(POSE_COLUMNS)].copy()
-    poses[[outcome in UNSURE for outcome in track.outcome]] = np.nan
+    poses[~track.measured] = np.nan
     return playback_rate(plan.job.model, poses, plan.video.fps)
 
 
@@ -326,7 +327,7 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     if plan.job.facing is None and footless(plan.start):
         side = track.view.side
         warnings.append(f"no foot was marked: the figure is taken to face {side}, --facing tells otherwise")
-    lost = [t for t, outcome in enumerate(track.outcome) if outcome == LOST]
+    lost = [t for t, outcome in enumerate(track.outcome) if outcome is Outcome.LOST]
     if lost:
         warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")
     if points is not None and 2 * points.frames < len(track):

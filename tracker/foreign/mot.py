@@ -79,7 +79,7 @@ def _said(record: Record, there: Frames, scale: Scale | None) -> str:
     said = []
     if not there.all():
         said.append(f"{int((~there).sum())} frames without a pose are left out")
-    unseen = int((there & ~record.sure).sum())
+    unseen = int((there & ~record.measured).sum())
     if unseen:
         said.append(f"{unseen} frames were lost or out of the picture: their angles are the model's forecast")
     if scale is None:

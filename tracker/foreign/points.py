@@ -76,7 +76,7 @@ def named_points(record: Record, names: Mapping[str, str], facing: int) -> Point
     columns = [record.names.index(joint) for joint in kept.values()]
     spread = np.trace(record.covs[:, columns], axis1=2, axis2=3)
     far = (WITHIN * leg_pixels(record)) ** 2 / np.maximum(spread, 1e-9)
-    likelihood = np.where(record.sure[:, None] & np.isfinite(far), -np.expm1(-far), 0.0)
+    likelihood = np.where(record.measured[:, None] & np.isfinite(far), -np.expm1(-far), 0.0)
     return Points(tuple(kept), record.places[:, columns], likelihood)
 
 
@@ -105,7 +105,7 @@ def middle(numbers: Array, record: Record) -> float:
     Raises:
         RunError: there is no such frame.
     """
-    seen = numbers[..., record.sure & np.isfinite(numbers).all(tuple(range(numbers.ndim - 1)))]
+    seen = numbers[..., record.measured & np.isfinite(numbers).all(tuple(range(numbers.ndim - 1)))]
     if not seen.size:
         raise RunError("the figure was followed in no frame of this run; track the clip again")
     return float(np.median(seen))

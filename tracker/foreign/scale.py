@@ -64,4 +64,4 @@ def _scale(record: Record, pixel: float, facing: int) -> Scale:
         feet, below = ("near_ankle", "far_ankle"), ANKLE_HEIGHT * _height(record)
     lower = np.maximum(*(record.place(name)[:, 1] for name in feet))
     floor = middle(lower, record) + below
-    return Scale(pixel, float(record.place("hip")[record.sure][0, 0]), floor, facing)
+    return Scale(pixel, float(record.place("hip")[record.measured][0, 0]), floor, facing)

@@ -14,12 +14,10 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.sides import Side
 from kinematics.spm import joint_jacobian, joints
-from tracker.loop.tracker import UNSURE
 from tracker.run.track import Track
 
 REACH = 0.2  # leg lengths that the ankle swings at least; less is no stride
@@ -69,9 +67,8 @@ class Strides:
 
 def strides_of(track: Track, side: Side) -> Strides:
     """The strides of one foot of the walking figure; frames of the clip."""
-    sure = np.array([outcome not in UNSURE for outcome in track.outcome])
-    found = _found(_Foot.of(track, side), sure)
-    seen = [s for s in found if sure[int(s.strike.at) : int(np.ceil(s.end.at)) + 1].all()]
+    found = _found(_Foot.of(track, side))
+    seen = [s for s in found if track.measured[int(s.strike.at) : int(np.ceil(s.end.at)) + 1].all()]
     lengths = [s.end.at - s.strike.at for s in seen]
     usual = float(np.median(lengths)) if seen else 0.0
     sound = [
@@ -108,12 +105,12 @@ class _Foot:
         return np.asarray(np.einsum("ti,tij,tj->t", row, self.track.cov[rows], row))
 
 
-def _found(foot: _Foot, sure: NDArray[np.bool_]) -> list[Stride]:
+def _found(foot: _Foot) -> list[Stride]:
     """Every stride, in order; rows of the track."""
     from scipy.signal import find_peaks  # with scipy.stats, a sixth of a run's memory
 
-    ahead = foot.ahead
-    swing = float(np.ptp(np.percentile(ahead[sure], (5, 95)))) if sure.any() else 0.0
+    ahead, measured = foot.ahead, foot.track.measured
+    swing = float(np.ptp(np.percentile(ahead[measured], (5, 95)))) if measured.any() else 0.0
     if swing < REACH:
         return []
     strikes, leavings = (find_peaks(s * ahead, prominence=PROMINENCE * swing)[0] for s in (1.0, -1.0))
@@ -124,7 +121,7 @@ def _found(foot: _Foot, sure: NDArray[np.bool_]) -> list[Stride]:
         [_extreme(foot, int(t), half) for t in turns if t in inside] for turns in (strikes, leavings)
     )
     speed = np.gradient(ahead) if len(ahead) > 1 else ahead
-    fast = SWEEP * float(np.percentile(speed[sure], 10))
+    fast = SWEEP * float(np.percentile(speed[measured], 10))
     return _runners(foot, speed - fast, _joined(first, last))
 
 

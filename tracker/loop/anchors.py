@@ -19,7 +19,8 @@ from dynamics.kalman import update
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.recover import recover
 from kinematics.spm import joint_jacobian, joints, skeleton
-from tracker.loop.tracker import LOST, OK, OUTSIDE, Estimate, State, Tracker
+from tracker.loop.outcome import Outcome
+from tracker.loop.tracker import Estimate, State, Tracker
 from tracker.picture.pyramid import Image
 from tracker.tables.keypoints import Mark
 
@@ -60,7 +61,7 @@ class Anchor:
 
 
 def passed(
-    tracker: Tracker, state: State, before: str, anchor: Anchor, image: Image
+    tracker: Tracker, state: State, before: Outcome, anchor: Anchor, image: Image
 ) -> tuple[State, Estimate]:
     """One frame on, to an anchor: from what was believed, or anew if that is far off or the figure was lost.
 
@@ -72,7 +73,7 @@ def passed(
     here, expected = tracker.shifted(state.shift), priors.mean
     places = here.view.to_pixels(joints(tracker.figure, expected[proposed.best]))
     away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / tracker.view.unit
-    if before in (LOST, OUTSIDE) or away > FAR:
+    if not before.measured or away > FAR:
         return anew(tracker, state, anchor, image)
     belief = _measured(here, _loosened(tracker, proposed), anchor, expected)
     return _settled(here, state, belief, anchor, image)
@@ -164,5 +165,5 @@ def _settled(
     templates = state.templates.refreshed(
         now.colours, trust, BLEND, np.tile(state.templates.light, (len(tracker.figure.links), 1))
     )
-    state = replace(state, belief=belief, templates=templates, outcome=OK)
-    return state, Estimate(pose, int(belief.s[belief.best]), OK, belief, state.shift)
+    state = replace(state, belief=belief, templates=templates, outcome=Outcome.OK)
+    return state, Estimate(pose, int(belief.s[belief.best]), Outcome.OK, belief, state.shift)

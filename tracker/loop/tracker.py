@@ -26,6 +26,7 @@ from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
 from kinematics.spm import View, covering, joints, skeleton
 from tracker.loop.detections import Detections, Detector, Likelihood
+from tracker.loop.outcome import Outcome
 from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
 from tracker.picture.camera import Camera, first_camera
 from tracker.picture.pyramid import Box, Image, Level, pyramid, within
@@ -43,9 +44,6 @@ NOTHING = Belief(
 
 GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, or marked near its start
 
-OK, HIDDEN, LOST, FOUND, OUTSIDE = "ok", "hidden", "lost", "found", "outside"
-UNSURE = (LOST, OUTSIDE)  # nothing was measured
-
 
 @dataclass(frozen=True)
 class Estimate:
@@ -53,8 +51,6 @@ class Estimate:
 
     pose    : belief over the full pose, mean (D,), cov (D, D)
     s       : most probable switching state
-    outcome : ok, hidden (a link is covered), lost (nothing matches), outside (most of it out of the frame) or
-              found (the first frame after those that matches again)
     belief  : the hypotheses it was merged from
     shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
@@ -65,7 +61,7 @@ class Estimate:
 
     pose: Gaussian
     s: int
-    outcome: str
+    outcome: Outcome
     belief: Belief
     shift: Array
     misfit: float = 0.0
@@ -92,7 +88,7 @@ class State:
     templates: Templates
     camera: Camera | None
     backdrop: Backdrop | None
-    outcome: str = OK
+    outcome: Outcome = Outcome.OK
 
     @property
     def shift(self) -> Array:
@@ -184,12 +180,12 @@ class Tracker:
         misfit, told = 0.0, None
         if self.settings.templates:
             state, best = here._registered(state, image, proposed)
-            misfit, told = best.misfit, None if state.outcome in UNSURE else likelihood([best])
+            misfit, told = best.misfit, likelihood([best]) if state.outcome.measured else None
         else:
             pose = self.pose(proposed.merged()).mean
             gone = here._inside(pose, image.shape[:2]) < self.settings.least_inside
-            state = replace(state, belief=proposed, outcome=OUTSIDE if gone else LOST)
-        if detections is not None and state.outcome == LOST:
+            state = replace(state, belief=proposed, outcome=Outcome.OUTSIDE if gone else Outcome.LOST)
+        if detections is not None and state.outcome is Outcome.LOST:
             state = replace(state, outcome=here._detected_outcome(state.belief, detections, before))
         return state, replace(self._estimate(state), misfit=misfit, told=told)
 
@@ -203,16 +199,16 @@ class Tracker:
         """The state after the templates were laid on the picture, and where they settled at the best."""
         priors = self.pose(proposed.states)
         field = self.field(state, image, priors)
-        starts = sought(field, priors, proposed.best) if state.outcome in UNSURE else None
+        starts = None if state.outcome.measured else sought(field, priors, proposed.best)
         found = align(field, priors, starts)
         fused = self._fused(proposed, priors, found)
         best = found[fused.best]
         outcome = self._outcome(state, field, priors.mean[proposed.best], best, image.shape[:2])
-        if outcome in UNSURE:
+        if outcome.measured:
+            state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
+        else:
             # What matches nothing measures nothing.
             state = replace(state, belief=proposed)
-        else:
-            state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
         return replace(state, outcome=outcome), best
 
     def field(self, state: State, image: Image, priors: Gaussian) -> Field:
@@ -291,34 +287,34 @@ class Tracker:
 
     def _outcome(
         self, state: State, field: Field, foreseen: Array, found: Registration, size: tuple[int, ...]
-    ) -> str:
+    ) -> Outcome:
         """Of a frame in which the figure was foreseen in a pose (D,)."""
         templates = state.templates
         inner = templates.inner
         matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
         gone = found.inside < self.settings.least_inside or matched < self.settings.least_match
-        doubtful = matched < self.settings.doubtful_match or state.outcome in UNSURE
+        doubtful = matched < self.settings.doubtful_match or not state.outcome.measured
         lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > self.settings.bare
         # A climb that found nothing may have ended anywhere.
         if self._inside(foreseen if lost else found.q, size) < self.settings.least_inside:
-            return OUTSIDE
+            return Outcome.OUTSIDE
         if lost:
-            return LOST
-        if state.outcome in UNSURE:
-            return FOUND
+            return Outcome.LOST
+        if not state.outcome.measured:
+            return Outcome.FOUND
         visible = inner & (found.match > 0)
         share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
-        return HIDDEN if min(share) < self.settings.least_visible else OK
+        return Outcome.HIDDEN if min(share) < self.settings.least_visible else Outcome.OK
 
-    def _detected_outcome(self, belief: Belief, detections: Detections, before: str) -> str:
+    def _detected_outcome(self, belief: Belief, detections: Detections, before: Outcome) -> Outcome:
         """Of a frame in which no template matches."""
         pose = self.pose(belief.states[belief.best]).mean
         agree, whole = self._detector.agreement(detections, pose)
         if agree < self.settings.least_match:
-            return LOST
-        if before in UNSURE:
-            return FOUND
-        return OK if whole else HIDDEN
+            return Outcome.LOST
+        if not before.measured:
+            return Outcome.FOUND
+        return Outcome.OK if whole else Outcome.HIDDEN
 
     @property
     def _detector(self) -> Detector:

@@ -11,6 +11,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES, Side
 from tracker.gait.figures import Gait
+from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
 
@@ -24,11 +25,11 @@ PANELS = (
 OWN_SPEED = (0.8, 1.25)  # playback speeds found that pass for real time
 DISCORD = 0.1  # of a stride: legs that differ by more were not followed well
 WORDS = {
-    "ok": "all in view",
-    "hidden": "a limb is covered",
-    "lost": "lost: nothing matched",
-    "found": "found again",
-    "outside": "out of the picture",
+    Outcome.OK: "all in view",
+    Outcome.HIDDEN: "a limb is covered",
+    Outcome.LOST: "lost: nothing matched",
+    Outcome.FOUND: "found again",
+    Outcome.OUTSIDE: "out of the picture",
 }
 
 

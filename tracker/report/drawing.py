@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.spm import skeleton
+from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw
 
@@ -40,7 +41,7 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     segments = [Segment(starts[i], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5)) for i in order]
     ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in order]
     state = f"  {track.labels[track.s[t]]} state {track.s[t]}" if len(track.labels) > 1 else ""
-    outcome = "" if track.outcome[t] == "ok" else f"  {track.outcome[t]}"
+    outcome = "" if track.outcome[t] is Outcome.OK else f"  {track.outcome[t]}"
     return draw(image, segments, ellipses, f"{title}frame {frame}{state}{outcome}", scale=scale)
 
 

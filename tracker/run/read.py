@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, Validati
 
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
-from tracker.loop.tracker import LOST, OUTSIDE
+from tracker.loop.outcome import Outcome
 from tracker.tables.table import by_column, read_lines, why
 
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
@@ -51,7 +51,7 @@ class Record:
     places  : (T, J, 2) pixels
     covs    : (T, J, 2, 2) px^2
     poses   : (T, 8) root in leg lengths, angles in radians
-    outcome : (T,) of each frame, "" where the figure was not followed
+    outcome : (T,) of each frame, None where the figure was not followed
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
     """
 
@@ -61,7 +61,7 @@ class Record:
     places: Array
     covs: Array
     poses: Array
-    outcome: tuple[str, ...]
+    outcome: tuple[Outcome | None, ...]
     shift: Array
 
     def __len__(self) -> int:
@@ -73,9 +73,9 @@ class Record:
         return 1 if self.news.facing == "right" else -1
 
     @property
-    def sure(self) -> NDArray[np.bool_]:
+    def measured(self) -> NDArray[np.bool_]:
         """(T,) whether the figure was followed, and neither lost nor out of the picture."""
-        return np.array([outcome not in ("", LOST, OUTSIDE) for outcome in self.outcome])
+        return np.array([outcome is not None and outcome.measured for outcome in self.outcome])
 
     def in_scene(self) -> Self:
         """The same run as a camera that stays where it started would have seen it."""
@@ -156,7 +156,7 @@ def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
     return names, _numbers(rows, POINT_COLUMNS).reshape(T, len(names), len(POINT_COLUMNS))
 
 
-def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[str, ...]]:
+def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[Outcome | None, ...]]:
     """Times (T,), poses (T, 8) in body units and outcomes (T,) of pose.csv."""
     rows = _rows(path)
     if len(rows) != T or any(int(row["frame"]) != t for t, row in enumerate(rows)):
@@ -166,7 +166,7 @@ def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[str, ...]]:
         raise ValueError("time_s should rise from row to row")
     poses = _numbers(rows, POSE_COLUMNS)
     poses[:, 2:] = np.radians(poses[:, 2:])
-    return times, poses, tuple(row["outcome"] for row in rows)
+    return times, poses, tuple(Outcome(row["outcome"]) if row["outcome"] else None for row in rows)
 
 
 def _shift(path: Path, frames: int) -> Array:

@@ -12,6 +12,7 @@ from dynamics.gaussian import Array, transpose
 from kinematics.figure import Figure
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.spm import View, joint_jacobian, joints
+from tracker.loop.outcome import Outcome
 from tracker.tables.keypoints import KEYPOINTS
 
 FORMAT = "figtrack-track"
@@ -28,7 +29,7 @@ class Track:
     times   : (T,) seconds
     q, cov  : (T, D) and (T, D, D) belief over the pose; covariances in single precision
     s       : (T,) most probable switching state
-    outcome : (T,) ok, hidden, lost, found or outside
+    outcome : (T,) of each frame
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
     mark    : leg lengths, standard deviation of a marked joint's place on its links: no frame tells of it
     """
@@ -42,12 +43,20 @@ class Track:
     q: Array
     cov: Array
     s: NDArray[np.intp]
-    outcome: tuple[str, ...]
+    outcome: tuple[Outcome, ...]
     shift: Array
     mark: float
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outcome", tuple(map(Outcome, self.outcome)))
+
     def __len__(self) -> int:
         return len(self.q)
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """(T,) whether the picture said where the figure is."""
+        return np.array([outcome.measured for outcome in self.outcome])
 
     def view_at(self, t: int) -> View:
         """How the picture of row t shows body coordinates."""
@@ -109,7 +118,7 @@ def _write_keypoints(track: Track, path: Path, frames: int, fps: float) -> None:
                 if 0 <= t < len(track) and name in column:
                     (x, y), S = places[t, column[name]], covs[t, column[name]]
                     spread = (f"{S[0, 0]:.4f}", f"{S[0, 1]:.4f}", f"{S[1, 1]:.4f}")
-                    seen = int(track.outcome[t] not in ("lost", "outside"))
+                    seen = int(track.outcome[t].measured)
                     writer.writerow((frame, name, f"{x:.3f}", f"{y:.3f}", seen, time, *spread))
                 else:
                     writer.writerow((frame, name, "", "", "", time, "", "", ""))

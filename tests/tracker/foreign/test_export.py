@@ -67,8 +67,8 @@ def test_all_readers_find_the_run_s_own_pixels(run, tmp_path, monkeypatch):
         assert (len(points), len(points.names)) == (FRAMES, joints)
         for joint in points.names:
             places = points.places[:, points.names.index(joint)]
-            assert_allclose(places[record.sure], record.place(joint)[record.sure], atol=0.01)
-            assert np.isnan(places[~record.sure]).all()
+            assert_allclose(places[record.measured], record.place(joint)[record.measured], atol=0.01)
+            assert np.isnan(places[~record.measured]).all()
 
 
 def test_metres_do_not_follow_a_camera_that_moves_and_pixels_do(rng, tmp_path):

@@ -50,7 +50,7 @@ def test_landmarks_are_shares_of_the_frame_where_the_figure_was_seen(record, tab
     assert [frame["frame_idx"] for frame in table["frames"]] == list(range(FRAMES))
     for t, frame in enumerate(table["frames"]):
         assert frame["time_s"] == pytest.approx(record.times[t], abs=1e-6)
-        if not record.sure[t]:
+        if not record.measured[t]:
             assert frame["landmarks"] == {}
             assert frame["confidence"] == 0.0
             continue

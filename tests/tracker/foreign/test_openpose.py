@@ -75,7 +75,7 @@ def test_our_names_come_back_on_either_side(rng, tmp_path):
     write_openpose(named_points(record, NAMES, -1), tmp_path / "json", "w")
     own = read_points(tmp_path / "json", -1)
     assert set(own.names) == set(record.names) - {"head_top"}
-    sure = record.sure
+    sure = record.measured
     for name in own.names:
         found = own.places[sure, own.names.index(name)]
         assert_allclose(found, record.place(name)[sure], atol=1e-4, err_msg=name)

@@ -55,7 +55,7 @@ def test_likelihood_is_how_often_a_joint_lies_within_a_tenth_of_a_leg(rng, tmp_p
     near = WITHIN * leg_pixels(record)
     spread = np.hypot(5.0, track.mark * track.view.unit)
     drawn = np.hypot(*rng.normal(scale=spread, size=(2, 200_000)))
-    found = named_points(record, HALPE, 1).likelihood[ROWS][record.sure[ROWS]]
+    found = named_points(record, HALPE, 1).likelihood[ROWS][record.measured[ROWS]]
     # A share of 200000 has a standard deviation of at most 0.0012.
     assert_allclose(found, (drawn < near).mean(), atol=0.005)
     assert 0.3 < found.min() < 0.95

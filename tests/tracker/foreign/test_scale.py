@@ -32,23 +32,26 @@ def test_who_stands_upright_is_as_tall_as_told(standing):
     record = standing(BARE)
     head = scale_by_height(record, 1.80, record.facing).to_metres(record.place("head_top"))
     # Keypoints are written to 0.0005 px, of 70 px a leg and 0.9 m.
-    assert_allclose(head[record.sure, 1], 1.80, atol=1e-4)
+    assert_allclose(head[record.measured, 1], 1.80, atol=1e-4)
 
 
 def test_the_lower_foot_stands_on_the_floor(standing):
     record = standing(bent=1.8)
     scale = scale_by_height(record, 1.80, record.facing)
     toes = np.stack([scale.to_metres(record.place(f"{side}_toe")) for side in ("near", "far")])
-    assert_allclose(np.nanmedian(toes[..., record.sure, 1].min(0)), 0.0, atol=1e-4)
-    assert (toes[0, record.sure, 1] > 0.1).all()
+    assert_allclose(np.nanmedian(toes[..., record.measured, 1].min(0)), 0.0, atol=1e-4)
+    assert (toes[0, record.measured, 1] > 0.1).all()
 
 
 def test_x_points_the_way_the_figure_faces_from_where_its_hip_was(standing):
     record = standing()
-    hips = scale_by_height(record, 1.80, record.facing).to_metres(record.place("hip"))[record.sure, 0]
+    hip = record.place("hip")[record.measured]
+    hips = scale_by_height(record, 1.80, record.facing).to_metres(hip)[:, 0]
     assert hips[0] == pytest.approx(0.0, abs=1e-9)
     assert (np.diff(hips) > 0.1).all()
-    backwards = scale_by_height(record, 1.80, -record.facing).to_metres(record.place("hip"))[record.sure, 0]
+    backwards = scale_by_height(record, 1.80, -record.facing).to_metres(record.place("hip"))[
+        record.measured, 0
+    ]
     assert_allclose(backwards, -hips)
 
 

@@ -11,6 +11,7 @@ from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.tracker.painted import FULL, STRIDE, VIEW, Painted
 from tracker.loop import anchors as anchors_module
 from tracker.loop.anchors import Anchor, anew, passed
+from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import find_model
 from tracker.tables.keypoints import Mark
@@ -44,7 +45,7 @@ def away(estimate, q):
     return np.linalg.norm(pixels(estimate) - VIEW.to_pixels(joints(WALKER, q)), axis=-1)
 
 
-def through(begun, marks, before="ok"):
+def through(begun, marks, before=Outcome.OK):
     tracker, state, image = begun
     return passed(tracker, state, before, Anchor.of(WALKER, marks), image)
 
@@ -52,7 +53,7 @@ def through(begun, marks, before="ok"):
 def test_tracking_passes_through_the_marks(begun):
     _, estimate = through(begun, marks_of(NEARBY))
     assert not estimate.began
-    assert estimate.outcome == "ok"
+    assert estimate.outcome is Outcome.OK
     assert away(estimate, STRIDE).max() > 5.0
     # Marks repeat to 1.5 pixels, hips and knees along the limb to 4; a foot's length is no freedom.
     assert away(estimate, NEARBY).max() < 2.0
@@ -126,7 +127,7 @@ def test_templates_that_slid_are_shifted_without_a_change_of_speed():
     for _ in range(4):
         state, _ = tracker.step(state, image)
     shifted = STRIDE + upright(WALKER, root_x=3.0 / VIEW.unit)
-    after, estimate = passed(tracker, state, "ok", Anchor.of(WALKER, marks_of(shifted)), image)
+    after, estimate = passed(tracker, state, Outcome.OK, Anchor.of(WALKER, marks_of(shifted)), image)
     d = len(find_model("cv", 30.0, FULL).names)
     x = after.belief.states.mean[0]
     moved = pixels(estimate)[0, 0] - VIEW.to_pixels(joints(WALKER, STRIDE))[0, 0]
@@ -134,9 +135,9 @@ def test_templates_that_slid_are_shifted_without_a_change_of_speed():
     assert abs(x[0] - x[d]) * VIEW.unit < 0.5 * moved
 
 
-@pytest.mark.parametrize("before", ["ok", "lost", "outside"])
+@pytest.mark.parametrize("before", [Outcome.OK, Outcome.LOST, Outcome.OUTSIDE])
 def test_an_anchor_far_away_or_after_a_loss_is_a_new_start(begun, before):
-    by = 0.0 if before != "ok" else 5.0
+    by = 0.0 if before is not Outcome.OK else 5.0
     there = NEARBY + upright(WALKER, root_x=by)
     _, estimate = through(begun, marks_of(there), before)
     assert estimate.began
@@ -155,7 +156,7 @@ def test_a_new_start_keeps_the_figure_s_size_unless_the_marks_know_better(begun)
 
 def test_a_new_start_without_a_hip_begins_from_the_pose_there_was(begun):
     names = [name for name in JOINTS if name != "hip"]
-    _, estimate = through(begun, marks_of(NEARBY, names), "lost")
+    _, estimate = through(begun, marks_of(NEARBY, names), Outcome.LOST)
     assert estimate.began
     assert away(estimate, NEARBY).max() < 4.0
 
@@ -163,7 +164,7 @@ def test_a_new_start_without_a_hip_begins_from_the_pose_there_was(begun):
 def test_half_of_what_an_anchor_shows_goes_into_the_templates(begun):
     tracker, state, image = begun
     bright = (image // 2 + 100).astype(np.uint8)
-    after, estimate = passed(tracker, state, "ok", Anchor.of(WALKER, marks_of(STRIDE)), bright)
+    after, estimate = passed(tracker, state, Outcome.OK, Anchor.of(WALKER, marks_of(STRIDE)), bright)
     now = tracker.templates_at(estimate.pose.mean, bright)
     both = now.known & state.templates.known
     assert both.sum() > 300
@@ -174,7 +175,7 @@ def test_half_of_what_an_anchor_shows_goes_into_the_templates(begun):
 def test_a_limb_that_ends_in_a_hidden_joint_shows_nothing(begun):
     tracker, state, image = begun
     anchor = Anchor.of(WALKER, marks_of(STRIDE, hidden=("near_knee",)))
-    after, _ = passed(tracker, state, "ok", anchor, (image // 2).astype(np.uint8))
+    after, _ = passed(tracker, state, Outcome.OK, anchor, (image // 2).astype(np.uint8))
     thigh = state.templates.link == WALKER.link_of("near_knee")
     assert_array_equal(after.templates.colours[:, thigh], state.templates.colours[:, thigh])
     assert (after.templates.colours[:, ~thigh] != state.templates.colours[:, ~thigh]).any()

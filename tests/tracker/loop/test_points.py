@@ -17,6 +17,7 @@ from tests.tracker.loop.test_tracker import begun
 from tests.tracker.painted import STRIDE
 from tracker.foreign.points import Points
 from tracker.loop.detections import Detections
+from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import smoothed
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import find_model
@@ -181,7 +182,7 @@ def test_what_agrees_with_the_points_is_not_lost_though_no_template_matches(rng)
     assert told.outcome == "ok"
     assert after.templates is state.templates
     assert tracker.step(state, blocks, detected(STRIDE, without=("neck",)))[1].outcome == "hidden"
-    assert tracker.step(replace(state, outcome="lost"), blocks, detected(STRIDE))[1].outcome == "found"
+    assert tracker.step(replace(state, outcome=Outcome.LOST), blocks, detected(STRIDE))[1].outcome == "found"
     elsewhere = detected(STRIDE)
     elsewhere = replace(elsewhere, pixels=elsewhere.pixels + rng.normal(0.0, 80.0, elsewhere.pixels.shape))
     assert tracker.step(state, blocks, elsewhere)[1].outcome == "lost"

@@ -17,6 +17,7 @@ from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.oracles import condition
 from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted, freedoms, placed
 from tests.tracker.walls import behind_wall
+from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Estimate, State, Tracker, make_tracker
 from tracker.models.find import find_model
 from tracker.picture.backdrop import first_backdrop
@@ -337,7 +338,7 @@ def test_a_figure_that_left_the_frame_is_outside_and_templates_are_kept(rng):
     assert after.templates is state.templates
 
 
-@pytest.mark.parametrize("before", ["lost", "outside", "ok"])
+@pytest.mark.parametrize("before", [Outcome.LOST, Outcome.OUTSIDE, Outcome.OK])
 def test_only_after_a_loss_a_figure_is_sought_where_it_may_have_gone(before, rng):
     painted, start = Painted(rng, size=(280, 190)), still(WALKER, STRIDE)
     tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
@@ -350,7 +351,7 @@ def test_only_after_a_loss_a_figure_is_sought_where_it_may_have_gone(before, rng
     want = STRIDE + upright(WALKER, root_x=0.7)
     _, estimate = tracker.step(replace(state, belief=wide, outcome=before), painted.picture(want))
     away = np.linalg.norm(joints(WALKER, estimate.pose.mean) - joints(WALKER, want), axis=-1).mean()
-    if before == "ok":
+    if before is Outcome.OK:
         assert away > 0.3
     else:
         assert estimate.outcome == "found"
@@ -584,9 +585,6 @@ def test_a_limb_with_a_hidden_tip_is_believed_half_as_sharply_in_its_angle_and_o
     assert_allclose(sd[1][others], sd[0][others], rtol=1e-9)
 
 
-UNSURE = ("lost", "outside")
-
-
 @dataclass(frozen=True)
 class Disturbed:
     """A walk followed while a wall hides it.
@@ -652,7 +650,7 @@ def test_a_figure_behind_a_wall_is_lost_or_hidden_within_three_frames(disturbed)
 
 def test_a_lost_figure_grows_uncertain_from_frame_to_frame(disturbed):
     root = np.array([np.trace(e.pose.cov[:2, :2]) for e in disturbed.estimates])
-    lost = np.array([outcome in UNSURE for outcome in disturbed.outcomes])
+    lost = np.array([not outcome.measured for outcome in disturbed.outcomes])
     first, last = np.flatnonzero(lost)[[0, -1]]
     assert last - first >= 9
     assert lost[first : last + 1].all()
@@ -688,7 +686,7 @@ def test_a_figure_that_leaves_the_picture_is_outside_within_three_frames_and_sta
     share = (x >= 0).mean(0)
     gone = int((share < Settings().least_inside).argmax())
     assert 40 <= gone < 60
-    assert set(outcomes[gone + 3 :]) <= set(UNSURE)
+    assert not any(outcome.measured for outcome in outcomes[gone + 3 :])
     assert "outside" in outcomes[gone : gone + 4]
     assert set(outcomes[: int((share < 1.0).argmax())]) <= {"ok", "hidden"}
     assert "outside" not in outcomes[: int((share < 0.5).argmax())]

@@ -19,8 +19,8 @@ def test_a_run_comes_back_as_it_was_written(rng, tmp_path, facing):
     rows = slice(FIRST, FIRST + T)
     assert len(record) == FRAMES
     assert (record.facing, record.news.fps, record.news.size) == (facing, FPS, SIZE)
-    assert record.outcome == ("", *track.outcome, "")
-    assert list(record.sure) == [False, True, True, True, False, False, True, False]
+    assert record.outcome == (None, *track.outcome, None)
+    assert list(record.measured) == [False, True, True, True, False, False, True, False]
     assert_allclose(record.times, np.arange(FRAMES) / FPS, atol=1e-6)
     for j, name in enumerate(WALKER.joints):
         assert_allclose(record.place(name)[rows], track.joints()[:, j], atol=0.5e-3 + 1e-9)
