@@ -18,13 +18,13 @@ from dynamics.motion.gaps import interpolate
 from dynamics.motion.noise import SEARCHES, at_noise
 from dynamics.motion.tasks import (
     CLASSIFY_TICKS,
-    InferWithHints,
     Labelling,
     classify,
     classify_hmm,
     predict,
     predict_ticks,
 )
+from dynamics.posterior import InferWithHints
 from dynamics.region import POSE
 from dynamics.slds import SLDS
 from dynamics.store import Model
