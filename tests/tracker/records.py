@@ -12,7 +12,7 @@ import pytest
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.tracks import random_track
-from tracker.run.track import write_tables
+from tracker.run.write import write_tables
 
 FPS, SIZE = 25.0, (640, 480)
 FIRST, T, FRAMES = 1, 6, 8  # frames 1 to 6 of 8 were followed

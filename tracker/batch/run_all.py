@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 from tracker import __version__
 from tracker.batch.jobs import Row, read_jobs
-from tracker.clip.follow import follow, write_run
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.errors import fault
 from tracker.models.cluster import cluster_at, local_cluster
 from tracker.progress import Progress
+from tracker.report.write import write_run
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
 from tracker.run.read import RunError, read_news, read_run
 from tracker.tables.table import write_table

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import islice
 
 from tracker.picture.tone import Curve, toned
@@ -18,12 +19,10 @@ class Reel:
 
     times : (T,) seconds of every frame read so far
     held  : how many pictures are kept
-    curve : that pictures go through from now on, None for as they are
     """
 
     def __init__(self, video: Video, stop: int | None = None, held: int | None = None) -> None:
         self.times: list[float] = []
-        self.curve: Curve | None = None
         self.held = held or max(1, HELD // (video.width * video.height * 3))
         self._video, self._stop = video, stop
         self._kept: deque[Image] = deque(maxlen=self.held)
@@ -33,20 +32,11 @@ class Reel:
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
             self.times.append(frame.time)
             self._kept.append(frame.image)
-            yield self.shown(frame.image)
+            yield frame.image
 
     def span(self, first: int, last: int) -> Iterator[Image]:
         """The pictures of frames first .. last; back in time where last is less, if all have been read."""
-        images = self._back(first, last) if last <= first else self._again(first, last)
-        return (self.shown(image) for image in images)
-
-    def shown(self, image: Image) -> Image:
-        """A picture through the curve."""
-        return image if self.curve is None else toned(image, self.curve)
-
-    def forget(self) -> None:
-        """Let the pictures go that are kept."""
-        self._kept.clear()
+        return self._back(first, last) if last <= first else self._again(first, last)
 
     def _back(self, first: int, last: int) -> Iterator[Image]:
         oldest = len(self.times) - len(self._kept)
@@ -60,3 +50,19 @@ class Reel:
 
     def _again(self, first: int, last: int) -> Iterator[Image]:
         return (frame.image for frame in islice(self._video, first, last + 1))
+
+
+@dataclass(frozen=True)
+class Toned:
+    """The pictures of a reel through one tone curve."""
+
+    reel: Reel
+    curve: Curve
+
+    def shown(self, image: Image) -> Image:
+        """A picture of the reel."""
+        return toned(image, self.curve)
+
+    def span(self, first: int, last: int) -> Iterator[Image]:
+        """As `Reel.span`."""
+        return map(self.shown, self.reel.span(first, last))

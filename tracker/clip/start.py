@@ -7,7 +7,7 @@ from kinematics.doubts import beyond_limits, doubts
 from kinematics.figure import Figure, load_figure
 from kinematics.recover import Marks as Places
 from kinematics.recover import Start, facing_of, start_pose
-from tracker.tables.keypoints import Mark, Marks, points
+from tracker.tables.keypoints import Mark, Marks, hidden, points
 
 
 class StartError(ValueError):
@@ -28,8 +28,7 @@ def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, 
     marked, figure = marks[frame], load_figure()
     places, way = points(marked), facing or facing_at(marks, frame)
     _check_in_picture(marked, figure.base, frame, size)
-    hidden = frozenset(joint for joint, mark in marked.items() if not mark.visible)
-    start = replace(start_pose(figure, places, way), hidden=hidden)
+    start = replace(start_pose(figure, places, way), hidden=hidden(marked))
     wrong = objections(figure, places, way)
     if wrong:
         raise StartError(f"mark the start again at frame {frame}: {'; '.join(wrong)}")

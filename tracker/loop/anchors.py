@@ -6,7 +6,7 @@ joints that are not marked measure nothing. Templates slide off slowly, of which
 an anchor may also shift the pose and the one before it alike, which leaves the motion as it was.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -17,12 +17,11 @@ from dynamics.belief import Belief
 from dynamics.gaussian import Array, Gaussian, apply
 from dynamics.kalman import update
 from kinematics.figure import ROOT, SCALE, Figure
-from kinematics.recover import recover
+from kinematics.recover import Marks, recover
 from kinematics.spm import joint_jacobian, joints, skeleton
 from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Estimate, State, Tracker
 from tracker.picture.pyramid import Image
-from tracker.tables.keypoints import Mark
 
 SEEN, HIDDEN = 1.5, 6.0  # pixels: how well marks repeat, and how well joints are guessed that are hidden
 ALONG = 4.0  # pixels along the limb: cloth hides at which height a hip or knee is
@@ -50,13 +49,13 @@ class Anchor:
     visible: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, figure: Figure, marks: Mapping[str, Mark]) -> Self:
-        """Those of the marks that the figure has."""
-        known = [(j, marks[name]) for j, name in enumerate(figure.joints) if name in marks]
+    def of(cls, figure: Figure, places: Marks, hidden: Collection[str] = ()) -> Self:
+        """Those of named pixels that the figure has; some are of joints that are hidden."""
+        known = [(j, name) for j, name in enumerate(figure.joints) if name in places]
         return cls(
             np.array([j for j, _ in known], dtype=np.intp),
-            np.array([(mark.x, mark.y) for _, mark in known]).reshape(-1, 2),
-            np.array([mark.visible for _, mark in known], dtype=bool),
+            np.array([places[name] for _, name in known]).reshape(-1, 2),
+            np.array([name not in hidden for _, name in known], dtype=bool),
         )
 
 

@@ -40,7 +40,6 @@ class Passage:
     span: Callable[[int, int], Iterable[Image]]
     smooth: Callable[[Tracker, Iterable[Estimate]], Iterable[Estimate]]
     detections: Mapping[int, Detections] = field(default_factory=dict)
-    _returns: dict[int, list[Estimate]] = field(default_factory=dict)
 
     def run(
         self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
@@ -53,20 +52,11 @@ class Passage:
             frame += self.way
             if frame in self.anchors:
                 state, estimate = passed(self.tracker, state, estimate.outcome, self.anchors[frame], image)
-                self._returns[frame] = self._return(frame, last, state, image)
+                estimate = replace(estimate, back=self._back(frame, last, state, image))
                 last, crossing = frame, Crossing.at_marks(figure, state, estimate)
             else:
                 crossing, state, estimate = self._step(self.tracker, crossing, state, frame, image)
             yield estimate
-
-    def joined(self, estimates: Sequence[Estimate], start: int) -> list[Estimate]:
-        """The estimates of `run` from frame `start` on, joined with those of the ways back."""
-        done = list(estimates)
-        for frame, back in self._returns.items():
-            end = self.way * (frame - start)
-            stretch = slice(end - len(back), end)
-            done[stretch] = joined(self.tracker, done[stretch], back)
-        return done
 
     def _step(
         self, tracker: Tracker, crossing: Crossing, before: State, frame: int, image: Image
@@ -78,7 +68,7 @@ class Passage:
             return Crossing(), state, estimate
         return crossing.followed(tracker, before, state, estimate, image)
 
-    def _return(self, frame: int, last: int, state: State, image: Image) -> list[Estimate]:
+    def _back(self, frame: int, last: int, state: State, image: Image) -> tuple[Estimate, ...]:
         """From an anchor back to the one before it: the frames between, in this passage's order."""
         other = self.other()
 
@@ -94,13 +84,24 @@ class Passage:
                     crossing, there, estimate = self._step(other, crossing, there, now, picture)
                 yield estimate
 
-        return [estimate.light() for estimate in self.smooth(other, run())][-2:0:-1]
+        return tuple(estimate.light() for estimate in self.smooth(other, run()))[-2:0:-1]
 
 
-def joined(tracker: Tracker, there: Sequence[Estimate], back: Sequence[Estimate]) -> list[Estimate]:
+def joined(tracker: Tracker, estimates: Sequence[Estimate]) -> list[Estimate]:
+    """The estimates of a passage, between two anchors joined with those of the way back."""
+    done = list(estimates)
+    for t, estimate in enumerate(estimates):
+        stretch = slice(t - len(estimate.back), t)
+        done[stretch] = between_anchors(tracker, done[stretch], estimate.back)
+    return done
+
+
+def between_anchors(
+    tracker: Tracker, there: Sequence[Estimate], back: Sequence[Estimate]
+) -> Sequence[Estimate]:
     """One estimate a frame of those between two anchors, from the way there and the way back."""
     if not there:
-        return []
+        return ()
     ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
     apart = np.linalg.norm(np.subtract(*(joints(tracker.figure, q) for q in ways)), axis=-1)
     costs = [np.maximum([e.misfit for e in way], 1e-9) for way in (there, back)]
@@ -115,8 +116,14 @@ def joined(tracker: Tracker, there: Sequence[Estimate], back: Sequence[Estimate]
 
 
 def _between(a: Estimate, b: Estimate, share: float) -> Estimate:
-    """The estimate that has this share of b. Both saw the same pictures, so it is no surer than they are."""
+    """The estimate that has this share of b, with the moments of the mixture of the two.
+
+    Both saw the same pictures, so it is no surer than they are.
+    """
+    apart = b.pose.mean - a.pose.mean
+    spread = share * (1.0 - share) * np.outer(apart, apart)
     pose = Gaussian(
-        (1.0 - share) * a.pose.mean + share * b.pose.mean, (1.0 - share) * a.pose.cov + share * b.pose.cov
+        (1.0 - share) * a.pose.mean + share * b.pose.mean,
+        (1.0 - share) * a.pose.cov + share * b.pose.cov + spread,
     )
     return replace(b if share > 0.5 else a, pose=pose)

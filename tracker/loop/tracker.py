@@ -56,6 +56,7 @@ class Estimate:
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
     began   : whether the filter began here, so that nothing links it to the frame before
     told    : what the picture said of the pose at the best hypothesis; None where it said nothing
+    back    : at an anchor, the frames since the one before it as the way back from it has them, oldest first
     instead : if this frame showed the last ones to be wrong, what takes their place
     """
 
@@ -66,6 +67,7 @@ class Estimate:
     shift: Array
     misfit: float = 0.0
     began: bool = False
+    back: tuple[Self, ...] = ()
     told: Likelihood | None = None
     instead: tuple[Self, ...] = ()
 

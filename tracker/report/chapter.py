@@ -4,13 +4,14 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES, Side
-from tracker.gait.figures import Gait
+from tracker.clip.follow import Run
+from tracker.gait.figures import Gait, gait_of
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
@@ -58,6 +59,24 @@ class Chapter:
     given: bool
     gait: Gait | None
     warnings: Sequence[str]
+
+    @classmethod
+    def of(cls, finished: Run, overlay: Path) -> Self:
+        """That of a finished run."""
+        job = finished.job
+        return cls(
+            name=job.model,
+            video=job.video.name,
+            overlay=overlay,
+            track=finished.track,
+            frames=finished.frames,
+            fps=finished.fps,
+            rate=finished.rate,
+            given=job.rate is not None,
+            # A speed that was only found would pull every walker towards the model's own.
+            gait=gait_of(finished.track, 1.0 if job.rate is None else job.rate),
+            warnings=finished.warnings,
+        )
 
     def facts(self) -> list[tuple[str, str]]:
         """Names and values, in words."""

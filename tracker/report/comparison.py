@@ -5,13 +5,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tracker.clip.follow import follow, prepare, start_frame, write_run
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.plan import prepare, start_frame
 from tracker.progress import Progress
 from tracker.report.chapter import Chapter
 from tracker.report.html_tables import text_table
 from tracker.report.page import write_comparison
 from tracker.report.sheets import write_error_plot, write_sheet
+from tracker.report.write import write_run
 from tracker.run.score import SCORED, Score, places, score
 from tracker.tables.keypoints import Marks
 

@@ -1,14 +1,20 @@
 """A tracked figure as segments and ellipses on a frame."""
 
 from dataclasses import replace
+from itertools import islice
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.spm import skeleton
+from tracker.clip.follow import Run
 from tracker.loop.outcome import Outcome
+from tracker.progress import Progress
 from tracker.run.track import Track
+from videos.frames import Video
 from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw
+from videos.writer import Writer
 
 Image = NDArray[np.uint8]
 
@@ -43,6 +49,19 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     state = f"  {track.labels[track.s[t]]} state {track.s[t]}" if len(track.labels) > 1 else ""
     outcome = "" if track.outcome[t] is Outcome.OK else f"  {track.outcome[t]}"
     return draw(image, segments, ellipses, f"{title}frame {frame}{state}{outcome}", scale=scale)
+
+
+def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
+    """The clip with the figure drawn on every frame, from time 0 on."""
+    job = finished.job
+    video = Video(job.video)
+    scale = enlargement(video.height)
+    size = (video.width * scale, video.height * scale)
+    drawing = progress.task(f"{job.video.name} overlay", finished.frames)
+    with drawing as advance, Writer(path, finished.fps, size) as writer:
+        for frame, moment in zip(islice(video, finished.frames), finished.track.times, strict=True):
+            writer.write(paint(frame.image, finished.track, frame.index, f"{job.model}  "), float(moment))
+            advance()
 
 
 def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -69,6 +69,11 @@ def points(marks: Mapping[str, Mark]) -> dict[str, tuple[float, float]]:
     return {name: (mark.x, mark.y) for name, mark in marks.items()}
 
 
+def hidden(marks: Mapping[str, Mark]) -> frozenset[str]:
+    """Names of the joints that were guessed, not seen."""
+    return frozenset(name for name, mark in marks.items() if not mark.visible)
+
+
 def _read_row(marks: Marks, row: Mapping[str, str], known: tuple[str, ...], where: str) -> None:
     name = row["keypoint"]
     if name not in known:

@@ -13,8 +13,9 @@ from tests.benchmarks.evaluation.calibration import distances
 from tests.benchmarks.processes import each, spawned
 from tests.benchmarks.rivals import correlation, lucas_kanade
 from tests.benchmarks.rivals.body import body_at, by_frame
-from tracker.clip.follow import follow, prepare
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.plan import prepare
 from tracker.progress import Progress
 from tracker.run.score import Places, Score, places, score
 from tracker.settings import Settings

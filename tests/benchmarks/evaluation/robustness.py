@@ -34,8 +34,9 @@ from tests.benchmarks.evaluation.targets import Target, target_table
 from tests.benchmarks.evaluation.ways import DEFAULT
 from tests.benchmarks.motion.page import table
 from tracker.cli.demo import write_scene
-from tracker.clip.follow import StartError, follow
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.start import StartError
 from tracker.progress import Progress
 from tracker.run.score import Score, places, score
 from tracker.scene.film import render

@@ -22,7 +22,7 @@ from tests.benchmarks.evaluation.robustness import (
     past_shrubs,
     targets,
 )
-from tracker.clip.follow import StartError
+from tracker.clip.start import StartError
 from videos.frames import Video
 
 

@@ -21,9 +21,10 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from tests.benchmarks.rivals import lucas_kanade
 from tests.benchmarks.rivals.body import body_at
-from tracker.clip.follow import follow, prepare
-from tracker.clip.follow import follow as clip
+from tracker.clip import follow as clip
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.plan import prepare
 from tracker.loop import smoothing
 from tracker.loop import tracker as track
 from tracker.progress import Progress
@@ -31,6 +32,7 @@ from tracker.registration import objective
 from tracker.registration.align import align
 from tracker.registration.field import Field
 from tracker.registration.objective import Objective
+from tracker.run import write
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
 from videos.frames import Frame, Video
@@ -57,7 +59,7 @@ STAGES = {
     "templates": (track.Tracker, "_templates"),
     "smooth": (smoothing, "_back"),
     "rate": (clip, "_rate"),
-    "write": (clip, "write_tables"),
+    "write": (write, "write_tables"),
 }
 
 
@@ -239,7 +241,7 @@ def _stages(job: Job) -> dict[str, float]:
             stack.enter_context(_watched(spent, name, home, function))
         run = follow(job, Progress("quiet"))
         with tempfile.TemporaryDirectory() as folder:
-            clip.write_tables(run.track, Path(folder), run.frames, run.fps)
+            write.write_tables(run.track, Path(folder), run.frames, run.fps)
     return spent
 
 

@@ -12,11 +12,14 @@ from dynamics.store import ModelError, load_shipped
 from kinematics.recover import PoseError
 from tests.tracker.clips import FPS, read_csv, read_json, write_video
 from tracker.clip import pictures as reel_module
-from tracker.clip.follow import follow, prepare, write_run
-from tracker.clip.follow import follow as clip_module
+from tracker.clip import plan as plan_module
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.plan import prepare
 from tracker.clip.start import StartError
 from tracker.progress import Progress
+from tracker.report.write import write_run
+from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
 from videos.frames import Video, VideoError
 
@@ -44,7 +47,7 @@ def frames_read(monkeypatch):
                 read.append(frame.index)
                 yield frame
 
-    monkeypatch.setattr(clip_module, "Video", Watched)
+    monkeypatch.setattr(plan_module, "Video", Watched)
     return read
 
 
@@ -299,3 +302,11 @@ def test_the_overlay_shows_what_was_followed(clip, ahead, tmp_path):
 def test_the_results_may_call_the_video_by_another_name(ahead, tmp_path):
     write_run(replace(ahead, job=replace(ahead.job, called="there/walk.mp4")), tmp_path, QUIET)
     assert read_json(tmp_path / "run.json")["video"] == "there/walk.mp4"
+
+
+def test_run_json_holds_the_settings_that_the_clip_was_followed_with(job, tmp_path):
+    assert job.settings.rates != (0.5,)
+    write_run(follow(replace(job, rate=0.5, stop=2), QUIET), tmp_path, QUIET)
+    assert Settings(**read_json(tmp_path / "run.json")["settings"]) == job.settings.model_copy(
+        update={"rates": (0.5,)}
+    )

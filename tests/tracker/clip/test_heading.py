@@ -2,13 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.tracker.clips import FPS, write_video
-from tracker.clip.follow import follow, prepare
-from tracker.clip.follow import follow as clip_module
+from tracker.clip import follow as follow_module
+from tracker.clip import plan as plan_module
+from tracker.clip.follow import follow, scene_behind
 from tracker.clip.heading import footless, heading
 from tracker.clip.job import Job
+from tracker.clip.pictures import Reel, Toned
+from tracker.clip.plan import prepare
 from tracker.clip.start import marked_start
 from tracker.progress import Progress
 from tracker.settings import Settings
@@ -75,7 +79,7 @@ def test_a_facing_that_nobody_told_is_said(facing, clip, marks):
 
 
 def test_a_job_with_a_foot_marked_is_not_asked_of_the_film(clip, marks, monkeypatch):
-    monkeypatch.setattr(clip_module, "heading", None)
+    monkeypatch.setattr(plan_module, "heading", None)
     assert prepare(Job(clip.video, marks, "cv")).start.view.facing == 1
 
 
@@ -85,9 +89,10 @@ def test_the_scene_is_sought_around_the_start_frame(clip, marks, monkeypatch):
     def watched(images, frame, box, unit):
         asked.append((len(list(images)), frame))
 
-    monkeypatch.setattr(clip_module, "plate", watched)
-    monkeypatch.setattr(clip_module, "REACH", 3)
+    monkeypatch.setattr(follow_module, "plate", watched)
+    monkeypatch.setattr(follow_module, "REACH", 3)
     whole = Job(clip.video, marks, "cv")
     for start in (0, 2, 6):
-        assert prepare(replace(whole, start=start)).scene is None
+        plan = prepare(replace(whole, start=start))
+        assert scene_behind(plan, Toned(Reel(plan.video), np.arange(256, dtype=np.uint8))) is None
     assert asked == [(4, 0), (6, 2), (7, 3)]

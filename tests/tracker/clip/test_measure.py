@@ -12,9 +12,10 @@ from tests.benchmarks.evaluation.spoiled import twins
 from tests.kinematics.figures import WALKER
 from tests.tracker.clips import figtrack, read_csv, read_json, refused, write_table
 from tests.tracker.tracks import random_track
-from tracker.clip.follow import follow, prepare
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.measure import Judged, Measured, jitter, read_measured
+from tracker.clip.plan import prepare
 from tracker.foreign.dlc import write_dlc
 from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError

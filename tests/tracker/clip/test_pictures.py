@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tracker.clip.pictures import Reel
+from tracker.clip.pictures import Reel, Toned
 
 
 class Counted:
@@ -87,11 +87,8 @@ def test_what_is_held_is_bounded_by_the_size_of_the_pictures():
     assert 5 <= Reel(large).held <= 10
 
 
-def test_pictures_go_through_the_curve_from_when_it_is_given(video):
-    reel = Reel(video, held=4)
-    ahead = reel.ahead()
-    assert next(ahead)[0, 0, 0] == 0
-    reel.curve = np.arange(255, -1, -1).astype(np.uint8)
-    assert levels(ahead) == [255 - t for t in range(1, 10)]
-    assert levels(reel.span(9, 0)) == [255 - t for t in range(9, -1, -1)]
-    assert levels(reel.span(2, 5)) == [253, 252, 251, 250]
+def test_toned_pictures_are_those_of_the_reel_through_the_curve(reel):
+    toned = Toned(reel, np.arange(255, -1, -1).astype(np.uint8))
+    assert levels(map(toned.shown, reel.ahead())) == [255 - t for t in range(10)]
+    assert levels(toned.span(9, 0)) == [255 - t for t in range(9, -1, -1)]
+    assert levels(toned.span(2, 5)) == [253, 252, 251, 250]

@@ -1,5 +1,7 @@
 """Anchors: marks as a measurement of the pose, and a new start where the figure was lost."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -14,7 +16,6 @@ from tracker.loop.anchors import Anchor, anew, passed
 from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import find_model
-from tracker.tables.keypoints import Mark
 
 JOINTS = WALKER.joints
 # Some degrees and hundredths of a leg from the stride: what a tracker that slid may be off.
@@ -31,9 +32,9 @@ def begun(request):
     return tracker, tracker.begin(start, image)[0], image
 
 
-def marks_of(q, names=JOINTS, hidden=()):
+def anchor_of(q, names=JOINTS, hidden=(), figure=WALKER):
     places = VIEW.to_pixels(joints(WALKER, q))
-    return {n: Mark(*places[JOINTS.index(n)], n not in hidden) for n in names}
+    return Anchor.of(figure, {n: places[JOINTS.index(n)] for n in names}, hidden)
 
 
 def pixels(estimate):
@@ -45,13 +46,13 @@ def away(estimate, q):
     return np.linalg.norm(pixels(estimate) - VIEW.to_pixels(joints(WALKER, q)), axis=-1)
 
 
-def through(begun, marks, before=Outcome.OK):
+def through(begun, anchor, before=Outcome.OK):
     tracker, state, image = begun
-    return passed(tracker, state, before, Anchor.of(WALKER, marks), image)
+    return passed(tracker, state, before, anchor, image)
 
 
 def test_tracking_passes_through_the_marks(begun):
-    _, estimate = through(begun, marks_of(NEARBY))
+    _, estimate = through(begun, anchor_of(NEARBY))
     assert not estimate.began
     assert estimate.outcome is Outcome.OK
     assert away(estimate, STRIDE).max() > 5.0
@@ -63,13 +64,13 @@ def test_tracking_passes_through_the_marks(begun):
 def test_one_foot_far_off_is_a_new_start(begun):
     """As where legs were taken for each other; over all joints that is little."""
     lifted = STRIDE + upright(WALKER, knee_far=0.9)
-    _, estimate = through(begun, marks_of(lifted))
+    _, estimate = through(begun, anchor_of(lifted))
     assert estimate.began
     assert away(estimate, lifted).max() < 3.0
 
 
 def test_the_measurement_is_iterated_until_it_stands(begun, monkeypatch):
-    turned = marks_of(STRIDE + upright(WALKER, knee_near=0.42, knee_far=0.42))
+    turned = anchor_of(STRIDE + upright(WALKER, knee_near=0.42, knee_far=0.42))
     found = pixels(through(begun, turned)[1])
     monkeypatch.setattr(anchors_module, "ITERATIONS", 20)
     assert_allclose(found, pixels(through(begun, turned)[1]), atol=0.02)
@@ -83,7 +84,7 @@ def spread(estimate, joint):
 
 def test_a_joint_without_a_mark_measures_nothing(begun):
     few = [name for name in JOINTS if not name.startswith("far")]
-    every, some = (through(begun, marks_of(NEARBY, names))[1] for names in (JOINTS, few))
+    every, some = (through(begun, anchor_of(NEARBY, names))[1] for names in (JOINTS, few))
     ankle = "far_ankle"
     assert np.trace(spread(some, ankle)) > 3.0 * np.trace(spread(every, ankle))
     near = [JOINTS.index(name) for name in few]
@@ -93,13 +94,13 @@ def test_a_joint_without_a_mark_measures_nothing(begun):
 
 def test_a_hidden_mark_is_doubted(begun):
     legs = [name for name in JOINTS if "ankle" in name or "knee" in name or "toe" in name]
-    seen, unseen = (through(begun, marks_of(NEARBY, hidden=hidden))[1] for hidden in ((), legs))
+    seen, unseen = (through(begun, anchor_of(NEARBY, hidden=hidden))[1] for hidden in ((), legs))
     for joint in ("near_ankle", "far_ankle"):
         assert np.trace(spread(unseen, joint)) > 2.0 * np.trace(spread(seen, joint))
 
 
 def test_a_knee_is_surer_across_its_limb_than_along_it(begun):
-    _, estimate = through(begun, marks_of(NEARBY))
+    _, estimate = through(begun, anchor_of(NEARBY))
     hip, knee = (pixels(estimate)[JOINTS.index(name)] for name in ("hip", "near_knee"))
     along = (knee - hip) / np.linalg.norm(knee - hip)
     across = np.array([-along[1], along[0]])
@@ -110,10 +111,10 @@ def test_a_knee_is_surer_across_its_limb_than_along_it(begun):
 
 def test_a_toe_marked_nearer_than_the_foot_is_long_only_turns_it(begun):
     """Feet that point towards the camera look short."""
-    marks = marks_of(NEARBY)
-    ankle, toe = marks["near_ankle"], marks["near_toe"]
-    short = Mark(ankle.x + 0.5 * (toe.x - ankle.x), ankle.y + 0.5 * (toe.y - ankle.y))
-    estimate = through(begun, marks | {"near_toe": short})[1]
+    anchor = anchor_of(NEARBY)
+    places, (ankle, toe) = anchor.pixels.copy(), map(JOINTS.index, ("near_ankle", "near_toe"))
+    places[toe] = 0.5 * (places[ankle] + places[toe])
+    estimate = through(begun, replace(anchor, pixels=places))[1]
     others = [j for j, name in enumerate(JOINTS) if name != "near_toe"]
     assert away(estimate, NEARBY)[others].max() < 2.0
 
@@ -127,7 +128,7 @@ def test_templates_that_slid_are_shifted_without_a_change_of_speed():
     for _ in range(4):
         state, _ = tracker.step(state, image)
     shifted = STRIDE + upright(WALKER, root_x=3.0 / VIEW.unit)
-    after, estimate = passed(tracker, state, Outcome.OK, Anchor.of(WALKER, marks_of(shifted)), image)
+    after, estimate = passed(tracker, state, Outcome.OK, anchor_of(shifted), image)
     d = len(find_model("cv", 30.0, FULL).names)
     x = after.belief.states.mean[0]
     moved = pixels(estimate)[0, 0] - VIEW.to_pixels(joints(WALKER, STRIDE))[0, 0]
@@ -139,7 +140,7 @@ def test_templates_that_slid_are_shifted_without_a_change_of_speed():
 def test_an_anchor_far_away_or_after_a_loss_is_a_new_start(begun, before):
     by = 0.0 if before is not Outcome.OK else 5.0
     there = NEARBY + upright(WALKER, root_x=by)
-    _, estimate = through(begun, marks_of(there), before)
+    _, estimate = through(begun, anchor_of(there), before)
     assert estimate.began
     assert away(estimate, there).max() < 3.0
 
@@ -147,16 +148,16 @@ def test_an_anchor_far_away_or_after_a_loss_is_a_new_start(begun, before):
 def test_a_new_start_keeps_the_figure_s_size_unless_the_marks_know_better(begun):
     tracker, state, image = begun
     grown = STRIDE + upright(WALKER, root_x=1.0, **{SCALE: 0.12})
-    _, estimate = anew(tracker, state, Anchor.of(WALKER, marks_of(grown)), image)
+    _, estimate = anew(tracker, state, anchor_of(grown), image)
     assert away(estimate, grown).max() < 3.0
     assert estimate.pose.mean[WALKER.index(SCALE)] > 0.06
-    _, estimate = anew(tracker, state, Anchor.of(WALKER, marks_of(STRIDE)), image)
+    _, estimate = anew(tracker, state, anchor_of(STRIDE), image)
     assert_allclose(estimate.pose.mean[WALKER.index(SCALE)], 0.0, atol=0.02)
 
 
 def test_a_new_start_without_a_hip_begins_from_the_pose_there_was(begun):
     names = [name for name in JOINTS if name != "hip"]
-    _, estimate = through(begun, marks_of(NEARBY, names), Outcome.LOST)
+    _, estimate = through(begun, anchor_of(NEARBY, names), Outcome.LOST)
     assert estimate.began
     assert away(estimate, NEARBY).max() < 4.0
 
@@ -164,7 +165,7 @@ def test_a_new_start_without_a_hip_begins_from_the_pose_there_was(begun):
 def test_half_of_what_an_anchor_shows_goes_into_the_templates(begun):
     tracker, state, image = begun
     bright = (image // 2 + 100).astype(np.uint8)
-    after, estimate = passed(tracker, state, Outcome.OK, Anchor.of(WALKER, marks_of(STRIDE)), bright)
+    after, estimate = passed(tracker, state, Outcome.OK, anchor_of(STRIDE), bright)
     now = tracker.templates_at(estimate.pose.mean, bright)
     both = now.known & state.templates.known
     assert both.sum() > 300
@@ -174,7 +175,7 @@ def test_half_of_what_an_anchor_shows_goes_into_the_templates(begun):
 
 def test_a_limb_that_ends_in_a_hidden_joint_shows_nothing(begun):
     tracker, state, image = begun
-    anchor = Anchor.of(WALKER, marks_of(STRIDE, hidden=("near_knee",)))
+    anchor = anchor_of(STRIDE, hidden=("near_knee",))
     after, _ = passed(tracker, state, Outcome.OK, anchor, (image // 2).astype(np.uint8))
     thigh = state.templates.link == WALKER.link_of("near_knee")
     assert_array_equal(after.templates.colours[:, thigh], state.templates.colours[:, thigh])
@@ -182,7 +183,6 @@ def test_a_limb_that_ends_in_a_hidden_joint_shows_nothing(begun):
 
 
 def test_marks_of_joints_that_the_figure_has_not_are_left_out():
-    footless = FOOTLESS
-    anchor = Anchor.of(footless, marks_of(STRIDE, hidden=("neck",)))
-    assert [footless.joints[j] for j in anchor.joint] == list(footless.joints)
-    assert anchor.visible.tolist() == [name != "neck" for name in footless.joints]
+    anchor = anchor_of(STRIDE, hidden=("neck",), figure=FOOTLESS)
+    assert [FOOTLESS.joints[j] for j in anchor.joint] == list(FOOTLESS.joints)
+    assert anchor.visible.tolist() == [name != "neck" for name in FOOTLESS.joints]

@@ -10,7 +10,7 @@ from dynamics.gaussian import Gaussian
 from tests.kinematics.figures import WALKER, upright
 from tests.tracker.painted import STRIDE
 from tracker.loop import both_ways as passage_module
-from tracker.loop.both_ways import Passage, joined
+from tracker.loop.both_ways import Passage, between_anchors, joined
 from tracker.loop.tracker import NOTHING, Estimate
 from tracker.settings import Settings
 
@@ -28,30 +28,40 @@ def places(estimates):
 
 
 def test_each_way_counts_by_how_near_its_own_anchor_is():
-    found = joined(TRACKER, [estimate(0.0)] * 3, [estimate(0.1)] * 3)
+    found = between_anchors(TRACKER, [estimate(0.0)] * 3, [estimate(0.1)] * 3)
     assert_allclose(places(found), [0.025, 0.05, 0.075])
 
 
 def test_the_way_whose_pictures_cost_less_counts_more():
-    (found,) = joined(TRACKER, [estimate(0.0, cost=3.0)], [estimate(0.1, cost=1.0)])
+    (found,) = between_anchors(TRACKER, [estimate(0.0, cost=3.0)], [estimate(0.1, cost=1.0)])
     assert places([found])[0] == pytest.approx(0.075)
 
 
 def test_an_average_is_no_surer_than_the_two_and_speaks_as_the_nearer():
     there, back = [estimate(spread=1.0, outcome="hidden")] * 3, [estimate(spread=3.0)] * 3
-    found = joined(TRACKER, there, back)
+    found = between_anchors(TRACKER, there, back)
     assert_allclose([e.pose.cov[0, 0] for e in found], [1.5, 2.0, 2.5])
     assert [e.outcome for e in found][::2] == ["hidden", "ok"]
+
+
+def test_an_average_has_the_moments_of_the_mixture_of_the_two():
+    ways = [[estimate(0.0, spread=0.001)] * 3, [estimate(0.2, spread=0.004)] * 3]
+    for k, found in enumerate(between_anchors(TRACKER, *ways), start=1):
+        parts = list(zip((1.0 - k / 4, k / 4), (way[0].pose for way in ways), strict=True))
+        mean = sum(share * pose.mean for share, pose in parts)
+        square = sum(share * (pose.cov + np.outer(pose.mean, pose.mean)) for share, pose in parts)
+        assert_allclose(found.pose.mean, mean)
+        assert_allclose(found.pose.cov, square - np.outer(mean, mean), atol=1e-12)
 
 
 def test_where_one_way_was_lost_they_are_joined_where_that_costs_least():
     there = [estimate(0.0, 1.0), estimate(0.0, 1.0), estimate(2.0, 9.0), estimate(2.0, 9.0)]
     back = [estimate(0.1, 5.0), estimate(0.1, 1.5), estimate(0.1, 1.0), estimate(0.1, 1.0)]
-    assert places(joined(TRACKER, there, back)) == [0.0, 0.0, 0.1, 0.1]
+    assert places(between_anchors(TRACKER, there, back)) == [0.0, 0.0, 0.1, 0.1]
 
 
 def test_between_two_frames_in_a_row_there_is_nothing_to_join():
-    assert joined(TRACKER, [], []) == []
+    assert not between_anchors(TRACKER, [], [])
 
 
 @pytest.mark.parametrize("way", [1, -1])
@@ -88,7 +98,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
     state = SimpleNamespace(templates=SimpleNamespace(strange=np.zeros(len(WALKER.links), bool)))
     raw = list(passage.run(start, state, estimate(start), iter(frames[1:])))
     assert places(raw) == frames
-    extra = np.subtract(places(passage.joined(raw, start)), frames)
+    extra = np.subtract(places(joined(passage.tracker, raw)), frames)
     # Shares of the way back: a third and two thirds of 100, then quarters; nothing after the last anchor.
     assert_allclose(extra, [0, 100 / 3, 200 / 3, 0, 25, 50, 75, 0, 0, 0], atol=1e-9)
     assert seen == ["anchor 3", "anchor 0", "anchor 7", "anchor 3"]

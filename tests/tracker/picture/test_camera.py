@@ -10,11 +10,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.tracker.clips import read_json
-from tracker.clip.follow import follow, write_run
-from tracker.clip.follow import follow as clip_module
+from tracker.clip import plan as plan_module
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.picture.camera import Camera, first_camera
 from tracker.progress import Progress
+from tracker.report.write import write_run
 from tracker.run.score import places, score
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
@@ -291,7 +292,7 @@ def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, data_dir, mon
 
     still = Job(source, marks, "walk-run", start=0, stop=max(marks))
     settled = error(still)
-    monkeypatch.setattr(clip_module, "Video", Moved)
+    monkeypatch.setattr(plan_module, "Video", Moved)
     carry = {t: {n: carried(m, way[t] + 110.0) for n, m in of_frame.items()} for t, of_frame in marks.items()}
     shifted = replace(still, marks=carry)
     assert error(shifted) < settled + 0.005

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from tests.kinematics.figures import FOOTLESS, WALKER, Puppet
 from tests.oracles import central_difference
 from tests.tracker.tracks import random_track
-from tracker.run.track import write_tables
+from tracker.run.write import write_tables
 from tracker.tables.keypoints import KEYPOINTS, read_keypoints
 
 FIRST, T, CLIP, FPS = 2, 5, 9, 25.0

@@ -1,0 +1,91 @@
+"""A job that can be done: all that it names read and checked, before any work."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+
+from dynamics.motion.rate import backwards
+from dynamics.slds import SLDS
+from kinematics.recover import Start
+from tracker.clip.heading import FRAMES, footless, heading
+from tracker.clip.job import Job
+from tracker.clip.measure import Measured, read_measured
+from tracker.clip.start import StartError, marked_start
+from tracker.loop.tracker import Tracker, make_tracker
+from tracker.models.find import CONSTANT_VELOCITY, find_model
+from tracker.settings import Settings
+from videos.frames import Video
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A job, and what its files hold.
+
+    frame   : to start from
+    tracker : goes ahead in time; its settings are the job's with what is known of this clip
+    """
+
+    job: Job
+    frame: int
+    video: Video
+    start: Start
+    slds: SLDS
+    tracker: Tracker
+    measured: Measured | None
+
+    @cached_property
+    def back(self) -> Tracker:
+        """The tracker that goes back in time."""
+        # A constant velocity is one in either direction; conversion would only change its noise.
+        slds = self.slds if self.job.model == CONSTANT_VELOCITY else backwards(self.slds)
+        return make_tracker(self.start, slds, self.tracker.settings)
+
+    @property
+    def total(self) -> int | None:
+        """About how many frames there are to track."""
+        counts = [self.video.count_hint, None if self.job.stop is None else self.job.stop + 1]
+        return min((count for count in counts if count is not None), default=None)
+
+
+def prepare(job: Job) -> Plan:
+    """Read what the job names and check that it fits together, before any work.
+
+    Raises:
+        VideoError, ModelError, ForeignError: a file that cannot be used.
+        StartError, PoseError: no pose to start from.
+        ValueError: a model for another figure or frame rate.
+    """
+    if job.measure is None and not job.settings.templates:
+        raise ValueError("without templates there is nothing to follow; give --measure FILE")
+    frame = start_frame(job)
+    if job.stop is not None and job.stop < frame:
+        raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
+    video = Video(job.video)
+    rates = job.settings.rates if job.rate is None else (job.rate,)
+    settings = job.settings.model_copy(update={"rates": rates})
+    start = _start(job, video, settings)
+    slds = find_model(job.model, video.fps, settings)
+    measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
+    if measured is not None:
+        settings = measured.known_by(settings)
+    return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured)
+
+
+def start_frame(job: Job) -> int:
+    """The marked frame to start from; StartError if `start` is not marked."""
+    if job.start is None:
+        return min(job.marks)
+    if job.start not in job.marks:
+        marked = ", ".join(str(frame) for frame in sorted(job.marks)[:8])
+        raise StartError(f"frame {job.start} is not marked in the keypoints table; marked are {marked}")
+    return job.start
+
+
+def _start(job: Job, video: Video, settings: Settings) -> Start:
+    """The start pose; which way it faces is seen from the film where its marks and the job do not tell it."""
+    frame, size = start_frame(job), (video.width, video.height)
+    start = marked_start(job.marks, frame, job.facing, size)
+    if job.facing is None and footless(start) and settings.templates:
+        images = (each.image for each in islice(video, frame, frame + FRAMES))
+        start = marked_start(job.marks, frame, heading(images, start, video.fps, settings), size)
+    return start

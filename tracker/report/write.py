@@ -1,0 +1,63 @@
+"""A finished run written into its folder."""
+
+import json
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from tracker import __version__
+from tracker.clip.follow import Run
+from tracker.progress import Progress
+from tracker.report.chapter import Chapter
+from tracker.report.drawing import write_overlay
+from tracker.report.page import write_report
+from tracker.run.track import Track
+from tracker.run.write import write_tables
+
+OVERLAY = "overlay.mp4"
+
+
+def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") -> Chapter:
+    """Tables, overlay.mp4, gait.json, report.html and, last, run.json; what the report tells.
+
+    Args:
+        key: tells a batch's job.
+    """
+    began = time.perf_counter()
+    write_tables(finished.track, folder, finished.frames, finished.fps)
+    write_overlay(finished, folder / OVERLAY, progress)
+    told = Chapter.of(finished, folder / OVERLAY)
+    if told.gait is not None:
+        figures = json.dumps(told.gait.summary(), indent=2)
+        (folder / "gait.json").write_text(figures + "\n", encoding="utf-8")
+    write_report(folder / "report.html", told)
+    write = (time.perf_counter() - began) / finished.frames
+    job = finished.job
+    news = {
+        "figtrack": __version__,
+        "video": job.called or str(job.video),
+        "model": job.model,
+        "smooth": job.smooth,
+        "anchors": job.anchors,
+        "measure": None if finished.points is None else asdict(finished.points),
+        "settings": finished.settings.model_dump(mode="json"),
+        "fps": finished.fps,
+        "frames": finished.frames,
+        "size": finished.size,
+        "start": finished.start,
+        "rate": round(finished.rate, 2),
+        "camera": _camera(finished.track),
+        "facing": finished.track.view.side,
+        "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
+        "warnings": finished.warnings,
+    } | ({"job": key} if key else {})
+    (folder / "run.json").write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
+    return told
+
+
+def _camera(track: Track) -> dict[str, bool | float]:
+    """Whether the camera moved, and how far from the start at most, pixels."""
+    farthest = float(np.hypot(*track.shift.T).max())
+    return {"moves": farthest > 0.0, "pixels": round(farthest, 1)}
