@@ -20,8 +20,8 @@ from tracker.clip.start import StartError
 from tracker.loop.anchors import Anchor
 from tracker.loop.both_ways import Passage, joined
 from tracker.loop.outcome import Outcome
-from tracker.loop.smoothing import smoothed, turned_belief
-from tracker.loop.tracker import Estimate, Tracker
+from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
+from tracker.loop.tracker import Estimate
 from tracker.picture.backdrop import Backdrop
 from tracker.picture.plate import REACH, plate
 from tracker.progress import Progress
@@ -146,7 +146,7 @@ class _Ways:
         here, other = (plan.tracker, lambda: plan.back) if way > 0 else (plan.back, lambda: plan.tracker)
         marks = plan.job.marks if plan.job.anchors else {plan.frame: plan.job.marks[plan.frame]}
         anchors = {t: Anchor.of(plan.start.figure, points(each), hidden(each)) for t, each in marks.items()}
-        smooth = smoothed if plan.job.smooth else _as_they_are
+        smooth = smoothed if plan.job.smooth else as_first_known
         detections = {} if plan.measured is None else plan.measured.frames
         return Passage(here, other, anchors, way, self.pictures.span, smooth, detections)
 
@@ -160,10 +160,6 @@ def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
     first = max(plan.frame - REACH, 0)
     images = pictures.span(first, plan.frame + REACH)
     return plate(images, plan.frame - first, plan.tracker.start_box(plan.start), plan.tracker.view.unit)
-
-
-def _as_they_are(_: Tracker, estimates: Iterable[Estimate]) -> Iterable[Estimate]:
-    return estimates
 
 
 def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
