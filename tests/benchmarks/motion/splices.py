@@ -11,7 +11,8 @@ import numpy as np
 
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
-from dynamics.motion.tasks import InferWithHints, Labelling, classify, classify_hmm
+from dynamics.motion.tasks import Labelling, classify, classify_hmm
+from dynamics.posterior import InferWithHints
 from dynamics.region import POSE
 from dynamics.slds import SLDS
 from dynamics.variational import variational_all
