@@ -8,65 +8,46 @@ Kim (1994) and Murphy (1998), as in Pavlović et al. (2000), section 3.3; the fi
 
 a sum of positive semidefinite terms; then the collapse over k. Two things are taken to be so that are not
 quite: that x_{t+1} does not depend on s_t given s_{t+1} and all frames, and that
-Pr(s_t = j | s_{t+1} = k, all frames) is
+Pr(s_t = j | s_{t+1} = k, all frames) is in proportion to
 
-    kim   in proportion to Pi[j, k] Pr(s_t = j | y_0..t), as in the papers
-    filt  the filter's own weights W_kj, which heed y_{t+1}
-    ec    in proportion to Pi[j, k] Pr(s_t = j | y_0..t) N(x_k|T; x_kj, P_kj): Barber (2006), at the mean
+    Pi[j, k] Pr(s_t = j | y_0..t) N(x_k|T; x_kj, P_kj)
 
-Against the sum over all paths (250 sequences of 6 frames each, 2 states), the mean total variation of Pr(s_t)
-is, for kim, filt and ec: 0.020, 0.0014, 0.0008 with noise 0.05 at second order; 0.032, 0.0094, 0.011 with
-noise 0.3; at first order 0.0025, 0.0007, 0.0008 and 0.012, 0.0034, 0.0058.
+(Barber 2006, at the mean). The papers leave out the last factor. Against the sum over all paths (250
+sequences of 6 frames each, 2 states), the mean total variation of Pr(s_t) is, without and with it, 0.020 and
+0.0008 with noise 0.05 at second order, 0.032 and 0.011 with noise 0.3.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 
 from dynamics.frames import PAIRS, Frames, in_batches
 from dynamics.gaussian import Array, Gaussian, collapse, transpose
-from dynamics.gpb2_filter import (
-    Filtered,
-    Forward,
-    gpb2_filter,
-    gpb2_filter_all,
-    normalised,
-    run_filter,
-)
+from dynamics.gpb2_filter import Forward, normalised, run_filter
 from dynamics.kalman import CORNER, predict, reverse, surprise
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
-__all__ = ["Filtered", "Weights", "gpb2", "gpb2_all", "gpb2_filter", "gpb2_filter_all"]
 
-Weights = Literal["ec", "filt", "kim"]
-
-
-def gpb2(slds: SLDS, y: Array, hints: Array | None = None, *, weights: Weights = "ec") -> Posterior:
+def gpb2(slds: SLDS, y: Array, hints: Array | None = None) -> Posterior:
     """The approximate posterior over one sequence; see `gpb2_all`."""
-    return gpb2_all(slds, [y], None if hints is None else [hints], weights=weights)[0]
+    return gpb2_all(slds, [y], None if hints is None else [hints])[0]
 
 
-def gpb2_all(
-    slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None, *, weights: Weights = "ec"
-) -> list[Posterior]:
+def gpb2_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Posterior]:
     """The approximate posterior over each of several sequences.
 
     Args:
         ys: sequences (T, M), T >= 1, lengths may differ; NaN entries were not measured.
         hints: (T, K) each, further log likelihood of every switching state; None is zero.
-        weights: of the state before given the one after; see above.
 
     Raises:
-        ValueError: hints of another shape, or that leave no switching state possible; unknown weights.
+        ValueError: hints of another shape, or that leave no switching state possible.
     """
-    if weights not in get_args(Weights):
-        raise ValueError(f"weights must be one of {', '.join(get_args(Weights))}; got {weights!r}")
 
     def infer(frames: Frames) -> list[Posterior]:
-        return _smooth(slds, frames, run_filter(slds, frames), weights)
+        return _smooth(slds, frames, run_filter(slds, frames))
 
     return in_batches(slds, ys, hints, infer)
 
@@ -89,7 +70,7 @@ class _Backward:
     lag: Array
 
 
-def _smooth(slds: SLDS, frames: Frames, forward: Forward, weights: Weights) -> list[Posterior]:
+def _smooth(slds: SLDS, frames: Frames, forward: Forward) -> list[Posterior]:
     rows, K, N = forward.states.mean.shape
     backward = _Backward(
         forward.log_prob.copy(),
@@ -99,7 +80,7 @@ def _smooth(slds: SLDS, frames: Frames, forward: Forward, weights: Weights) -> l
         np.empty((rows, N, N)),
     )
     for start, stop in frames.chunks(max(1, PAIRS // K**2)):
-        _smooth_chunk(slds, frames, forward, backward, weights, start, stop)
+        _smooth_chunk(slds, frames, forward, backward, start, stop)
     prob = np.exp(backward.log_prob)
     states = collapse(prob, backward.states)
     return [
@@ -118,13 +99,7 @@ def _smooth(slds: SLDS, frames: Frames, forward: Forward, weights: Weights) -> l
 
 
 def _smooth_chunk(
-    slds: SLDS,
-    frames: Frames,
-    forward: Forward,
-    backward: _Backward,
-    weights: Weights,
-    start: int,
-    stop: int,
+    slds: SLDS, frames: Frames, forward: Forward, backward: _Backward, start: int, stop: int
 ) -> None:
     """From frames start..stop-1 to the ones before; only the recursion itself goes frame by frame."""
     rows = slice(int(frames.first[start]), int(frames.first[stop]))
@@ -132,19 +107,15 @@ def _smooth_chunk(
     filtered = forward.states[before, None]
     back = reverse(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])
     log_U = slds.log_Pi.T + forward.log_prob[before, None]
-    if weights == "filt":
-        log_U = forward.log_shares[rows].copy()
-    if weights == "ec":
-        bordered = _bordered(slds, filtered)
+    bordered = _bordered(slds, filtered)
     mean, cov = np.empty_like(back.rest.cov[..., 0]), np.empty_like(back.rest.cov)
     for t in range(stop - 1, start - 1, -1):
         now = frames.at(t)
         here = slice(now.start - rows.start, now.stop - rows.start)
         earlier = slice(int(before[here.start]), int(before[here.stop - 1]) + 1)
         later = backward.states[now, :, None]
-        if weights == "ec":
-            bordered[here, ..., -1, :-1] = later.mean - back.ahead[here]
-            log_U[here] -= surprise(bordered[here])
+        bordered[here, ..., -1, :-1] = later.mean - back.ahead[here]
+        log_U[here] -= surprise(bordered[here])
         log_U[here] = normalised(log_U[here], axis=-1)[1]
         log_pair = backward.log_prob[now, :, None] + log_U[here]
         log_prob, log_shares = normalised(log_pair, axis=1)

@@ -67,10 +67,9 @@ def gpb2_filter_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | No
 
 @dataclass(frozen=True)
 class Forward:
-    """One row a frame and sequence: log Pr(s_t | y_0..t), log W, x_t given each s_t, log evidence."""
+    """One row a frame and sequence: log Pr(s_t | y_0..t), x_t given each s_t, log evidence."""
 
     log_prob: Array
-    log_shares: Array
     states: Gaussian
     log_evidence: Array
 
@@ -79,7 +78,7 @@ def run_filter(slds: SLDS, frames: Frames) -> Forward:
     """The filter over all rows; ValueError where no switching state is possible."""
     rows, K, N, first = len(frames.y), slds.K, slds.A.shape[-1], frames.first.tolist()
     states = Gaussian(np.empty((rows, K, N)), np.empty((rows, K, N, N)))
-    forward = Forward(np.empty((rows, K)), np.zeros((rows, K, K)), states, np.empty(rows))
+    forward = Forward(np.empty((rows, K)), states, np.empty(rows))
     transitions = _transitions(slds)
     seen = ~np.isnan(frames.y)
     whole = np.logical_and.reduceat(seen.all(-1), first[:-1]).tolist()
@@ -97,7 +96,6 @@ def run_filter(slds: SLDS, frames: Frames) -> Forward:
             logs = pairs.log_lik + (transitions.log_switch + forward.log_prob[earlier])
             log_sum, log_shares = normalised(logs, axis=-1)
             log_joint = log_sum[..., 0].T + further[now]
-            forward.log_shares[now] = log_shares.transpose(1, 0, 2)
             belief = _collapsed(transitions, before, pairs, np.exp(log_shares))
         log_evidence = np.logaddexp.reduce(log_joint, axis=-1)
         if not -np.inf < log_evidence.min():

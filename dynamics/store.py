@@ -76,9 +76,9 @@ def load_shipped(name: str, fps: float) -> Model:
     return _read(resources.files("dynamics") / "models" / f"{name}@{nearest:g}.npz", name)
 
 
-def _kept(kind: type[Model]) -> set[str]:
+def _kept(kind: type[Model]) -> list[str]:
     """The fields that a file holds: those without a default."""
-    return {field.name for field in dataclasses.fields(kind) if field.default is dataclasses.MISSING}
+    return [field.name for field in dataclasses.fields(kind) if field.default is dataclasses.MISSING]
 
 
 def _read(source: Path | Traversable, name: str) -> Model:
@@ -99,7 +99,7 @@ def _read(source: Path | Traversable, name: str) -> Model:
     fields = _kept(kind)
     try:
         values: dict[str, Any] = {key: tuple(header[key]) for key in TEXTS if key in fields}
-        values |= {key: arrays[key] for key in fields - {*TEXTS, "fps"}}
+        values |= {key: arrays[key] for key in fields if key not in (*TEXTS, "fps")}
         return kind(**values, fps=float(header["fps"]))
     except (ValueError, KeyError, TypeError) as error:
         raise ModelError(f"{name} is damaged: {error}") from error

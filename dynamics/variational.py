@@ -90,22 +90,6 @@ def variational_batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
     return batches
 
 
-def variational_rounds(
-    slds: SLDS, y: Array, hints: Array | None = None, *, start: Posterior | None = None
-) -> Iterator[Posterior]:
-    """The posterior of one sequence after every round, without end; its log_evidence never falls.
-
-    The states of each are the best for the last one's `prob`, its `prob` the best for its states.
-    """
-    others = None if hints is None else [hints]
-    system, data = whitened(slds), beside(slds, [y], others)
-    prob, mean = _beginning(viterbi_all(slds, [y], others) if start is None else [start], len(slds.names))
-    while True:
-        beliefs = _round(slds, system, data, prob, mean)
-        prob, mean = beliefs.prob, beliefs.poses.mean
-        yield _posterior(beliefs, 0, len(y))
-
-
 @dataclass
 class Variational:
     """An E-step for `em.learn` that starts from its own last answer to as many sequences of the same lengths.

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
-from dynamics.gpb2 import gpb2_all, gpb2_filter_all
+from dynamics.gpb2 import gpb2_all
+from dynamics.gpb2_filter import gpb2_filter_all
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update

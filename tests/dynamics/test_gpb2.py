@@ -9,12 +9,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian, collapse
-from dynamics.gpb2 import gpb2, gpb2_all, gpb2_filter, gpb2_filter_all
+from dynamics.gpb2 import gpb2, gpb2_all
+from dynamics.gpb2_filter import gpb2_filter, gpb2_filter_all
 from dynamics.learning.em import learn
 from dynamics.learning.options import Options
 from tests.oracles import condition, enumerated, given_path, random_slds, sum_over_paths
 
-WEIGHTS = ("ec", "filt", "kim")
 STATE_FIELDS = ("A", "b", "Q", "mean0", "cov0")
 
 # The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
@@ -28,14 +28,16 @@ def drawn(slds, T, rng, *, gaps=False):
     return y
 
 
-def plain(slds, y, weights, hints):
+def plain(slds, y, hints, *, papers=False):
     """The equations one pair at a time, with inverses and probabilities: filter, then smoother.
+
+    The papers' smoother weighs a pair by Pi and the filter alone.
 
     Returns log evidence, filtered and smoothed probabilities, and pairs (T-1, K, K); given each s_t, the
     smoothed mean and cov of x_t, and of [x_t; x_{t-1}].
     """
     T, K, C = len(y), slds.K, slds.C
-    mu, x, P, share, log_evidence = [], [], [], [], 0.0
+    mu, x, P, log_evidence = [], [], [], 0.0
     for t in range(T):
         log_p, means, covs = np.empty((K, K)), {}, {}
         for i in range(K):
@@ -57,7 +59,6 @@ def plain(slds, y, weights, hints):
         ]
         x.append([m for m, _ in mixed])
         P.append([V for _, V in mixed])
-        share.append(W)
     prob, xs, Ps = [mu[-1]], x[-1], P[-1]
     states, pairs, steps = [(xs, Ps)], [], []
     for t in range(T - 2, -1, -1):
@@ -71,9 +72,9 @@ def plain(slds, y, weights, hints):
                 covs[k, j] = P[t][j] + J @ (Ps[k] - V) @ J.T
                 lags[k, j] = Ps[k] @ J.T
                 U[k, j] = slds.Pi[j, k] * mu[t][j]
-                if weights == "ec":
+                if not papers:
                     U[k, j] *= np.exp(multivariate_normal(ahead, 0.5 * (V + V.T)).logpdf(xs[k]))
-        U = share[t + 1] if weights == "filt" else U / U.sum(1, keepdims=True)
+        U /= U.sum(1, keepdims=True)
         steps.append(
             [
                 mixture(
@@ -123,23 +124,22 @@ def assert_same(one, other, *, atol):
         assert_allclose(getattr(one, name).cov, getattr(other, name).cov, atol=atol, err_msg=name)
 
 
-def apart(posterior, exact):
+def apart(prob, exact):
     """Mean total variation of Pr(s_t)."""
-    return 0.5 * np.abs(posterior.prob - exact.prob).sum(1).mean()
+    return 0.5 * np.abs(prob - exact.prob).sum(1).mean()
 
 
 # The equations
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("weights", WEIGHTS)
 @pytest.mark.parametrize("gaps", [False, True])
-def test_it_is_its_own_equations_one_pair_at_a_time(order, weights, gaps, rng):
+def test_it_is_its_own_equations_one_pair_at_a_time(order, gaps, rng):
     slds = random_slds(3, order=order, rng=rng)
     slds = replace(slds, C=slds.C + 0.3 * rng.normal(size=slds.C.shape))  # measures no freedom by itself
     y, hints = drawn(slds, 9, rng, gaps=gaps), rng.normal(size=(9, 3))
-    log_evidence, filtered, prob, pairs, states, steps = plain(slds, y, weights, hints)
-    got = gpb2(slds, y, hints, weights=weights)
+    log_evidence, filtered, prob, pairs, states, steps = plain(slds, y, hints)
+    got = gpb2(slds, y, hints)
     assert got.log_evidence == pytest.approx(log_evidence, rel=1e-11)
     assert_allclose(gpb2_filter(slds, y, hints).prob, filtered, atol=1e-11)  # rounding over 9 frames
     assert_allclose(got.prob, prob, atol=SMOOTHED)
@@ -178,11 +178,10 @@ def test_the_moments_of_steps_states_and_pairs_agree(order, gaps, rng):
     assert_array_equal(got.path, got.prob.argmax(1))
 
 
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_at_the_last_frame_the_smoother_is_the_filter(weights, rng):
+def test_at_the_last_frame_the_smoother_is_the_filter(rng):
     slds = random_slds(3, order=2, rng=rng)
     y = drawn(slds, 12, rng, gaps=True)
-    got, filtered = gpb2(slds, y, weights=weights), gpb2_filter(slds, y)
+    got, filtered = gpb2(slds, y), gpb2_filter(slds, y)
     assert_array_equal(got.prob[-1], filtered.prob[-1])
     assert_array_equal(got.steps.mean[-1, :, :4], filtered.states.mean[-1])
     assert_array_equal(got.steps.cov[-1, :, :4, :4], filtered.states.cov[-1])
@@ -200,10 +199,9 @@ def test_two_frames_are_exact(order, gaps, rng):  # nothing is collapsed before 
         y = drawn(slds, 2, rng, gaps=gaps == "entries")
         if gaps in ("first", "last"):
             y[0 if gaps == "first" else 1] = np.nan
-        got, want = gpb2(slds, y, weights="filt"), enumerated(slds, y)
+        got, want = gpb2(slds, y), enumerated(slds, y)
         assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-12, abs=1e-13)
-        assert_allclose(got.prob, want.prob, atol=1e-12)
-        assert_allclose(got.pair, want.pair, atol=1e-12)
+        assert_allclose(got.prob[1], want.prob[1], atol=1e-12)
         assert_allclose(got.states.mean[1], want.states.mean[1], atol=1e-12)
         assert_allclose(got.states.cov[1], want.states.cov[1], atol=1e-12)
 
@@ -221,12 +219,11 @@ def test_a_single_frame_is_exact(order, gaps, rng):
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("T", [1, 2, 7])
 @pytest.mark.parametrize("gaps", [False, True])
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_with_one_switching_state_inference_is_the_kalman_smoother(order, T, gaps, weights, rng):
+def test_with_one_switching_state_inference_is_the_kalman_smoother(order, T, gaps, rng):
     slds = random_slds(1, order=order, rng=rng)
     y = drawn(slds, T, rng, gaps=gaps)
     mean, cov, log_p = given_path(slds, y, [0] * T)
-    got = gpb2(slds, y, weights=weights)
+    got = gpb2(slds, y)
     assert got.log_evidence == pytest.approx(log_p, rel=1e-11, abs=1e-12)
     assert_array_equal(got.prob, 1.0)
     assert_allclose(got.states.mean, mean, atol=SMOOTHED)
@@ -237,12 +234,11 @@ def test_with_one_switching_state_inference_is_the_kalman_smoother(order, T, gap
         assert_allclose(got.steps.cov[t, 0], both, atol=SMOOTHED)
 
 
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_where_states_are_told_apart_it_is_the_exact_posterior(weights, rng):
+def test_where_states_are_told_apart_it_is_the_exact_posterior(rng):
     distinct = np.array([[5.0, 5.0], [-5.0, -5.0]])
     slds = replace(random_slds(2, rng=rng), b=distinct, mean0=distinct)
     s, _, y = slds.sample(7, rng)
-    exact, got = enumerated(slds, y), gpb2(slds, y, weights=weights)
+    exact, got = enumerated(slds, y), gpb2(slds, y)
     assert_array_equal(got.path, s)
     # One path has all but 1e-9 of the exact posterior, and nothing else is approximated.
     assert exact.prob.max(1).min() > 1.0 - 1e-9
@@ -252,54 +248,34 @@ def test_where_states_are_told_apart_it_is_the_exact_posterior(weights, rng):
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_over_many_problems_it_is_close_to_the_exact_posterior(order, rng):
-    far = {weights: [] for weights in WEIGHTS}
-    gaps = []
+def test_over_many_problems_it_is_closer_to_the_exact_posterior_than_the_papers_smoother(order, rng):
+    far, papers, gaps = [], [], []
     for _ in range(25):
         slds = random_slds(2, order=order, noise=0.05, rng=rng)
         y = drawn(slds, 6, rng)
-        exact = enumerated(slds, y)
-        for weights in WEIGHTS:
-            got = gpb2(slds, y, weights=weights)
-            far[weights].append(apart(got, exact))
+        exact, got = enumerated(slds, y), gpb2(slds, y)
+        far.append(apart(got.prob, exact))
+        papers.append(apart(plain(slds, y, np.zeros((6, 2)), papers=True)[2], exact))
         gaps.append(abs(got.log_evidence - exact.log_evidence))
-    mean = {weights: float(np.mean(values)) for weights, values in far.items()}
-    # Measured over 320 problems, noise 0.05 to 1: means up to 0.021 (ec), 0.012 (filt), 0.036 (kim). Both of
-    # the others are below kim in every setting; which of the two is better changes with the setting.
-    assert mean["ec"] < mean["kim"]
-    assert mean["filt"] < mean["kim"]
-    assert mean["ec"] < 0.002
+    # Measured over 320 problems, noise 0.05 to 1: means up to 0.021, and 0.036 for the papers'.
+    assert np.mean(far) < np.mean(papers)
+    assert np.mean(far) < 0.002
     assert np.median(gaps) < 1e-4
     assert max(gaps) < 0.02
-
-
-def test_over_long_runs_true_switches_are_told_better_than_by_the_papers_weights(rng):
-    # At second order, measured over 60 runs: 0.028 nats a frame (ec), 0.027 (filt), 0.030 (kim).
-    loss = {weights: 0.0 for weights in WEIGHTS}
-    for _ in range(12):
-        slds = random_slds(3, order=2, noise=0.1, stay=0.9, rng=rng)
-        s, _, y = slds.sample(200, rng)
-        for weights in WEIGHTS:
-            prob = gpb2(slds, y, weights=weights).prob
-            loss[weights] -= float(np.log(np.maximum(prob[np.arange(200), s], 1e-300)).mean()) / 12
-    assert loss["ec"] < loss["kim"]
-    assert loss["filt"] < loss["kim"]
-    assert loss["ec"] < 0.1
 
 
 # Several sequences
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_sequences_of_unequal_lengths_are_each_on_its_own(order, weights, rng):
+def test_sequences_of_unequal_lengths_are_each_on_its_own(order, rng):
     slds = random_slds(4, order=order, rng=rng)
     lengths = (5, 1, 60, 2, 33, 60, 1, 59)
     ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in lengths]
     hints = [rng.normal(size=(T, 4)) for T in lengths]
-    for got, y, hint in zip(gpb2_all(slds, ys, hints, weights=weights), ys, hints, strict=True):
+    for got, y, hint in zip(gpb2_all(slds, ys, hints), ys, hints, strict=True):
         assert got.states.mean.shape == (len(y), 2 * order)
-        assert_same(got, gpb2(slds, y, hint, weights=weights), atol=1e-9)  # batched otherwise
+        assert_same(got, gpb2(slds, y, hint), atol=1e-9)  # batched otherwise
     for got, y, hint in zip(gpb2_filter_all(slds, ys, hints), ys, hints, strict=True):
         one = gpb2_filter(slds, y, hint)
         assert_allclose(got.prob, one.prob, atol=1e-11)
@@ -328,10 +304,11 @@ def test_hints_are_log_likelihoods_of_the_switching_states(gaps, rng):
     y, hints = drawn(slds, 2, rng, gaps=gaps), rng.normal(scale=2.0, size=(2, 3))
     paths = {(i, j): given_path(slds, y, (i, j))[2] + hints[0, i] + hints[1, j] for i, j in np.ndindex(3, 3)}
     log_evidence = np.logaddexp.reduce(list(paths.values()))
-    got = gpb2(slds, y, hints, weights="filt")
+    got = gpb2(slds, y, hints)
     assert got.log_evidence == pytest.approx(log_evidence, rel=1e-12)
-    for (i, j), log_p in paths.items():
-        assert got.pair[0, i, j] == pytest.approx(np.exp(log_p - log_evidence), rel=1e-9)
+    for j in range(3):
+        log_p = np.logaddexp.reduce([paths[i, j] for i in range(3)])
+        assert got.prob[1, j] == pytest.approx(np.exp(log_p - log_evidence), rel=1e-9)
     filtered = gpb2_filter(slds, y, hints)
     first = np.logaddexp.reduce([given_path(slds, y[:1], [i])[2] + hints[0, i] for i in range(3)])
     assert filtered.log_evidence[0] == pytest.approx(first, rel=1e-12)
@@ -360,14 +337,13 @@ def test_a_hint_may_rule_states_out(rng):
 # What must not matter
 
 
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_identical_switching_states_give_the_one_state_answer(weights, rng):
+def test_identical_switching_states_give_the_one_state_answer(rng):
     one = random_slds(1, order=2, rng=rng)
     fields = {name: np.repeat(getattr(one, name), 3, axis=0) for name in STATE_FIELDS}
     Pi = rng.dirichlet(np.ones(3), size=3)
     three = replace(one, pi0=rng.dirichlet(np.ones(3)), Pi=Pi, labels=("random",) * 3, **fields)
     y = drawn(one, 30, rng, gaps=True)
-    got, want = gpb2(three, y, weights=weights), gpb2(one, y, weights=weights)
+    got, want = gpb2(three, y), gpb2(one, y)
     assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-11)
     assert_allclose(got.states.mean, want.states.mean, atol=SMOOTHED)
     assert_allclose(got.states.cov, want.states.cov, atol=SMOOTHED)
@@ -417,15 +393,14 @@ def test_units_do_not_matter(order, f, rng):
 # What cannot be, and what can hardly be
 
 
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_a_state_that_can_never_be_entered_changes_nothing(weights, rng):
+def test_a_state_that_can_never_be_entered_changes_nothing(rng):
     slds = random_slds(3, order=2, rng=rng)
     Pi = np.array([[0.7, 0.3, 0.0], [0.3, 0.7, 0.0], [0.0, 0.0, 1.0]])
     three = replace(slds, Pi=Pi, pi0=[0.5, 0.5, 0.0])
     fields = {name: getattr(slds, name)[:2] for name in (*STATE_FIELDS, "labels")}
     two = replace(slds, Pi=Pi[:2, :2], pi0=[0.5, 0.5], **fields)
     y = drawn(two, 25, rng, gaps=True)
-    got, want = gpb2(three, y, weights=weights), gpb2(two, y, weights=weights)
+    got, want = gpb2(three, y), gpb2(two, y)
     assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-11)
     assert_array_equal(got.prob[:, 2], 0.0)
     assert_allclose(got.prob[:, :2], want.prob, atol=SMOOTHED)
@@ -436,13 +411,12 @@ def test_a_state_that_can_never_be_entered_changes_nothing(weights, rng):
         assert np.isfinite(moments.cov).all()
 
 
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_a_transition_that_cannot_be_is_never_taken(weights, rng):
+def test_a_transition_that_cannot_be_is_never_taken(rng):
     Pi = np.array([[0.6, 0.4, 0.0], [0.0, 0.6, 0.4], [0.4, 0.0, 0.6]])  # a ring
     slds = replace(random_slds(3, rng=rng), Pi=Pi, pi0=[1.0, 0.0, 0.0])
     other = random_slds(3, rng=rng)
     for y in (drawn(other, 40, rng), drawn(slds, 40, rng)):
-        got = gpb2(slds, y, weights=weights)
+        got = gpb2(slds, y)
         assert np.isfinite(got.log_evidence)
         assert_array_equal(got.prob[0], [1.0, 0.0, 0.0])
         assert got.pair[:, Pi == 0.0].sum() == 0.0
@@ -464,12 +438,11 @@ def test_probabilities_that_underflow_leave_the_weights_right(rng):
 
 
 @pytest.mark.parametrize("deviations", [50.0, 1e6])
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_an_outlier_leaves_everything_finite(deviations, weights, rng):
+def test_an_outlier_leaves_everything_finite(deviations, rng):
     slds = random_slds(4, order=2, rng=rng)
     y = drawn(slds, 30, rng)
     y[10] += deviations * np.sqrt(np.diag(slds.R))
-    got = gpb2(slds, y, weights=weights)
+    got = gpb2(slds, y)
     assert np.isfinite(got.log_evidence)
     assert_allclose(got.prob.sum(1), 1.0, rtol=1e-12)
     for moments in (got.states, got.starts, got.steps):
@@ -481,17 +454,15 @@ def test_an_outlier_leaves_everything_finite(deviations, weights, rng):
 
 def test_a_sequence_with_no_measurement_at_all_is_the_prior(rng):
     slds = random_slds(3, order=2, rng=rng)
-    got, y = gpb2(slds, np.full((5, 2), np.nan), weights="kim"), np.full((5, 2), np.nan)
+    got, y = gpb2(slds, np.full((5, 2), np.nan)), np.full((5, 2), np.nan)
     want = enumerated(slds, y)
     assert got.log_evidence == pytest.approx(0.0, abs=1e-12)
     # Collapsing keeps first and second moments, and these are all that the prior's recursion uses.
-    assert_allclose(got.prob, want.prob, atol=1e-12)
-    assert_allclose(got.pair, want.pair, atol=1e-12)
+    assert_allclose(got.prob[-1], want.prob[-1], atol=1e-12)
     assert_allclose(gpb2_filter(slds, y).prob, want.prob, atol=1e-12)
     assert_allclose(got.states.mean[-1], want.states.mean[-1], atol=1e-12)
     assert_allclose(got.states.cov[-1], want.states.cov[-1], atol=1e-12)
-    for weights in WEIGHTS:
-        assert np.isfinite(gpb2(slds, y, weights=weights).states.cov).all()
+    assert np.isfinite(got.states.cov).all()
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -565,8 +536,6 @@ def test_learning_with_it_raises_the_value(order, rng):
 def test_what_cannot_be_inferred_from_is_named(rng):
     slds = random_slds(2, rng=rng)
     y = drawn(slds, 5, rng)
-    with pytest.raises(ValueError, match="weights must be one of ec, filt, kim; got 'best'"):
-        gpb2(slds, y, weights="best")
     with pytest.raises(ValueError, match=r"hints 0 must be log likelihoods of shape \(5, 2\); got \(4, 2\)"):
         gpb2(slds, y, np.zeros((4, 2)))
     for wrong in (np.nan, np.inf):

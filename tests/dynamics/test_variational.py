@@ -1,7 +1,6 @@
 """Structured variational inference against its definition, and its bound against the sum over all paths."""
 
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.learning.em import learn
 from dynamics.learning.options import Options
 from dynamics.posterior import Posterior
-from dynamics.variational import Variational, variational, variational_all, variational_rounds
+from dynamics.variational import Variational, variational, variational_all
 from dynamics.viterbi import viterbi
 from tests.oracles import all_paths, enumerated, expected_log_joint, given_path, random_slds, sum_over_paths
 
@@ -28,8 +27,13 @@ def drawn(slds, T, rng, *, gaps=False):
     return y
 
 
-def rounds(slds, y, n, **options):
-    return list(islice(variational_rounds(slds, y, **options), n))
+def rounds(slds, y, n, hints=None, start=None):
+    """The posteriors after each of n rounds."""
+    found, hints = [], None if hints is None else [hints]
+    for _ in range(n):
+        start = variational_all(slds, [y], hints, start=None if start is None else [start], rounds=1)[0]
+        found.append(start)
+    return found
 
 
 def uniform(slds, T):

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.frames import in_batches
-from dynamics.gpb2 import gpb2_all, gpb2_filter
+from dynamics.gpb2 import gpb2_all
+from dynamics.gpb2_filter import gpb2_filter
 from dynamics.learning.mstep import maximise
 from dynamics.learning.options import Options
 from dynamics.learning.prior import data_prior
