@@ -27,7 +27,6 @@ def without_room(room):
     ("command", "room"),
     [
         ("track", 3_000),
-        ("track", 12_000),
         ("compare", 20_000),
         ("classify", 1_000),
         ("openpose", 0),

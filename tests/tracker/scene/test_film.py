@@ -146,7 +146,7 @@ def test_a_far_joint_behind_the_near_leg_is_flagged_hidden_and_one_in_the_open_v
 
 
 def test_shrubs_hide_both_legs_for_a_while_and_leave_the_head_free():
-    behind = render(1)
+    behind = render(1, size=(320, 180))
     for name in ("near_ankle", "far_ankle", "near_knee"):
         assert 4 <= (~behind.visible[name]).sum() <= len(behind.images) // 2
     assert behind.visible["head_top"].all()
