@@ -6,11 +6,11 @@ import sys
 import numpy as np
 import pytest
 
-from tests.spoiled.processes import AT_HOME
 from tests.spoiled.spoil import flip
 from tests.spoiled.stock import FOREIGN, words
 from tests.spoiled.test_spoiled import check_line
 from tests.tracker.clips import figtrack
+from tests.tracker.processes import AT_HOME
 from tracker.batch.jobs import JobsError, read_jobs
 from tracker.foreign.start_marks import read_start
 from tracker.foreign.text_files import ForeignError

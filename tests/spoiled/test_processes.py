@@ -7,10 +7,10 @@ import time
 
 import pytest
 
-from tests.spoiled.processes import ended, started
 from tests.spoiled.stock import words
 from tests.spoiled.test_spoiled import check_line
 from tests.tracker.clips import everything, read_json, write_video
+from tests.tracker.processes import ended, started
 from videos.frames import Video
 
 resource = pytest.importorskip("resource", reason="limits and signals are another thing there")

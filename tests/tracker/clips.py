@@ -13,6 +13,7 @@ from tracker.scene.film import render, truth_table
 from videos.writer import Writer
 
 HEADER = ("frame", "keypoint", "x", "y", "visible")
+RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
 FPS = 30.0
 CLEAR = slice(60, 70)  # of the 72 frames of seed 2, in which no shrub hides the legs
 

@@ -2,44 +2,25 @@
 
 import http.client
 import json
-import os
 import re
 import signal
 import socket
-import subprocess
-import sys
 import webbrowser
 from contextlib import contextmanager
-from pathlib import Path
 
 from tests.tracker import people
 from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack
 from tests.tracker.people import WALKER
+from tests.tracker.processes import started
 from tracker.annotate import launch as module
 from tracker.tables.keypoints import Mark, read_keypoints
-
-ROOT = Path(__file__).parents[3]
-
-
-def unmasked():
-    """A shell that runs tests in the background hides Ctrl-C from them."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @contextmanager
 def running(*words, cwd=None):
     """The command at work, and the address it printed."""
-    command = [sys.executable, "-m", "tracker", "annotate", *map(str, words), "--no-browser"]
-    process = subprocess.Popen(
-        command,
-        cwd=cwd,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=unmasked,
-    )
+    process = started("annotate", *words, "--no-browser", cwd=cwd)
     try:
         lines = iter(process.stdout.readline, "")
         address = next(found[0] for line in lines if (found := re.search(r"http://\S+", line)))
@@ -146,13 +127,9 @@ def test_the_browser_is_opened_unless_told_not_to_or_it_would_take_the_terminal(
     module._open("http://here/")
 
 
-def annotate(clip, out, *more):
-    return refused_words("annotate", clip.video, "--out", out, "--no-browser", *more)
-
-
-def refused_words(*words):
+def annotate(video, out, *more):
     """The one line of a command that could not be done."""
-    result = figtrack(*words)
+    result = figtrack("annotate", video, "--out", out, "--no-browser", *more)
     assert (result.exit_code, result.stdout) == (1, "")
     (line,) = result.stderr.splitlines()
     return line
@@ -160,12 +137,12 @@ def refused_words(*words):
 
 def test_what_cannot_be_opened_is_said_in_one_line(clip, tmp_path):
     out = tmp_path / "k.csv"
-    assert "no video at" in refused_words("annotate", tmp_path / "no.mp4", "--out", out)
-    assert "ends with frame 9" in annotate(clip, out, "--frame", 10)
-    assert "is a folder" in annotate(clip, tmp_path)
-    assert "none of the files" in annotate(clip, out, "--from", clip.keypoints)
+    assert "no video at" in annotate(tmp_path / "no.mp4", out)
+    assert "ends with frame 9" in annotate(clip.video, out, "--frame", 10)
+    assert "is a folder" in annotate(clip.video, tmp_path)
+    assert "none of the files" in annotate(clip.video, out, "--from", clip.keypoints)
     (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
-    line = annotate(clip, tmp_path / "bad.csv")
+    line = annotate(clip.video, tmp_path / "bad.csv")
     assert "no keypoints table" in line
     assert "--overwrite" in line
     assert not out.exists()
@@ -173,5 +150,5 @@ def test_what_cannot_be_opened_is_said_in_one_line(clip, tmp_path):
 
 def test_a_port_that_is_taken_is_said_in_one_line(clip, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as other:
-        line = annotate(clip, tmp_path / "k.csv", "--port", other.getsockname()[1])
+        line = annotate(clip.video, tmp_path / "k.csv", "--port", other.getsockname()[1])
     assert "choose another --port" in line

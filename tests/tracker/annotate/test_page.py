@@ -1,8 +1,6 @@
 """The page in a real browser: clicks, drags, keys, touches, and the pixels that end up in the table."""
 
 import re
-import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 
@@ -12,6 +10,7 @@ import pytest
 
 from tests.tracker.browser import chromium
 from tests.tracker.clips import figtrack, write_table
+from tests.tracker.processes import started
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session
@@ -121,8 +120,7 @@ def near(place, wanted, within=HUNDREDTH):
 
 def test_what_is_clicked_dragged_and_hidden_on_the_commands_page_is_in_its_table(browser, clip, table, truth):
     browser.errors.clear()
-    words = [sys.executable, "-m", "tracker", "annotate", clip.video, "--out", table, "--no-browser"]
-    command = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = started("annotate", clip.video, "--out", table, "--no-browser")
     page = Page(browser, re.search(r"http://\S+", command.stdout.readline())[0])
     page.mark(truth)
     page.drag(truth["hip"], (truth["hip"][0] + 40, 90), (truth["hip"][0] + 2, truth["hip"][1] + 1))

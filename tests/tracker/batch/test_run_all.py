@@ -11,7 +11,16 @@ from pathlib import Path
 
 import pytest
 
-from tests.tracker.clips import everything, figtrack, read_csv, read_json, refused, write_table, write_video
+from tests.tracker.clips import (
+    RUN_FILES,
+    everything,
+    figtrack,
+    read_csv,
+    read_json,
+    refused,
+    write_table,
+    write_video,
+)
 from tracker.batch import run_all as batch
 from tracker.batch.jobs import read_jobs
 from tracker.batch.run_all import Ending, job_key, run_batch, run_row
@@ -22,7 +31,6 @@ from tracker.settings import Settings
 from tracker.tables.keypoints import Mark
 
 HEADER = ("video", "keypoints", "start", "model", "out")
-RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
 QUIET = Progress("quiet")
 
 

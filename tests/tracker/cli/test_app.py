@@ -18,6 +18,7 @@ from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import (
     HEADER,
+    RUN_FILES,
     everything,
     figtrack,
     read_csv,
@@ -26,22 +27,13 @@ from tests.tracker.clips import (
     write_table,
     write_video,
 )
+from tests.tracker.processes import ended, started
 from tracker import __version__
 from tracker.cli.app import COMMANDS
 from tracker.tables.keypoints import KEYPOINTS
 
 ROOT = Path(__file__).parents[3]
-RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
-
-
-def command(*words):
-    return [sys.executable, "-m", "tracker", *map(str, words)]
-
-
-def unmasked():
-    """A shell that runs tests in the background hides Ctrl-C from them."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
@@ -268,18 +260,11 @@ def test_an_interrupted_run_ends_in_one_line_and_keeps_what_was_there(clip, trac
     write_video(tmp_path / "long.mp4", clip.images * 20)
     before = everything(tmp_path)
     words = track(video=tmp_path / "long.mp4", more=["--overwrite", "--progress", "json"])
-    process = subprocess.Popen(
-        command(*words),
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=unmasked,
-    )
+    process = started(*words)
     assert json.loads(process.stderr.readline())["done"] == 0
     time.sleep(0.3)
     process.send_signal(sent)
-    out, err = process.communicate(timeout=30)
+    out, err = process.communicate(timeout=120)
     assert process.returncode == 1
     assert err.splitlines()[-1] == "error: interrupted; nothing was written"
     assert [line for line in err.splitlines()[:-1] if not line.startswith("{")] == []
@@ -330,22 +315,14 @@ def test_help_and_version_end_with_status_zero(words):
 
 
 def test_what_a_command_does_is_told_in_full_where_they_are_listed():
-    ran = subprocess.run(
-        command("--help"),
-        cwd=ROOT,
-        env=os.environ | {"COLUMNS": "80"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    _, listed = ran.stdout.split("Commands:")
+    _, said, _ = ended("--help", environment={"COLUMNS": "80"})
+    _, listed = said.split("Commands:")
     assert len(listed.split("\n  ")) == len(COMMANDS) + 1
     assert "..." not in listed
 
 
 def test_it_also_runs_as_a_module():
-    ran = subprocess.run(command("--version"), cwd=ROOT, capture_output=True, text=True, check=True)
-    assert (ran.stdout, ran.stderr) == (f"figtrack {__version__}\n", "")
+    assert ended("--version") == (0, f"figtrack {__version__}\n", "")
 
 
 def test_the_command_line_itself_imports_nothing_slow():
@@ -358,7 +335,7 @@ def test_the_command_line_itself_imports_nothing_slow():
 def test_help_answers_at_once():
     def seconds():
         began = time.perf_counter()
-        subprocess.run(command("--help"), cwd=ROOT, capture_output=True, check=True)
+        ended("--help")
         return time.perf_counter() - began
 
     assert statistics.median(seconds() for _ in range(5)) < 0.5
@@ -367,9 +344,7 @@ def test_help_answers_at_once():
 def test_the_shell_completes_commands_and_options():
     def completed(*words):
         asked = {"_FIGTRACK_COMPLETE": "complete_bash", "COMP_CWORD": str(len(words))}
-        environment = os.environ | asked | {"COMP_WORDS": " ".join(["figtrack", *words])}
-        ran = subprocess.run(command(), cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
-        return ran.stdout.split()
+        return ended(environment=asked | {"COMP_WORDS": " ".join(["figtrack", *words])})[1].split()
 
     assert completed("tra") == ["track"]
     assert completed("track", "walk.mp4", "--keyp") == ["--keypoints"]
@@ -377,8 +352,7 @@ def test_the_shell_completes_commands_and_options():
 
 
 def test_what_makes_the_shell_complete_can_be_shown():
-    environment = os.environ | {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
-    words = command("--show-completion", "zsh")
-    ran = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
-    assert "#compdef figtrack" in ran.stdout
-    assert "_FIGTRACK_COMPLETE=complete_zsh" in ran.stdout
+    environment = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
+    _, said, _ = ended("--show-completion", "zsh", environment=environment)
+    assert "#compdef figtrack" in said
+    assert "_FIGTRACK_COMPLETE=complete_zsh" in said

@@ -1,6 +1,5 @@
 """A track's tables: the columns others read, a row for every frame, numbers that come back."""
 
-import csv
 import json
 
 import numpy as np
@@ -9,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from tests.kinematics.figures import FOOTLESS, WALKER, Puppet
 from tests.oracles import central_difference
+from tests.tracker.clips import read_csv
 from tests.tracker.tracks import random_track
 from tracker.run.write import write_tables
 from tracker.tables.keypoints import KEYPOINTS, read_keypoints
@@ -25,11 +25,6 @@ def track(request, rng):
 def folder(track, tmp_path):
     write_tables(track, tmp_path, CLIP, FPS)
     return tmp_path
-
-
-def rows_of(path):
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 def header_of(path):
@@ -55,21 +50,21 @@ def test_tables_have_the_columns_that_others_read(folder):
 
 
 def test_every_keypoint_of_every_frame_has_its_row(folder):
-    rows = rows_of(folder / "keypoints.csv")
+    rows = read_csv(folder / "keypoints.csv")
     assert [(int(row["frame"]), row["keypoint"]) for row in rows] == [
         (t, name) for t in range(CLIP) for name in KEYPOINTS
     ]
-    assert [int(row["frame"]) for row in rows_of(folder / "pose.csv")] == list(range(CLIP))
+    assert [int(row["frame"]) for row in read_csv(folder / "pose.csv")] == list(range(CLIP))
 
 
 @pytest.mark.parametrize("figure", [WALKER, FOOTLESS], ids=["feet", "none"])
 def test_cells_are_empty_outside_the_track_and_for_joints_the_figure_has_not(figure, rng, tmp_path):
     write_tables(random_track(rng, T, first=FIRST, figure=figure), tmp_path, CLIP, FPS)
-    for row in rows_of(tmp_path / "keypoints.csv"):
+    for row in read_csv(tmp_path / "keypoints.csv"):
         tracked = FIRST <= int(row["frame"]) < FIRST + T and row["keypoint"] in figure.joints
         for column in ("x", "y", "visible", "sxx", "sxy", "syy"):
             assert (row[column] != "") == tracked
-    for row in rows_of(tmp_path / "pose.csv"):
+    for row in read_csv(tmp_path / "pose.csv"):
         tracked = FIRST <= int(row["frame"]) < FIRST + T
         for column in row.keys() - {"seq", "frame", "time_s"}:
             assert (row[column] != "") == tracked
@@ -86,7 +81,7 @@ def test_joints_come_back_to_a_thousandth_of_a_pixel(folder, track):
 
 
 def test_covariances_are_the_poses_carried_through_the_differenced_joints_and_the_mark_s(folder, track):
-    for row in rows_of(folder / "keypoints.csv"):
+    for row in read_csv(folder / "keypoints.csv"):
         if row["x"] == "":
             continue
         t = int(row["frame"]) - FIRST
@@ -104,7 +99,7 @@ def test_a_joint_s_covariance_is_positive_semidefinite(track):
 
 
 def test_poses_come_back_in_degrees_and_leg_lengths(folder, track):
-    rows = [row for row in rows_of(folder / "pose.csv") if row["root_x"] != ""]
+    rows = [row for row in read_csv(folder / "pose.csv") if row["root_x"] != ""]
     for row, q, s, outcome in zip(rows, track.q, track.s, track.outcome, strict=True):
         assert row["seq"] == "0"
         for i, name in enumerate(("root_x", "root_y")):
@@ -117,7 +112,7 @@ def test_poses_come_back_in_degrees_and_leg_lengths(folder, track):
 
 
 def test_a_joint_is_visible_unless_the_figure_is_lost_or_outside(folder, track):
-    for row in rows_of(folder / "keypoints.csv"):
+    for row in read_csv(folder / "keypoints.csv"):
         if row["x"] != "":
             outcome = track.outcome[int(row["frame"]) - FIRST]
             assert row["visible"] == ("0" if outcome in ("lost", "outside") else "1")
@@ -125,7 +120,7 @@ def test_a_joint_is_visible_unless_the_figure_is_lost_or_outside(folder, track):
 
 def test_frames_outside_the_track_are_timed_at_the_frame_rate(folder):
     for name in ("pose.csv", "keypoints.csv"):
-        for row in rows_of(folder / name):
+        for row in read_csv(folder / name):
             assert float(row["time_s"]) == pytest.approx(int(row["frame"]) / FPS, abs=1e-6)
 
 
@@ -133,7 +128,7 @@ def test_frames_keep_their_own_times(rng, tmp_path):
     track = random_track(rng, 3)
     object.__setattr__(track, "times", np.array([0.0, 0.031, 0.105]))
     write_tables(track, tmp_path, 4, 10.0)
-    times = [float(row["time_s"]) for row in rows_of(tmp_path / "pose.csv")]
+    times = [float(row["time_s"]) for row in read_csv(tmp_path / "pose.csv")]
     assert times == pytest.approx([0.0, 0.031, 0.105, 0.205])
 
 

@@ -21,12 +21,12 @@ def started(*line, before=None, environment=None, **more):
             before()
 
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | more
-    command = [sys.executable, "-m", "tracker", *line]
+    command = [sys.executable, "-m", "tracker", *map(str, line)]
     return subprocess.Popen(command, env=AT_HOME | (environment or {}), preexec_fn=prepared, **pipes)
 
 
 def ended(*line, **how):
     """Its status and what it wrote to stdout and stderr."""
     process = started(*line, **how)
-    out, errors = process.communicate(timeout=60)
+    out, errors = process.communicate(timeout=120)
     return process.returncode, out, errors
