@@ -68,7 +68,7 @@ def test_a_round_with_exact_posteriors_never_lowers_the_evidence(order, travelli
     lengths = (5, 6, 5) if order == 1 else (6, 6, 6, 6, 6)
     slds, ys, prior = setting(order, travelling, rng, prior=0.0, lengths=lengths, gaps=gaps)
     values = [sum(sum_over_paths(slds, y) for y in ys)]
-    for _ in range(4):
+    for _ in range(3):
         slds = maximise(slds, ys, enumerated_all(slds, ys), prior, np.ones(len(ys)))
         values.append(sum(sum_over_paths(slds, y) for y in ys))
     # Rounding in sums of log-likelihoods near 100.
@@ -99,9 +99,17 @@ def test_with_one_switching_state_the_penalised_value_never_falls(order, prior, 
     assert fit.values[-1] > fit.values[0]
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize(("travelling", "gaps"), [((), False), (("a",), False), (("a",), True)])
-@pytest.mark.parametrize("prior", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("order", "travelling", "gaps", "prior"),  # every pair of values
+    [
+        (1, (), False, 0.0),
+        (2, (), False, 1.0),
+        (1, ("a",), False, 1.0),
+        (2, ("a",), False, 0.0),
+        (1, ("a",), True, 0.0),
+        (2, ("a",), True, 1.0),
+    ],
+)
 def test_the_m_step_is_a_maximum_of_the_expected_log_joint_plus_log_prior(
     order, travelling, prior, gaps, rng
 ):
@@ -318,14 +326,14 @@ def test_any_inference_is_an_e_step(infer, gaps, rng):
 
 def test_gaps_are_better_left_open_than_filled(rng):
     truth = random_slds(1, order=2, noise=0.05, rng=rng)
-    ys = drawn(truth, [60] * 10, rng)
+    ys = drawn(truth, [60] * 6, rng)
     gappy = [np.where(rng.random(y.shape) < 0.15, np.nan, y) for y in ys]
     for y in gappy:
         y[20:23] = np.nan
     test = drawn(truth, [60] * 5, rng)
 
     def held_out(data):  # nats a frame
-        options = Options(states=1, rounds=60, tolerance=1e-7, ridge=1e-4)
+        options = Options(states=1, rounds=40, tolerance=1e-7, ridge=1e-4)
         slds = learn(data, names=truth.names, travelling=(), options=options, **LEARNT).slds
         return sum(p.log_evidence for p in viterbi_all(slds, test)) / 300
 
@@ -349,7 +357,7 @@ def test_a_sequence_may_begin_and_end_without_measurements(rng):
     assert_allclose(wide.slds.R, plain.slds.R, atol=0.3 * plain.slds.R.max())
 
 
-@pytest.mark.parametrize("states", [1, 2, 4, 6])
+@pytest.mark.parametrize("states", [1, 6])
 def test_eighteen_sequences_of_fifty_frames_stay_finite_and_positive_definite(states, rng):
     ys, names = gait(18, 50, 8, rng)
     fit = learn(ys, names=names, travelling=("a",), options=Options(states=states), **LEARNT)
