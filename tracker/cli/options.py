@@ -116,11 +116,12 @@ def plain_errors() -> Iterator[None]:
 
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:
     """An option of this type; its words are in the type's notes, as typer's own or as `About`."""
-    kind, *notes = get_args(hint)
-    about = next((note for note in notes if isinstance(note, About)), None)
+    about = next((note for note in get_args(hint) if isinstance(note, About)), None)
     if about is not None:
         flag = f"--{name}/--no-{name}" if default is True else f"--{name}"
-        hint = Annotated[kind, typer.Option(flag, help=about.text, min=about.least, max=about.most)]
+        hint = Annotated[
+            get_args(hint)[0], typer.Option(flag, help=about.text, min=about.least, max=about.most)
+        ]
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 

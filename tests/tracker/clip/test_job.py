@@ -1,0 +1,85 @@
+"""How a clip is followed, as it is asked for: spelt once, read by command line, table of clips and API."""
+
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from tests.tracker.clips import figtrack, write_table
+from tracker.batch.jobs import COLUMNS, read_jobs
+from tracker.clip.job import Facing, Following, Job, options
+from tracker.progress import Progress
+from tracker.settings import Settings
+
+# Of each option another value than the default, and the cell that says so.
+OTHERS = {
+    "start": (3, "3"),
+    "stop": (7, "7"),
+    "model": ("cv", "cv"),
+    "facing": (Facing.LEFT, "left"),
+    "anchors": (True, "1"),
+    "measure": (Path("net.csv"), "net.csv"),
+    "templates": (False, "0"),
+    "rate": (0.5, "0.5"),
+    "smooth": (False, "0"),
+    "settings": (Path("s.toml"), "s.toml"),
+}
+
+
+def test_command_line_and_table_have_every_option_with_its_words_and_range():
+    names = {option.name for option in options()}
+    assert names == OTHERS.keys() == {field.name for field in fields(Following)}
+    assert names | {"video", "keypoints", "out"} == set(COLUMNS)
+    shown = "".join(figtrack("track", "--help").stdout.split())  # lines end anywhere
+    for option in options():
+        least, most = option.about.least, option.about.most
+        bounds = "" if least is None else f"[{least}<=x<={most}]" if most else f"[x>={least}]"
+        assert "".join(option.about.text.split()) + bounds in shown, option
+    assert {field.name for field in fields(Job)} == names - {"templates"} | {"video", "marks", "called"}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_cell_of_the_table_asks_for_the_same_as_the_keyword(tmp_path, name):
+    value, cell = OTHERS[name]
+    write_table(tmp_path / "jobs.csv", [("a.mp4", "k.csv", cell)], ("video", "keypoints", name))
+    (row,) = read_jobs(tmp_path / "jobs.csv", tmp_path, Progress("quiet"))
+    wanted = tmp_path / value if isinstance(value, Path) else value
+    assert row.how == Following(**{name: wanted}) != Following()
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"start": -1}, "start must be at least 0; got -1"),
+        ({"stop": 10**10}, "stop must be at most 1e\\+09; got 10000000000"),
+        ({"rate": 0.2}, "rate must be at least 0.25; got 0.2"),
+        ({"rate": float("nan")}, "rate must be at least 0.25; got nan"),
+        ({"rate": 5}, "rate must be at most 4; got 5"),
+        ({"facing": "north"}, "facing must be 'left', 'right' or None; got 'north'"),
+    ],
+)
+def test_what_is_out_of_range_is_refused(asked, said):
+    with pytest.raises(ValueError, match=said):
+        Following(**asked)
+
+
+def test_words_and_names_of_files_become_what_they_stand_for():
+    asked = Following(facing="right", measure="net.csv", model=Path("mine.npz"))
+    assert (asked.facing, asked.measure, asked.model) == (Facing.RIGHT, Path("net.csv"), "mine.npz")
+
+
+def test_a_job_has_the_settings_of_the_file_or_those_given_and_templates_are_one_of_them(clip, tmp_path):
+    (tmp_path / "s.toml").write_text("iterations = 3\n")
+    asked = Following(settings=tmp_path / "s.toml", facing="left", start=2)
+    job = asked.job(clip.video, clip.keypoints)
+    assert (job.settings, job.facing, job.start) == (Settings(iterations=3), -1, 2)
+    given = Following(templates=False).job(clip.video, clip.keypoints, Settings(iterations=4))
+    assert given.settings == Settings(iterations=4, templates=False)
+    assert Following().job(clip.video, clip.keypoints) == Job(clip.video, job.marks, "walk-run")
+
+
+def test_the_files_that_are_read_are_told_and_a_shipped_model_is_none(tmp_path):
+    (tmp_path / "m.npz").write_bytes(b"")
+    asked = Following(model=tmp_path / "m.npz", measure="net.csv", settings="s.toml")
+    assert set(asked.inputs) == {tmp_path / "m.npz", Path("net.csv"), Path("s.toml")}
+    assert Following().inputs == []
