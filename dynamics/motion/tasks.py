@@ -68,14 +68,22 @@ def classify(
     """
     noisy = at_noise(slds, ys, tick)
     hints = [pose_hints(noisy, y, pose) for y in ys] if pose > 0 else None
-    found = [_labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
+    found = [labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
     tick()
     return found
 
 
 def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
     """The same with a hidden Markov model, the papers' baseline."""
-    return [_labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
+    return [labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
+
+
+def labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:
+    """From the labels of the states, and of every frame the states' probabilities (T, K) and path (T,)."""
+    motions = tuple(dict.fromkeys(labels))
+    belongs = np.array([[label == motion for motion in motions] for label in labels], dtype=float)
+    shares = prob @ belongs
+    return Labelling(tuple(motions[i] for i in shares.argmax(1)), path, motions, shares)
 
 
 def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lambda: None) -> list[Gaussian]:
@@ -178,13 +186,6 @@ def _kept_in(following: Gaussian, poses: Regions, k: int) -> Gaussian:
         near, _ = update(following, poses.mean[k], poses.regard, poses.cov[k] / weight)
         weight *= 2.0
     return near
-
-
-def _labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:
-    motions = tuple(dict.fromkeys(labels))
-    belongs = np.array([[label == motion for motion in motions] for label in labels], dtype=float)
-    shares = prob @ belongs
-    return Labelling(tuple(motions[i] for i in shares.argmax(1)), path, motions, shares)
 
 
 def _switched(slds: SLDS, prob: Array, states: Gaussian) -> tuple[Array, Gaussian]:

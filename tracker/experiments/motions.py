@@ -4,23 +4,22 @@ The papers' inference alone: the switching state's motion, nothing told of the p
 column goes beyond them: Viterbi with the pose's own term of `dynamics.region`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
-from dynamics.gpb2 import gpb2_all
-from dynamics.hmm import hmm_all
+from dynamics.hmm import HMM, HMMPosterior, hmm_all
+from dynamics.motion.tasks import labelling
 from dynamics.posterior import Posterior
 from dynamics.region import pose_hints
 from dynamics.slds import SLDS
-from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
-from kinematics.mocap import Sequence as Capture
+from tracker.experiments.measures import ANGLES, noisy, wrong_frames
 from tracker.experiments.splices import PIECES, Splice, long_enough, splice
-from tracker.experiments.study import ANGLES, Recipe, Study, noisy
+from tracker.experiments.study import MOTIONS, Recipe, Study
+from tracker.motion.tasks import INFERENCES
 
 COUNTS = (1, 2, 4)
 ORDERS = (1, 2)
@@ -30,13 +29,8 @@ DRAWS = 3
 FAR = 10  # frames; further from any joint the splice itself plays no part
 SURE = 0.99
 SEEN, UNSEEN = "seen", "unseen"
-HMM = "hmm"
+HIDDEN = "hmm"
 POSED = "viterbi+pose"
-INFERENCES: dict[str, Callable[[SLDS, Sequence[Array]], list[Posterior]]] = {
-    "viterbi": viterbi_all,
-    "gpb2": gpb2_all,
-    "variational": variational_all,
-}
 
 
 @dataclass(frozen=True)
@@ -49,9 +43,9 @@ class Draw:
     ys: tuple[Array, ...]
 
     @property
-    def truth(self) -> NDArray[np.str_]:
+    def labels(self) -> list[str]:
         """The motion of every frame."""
-        return np.concatenate([np.array(s.labels) for s in self.splices])
+        return [label for s in self.splices for label in s.labels]
 
 
 @dataclass(frozen=True)
@@ -74,17 +68,14 @@ class Cell:
 
 def draws(study: Study) -> list[Draw]:
     """Sequences of everybody, several times; then of those left out, a group at a time."""
-    found = []
-    for n in range(1 if study.quick else DRAWS):
-        found.append(_draw(study, SEEN, frozenset(), n))
-    for n, held in enumerate(study.folds, len(found)):
-        found.append(_draw(study, UNSEEN, held, n))
-    return found
+    seen = [(SEEN, frozenset[str]())] * (1 if study.quick else DRAWS)
+    unseen = [(UNSEEN, held) for held in study.folds]
+    return [_draw(study, people, held, n) for n, (people, held) in enumerate(seen + unseen)]
 
 
 def missing(study: Study) -> str | None:
     """Why these captures cannot be spliced; None if they can."""
-    for motion in ("walk", "run"):
+    for motion in MOTIONS:
         if motion not in study.motions:
             return f"the captures show no {motion}"
         for held in study.held_out:
@@ -98,49 +89,41 @@ def counts(study: Study) -> tuple[int, ...]:
     return COUNTS[:2] if study.quick else COUNTS
 
 
-def recipe(states: int, order: int, held: frozenset[str]) -> Recipe:
+def recipe(states: int, order: int, held: frozenset[str] = frozenset()) -> Recipe:
     """A model of this experiment."""
     return Recipe(states, order, NOISE, held)
 
 
 def cells(study: Study, draw: Draw, states: int) -> list[Cell]:
     """Every order and inference on one draw."""
-    found = []
     hmm = study.hmm(recipe(states, 0, draw.held))
-    posteriors = hmm_all(hmm, [y[:, ANGLES] for y in draw.ys])
-    labels = np.array(hmm.labels)[np.concatenate([p.path for p in posteriors])]
-    found.append(_cell(draw, (states, 0, HMM), labels, [p.prob for p in posteriors]))
+    hidden = hmm_all(hmm, [y[:, ANGLES] for y in draw.ys])
+    found = [_cell(draw, (states, 0, HIDDEN), hmm, hidden)]
     for order in ORDERS:
         slds = study.slds(recipe(states, order, draw.held))
         for name, infer in INFERENCES.items():
-            answers = infer(slds, draw.ys)
-            probs = [p.prob for p in answers]
-            found.append(_cell(draw, (states, order, name), motions_of(slds, probs), probs))
+            found.append(_cell(draw, (states, order, name), slds, infer(slds, draw.ys, None)))
         hinted = viterbi_all(slds, draw.ys, [pose_hints(slds, y) for y in draw.ys])
-        probs = [p.prob for p in hinted]
-        found.append(_cell(draw, (states, order, POSED), motions_of(slds, probs), probs))
-    return found
-
-
-def motions_of(slds: SLDS, probs: Sequence[Array]) -> NDArray[np.str_]:
-    """The most probable motion of every frame, all sequences in a row."""
-    names = sorted(set(slds.labels))
-    belongs = np.array([[label == name for name in names] for label in slds.labels], dtype=float)
-    found: NDArray[np.str_] = np.array(names)[(np.concatenate(probs) @ belongs).argmax(1)]
+        found.append(_cell(draw, (states, order, POSED), slds, hinted))
     return found
 
 
 def _draw(study: Study, people: str, held: frozenset[str], number: int) -> Draw:
     rng = study.rng(2, number)
-    captures: list[Capture] = long_enough(study.tested(held))
+    captures = long_enough(study.tested(held))
     sequences, pieces = (2, 3) if study.quick else (SEQUENCES, PIECES)
     made = tuple(splice(captures, rng, pieces) for _ in range(sequences))
     return Draw(people, held, made, tuple(noisy(s.y, NOISE, rng) for s in made))
 
 
-def _cell(draw: Draw, which: tuple[int, int, str], labels: NDArray[np.str_], probs: Sequence[Array]) -> Cell:
-    wrong = labels != draw.truth
+def _cell(
+    draw: Draw,
+    which: tuple[int, int, str],
+    model: SLDS | HMM,
+    posteriors: Sequence[Posterior] | Sequence[HMMPosterior],
+) -> Cell:
+    found = [label for p in posteriors for label in labelling(model.labels, p.prob, p.path).label]
     far = np.concatenate([s.far(FAR) for s in draw.splices])
-    soft = np.concatenate(probs).max(1) < SURE
-    share = float(100.0 * wrong[far].mean()) if far.any() else float("nan")
-    return Cell(draw.people, *which, float(100.0 * wrong.mean()), share, float(100.0 * soft.mean()))
+    _, wrong, away = wrong_frames(found, draw.labels, far)
+    soft = np.concatenate([p.prob for p in posteriors]).max(1) < SURE
+    return Cell(draw.people, *which, wrong, away, 100.0 * float(soft.mean()))

@@ -9,8 +9,8 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
+from tracker.motion.label_plot import bar, frame_edges
 from tracker.motion.sticks import layers, sticks
-from tracker.tables.poses import stretches
 from videos.overlay import FAR, NEAR
 
 matplotlib.use("Agg")
@@ -70,21 +70,26 @@ def to_svg(figure: Any) -> str:
     return text[text.index("<svg") :].replace(INK, "currentColor")
 
 
-def bar(
-    axes: Any, values: Sequence[object], row: float, height: float, colours: Mapping[Any, str], first: int = 0
-) -> None:
-    """One value a frame as stretches of colour; `row` is the upper edge."""
-    for start, stop in stretches(values):
-        span = [(first + start - 0.5, stop - start)]
-        axes.broken_barh(span, (row, height), color=colours[values[start]], linewidth=0)
+def legend_below(figure: Any, axes: Any, columns: int) -> None:
+    """What one panel shows, told below them all."""
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns)
 
 
-def legs(axes: Any, y: Array, joint: str, first: int = 0) -> None:
+def bars(axes: Any, rows: Mapping[str, Sequence[str]], colours: Mapping[str, str]) -> None:
+    """One value a frame as stretches of colour, a row a name from the top down."""
+    for row, values in enumerate(rows.values()):
+        bar(axes, frame_edges(0, len(values)), values, colours, row - 0.36, 0.72)
+    axes.set_yticks(range(len(rows)), list(rows))
+    axes.tick_params(axis="y", length=0)
+    frames = max(map(len, rows.values()))
+    axes.set(ylim=(len(rows) - 0.5, -0.5), xlim=(-0.5, frames - 0.5), xlabel="frame")
+
+
+def legs(axes: Any, y: Array, joint: str) -> None:
     """One joint's angle of both legs, degrees."""
-    frames = first + np.arange(len(y))
     for side, colour in LEGS.items():
         angle = np.degrees(y[:, POSE_COLUMNS.index(f"{joint}_{side}")])
-        axes.plot(frames, angle, color=colour, linewidth=1.6, label=f"{side} leg")
+        axes.plot(angle, color=colour, linewidth=1.6, label=f"{side} leg")
     axes.set_ylabel(f"{'thigh' if joint == 'hip' else joint},\ndegrees")
 
 

@@ -11,9 +11,10 @@ from dynamics.gaussian import Array
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tracker.experiments.panels import LEGS, STATES, bar, grid, legs, to_svg
-from tracker.experiments.section import Claim, Plot, Section, Table, Verdict, left_out, spread
-from tracker.experiments.study import Recipe, Study, centred
+from tracker.experiments.measures import centred
+from tracker.experiments.panels import LEGS, STATES, bars, grid, legs, to_svg
+from tracker.experiments.section import Claim, Plot, Section, Table, left_out, spread, verdict
+from tracker.experiments.study import Recipe, Study
 from tracker.motion.label_plot import patches
 
 KEY, TITLE, SOURCE = "phases", "Phases inside a jog", "1999, figure 2"
@@ -32,11 +33,6 @@ def recipes(study: Study) -> list[Recipe]:
     return [_recipe(count, held) for count in _counts(study) for held in study.held_out]
 
 
-def cost(study: Study) -> int:
-    """For progress."""
-    return len(recipes(study))
-
-
 def run(study: Study) -> Section:
     """Every jog cut by models that were learned without its subject."""
     if "run" not in study.motions:
@@ -45,12 +41,13 @@ def run(study: Study) -> Section:
     cuts = {count: Cut() for count in _counts(study)}
     paths: dict[int, NDArray[np.intp]] = {}
     for count, cut in cuts.items():
-        for held in study.each(study.held_out, 1):
+        for held in study.held_out:
             jogs = [c for c in study.tested(held) if c.label == "run"]
             found = viterbi_all(study.slds(_recipe(count, held)), [centred(c.y) for c in jogs])
             cut.add(jogs, [p.path for p in found])
-            here = next((p.path for c, p in zip(jogs, found, strict=True) if c is shown), None)
-            paths |= {} if here is None else {count: here}
+            for jog, posterior in zip(jogs, found, strict=True):
+                if jog is shown:
+                    paths[count] = posterior.path
     rows = tuple(
         (str(n), spread(list(cut.regular.values()), 0), f"{np.mean(cut.commonest):.0f}",
          spread(list(cut.leg.values()), 0), spread(cut.switches))
@@ -67,15 +64,14 @@ def run(study: Study) -> Section:
         ),
         rows,
     )
-    unseen = "left out in learning" if study.folds else "also learned from, as there are too few to leave out"
     return Section(
         KEY,
         TITLE,
         SOURCE,
         "Models of the jogs alone, first order, started by k-means on pose and velocity and learned by EM "
-        f"with Viterbi inference, cut the jogs of people who were {unseen}. If the states are phases, each "
-        f"{BINS}th of the stride has its usual state; by chance, the commonest state of all would be right. "
-        "A state tells the leg ahead if one leg is ahead in all of its frames; half is chance.",
+        f"with Viterbi inference, cut the jogs of people who were {study.unseen}. If the states are phases, "
+        f"each {BINS}th of the stride has its usual state; by chance, the commonest of all would be right. A "
+        "state tells the leg ahead if one leg is ahead in all of its frames; half is chance.",
         (claim(cuts),),
         (table,),
         (_plot(shown, paths),),
@@ -137,7 +133,6 @@ def claim(cuts: dict[int, Cut]) -> Claim:
     regular, chance = float(np.mean(list(two.regular.values()))), float(np.mean(two.commonest))
     leg, changes = float(np.mean(list(two.leg.values()))), float(np.mean(two.switches))
     gained = (regular - chance) / (100.0 - chance)
-    verdict = Verdict.HOLDS if gained >= CLEAR else Verdict.PARTLY if gained >= SOME else Verdict.FAILS
     here = (
         f"The two states are where they usually are in the stride in {regular:.0f} % of the frames (by "
         f"chance {chance:.0f} %) and change {changes:.1f} times a stride. "
@@ -152,7 +147,7 @@ def claim(cuts: dict[int, Cut]) -> Claim:
     return Claim(
         "A two-state model, started by clustering and refined by EM, cuts a jog into phases (shown, no "
         "number given).",
-        verdict,
+        verdict(gained >= CLEAR, gained >= SOME),
         here,
     )
 
@@ -172,17 +167,12 @@ def _plot(shown: Capture, paths: dict[int, NDArray[np.intp]]) -> Plot:
     legs(axes[0, 0], y, "hip")
     legs(axes[1, 0], y, "knee")
     axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
-    below = axes[2, 0]
     ahead = np.where(y[:, HIPS[0]] > y[:, HIPS[1]], "near", "far").tolist()
-    bar(below, ahead, -0.35, 0.7, LEGS)
-    for row, (_, path) in enumerate(paths.items(), 1):
-        bar(below, path[:T].tolist(), row - 0.35, 0.7, dict(enumerate(STATES)))
-    names = ["leg ahead", *(f"{count} states" for count in paths)]
-    below.set(ylim=(len(paths) + 0.5, -0.5), yticks=range(len(names)), yticklabels=names, xlabel="frame")
-    below.set_xlim(-0.5, T - 0.5)
-    below.tick_params(axis="y", length=0)
-    states = {f"state {i + 1}": STATES[i] for i in range(max(paths))}
-    figure.legend(handles=patches(states), loc="outside lower center", ncols=len(states), frameon=False)
+    told = {n: f"state {n + 1}" for n in range(max(paths))}
+    cuts = {f"{count} states": [told[n] for n in path[:T].tolist()] for count, path in paths.items()}
+    states = dict(zip(told.values(), STATES, strict=False))
+    bars(axes[2, 0], {"leg ahead": ahead, **cuts}, LEGS | states)
+    figure.legend(handles=patches(states), loc="outside lower center", ncols=len(states))
     return Plot(
         to_svg(figure),
         "Thigh and knee angles of a jog over bars of the leg ahead and of the switching states",

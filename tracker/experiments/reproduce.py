@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
 from tracker import __version__
 from tracker.experiments import ahead, classify, gaps, phases, runtime, synthesis
 from tracker.experiments.findings import write_page
 from tracker.experiments.section import Section
-from tracker.experiments.study import FPS, MOTIONS, Study
+from tracker.experiments.study import FPS, Study, read_study
 from tracker.progress import Progress
 from tracker.run.folder import fresh_folder
 
-# Each has recipes(study), cost(study) and run(study).
+# Each has recipes(study) and run(study).
 EXPERIMENTS: tuple[ModuleType, ...] = (phases, classify, ahead, synthesis, gaps, runtime)
 PAGE, NUMBERS = "reproduce.html", "reproduce.json"
 
@@ -51,35 +50,16 @@ def reproduce(
     return "\n".join([*_lines(sections), "", f"open {out / PAGE}"])
 
 
-def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool = False) -> Study:
-    """The walks and runs of a table; raises as `reproduce`."""
-    wanted = [trial for trial in read_trials(trials) if trial.activity in MOTIONS]
-    straight, bends = [], []
-    with progress.task("reading captures", len(wanted)) as advance:
-        for trial in wanted:
-            found = sequences(trial, FPS)
-            straight += found
-            known = {s.name for s in found}
-            if CURVE in trial.tags:
-                bends += [s for s in sequences(trial, FPS, curves=True) if s.name not in known]
-            advance()
-    if not straight:
-        raise ValueError(
-            f"{trials} leaves no walk or run of {SHORTEST} frames or more; fill in the columns activity "
-            "and segments"
-        )
-    return Study(straight, bends, seed=seed, quick=quick)
-
-
 def run_all(study: Study, progress: Progress) -> list[Section]:
     """Learn whatever any experiment needs, each model once, then run them in order."""
     recipes = dict.fromkeys(recipe for experiment in EXPERIMENTS for recipe in experiment.recipes(study))
-    steps = sum(recipe.cost for recipe in recipes) + sum(e.cost(study) for e in EXPERIMENTS)
-    with progress.task("experiments", steps) as advance:
-        study.advance = advance
+    with progress.task("learning", sum(recipe.cost for recipe in recipes)) as advance:
         for recipe in recipes:
             study.learn(recipe)
-        return [experiment.run(study) for experiment in EXPERIMENTS]
+            for _ in range(recipe.cost):
+                advance()
+    study.progress = progress
+    return [experiment.run(study) for experiment in EXPERIMENTS]
 
 
 def _about(study: Study, trials: Path) -> tuple[str, list[str]]:

@@ -1,33 +1,27 @@
 """How long the inferences take, side by side on the same sequences (2000, section 4.1)."""
 
-import time
 from collections.abc import Callable
 from functools import partial
+from timeit import repeat
 
 import numpy as np
 
 from dynamics.hmm import hmm_all
-from tracker.experiments.motions import INFERENCES, NOISE, counts
-from tracker.experiments.section import Claim, Section, Table, Verdict
-from tracker.experiments.study import ANGLES, Recipe, Study, noisy, six_angles
+from tracker.experiments.measures import ANGLES, centred, noisy, rootless
+from tracker.experiments.motions import NOISE, counts
+from tracker.experiments.section import Claim, Section, Table, verdict
+from tracker.experiments.study import Recipe, Study
+from tracker.motion.tasks import INFERENCES
 
 KEY, TITLE, SOURCE = "runtime", "Which inference is quickest?", "2000, section 4.1"
 FRAMES = 2000
 REPEATS = 3
-COST = 3  # of one number of states, beside learning
 CLEAR = 1.5  # times as long: a winner is clear
 
 
 def recipes(study: Study) -> list[Recipe]:
     """Second order, everybody."""
-    return [
-        Recipe(n, order, NOISE, motions=study.motions) for n in counts(study) for order in (2, 0)
-    ]  # the same as recipe(n, order, nobody) where there are both motions
-
-
-def cost(study: Study) -> int:
-    """For progress."""
-    return COST * len(counts(study))
+    return [_recipe(study, n, order) for n in counts(study) for order in (2, 0)]
 
 
 def run(study: Study) -> Section:
@@ -36,19 +30,18 @@ def run(study: Study) -> Section:
     ys, frames = [], 0
     for capture in study.captures:
         if frames < (FRAMES // 4 if study.quick else FRAMES):
-            ys.append(noisy(six_angles(capture.y), NOISE, rng))
+            ys.append(noisy(rootless(centred(capture.y)), NOISE, rng))
             frames += len(capture.y)
-    seconds: dict[int, dict[str, float]] = {}
-    for n in study.each(counts(study), COST):
-        slds = study.slds(Recipe(n, 2, NOISE, motions=study.motions))
-        hmm = study.hmm(Recipe(n, 0, NOISE, motions=study.motions))
-        seconds[n] = {
-            name: least_time(partial(infer, slds, ys), repeats) for name, infer in INFERENCES.items()
+    micro: dict[int, dict[str, float]] = {}
+    for n in study.each(KEY, counts(study)):
+        slds, hmm = study.slds(_recipe(study, n, 2)), study.hmm(_recipe(study, n, 0))
+        jobs: dict[str, Callable[[], object]] = {
+            name: partial(infer, slds, ys, None) for name, infer in INFERENCES.items()
         }
-        seconds[n]["hidden Markov model"] = least_time(
-            partial(hmm_all, hmm, [y[:, ANGLES] for y in ys]), repeats
-        )
-    micro = {n: {name: 1e6 * s / frames for name, s in by.items()} for n, by in seconds.items()}
+        jobs["hidden Markov model"] = partial(hmm_all, hmm, [y[:, ANGLES] for y in ys])
+        micro[n] = {
+            name: 1e6 * min(repeat(job, number=1, repeat=repeats)) / frames for name, job in jobs.items()
+        }
     names = list(next(iter(micro.values())))
     rows = tuple(
         (str(n * len(study.motions)), *(f"{by[name]:.0f} ({by[name] / by['viterbi']:.1f})" for name in names))
@@ -78,21 +71,13 @@ def claim(micro: dict[int, dict[str, float]]) -> Claim:
     """From microseconds a frame by states and inference."""
     ratios = [by[name] / by["viterbi"] for by in micro.values() for name in ("gpb2", "variational")]
     least, greatest = min(ratios), max(ratios)
-    verdict = (
-        Verdict.HOLDS if least >= CLEAR else Verdict.PARTLY if np.median(ratios) > 1.0 else Verdict.FAILS
-    )
     return Claim(
         "Viterbi is the clear winner in computational complexity.",
-        verdict,
+        verdict(least >= CLEAR, bool(np.median(ratios) > 1.0)),
         f"The others take {least:.1f} to {greatest:.1f} times as long; {CLEAR} times is taken as clear.",
     )
 
 
-def least_time(job: Callable[[], object], repeats: int) -> float:
-    """Seconds, the least of several runs."""
-    times = []
-    for _ in range(repeats):
-        began = time.perf_counter()
-        job()
-        times.append(time.perf_counter() - began)
-    return min(times)
+def _recipe(study: Study, states: int, order: int) -> Recipe:
+    """The classification's, where there are both motions."""
+    return Recipe(states, order, NOISE, motions=study.motions)

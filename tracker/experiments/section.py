@@ -1,8 +1,9 @@
 """One experiment as the page and the file of numbers show it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
@@ -72,16 +73,21 @@ def left_out(key: str, title: str, source: str, why: str) -> Section:
 
 def spread(values: Sequence[float], digits: int = 1) -> str:
     """Their mean and, if there are several, the least and the greatest: 2.3 (1.9 to 2.8)."""
-    if not len(values):
-        return "-"
-    mean = f"{np.mean(values):.{digits}f}"
-    if len(values) < 2:
-        return mean
-    return f"{mean} ({min(values):.{digits}f} to {max(values):.{digits}f})"
+    return pooled_and_range(float(np.mean(values)), dict(enumerate(values)), digits) if len(values) else "-"
 
 
-def share_verdict(share: float) -> Verdict:
-    """Of a claim made of every case, by the share of cases in which it is so."""
-    if share >= 1.0:
-        return Verdict.HOLDS
-    return Verdict.PARTLY if share >= 0.5 else Verdict.FAILS
+def pooled_and_range(pooled: float, each: Mapping[Any, float], digits: int = 1) -> str:
+    """A figure of all and, if there are several, the least and the greatest of each by itself."""
+    if len(each) < 2:
+        return f"{pooled:.{digits}f}"
+    return f"{pooled:.{digits}f} ({min(each.values()):.{digits}f} to {max(each.values()):.{digits}f})"
+
+
+def verdict(holds: bool, partly: bool = False) -> Verdict:
+    """The best that is so."""
+    return Verdict.HOLDS if holds else Verdict.PARTLY if partly else Verdict.FAILS
+
+
+def share_verdict(cases: Sequence[bool]) -> Verdict:
+    """Of a claim made of every case: it holds in part from half of them."""
+    return verdict(all(cases), 2 * sum(cases) >= len(cases))

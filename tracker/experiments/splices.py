@@ -15,7 +15,7 @@ from scipy.interpolate import make_lsq_spline
 from dynamics.gaussian import Array
 from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import mirror
-from tracker.experiments.study import centred
+from tracker.experiments.measures import centred, rootless
 
 SHORTEST, LONGEST = 28, 75  # frames of a piece
 SIDE = 4
@@ -63,8 +63,7 @@ def splice(captures: Sequence[Capture], rng: np.random.Generator, pieces: int = 
     y = np.concatenate(parts)
     for joint in joints:
         y[joint - SIDE : joint + SIDE] = _joined(y[joint - 2 * SIDE : joint + 2 * SIDE])
-    y[:, :2] = np.nan
-    return Splice(y, tuple(labels), joints)
+    return Splice(rootless(y), tuple(labels), joints)
 
 
 def _piece(y: Array, rng: np.random.Generator) -> Array:

@@ -1,39 +1,36 @@
 """What the papers' experiments share: the captures, whom to hold out, the models learned on the others.
 
-Everything is drawn from one seed. Angles are clean unless a recipe or an experiment adds noise. People are
-told apart by the table's `subject`.
+Everything is drawn from one seed. People are told apart by the table's `subject`.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
-from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.learning.baum_welch import HMMOptions
 from dynamics.slds import SLDS
-from kinematics.mocap import POSE_COLUMNS
+from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
 from kinematics.mocap import Sequence as Capture
 from tracker.models.find import learn_hmms, learn_motions
 from tracker.models.learn import NOISE, STATES, gait_options
+from tracker.progress import Progress
 
 FPS = 30.0
 MOTIONS = ("walk", "run")
-NECK = POSE_COLUMNS.index("neck")
-ROOT = slice(0, 2)
-ANGLES = slice(2, None)
 FOLDS = 3
-SHARE = {"walk": 3, "run": 1}  # of the frames of usual captures; for progress only
 QUICK_FRAMES = 120  # as much of a capture does for a quick look
+QUICK_ROUNDS = 2
 
 Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How one model is learned.
+    """How one model is learned; without numbers, as `figtrack learn` does it.
 
     states  : per motion
     order   : 1 or 2; 0 for a hidden Markov model of the angles
@@ -50,33 +47,34 @@ class Recipe:
 
     @property
     def cost(self) -> int:
-        """How long it takes beside others."""
-        return max(1, self.states * self.order * sum(SHARE[motion] for motion in self.motions) // 2)
+        """How long learning takes beside others."""
+        return self.states * max(self.order, 1) * len(self.motions)
 
 
 class Study:
     """The captures of an experiment and the models learned from them, each once.
 
     captures : straight segments, on which everything is measured
-    bends    : further ones, only to learn from
+    taught   : what models learn from; whole captures of bends too
     folds    : groups of subjects to leave out in turn; none where there are too few subjects
+    progress : of the experiments
     """
 
     def __init__(
         self,
         captures: Sequence[Capture],
-        bends: Sequence[Capture] = (),
+        taught: Sequence[Capture] | None = None,
         *,
         seed: int = 0,
         quick: bool = False,
     ) -> None:
         self.seed, self.quick = seed, quick
         self.captures = _some(captures) if quick else tuple(captures)
-        self.bends = () if quick else tuple(bends)
+        self.taught = self.captures if quick or taught is None else tuple(taught)
         self.motions = tuple(m for m in MOTIONS if any(c.label == m for c in self.captures))
         self.subjects = tuple(sorted({c.subject for c in self.captures}))
         self.folds = _folds(self.captures, self.motions, 2 if quick else FOLDS, seed)
-        self.advance: Callable[[], None] = lambda: None
+        self.progress = Progress("quiet")
         self._models: dict[Recipe, SLDS | HMM] = {}
 
     @property
@@ -84,86 +82,87 @@ class Study:
         """The folds, or one that leaves out nobody."""
         return self.folds or (frozenset(),)
 
+    @property
+    def unseen(self) -> str:
+        """Whether people were left out, in words."""
+        return (
+            "left out in learning" if self.folds else "also learned from, as there are too few to leave out"
+        )
+
     def rng(self, *key: int) -> np.random.Generator:
         """A generator of this study's own for each key."""
         return np.random.default_rng([self.seed, *key])
 
-    def of(self, motion: str, subjects: Iterable[str] | None = None) -> list[Capture]:
-        """The captures of one motion, of these subjects or all."""
-        wanted = self.subjects if subjects is None else set(subjects)
-        return [c for c in self.captures if c.label == motion and c.subject in wanted]
+    def of(self, motion: str) -> list[Capture]:
+        """The captures of one motion."""
+        return [c for c in self.captures if c.label == motion]
 
     def tested(self, held: frozenset[str]) -> list[Capture]:
-        """Whom a model that was learned without these is tried on: these, or all if it left out none."""
+        """The captures that a model is evaluated on: of the subjects held out, or of all if nobody was."""
         return [c for c in self.captures if not held or c.subject in held]
 
-    def learn(self, recipe: Recipe) -> None:
-        """Learn a model unless it is there."""
-        if recipe not in self._models:
-            self._models[recipe] = self._learned(recipe)
-            self.spend(recipe.cost)
+    def lessons(self, recipe: Recipe) -> list[Capture]:
+        """The captures that a recipe's model is learned from."""
+        return [c for c in self.taught if c.label in recipe.motions and c.subject not in recipe.held]
 
     def slds(self, recipe: Recipe) -> SLDS:
         """The learned model of a recipe of order 1 or 2."""
-        model = self._models[recipe]
+        model = self.learn(recipe)
         assert isinstance(model, SLDS)
         return model
 
     def hmm(self, recipe: Recipe) -> HMM:
         """The learned model of a recipe of order 0."""
-        model = self._models[recipe]
+        model = self.learn(recipe)
         assert isinstance(model, HMM)
         return model
 
-    def spend(self, cost: int) -> None:
-        """Move progress on."""
-        for _ in range(cost):
-            self.advance()
+    def learn(self, recipe: Recipe) -> SLDS | HMM:
+        """The model of a recipe, learned when it is first asked for."""
+        if recipe not in self._models:
+            self._models[recipe] = self._learned(recipe)
+        return self._models[recipe]
 
-    def each(self, items: Iterable[Item], cost: int) -> Iterator[Item]:
-        """The items, progress moving on after each."""
-        for item in items:
-            yield item
-            self.spend(cost)
+    def each(self, name: str, items: Collection[Item]) -> Iterator[Item]:
+        """The items of a task, progress moving on after each."""
+        with self.progress.task(name, len(items)) as advance:
+            for item in items:
+                yield item
+                advance()
 
     def _learned(self, recipe: Recipe) -> SLDS | HMM:
-        data = [
-            (c.subject, c.label, c.y)
-            for c in (*self.captures, *self.bends)
-            if c.label in recipe.motions and c.subject not in recipe.held
-        ]
+        data = [(c.subject, c.label, c.y) for c in self.lessons(recipe)]
         noise = float(np.radians(recipe.noise))
         if recipe.order == 0:
             hidden = HMMOptions(states=recipe.states, seed=self.seed)
             return learn_hmms(data, fps=FPS, options=hidden, noise=noise)
         options = gait_options(states=recipe.states, order=recipe.order, seed=self.seed)
-        options = replace(options, rounds=2) if self.quick else options
+        options = replace(options, rounds=QUICK_ROUNDS) if self.quick else options
         return learn_motions(data, fps=FPS, options=options, noise=noise)
 
 
-def centred(y: Array) -> Array:
-    """Poses with the neck's mean and the root's first place taken off."""
-    local = y - np.r_[y[0, ROOT], np.zeros(y.shape[1] - 2)]
-    local[:, NECK] -= local[:, NECK].mean()
-    return np.asarray(local)
+def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool = False) -> Study:
+    """The walks and runs of a table.
 
-
-def six_angles(y: Array) -> Array:
-    """Poses whose root was not measured and whose neck's mean is taken off."""
-    blank = centred(y)
-    blank[:, ROOT] = np.nan
-    return blank
-
-
-def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
-    """White noise on every angle."""
-    return np.asarray(y + np.radians(degrees) * rng.normal(size=y.shape))
-
-
-def rmse(errors: Sequence[Array]) -> float:
-    """Root of the mean square over all entries, radians in, degrees out."""
-    every = np.concatenate([e.ravel() for e in errors])
-    return float(np.degrees(np.sqrt((every**2).mean())))
+    Raises:
+        MotionError: a table or capture that cannot be read.
+        ValueError: no walk and no run in the table.
+    """
+    wanted = [trial for trial in read_trials(trials) if trial.activity in MOTIONS]
+    straight: list[Capture] = []
+    taught: list[Capture] = []
+    with progress.task("reading captures", len(wanted)) as advance:
+        for trial in wanted:
+            found = sequences(trial, FPS)
+            straight += found
+            taught += sequences(trial, FPS, curves=True) if CURVE in trial.tags else found
+            advance()
+    if not straight:
+        raise ValueError(
+            f"{trials} leaves no walk or run of {SHORTEST} frames or more; fill in the columns activity "
+            "and segments"
+        )
+    return Study(straight, taught, seed=seed, quick=quick)
 
 
 def _folds(

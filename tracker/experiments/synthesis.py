@@ -1,22 +1,22 @@
 """A walk of the model's own, by the papers' switch and by one that depends on the pose."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import synthesise
-from tracker.experiments.panels import INK, figures, grid, legs, to_svg
-from tracker.experiments.section import Claim, Plot, Section, Table, Verdict, left_out, spread
-from tracker.experiments.study import ANGLES, FPS, Recipe, Study, centred
+from tracker.experiments.measures import WIDER, out_of_range
+from tracker.experiments.panels import INK, figures, grid, legend_below, legs, to_svg
+from tracker.experiments.section import Claim, Plot, Section, Table, left_out, spread, verdict
+from tracker.experiments.study import FPS, Recipe, Study
 
 KEY, TITLE, SOURCE = "synthesis", "A walk of its own", "1999, figure 5; 2000, figure 2 f"
 FRAMES = 300
 RUNS = 10
 PERIODS = ((0, 50), (50, 150), (150, 300))
-WIDER = 0.05  # of an angle's range, on either side
 EVERY = 4  # frames between stick figures
 STICKS = 50  # frames shown as stick figures, as in the papers
 CURVES = 150
@@ -38,24 +38,16 @@ def recipes(study: Study) -> list[Recipe]:
     return [_recipe(study)] if "walk" in study.motions else []
 
 
-def cost(study: Study) -> int:
-    """For progress."""
-    return 2 * _runs(study) * len(recipes(study))
-
-
 def run(study: Study) -> Section:
     """Free runs from several seeds, the first one drawn."""
     if "walk" not in study.motions:
         return left_out(KEY, TITLE, SOURCE, "the captures show no walk")
     slds = study.slds(_recipe(study))
-    low, high = training_range([centred(c.y) for c in study.of("walk")])
+    known = [c.y for c in study.lessons(_recipe(study))]
     made: dict[bool, list[Run]] = {False: [], True: []}
-    for recurrent in SWITCHES:
-        for n in study.each(range(_runs(study)), 1):
-            s, y = synthesise(slds, FRAMES, study.rng(4, n), recurrent=recurrent)
-            angles = y[:, ANGLES]
-            out = np.asarray(~((angles >= low) & (angles <= high)).all(1))
-            made[recurrent].append(Run(s, y, out))
+    for recurrent, n in study.each(KEY, list(product(SWITCHES, range(_runs(study))))):
+        s, y = synthesise(slds, FRAMES, study.rng(4, n), recurrent=recurrent)
+        made[recurrent].append(Run(s, y, out_of_range(y, known, WIDER)))
     shares = {
         recurrent: {f"{a}-{b}": [100.0 * float(r.out[a:b].mean()) for r in runs] for a, b in PERIODS}
         for recurrent, runs in made.items()
@@ -84,20 +76,10 @@ def run(study: Study) -> Section:
     )
 
 
-def training_range(walks: Sequence[Array]) -> tuple[Array, Array]:
-    """Least and greatest of each angle in the captures, widened."""
-    angles = np.concatenate(walks)[:, ANGLES]
-    low, high = angles.min(0), angles.max(0)
-    wider = WIDER * (high - low)
-    return low - wider, high + wider
-
-
 def claims(papers: dict[str, list[float]], posed: dict[str, list[float]]) -> list[Claim]:
     """From the shares out of range by period: of the papers' switch, and of the one by the pose."""
     first, *_, last = papers
     start, end = float(np.mean(papers[first])), float(np.mean(papers[last]))
-    natural = Verdict.HOLDS if start <= IN_RANGE else Verdict.PARTLY if start <= 50.0 else Verdict.FAILS
-    worse = Verdict.HOLDS if end > start + 1.0 else Verdict.FAILS
     other = float(np.mean(posed[last]))
     if other < end:
         helped = f"A switch that depends on the pose keeps it to {other:.0f} %."
@@ -106,13 +88,13 @@ def claims(papers: dict[str, list[float]], posed: dict[str, list[float]]) -> lis
     return [
         Claim(
             "Sampling a learned walking model makes a walk of 50 frames (judged by eye).",
-            natural,
+            verdict(start <= IN_RANGE, start <= 50.0),
             f"By number: {start:.0f} % of the first 50 frames are out of the captures' range; up to "
             f"{IN_RANGE:.0f} % is taken as a walk.",
         ),
         Claim(
             "It becomes less realistic as time goes on, for want of global constraints.",
-            worse,
+            verdict(end > start + 1.0),
             f"Out of range: {start:.0f} % of frames {first}, {end:.0f} % of frames {last}. {helped}",
         ),
     ]
@@ -137,7 +119,7 @@ def _plot(made: Run, name: str) -> Plot:
         ax.fill_between(np.arange(len(y)), low, high, where=out, color="#c1272d", alpha=0.18, linewidth=0,
                         step="mid", label="out of range")  # fmt: skip
         ax.set(ylim=(low, high), xlim=(0, CURVES - 1), xticklabels=[])
-    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    legend_below(figure, axes[1, 0], 3)
     axes[3, 0].step(np.arange(len(y)), made.s[:CURVES] + 1, where="mid", color=INK, linewidth=1.2)
     axes[3, 0].set(xlabel="frame", ylabel="state", xlim=(0, CURVES - 1), ylim=(0.5, made.s.max() + 1.5))
     axes[0, 0].set_title(f"{name[0].upper()}{name[1:]}", loc="left")

@@ -1,8 +1,6 @@
 """The page of results on the open clips, Markdown."""
 
-import subprocess
 from collections.abc import Sequence
-from datetime import UTC, datetime
 
 import numpy as np
 
@@ -10,7 +8,6 @@ from tests.benchmarks.evaluation.calibration import inside, nees
 from tests.benchmarks.evaluation.cases import Outcome
 from tests.benchmarks.evaluation.held_out import mean_error
 from tests.benchmarks.evaluation.measure import Results, Tuning
-from tests.benchmarks.evaluation.targets import Target, target_table
 from tests.benchmarks.evaluation.ways import (
     ALONE,
     BOXES,
@@ -22,7 +19,7 @@ from tests.benchmarks.evaluation.ways import (
     ONE_STATE,
     RIVALS,
 )
-from tests.benchmarks.motion.page import table
+from tests.benchmarks.page import TRY, Claim, claim_table, table, written
 from tests.benchmarks.rivals import correlation
 from tracker.run.score import Score
 
@@ -61,17 +58,13 @@ def page(results: Results, quick: bool) -> str:
     lines = [
         f"# Results on {len(results.clips)} open clips",
         "",
-        f"Written by `make evaluate` at commit {written()}.",
-        *(
-            ["**A quick try on few clips, without the slow rows: the figures mean nothing.**"]
-            if quick
-            else []
-        ),
+        f"{written('evaluate')}.",
+        *([TRY] if quick else []),
         "",
         METHOD,
         "## What is wanted",
         "",
-        *target_table(targets(results)),
+        *claim_table(claims(results)),
         "## Models and rivals",
         "",
         *_rows(results, results.rows),
@@ -93,15 +86,7 @@ def page(results: Results, quick: bool) -> str:
     return "\n".join(lines)
 
 
-def written() -> str:
-    """The commit at hand and the date."""
-    commit = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
-    )
-    return f"{commit.stdout.strip()} on {datetime.now(UTC):%Y-%m-%d}"
-
-
-def targets(results: Results) -> list[Target]:
+def claims(results: Results) -> list[Claim]:
     """What the default model is to reach."""
     rows, own = results.rows, results.rows[DEFAULT]
     mean = mean_error(own)
@@ -112,25 +97,25 @@ def targets(results: Results) -> list[Target]:
         walks = "walk" in clip.stem
         worst[walks] = max(worst[walks], found.score.mean_error_leg)
     wanted = [
-        Target("clips lost", _lost(own), 0),
-        Target("frames with exchanged legs", _swaps(own), 0),
-        Target("median error of all marks", _median(own), 0.035),
-        Target("mean error of the worst walk", worst[True], 0.05),
-        Target("mean error of the worst run", worst[False], 0.07),
-        Target("median error of leg directions, degrees", _direction(own), 3.0),
-        Target("mean error against constant velocity's", mean / mean_error(rows[CV]), 0.5),
-        Target("the same, each clip held out", mean_error(tuned.held_out) / mean_error(unseen), 0.5),
-        Target("mean error against the best rival's without weights", mean / rivals, 0.35),
+        Claim("clips lost", _lost(own), 0),
+        Claim("frames with exchanged legs", _swaps(own), 0),
+        Claim("median error of all marks", _median(own), 0.035),
+        Claim("mean error of the worst walk", worst[True], 0.05),
+        Claim("mean error of the worst run", worst[False], 0.07),
+        Claim("median error of leg directions, degrees", _direction(own), 3.0),
+        Claim("mean error against constant velocity's", mean / mean_error(rows[CV]), 0.5),
+        Claim("the same, each clip held out", mean_error(tuned.held_out) / mean_error(unseen), 0.5),
+        Claim("mean error against the best rival's without weights", mean / rivals, 0.35),
         *_of_many_states(rows),
-        Target("mean error held out against tuned", tuned.ratio, 1.2),
+        Claim("mean error held out against tuned", tuned.ratio, 1.2),
     ]
     bands = [found.band for found in own if found.band is not None]
     if bands:
-        wanted.append(Target("knee against the colour band, px", max(bands), 3.0))
+        wanted.append(Claim("knee against the colour band, px", max(bands), 3.0))
     for name in (DEFAULT, DEFAULT + FILTERED):
         spread = _spread(rows[name])
-        wanted.append(Target(f"NEES, {name}", nees(spread), 4.0, 1.0))
-        wanted.append(Target(f"share inside two sigma, {name}", inside(spread), 0.95, 0.75))
+        wanted.append(Claim(f"NEES, {name}", nees(spread), 4.0, 1.0))
+        wanted.append(Claim(f"share inside two sigma, {name}", inside(spread), 0.95, 0.75))
     return wanted
 
 
@@ -140,19 +125,17 @@ def cell(found: Score) -> str:
     return f"{found.mean_error_leg:.3f}" + ("" if lost is None else f" ({lost})")
 
 
-def _of_many_states(rows: dict[str, list[Outcome]]) -> list[Target]:
+def _of_many_states(rows: dict[str, list[Outcome]]) -> list[Claim]:
     pairs = ((DEFAULT, ALONE), (DEFAULT, ONE_STATE), (MANY_STATES, ALONE))
-    return [
-        target for many, one in pairs if {many, one} <= rows.keys() for target in _against(rows, many, one)
-    ]
+    return [claim for many, one in pairs if {many, one} <= rows.keys() for claim in _against(rows, many, one)]
 
 
-def _against(rows: dict[str, list[Outcome]], many: str, one: str) -> list[Target]:
+def _against(rows: dict[str, list[Outcome]], many: str, one: str) -> list[Claim]:
     errors = [[found.score.mean_error_leg for found in rows[name]] for name in (many, one)]
     text = f"{many} against {one}"
     return [
-        Target(f"{text}, mean error", float(np.mean(errors[0]) / np.mean(errors[1])), 1.0),
-        Target(f"{text}, worst clip", max(m / o for m, o in zip(*errors, strict=True)), 1.1),
+        Claim(f"{text}, mean error", float(np.mean(errors[0]) / np.mean(errors[1])), 1.0),
+        Claim(f"{text}, worst clip", max(m / o for m, o in zip(*errors, strict=True)), 1.1),
     ]
 
 

@@ -16,7 +16,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tests.benchmarks.evaluation.cases import START, marks_of, measured
-from tests.benchmarks.evaluation.page import written
 from tests.benchmarks.evaluation.spoiled import (
     Damage,
     by_frame,
@@ -27,7 +26,7 @@ from tests.benchmarks.evaluation.spoiled import (
     spoil,
 )
 from tests.benchmarks.evaluation.ways import DEFAULT
-from tests.benchmarks.motion.page import table
+from tests.benchmarks.page import table, written
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.foreign.dlc import write_dlc
@@ -200,7 +199,7 @@ def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[s
             USE,
             f"## How much is repaired, on {len(clips)} open clips",
             "",
-            f"Written by `make measure` at commit {written()}.",
+            f"{written('measure')}.",
             "",
             METHOD,
             "### Legs exchanged in 10 % of the frames, 10 % of the points missing, 5 px jitter",

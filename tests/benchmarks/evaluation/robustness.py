@@ -29,10 +29,9 @@ from tests.benchmarks.evaluation.disturbances import (
 )
 from tests.benchmarks.evaluation.feet import FEET
 from tests.benchmarks.evaluation.films import CONTRAST, FILMS, GAMMA, VIEW
-from tests.benchmarks.evaluation.page import cell, written
-from tests.benchmarks.evaluation.targets import Target, target_table
+from tests.benchmarks.evaluation.page import cell
 from tests.benchmarks.evaluation.ways import DEFAULT
-from tests.benchmarks.motion.page import table
+from tests.benchmarks.page import Claim, claim_table, table, written
 from tracker.cli.demo import write_scene
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -170,13 +169,13 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
         [
             "# Robustness on the open clips",
             "",
-            f"Written by `make robustness` at commit {written()}.",
+            f"{written('robustness')}.",
             *([f"**A try with {draws} draws of the start marks a clip, not {DRAWS}.**"] * (draws < DRAWS)),
             "",
             METHOD,
             "## What is wanted",
             "",
-            *target_table(targets(clips, pictures, starts)),
+            *claim_table(claims(clips, pictures, starts)),
             "## Disturbed pictures",
             "",
             PICTURES,
@@ -202,17 +201,15 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
     )
 
 
-def targets(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Target]:
+def claims(clips: Sequence[Path], pictures: Scores, starts: Scores) -> list[Claim]:
     """What the default model is to withstand."""
     runs = [found for row in starts.values() for found in row]
     walks = ["walk" in clip.stem for clip in clips]
     return [
-        Target(
-            "share of runs lost from disturbed start marks", float(np.mean([lost(r) for r in runs])), 0.05
-        ),
-        Target(f"clips followed, {DROPPED}", _kept(pictures[DROPPED]), len(clips), 0.75 * len(clips)),
+        Claim("share of runs lost from disturbed start marks", float(np.mean([lost(r) for r in runs])), 0.05),
+        Claim(f"clips followed, {DROPPED}", _kept(pictures[DROPPED]), len(clips), 0.75 * len(clips)),
         *(
-            Target(
+            Claim(
                 f"walks lost, {name}",
                 sum(lost(found) for found, walk in zip(pictures[name], walks, strict=True) if walk),
                 0,

@@ -1,40 +1,38 @@
-"""What the motion figures are measured on: captures, splices, and models learned without some people.
+"""The protocol of docs/motion.md: segments and their mirror images, everyone left out in turn, the splices.
 
-A segment is mirrored before anything else, so near and far legs count alike. The neck's mean over the frames
-that a task is shown is taken off, as learning does.
+What is measured, and with what, is `tracker.experiments`. A segment is mirrored before anything else, so near
+and far legs count alike.
 """
 
 import csv
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dynamics.gaussian import Array
 from dynamics.hmm import HMM
-from dynamics.learning.baum_welch import HMMOptions
-from dynamics.learning.em import from_origin
 from dynamics.slds import SLDS
-from kinematics.figure import ROOT
-from kinematics.mocap import POSE_COLUMNS, mirror, read_trials, sequences
-from tracker.models.find import learn_hmms, learn_motions
-from tracker.models.learn import NOISE, STATES, gait_options
+from kinematics.mocap import POSE_COLUMNS, mirror
+from kinematics.mocap import Sequence as Capture
+from tracker.experiments.measures import ANGLES, Errors, by_person, centred, noisy, rms
+from tracker.experiments.study import Recipe, Study, read_study
+from tracker.models.learn import NOISE, STATES
+from tracker.progress import Progress
 
-Array = NDArray[np.float64]
 Item = TypeVar("Item")
+Variant = tuple[int, int, float]  # states a motion, order, degrees of noise
 
-FPS = 30.0
 MOTIONS = ("walk", "run")
-ANGLES = slice(2, len(POSE_COLUMNS))
-NECK = POSE_COLUMNS.index("neck")
-SPLICED = ("02", "29", "35", "49", "am1", "hddg")  # the subjects of the splices
+SPLICED = frozenset(("02", "29", "35", "49", "am1", "hddg"))  # the subjects of the splices
 SAME = ("07", "08")  # probably one person
 SHOWN_STATES = tuple(sorted({1, 4, STATES}, reverse=True))
-QUICK_FRAMES = 100  # of one segment a subject and motion, or of one splice
-QUICK_ROUNDS = 2
+DEFAULT: Variant = (STATES, 2, NOISE)
+QUICK_FRAMES = 100  # of the splices
 
 
 @dataclass(frozen=True)
@@ -51,58 +49,14 @@ class Source:
 
 @dataclass(frozen=True)
 class Segment:
-    """y (T, 8) in body units, clean; `number` is its place among all, and seeds its noise."""
+    """One of all segments; its `number` among them seeds its noise."""
 
     number: int
-    subject: str
-    label: str
-    y: Array
+    capture: Capture
 
-    @property
-    def person(self) -> str:
-        """The subject, or both names of one that has two."""
-        return "/".join(SAME) if self.subject in SAME else self.subject
-
-
-@dataclass(frozen=True)
-class Recipe:
-    """A model: switching states a motion, order, degrees of noise, who is left out, what is joined.
-
-    Order 0 is a hidden Markov model of the angles, the papers' baseline.
-    """
-
-    states: int = STATES
-    order: int = 2
-    noise: float = NOISE
-    excluded: tuple[str, ...] = ()
-    motions: tuple[str, ...] = MOTIONS
-
-    @property
-    def cost(self) -> int:
-        """How long it takes to learn beside others."""
-        return self.states * max(self.order, 1) * len(self.motions)
-
-    @property
-    def variant(self) -> tuple[int, int, float]:
-        """States, order and noise."""
-        return self.states, self.order, self.noise
-
-    @staticmethod
-    def named(states: int, order: int, noise: float = NOISE) -> str:
-        """The name of such a model; the noise is told where it is not the usual."""
-        kind = f"order {order}" if order else "HMM"
-        plural = "s" if states > 1 else ""
-        return f"{states} state{plural}, {kind}" + (f", learned at {noise:g}°" if noise != NOISE else "")
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Squares (6,) summed over `count` frames of one segment, one for each angle; radians."""
-
-    person: str
-    label: str
-    squares: Array = field(repr=False)
-    count: int
+    def noisy(self, degrees: float, root: float = 0.0) -> Array:
+        """(T, 8) `centred` poses with white noise on the angles, and on the root in leg lengths."""
+        return noisy(centred(self.capture.y), degrees, np.random.default_rng([7, self.number]), root)
 
 
 @dataclass(frozen=True)
@@ -126,82 +80,71 @@ class Job(Protocol):
         """Measure."""
 
 
+Results = Mapping[Job, Any]
+
+
 @cache
-def captures(source: Source, curves: bool = False) -> tuple[Segment, ...]:
-    """The segments of all walks and runs, each followed by its mirror image.
-
-    Args:
-        curves: those on a curve too, as learning takes them; the figures are measured on the straight ones.
-    """
-    found: list[Segment] = []
-    seen: set[tuple[str, str]] = set()
-    for trial in read_trials(source.folder / "mocap" / "trials.csv"):
-        who = trial.subject, trial.activity
-        if trial.activity not in MOTIONS or (source.quick and who in seen):
-            continue
-        for s in sequences(trial, FPS, curves=curves)[: 1 if source.quick else None]:
-            seen.add(who)
-            kept = s.y[:QUICK_FRAMES] if source.quick else s.y
-            for y in (kept, mirror(kept)):
-                found.append(Segment(len(found), s.subject, s.label, y))
-    return tuple(found)
-
-
-def straight(source: Source, label: str, subjects: Iterable[str] | None = None) -> list[Segment]:
-    """The straight segments of one motion, of these subjects or of all."""
-    kept = None if subjects is None else set(subjects)
-    return [s for s in captures(source) if s.label == label and (kept is None or s.subject in kept)]
-
-
-def folds(source: Source, label: str) -> list[tuple[str, ...]]:
-    """The subjects to leave out together, one tuple a person."""
-    found = sorted({s.person for s in straight(source, label)})
-    return [tuple(person.split("/")) for person in (source.some(found))]
-
-
-def held_out(source: Source, label: str, *variants: tuple[int, int, float]) -> Iterator[Recipe]:
-    """Recipes of (states, order, noise): of one motion for every person left out; of all without the six."""
-    for states, order, noise in variants:
-        for excluded in folds(source, label):
-            yield Recipe(states, order, noise, excluded, (label,))
-        yield Recipe(states, order, noise, SPLICED)
+def study(source: Source) -> Study:
+    """All walks and runs."""
+    table = source.folder / "mocap" / "trials.csv"
+    return read_study(table, Progress("quiet"), quick=source.quick)
 
 
 def learn(source: Source, recipe: Recipe) -> SLDS | HMM:
-    """The model of a recipe, by the defaults of everything that the recipe does not name."""
-    # Every second segment is a mirror image, which learning makes by itself.
-    data = [(s.subject, s.label, s.y) for s in shown(source, recipe) if s.number % 2 == 0]
-    noise = float(np.radians(recipe.noise))
-    if recipe.order == 0:
-        return learn_hmms(data, fps=FPS, options=HMMOptions(states=recipe.states), noise=noise)
-    options = gait_options(states=recipe.states, order=recipe.order)
-    if source.quick:
-        options = gait_options(states=recipe.states, order=recipe.order, rounds=QUICK_ROUNDS)
-    return learn_motions(data, fps=FPS, options=options, noise=noise)
+    """The model of a recipe."""
+    return study(source).learn(recipe)
 
 
-def shown(source: Source, recipe: Recipe) -> list[Segment]:
-    """What a recipe's model learns from, mirror images too."""
+def straight(source: Source, label: str, subjects: frozenset[str] | None = None) -> list[Segment]:
+    """The straight segments of one motion, of these subjects or of all, each followed by its mirror image."""
     return [
-        s
-        for s in captures(source, curves=True)
-        if s.label in recipe.motions and s.subject not in recipe.excluded
+        segment
+        for segment in _segments(source)
+        if segment.capture.label == label and (subjects is None or segment.capture.subject in subjects)
     ]
 
 
-def noisy(segment: Segment, degrees: float, root: float = 0.0) -> Array:
-    """(T, 8) `centred` poses with white noise on the angles, and on the root in leg lengths."""
-    rng = np.random.default_rng([7, segment.number])
-    y = centred(segment.y)
-    spread = np.r_[root, root, np.full(len(POSE_COLUMNS) - 2, np.radians(degrees))]
-    return np.asarray(y + spread * rng.normal(size=y.shape))
+def both(captures: Sequence[Capture]) -> list[Capture]:
+    """Each capture followed by its mirror image."""
+    return [c for capture in captures for c in (capture, replace(capture, y=mirror(capture.y)))]
 
 
-def centred(y: Array) -> Array:
-    """The poses less the neck's mean, and counted from where the root was first measured."""
-    out = from_origin(y, POSE_COLUMNS, ROOT)
-    out[:, NECK] -= np.nanmean(out[:, NECK])
-    return out
+def folds(source: Source, label: str) -> list[frozenset[str]]:
+    """The subjects to leave out together: one, or both names of one that has two."""
+    found = {s.capture.subject for s in straight(source, label)}
+    people = sorted({SAME if name in SAME else (name,) for name in found})
+    return [frozenset(person) for person in source.some(people)]
+
+
+def held_out(source: Source, label: str, *variants: Variant) -> Iterator[Recipe]:
+    """Recipes of one motion for every person left out; of all without the six."""
+    for variant in variants:
+        for held in folds(source, label):
+            yield Recipe(*variant, held, (label,))
+        yield Recipe(*variant, SPLICED)
+
+
+def named(states: int, order: int, noise: float = NOISE) -> str:
+    """The name of such a model; the noise is told where it is not the usual."""
+    kind = f"order {order}" if order else "HMM"
+    plural = "s" if states > 1 else ""
+    return f"{states} state{plural}, {kind}" + (f", learned at {noise:g}°" if noise != NOISE else "")
+
+
+def of_variant(recipe: Recipe, variant: Variant, six: bool) -> bool:
+    """Whether a recipe is of this variant, the one that leaves out the six or one of the others."""
+    return (recipe.states, recipe.order, recipe.noise) == variant and (recipe.held == SPLICED) == six
+
+
+def people(errors: list[Errors]) -> dict[str, float]:
+    """Degrees of every person, by both names of one that has two."""
+    return by_person(replace(e, person="/".join(SAME)) if e.person in SAME else e for e in errors)
+
+
+def summary(everyone: list[Errors], six: list[Errors]) -> tuple[float, float, float]:
+    """Degrees: pooled, the mean over people, and pooled over the six; NaN of none."""
+    each = list(people(everyone).values())
+    return rms(everyone), float(np.mean(each)) if each else float("nan"), rms(six)
 
 
 @cache
@@ -223,19 +166,9 @@ def splices(source: Source, noise: int) -> Splices:
     )
 
 
-def rms(errors: Iterable[Errors]) -> float:
-    """Degrees, pooled over angles and frames; NaN of none."""
-    kept = list(errors)
-    squares = sum(float(e.squares.sum()) for e in kept)
-    if not kept:
-        return float("nan")
-    return float(np.degrees(np.sqrt(squares / sum(6 * e.count for e in kept))))
-
-
-def by_person(errors: Iterable[Errors]) -> dict[str, float]:
-    """Degrees, of every person by themselves."""
-    kept = list(errors)
-    return {name: rms(e for e in kept if e.person == name) for name in sorted({e.person for e in kept})}
+@cache
+def _segments(source: Source) -> tuple[Segment, ...]:
+    return tuple(Segment(n, capture) for n, capture in enumerate(both(study(source).captures)))
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

@@ -4,52 +4,59 @@ A gap takes all freedoms. It sits in the middle of a segment at least gap + 2 SI
 that is left of the segment is shown.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from dynamics.gaussian import Array
 from dynamics.hmm import HMM
-from dynamics.motion.gaps import interpolate
 from dynamics.slds import SLDS
-from dynamics.viterbi import viterbi
+from kinematics.mocap import Sequence as Capture
 from tests.benchmarks.motion.data import (
-    ANGLES,
+    DEFAULT,
     MOTIONS,
-    SPLICED,
     STATES,
-    Array,
-    Errors,
-    Recipe,
-    Segment,
+    Results,
     Source,
-    by_person,
-    centred,
+    Variant,
+    both,
     held_out,
-    rms,
-    shown,
+    named,
+    of_variant,
+    people,
     straight,
+    study,
+    summary,
 )
-from tests.benchmarks.motion.page import Claim, Results, number, table
-from tracker.experiments.gaps import spline
-from tracker.experiments.gaps import straight as straight_line
+from tests.benchmarks.page import Claim, number, table
+from tracker.experiments.measures import (
+    ANGLES,
+    SIDE,
+    Errors,
+    Fill,
+    across,
+    best_path,
+    centred,
+    gap_errors,
+    rms,
+    sampled,
+    spans,
+)
+from tracker.experiments.study import Recipe
 from tracker.models.learn import NOISE
 
-SIDE = 10
 NEAREST = 15
 TARGETS = {("walk", 10): 2.5, ("walk", 25): 4.2, ("walk", 50): 5.5, ("run", 10): 5.5, ("run", 25): 11.0}
-DEFAULT = STATES, 2, NOISE
+SEED = 11
 LINE, SPLINE, CLOSE = "straight line", "cubic spline", f"mean of the {NEAREST} nearest training stretches"
 PATH, PAPERS, POSE = (
     "best path (papers)",
     "sampled paths, papers' switch",
     "sampled paths, switch by the pose",
 )
-
-Fill = Callable[[Array], Array]
-Variant = tuple[int, int, float]
 
 
 @dataclass(frozen=True)
@@ -71,17 +78,20 @@ class Filling:
 
     def run(self, source: Source, model: SLDS | HMM | None) -> list[Errors]:
         """Each segment's errors."""
-        segments = source.some(straight(source, self.label, self.learned.excluded))
-        return errors(self._fill(source, model), segments, self.gap)
+        fill = self._fill(source, model)
+        captures = [s.capture for s in source.some(straight(source, self.label, self.learned.held))]
+        return [gap_errors(fill, c, self.gap) for c in captures if spans(c.y, self.gap)]
 
     def _fill(self, source: Source, model: SLDS | HMM | None) -> Fill:
         if self.way == CLOSE:
-            recipe = Recipe(excluded=self.learned.excluded, motions=(self.label,))
-            return Nearest(shown(source, recipe), self.gap)
+            recipe = Recipe(held=self.learned.held, motions=(self.label,))
+            return Nearest(both(study(source).lessons(recipe)), self.gap)
         if self.way in (LINE, SPLINE):
-            return straight_line if self.way == LINE else spline
+            return partial(across, 1 if self.way == LINE else 3)
         assert isinstance(model, SLDS)
-        return partial(best_path, model) if self.way == PATH else partial(sampled, model, self.way == POSE)
+        if self.way == PATH:
+            return partial(best_path, model)
+        return partial(sampled, model, self.way == POSE, SEED)
 
 
 def jobs(source: Source) -> Iterator[Filling]:
@@ -96,8 +106,8 @@ def claims(results: Results) -> list[Claim]:
     """The default model and way against the targets."""
     found = []
     for (label, gap), target in TARGETS.items():
-        error = rms(_errors(results, label, gap, POSE, DEFAULT, six=False))
-        found.append(Claim(f"gap of {gap} frames, {label}", error, target, "°"))
+        error = rms(_errors(results, label, gap, POSE, DEFAULT))
+        found.append(Claim(f"gap of {gap} frames, {label}", error, target, unit="°"))
     return found
 
 
@@ -118,54 +128,24 @@ def section(source: Source, results: Results) -> list[str]:
             for way, variant, name in _rows(source)
         ]
         lines += table([label, *(f"{gap} frames" for gap in gaps)], rows)
-        of = {gap: by_person(_errors(results, label, gap, POSE, DEFAULT, six=False)) for gap in gaps}
-        people = sorted({name for found in of.values() for name in found})
+        of = {gap: people(_errors(results, label, gap, POSE, DEFAULT)) for gap in gaps}
+        names = sorted({name for found in of.values() for name in found})
         lines += table(
-            [f"{label}, default, by subject", *people],
-            [[f"{gap} frames", *(number(of[gap].get(name)) for name in people)] for gap in gaps],
+            [f"{label}, default, by subject", *names],
+            [[f"{gap} frames", *(number(of[gap].get(name)) for name in names)] for gap in gaps],
         )
     return lines
-
-
-def errors(fill: Fill, segments: Sequence[Segment], gap: int) -> list[Errors]:
-    """Each segment that is long enough with its gap filled, against what was there."""
-    found = []
-    for s in long_enough(segments, gap):
-        first = (len(s.y) - gap) // 2
-        hole = slice(first, first + gap)
-        y = s.y.copy()
-        y[hole] = np.nan
-        shown = centred(y)
-        offset = np.nanmean(y - shown, axis=0)
-        apart = (fill(shown)[hole] + offset - s.y[hole])[:, ANGLES]
-        found.append(Errors(s.person, s.label, (apart**2).sum(0), gap))
-    return found
-
-
-def long_enough(segments: Sequence[Segment], gap: int) -> list[Segment]:
-    """Those with SIDE frames or more on both sides of such a gap."""
-    return [s for s in segments if len(s.y) >= gap + 2 * SIDE]
-
-
-def best_path(slds: SLDS, y: Array) -> Array:
-    """Smoothed along the papers' best switching path; with one state a motion, a Kalman smoother."""
-    return np.asarray(viterbi(slds, y).states.mean[:, : y.shape[1]])
-
-
-def sampled(slds: SLDS, recurrent: bool, y: Array) -> Array:
-    """`dynamics.motion.gaps` with one seed for all."""
-    return interpolate(slds, y, np.random.default_rng(11), recurrent=recurrent).mean
 
 
 class Nearest:
     """The mean of the NEAREST stretches of the training data whose SIDE frames before and after fit best."""
 
-    def __init__(self, segments: Sequence[Segment], gap: int) -> None:
+    def __init__(self, captures: Sequence[Capture], gap: int) -> None:
         span = gap + 2 * SIDE
         windows = [
             np.swapaxes(sliding_window_view(centred(s.y), span, axis=0), 1, 2)
-            for s in segments
-            if len(s.y) >= span
+            for s in captures
+            if spans(s.y, gap)
         ]
         self.gap = gap
         self.stretches = np.concatenate(windows)
@@ -188,29 +168,29 @@ class Nearest:
 def _rows(source: Source) -> list[tuple[str, Variant, str]]:
     """The way, the model's variant, and the name of each row."""
     rows = [
-        (way, (states, 2, NOISE), f"{Recipe.named(states, 2)}: {way}")
+        (way, (states, 2, NOISE), f"{named(states, 2)}: {way}")
         for states in sorted({4, STATES}, reverse=True)
         for way in ((POSE, PAPERS, PATH) if states == STATES else (POSE, PATH))
     ]
-    rows.append((POSE, (STATES, 1, NOISE), f"{Recipe.named(STATES, 1)}: {POSE}"))
-    rows += [(PATH, (1, order, NOISE), f"{Recipe.named(1, order)}: Kalman smoother") for order in (2, 1)]
+    rows.append((POSE, (STATES, 1, NOISE), f"{named(STATES, 1)}: {POSE}"))
+    rows += [(PATH, (1, order, NOISE), f"{named(1, order)}: Kalman smoother") for order in (2, 1)]
     rows += [(way, DEFAULT, way) for way in (LINE, SPLINE, CLOSE)]
     return source.some(rows)
 
 
 def _cell(results: Results, label: str, gap: int, way: str, variant: Variant) -> str:
-    everyone = _errors(results, label, gap, way, variant, six=False)
-    six = _errors(results, label, gap, way, variant, six=True)
-    people = list(by_person(everyone).values())
-    means = rms(everyone), float(np.mean(people)) if people else None, rms(six)
-    return " / ".join(map(number, means))
+    everyone, six = (_errors(results, label, gap, way, variant, six=six) for six in (False, True))
+    return " / ".join(map(number, summary(everyone, six)))
 
 
-def _errors(results: Results, label: str, gap: int, way: str, variant: Variant, *, six: bool) -> list[Errors]:
+def _errors(
+    results: Results, label: str, gap: int, way: str, variant: Variant, *, six: bool = False
+) -> list[Errors]:
+    """Of everybody by the model that was learned without them; of the six by the one without all six."""
     return [
         e
         for job, found in results.items()
         if isinstance(job, Filling) and (job.label, job.gap, job.way) == (label, gap, way)
-        if job.learned.variant == variant and (job.learned.excluded == SPLICED) == six
+        if of_variant(job.learned, variant, six)
         for e in found
     ]

@@ -9,40 +9,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import Labelling, classify, classify_hmm
-from dynamics.posterior import InferWithHints
 from dynamics.region import POSE
 from dynamics.slds import SLDS
-from dynamics.variational import variational_all
-from dynamics.viterbi import viterbi_all
 from tests.benchmarks.motion.data import (
-    ANGLES,
     SHOWN_STATES,
     SPLICED,
     STATES,
-    Recipe,
+    Results,
     Source,
     Splices,
+    named,
     splices,
 )
-from tests.benchmarks.motion.page import Claim, Results, number, table
+from tests.benchmarks.page import Claim, number, table
+from tracker.experiments.measures import ANGLES, wrong_frames
+from tracker.experiments.study import Recipe
 from tracker.models.learn import NOISE
+from tracker.motion.choices import Inference
+from tracker.motion.tasks import INFERENCES
 
 FAR = 10
 NOISES = (2, 5, 10)
 MIDDLE = 5  # the papers' noise
-INFERENCES: dict[str, InferWithHints] = {
-    "viterbi": viterbi_all,
-    "gpb2": gpb2_all,
-    "variational": variational_all,
-}
-INFERENCE = "gpb2"  # what figtrack classify uses unless asked
+INFERENCE = Inference.GPB2  # what figtrack classify uses unless asked
 TARGETS = {2: 2.2, 5: 2.5, 10: 3.5}
 FAR_TARGETS = {2: 0.3, 5: 0.3}
 SEEN_TARGETS = {5: 1.8}  # learned on all subjects, the splices' own included
-SEEN: tuple[str, ...] = ()
+SEEN = frozenset[str]()
 
 
 @dataclass(frozen=True)
@@ -60,7 +55,7 @@ class Segmentation:
 
     recipe: Recipe
     noise: int
-    inference: str = INFERENCE
+    inference: Inference = INFERENCE
     pose: float = POSE
 
     def run(self, source: Source, model: SLDS | HMM | None) -> Wrong:
@@ -74,15 +69,10 @@ class Segmentation:
 
 def compare(cut: Splices, found: list[Labelling]) -> Wrong:
     """Labels found against the true ones."""
-    label = np.array([name for labelling in found for name in labelling.label])
-    wrong = label != cut.label
-    return Wrong(
-        all=100.0 * float(wrong.mean()),
-        far=100.0 * float(wrong[cut.junction > FAR].mean()),
-        subjects={
-            s: 100.0 * float(wrong[cut.subject == s].mean()) for s in sorted(set(cut.subject.tolist()))
-        },
-    )
+    labels = [label for labelling in found for label in labelling.label]
+    wrong, everywhere, far = wrong_frames(labels, cut.label, cut.junction > FAR)
+    subjects = np.unique(cut.subject).tolist()
+    return Wrong(everywhere, far, {s: 100.0 * float(wrong[cut.subject == s].mean()) for s in subjects})
 
 
 def jobs(source: Source) -> Iterator[Segmentation]:
@@ -95,19 +85,24 @@ def jobs(source: Source) -> Iterator[Segmentation]:
 
 def claims(results: Results) -> list[Claim]:
     """The default model against the targets."""
-    unseen = {noise: results[Segmentation(Recipe(excluded=SPLICED), noise)] for noise in NOISES}
+    unseen = {noise: results[Segmentation(Recipe(held=SPLICED), noise)] for noise in NOISES}
     found = [
-        Claim(f"splices, {noise}° of noise, wrong frames", unseen[noise].all, target, " %")
+        Claim(f"splices, {noise}° of noise, wrong frames", unseen[noise].all, target, unit=" %")
         for noise, target in TARGETS.items()
     ]
     found += [
-        Claim(f"the same more than {FAR} frames from any junction, {noise}°", unseen[noise].far, target, " %")
+        Claim(
+            f"the same more than {FAR} frames from any junction, {noise}°",
+            unseen[noise].far,
+            target,
+            unit=" %",
+        )
         for noise, target in FAR_TARGETS.items()
     ]
     for noise, target in SEEN_TARGETS.items():
-        seen = results[Segmentation(Recipe(excluded=SEEN), noise)]
+        seen = results[Segmentation(Recipe(held=SEEN), noise)]
         found.append(
-            Claim(f"splices, {noise}°, learned on all subjects (the paper: 2.9)", seen.all, target, " %")
+            Claim(f"splices, {noise}°, learned on all subjects (the paper: 2.9)", seen.all, target, unit=" %")
         )
     return found
 
@@ -119,7 +114,7 @@ def section(source: Source, results: Results) -> list[str]:
         "",
         f"Wrong frames in per cent, all and more than {FAR} frames from any junction (`far`), at noise",
         f"of {', '.join(map(str, NOISES))} degrees on six angles, the root not shown. Learned without the",
-        f"splices' subjects {', '.join(SPLICED)}; in the last column on all,",
+        f"splices' subjects {', '.join(sorted(SPLICED))}; in the last column on all,",
         f"scored at {MIDDLE} degrees. The papers have no term for the pose; order 1 is",
         "scored there only.",
         "",
@@ -139,19 +134,19 @@ def section(source: Source, results: Results) -> list[str]:
             for level in NOISES
         }
         seen = results[Segmentation(Recipe(states, order, noise, SEEN), MIDDLE, inference, pose)]
-        cells = [Recipe.named(states, order, noise), inference, "yes" if pose else "no"]
+        cells = [named(states, order, noise), inference, "yes" if pose else "no"]
         cells += [number(w and w.all) for w in map(unseen.get, NOISES)]
         cells += [number(w and w.far) for w in map(unseen.get, FAR_TARGETS)]
         rows.append([*cells, number(seen.all)])
     lines += table(header, rows)
-    by = {noise: results[Segmentation(Recipe(excluded=SPLICED), noise)].subjects for noise in NOISES}
+    by = {noise: results[Segmentation(Recipe(held=SPLICED), noise)].subjects for noise in NOISES}
     lines += ["Subject by subject, the default model:", ""]
     return lines + table(
         ["", *by[MIDDLE]], [[f"{noise}°", *map(number, of.values())] for noise, of in by.items()]
     )
 
 
-def _rows(source: Source) -> list[tuple[int, int, float, str, float]]:
+def _rows(source: Source) -> list[tuple[int, int, float, Inference, float]]:
     """States, order, noise learned at, inference and the pose's weight of each row, the default first."""
     rows = [
         (states, order, NOISE, inference, pose)
@@ -162,5 +157,5 @@ def _rows(source: Source) -> list[tuple[int, int, float, str, float]]:
     ]
     for states in sorted({4, STATES}, reverse=True):
         rows.append((states, 2, float(MIDDLE), INFERENCE, POSE))
-        rows += [(states, 0, noise, "hmm", 0.0) for noise in (NOISE, float(MIDDLE))]
+        rows += [(states, 0, noise, Inference.HMM, 0.0) for noise in (NOISE, float(MIDDLE))]
     return source.some(rows)

@@ -9,31 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import welch
 
+from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import synthesise
 from dynamics.slds import SLDS
 from kinematics.mocap import POSE_COLUMNS
-from tests.benchmarks.motion.data import (
-    ANGLES,
-    FPS,
-    MOTIONS,
-    SHOWN_STATES,
-    STATES,
-    Array,
-    Recipe,
-    Segment,
-    Source,
-    centred,
-    shown,
-)
-from tests.benchmarks.motion.page import Claim, Results, number, table
+from kinematics.mocap import Sequence as Capture
+from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, STATES, Results, Source, both, named, study
+from tests.benchmarks.page import Claim, number, table
+from tracker.experiments.measures import ANGLES, WIDER, centred, out_of_range
+from tracker.experiments.study import FPS, Recipe
 
 FRAMES = 500
 SEEDS = 10
 WINDOW = 64  # frames of a Hann window, overlapping by half, the mean taken off
 HIGHEST = 6.0  # Hz
 WEAKEST = 0.01  # of an angle's highest peak
-WIDER = 0.05  # of an angle's range, on either side
 BOUND = 1.0  # the same, for motions that need only be bounded
 SHORTEST, LONGEST = 12, 60  # frames of a stride
 OUT, STRIDE, SPECTRUM, RUN_STRIDE = 4.0, 10.0, 1.6, 20.0  # targets; per cent, but the spectrum's decibels
@@ -73,9 +64,8 @@ class Making:
     def run(self, source: Source, model: SLDS | HMM | None) -> Likeness:
         """See `compare`."""
         assert isinstance(model, SLDS)
-        return compare(
-            model, shown(source, self.recipe), self.recurrent, QUICK_SEEDS if source.quick else SEEDS
-        )
+        known = both(study(source).lessons(self.recipe))
+        return compare(model, known, self.recurrent, QUICK_SEEDS if source.quick else SEEDS)
 
 
 def jobs(source: Source) -> Iterator[Making]:
@@ -91,13 +81,16 @@ def claims(results: Results) -> list[Claim]:
     walk, run = (results[Making(Recipe(motions=(label,)), True)] for label in MOTIONS)
     decibels = float("nan") if walk.decibels is None else walk.decibels
     return [
-        Claim("synthesis, walk: frames out of the training range", 100.0 * walk.out, OUT, " %"),
-        Claim("synthesis, walk: stride off the data's by", 100.0 * walk.stride_error, STRIDE, " %"),
-        Claim("synthesis, walk: power spectrum off the data's by", decibels, SPECTRUM, " dB"),
+        Claim("synthesis, walk: frames out of the training range", 100.0 * walk.out, OUT, unit=" %"),
+        Claim("synthesis, walk: stride off the data's by", 100.0 * walk.stride_error, STRIDE, unit=" %"),
+        Claim("synthesis, walk: power spectrum off the data's by", decibels, SPECTRUM, unit=" dB"),
         Claim(
-            "synthesis, run: frames not finite, or out by more than a range", 100.0 * run.far_out, 0.0, " %"
+            "synthesis, run: frames not finite, or out by more than a range",
+            100.0 * run.far_out,
+            0.0,
+            unit=" %",
         ),
-        Claim("synthesis, run: stride off the data's by", 100.0 * run.stride_error, RUN_STRIDE, " %"),
+        Claim("synthesis, run: stride off the data's by", 100.0 * run.stride_error, RUN_STRIDE, unit=" %"),
     ]
 
 
@@ -130,33 +123,25 @@ def section(source: Source, results: Results) -> list[str]:
         for states, order in _rows(source):
             for recurrent in (True, False):
                 like = results[Making(Recipe(states, order, motions=(label,)), recurrent)]
-                rows.append(
-                    [Recipe.named(states, order), "by the pose" if recurrent else "papers'", *_cells(like)]
-                )
+                rows.append([named(states, order), "by the pose" if recurrent else "papers'", *_cells(like)])
         lines += table([label, *header[1:]], rows)
     return lines
 
 
-def compare(slds: SLDS, segments: Sequence[Segment], recurrent: bool, seeds: int = SEEDS) -> Likeness:
+def compare(slds: SLDS, captures: Sequence[Capture], recurrent: bool, seeds: int = SEEDS) -> Likeness:
     """Motions of FRAMES frames from several seeds."""
     made = [
         synthesise(slds, FRAMES, np.random.default_rng(seed), recurrent=recurrent)[1] for seed in range(seeds)
     ]
-    y = np.concatenate([centred(s.y) for s in segments])[:, ANGLES]
-    low, high = y.min(0), y.max(0)
-    angles = np.concatenate(made)[:, ANGLES]
-    finite = bool(np.isfinite(angles).all())
-
-    def outside(share: float) -> float:
-        wider = share * (high - low)
-        return float((~((angles > low - wider) & (angles < high + wider))).any(1).mean())
-
+    y, known = np.concatenate(made), [c.y for c in captures]
+    finite = bool(np.isfinite(y[:, ANGLES]).all())
+    out, far_out = (float(out_of_range(y, known, wider).mean()) for wider in (WIDER, BOUND))
     strides = tuple(stride([m]) for m in made) if finite else ()
-    long = [s for s in segments if len(s.y) >= WINDOW]
+    long = [c for c in captures if len(c.y) >= WINDOW]
     decibels = (
         _distance(spectrum([[m] for m in made]), spectrum(_by_subject(long))) if long and finite else None
     )
-    return Likeness(finite, outside(WIDER), outside(BOUND), strides, data_stride(segments), decibels)
+    return Likeness(finite, out, far_out, strides, data_stride(captures), decibels)
 
 
 def stride(ys: Sequence[Array]) -> float:
@@ -177,9 +162,9 @@ def stride(ys: Sequence[Array]) -> float:
     return float(lags[n] + 0.5 * (before - after) / (before - 2.0 * here + after))
 
 
-def data_stride(segments: Sequence[Segment]) -> float:
+def data_stride(captures: Sequence[Capture]) -> float:
     """The mean over subjects of each one's."""
-    return float(np.mean([stride(ys) for ys in _by_subject(segments)]))
+    return float(np.mean([stride(ys) for ys in _by_subject(captures)]))
 
 
 def spectrum(groups: Sequence[Sequence[Array]]) -> Array:
@@ -216,6 +201,6 @@ def _distance(made: Array, wanted: Array) -> float:
     return float(np.sqrt(np.mean((10.0 * np.log10(made[strong] / wanted[strong])) ** 2)))
 
 
-def _by_subject(segments: Sequence[Segment]) -> list[list[Array]]:
-    subjects = dict.fromkeys(s.subject for s in segments)
-    return [[centred(s.y) for s in segments if s.subject == subject] for subject in subjects]
+def _by_subject(captures: Sequence[Capture]) -> list[list[Array]]:
+    subjects = dict.fromkeys(c.subject for c in captures)
+    return [[centred(c.y) for c in captures if c.subject == subject] for subject in subjects]

@@ -1,8 +1,6 @@
 """The page of what a tracked frame costs."""
 
-from tests.benchmarks.evaluation.page import written
-from tests.benchmarks.evaluation.targets import Target, target_table
-from tests.benchmarks.motion.page import table
+from tests.benchmarks.page import Claim, claim_table, table, written
 from tests.benchmarks.speed.tracking import AIM, LIMIT, LONG, MOST_MEMORY, Cost, Growth, Memory
 from tracker.clip.job import Job
 
@@ -20,13 +18,13 @@ def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memor
     lines = [
         "# Speed",
         "",
-        f"Written by `make bench` at commit {written()}, on {job.video.stem} with {job.model}.",
+        f"{written('bench')}, on {job.video.stem} with {job.model}.",
         "",
         WHAT,
         "",
         "## What is wanted",
         "",
-        *target_table(targets(cost, hypotheses, points, memory)),
+        *claim_table(claims(cost, hypotheses, points, memory)),
         "## A frame by stage",
         "",
         *_stages(cost),
@@ -42,14 +40,14 @@ def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memor
     return "\n".join(lines)
 
 
-def targets(cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> list[Target]:
+def claims(cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> list[Claim]:
     """What a frame is to cost."""
     return [
-        Target("a frame against Lucas-Kanade's", cost.ratio, LIMIT),
-        Target(f"a frame against {AIM:.0f} a second", AIM / cost.rate, 1.0),
-        Target("cost beside a line in hypotheses", hypotheses.astray, STRAIGHT),
-        Target("cost beside a line in template points", points.astray, STRAIGHT),
-        Target(f"MB resident after {LONG} frames", memory.after, MOST_MEMORY),
+        Claim("a frame against Lucas-Kanade's", cost.ratio, LIMIT),
+        Claim(f"a frame against {AIM:.0f} a second", AIM / cost.rate, 1.0),
+        Claim("cost beside a line in hypotheses", hypotheses.astray, STRAIGHT),
+        Claim("cost beside a line in template points", points.astray, STRAIGHT),
+        Claim(f"MB resident after {LONG} frames", memory.after, MOST_MEMORY),
     ]
 
 

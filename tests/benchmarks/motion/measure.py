@@ -1,0 +1,28 @@
+"""All that docs/motion.md shows, measured in processes of their own."""
+
+from dynamics.hmm import HMM
+from dynamics.slds import SLDS
+from tests.benchmarks.motion import ahead, gaps, splices, synthesis
+from tests.benchmarks.motion.data import Job, Results, Source, learn
+from tests.benchmarks.processes import each, spawned
+from tracker.progress import Progress
+
+SECTIONS = (splices, ahead, gaps, synthesis)
+
+
+def measure(source: Source, progress: Progress) -> Results:
+    """The answer of every job; each model is learned once, the slowest first."""
+    jobs: list[Job] = list(dict.fromkeys(job for part in SECTIONS for job in part.jobs(source)))
+    recipes = {job.recipe for job in jobs if job.recipe is not None}
+    slowest = sorted(recipes, key=lambda recipe: -recipe.cost)
+    with spawned() as pool:
+        learned = each(pool, learn, [(source, recipe) for recipe in slowest], progress, "learning")
+        models = dict(zip(slowest, learned, strict=True))
+        jobs.sort(key=lambda job: -job.recipe.cost if job.recipe else 0)
+        handed = [(source, job, models.get(job.recipe) if job.recipe else None) for job in jobs]
+        return dict(zip(jobs, each(pool, run, handed, progress, "measuring"), strict=True))
+
+
+def run(source: Source, job: Job, model: SLDS | HMM | None) -> object:
+    """The answer of one job."""
+    return job.run(source, model)

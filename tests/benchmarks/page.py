@@ -1,0 +1,57 @@
+"""What pages of figures share: Markdown tables, claims beside what was measured, which command wrote them."""
+
+import subprocess
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+TRY = "**A quick try on little data: the figures mean nothing.**"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A figure that is to lie between two bounds; NaN where nothing was measured, which reaches nothing.
+
+    unit : told after figures of two decimals; without one there are three digits
+    """
+
+    text: str
+    value: float
+    most: float
+    least: float = 0.0
+    unit: str = ""
+
+    @property
+    def reached(self) -> bool:
+        """Whether it lies there."""
+        return self.least <= self.value <= self.most
+
+    def row(self) -> list[str]:
+        """The cells of its row in `claim_table`."""
+        wanted = f"at most {self.most:g}" if self.least == 0.0 else f"{self.least:g} to {self.most:g}"
+        measured = f"{self.value:.2f}" if self.unit else f"{self.value:.3g}"
+        return [self.text, wanted + self.unit, measured + self.unit, "yes" if self.reached else "**no**"]
+
+
+def claim_table(claims: Iterable[Claim]) -> list[str]:
+    """Lines of a table, an empty one after it."""
+    return table(("", "wanted", "measured", "reached"), [claim.row() for claim in claims])
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Lines of a table, an empty one after it."""
+    lines = [header, ["---"] * len(header), *rows]
+    return [f"| {' | '.join(line)} |" for line in lines] + [""]
+
+
+def number(value: float | None) -> str:
+    """Two decimals, or a dash for what was not measured."""
+    return "-" if value is None or value != value else f"{value:.2f}"
+
+
+def written(command: str) -> str:
+    """Which command wrote a page, at which commit and when."""
+    commit = subprocess.run(
+        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
+    )
+    return f"Written by `make {command}` at commit {commit.stdout.strip()} on {datetime.now(UTC):%Y-%m-%d}"

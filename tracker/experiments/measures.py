@@ -1,0 +1,173 @@
+"""What every experiment measures with: poses as models see them, errors by person, rivals, gaps, ranges.
+
+An experiment's protocol says who is left out, which noise is drawn and what is shown. Poses are (T, 8) in
+body units.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from dynamics.gaussian import Array
+from dynamics.learning.em import from_origin
+from dynamics.motion.gaps import interpolate
+from dynamics.motion.tasks import forecasts
+from dynamics.slds import SLDS, constant_velocity
+from dynamics.viterbi import viterbi
+from kinematics.mocap import POSE_COLUMNS
+from kinematics.mocap import Sequence as Capture
+from tracker.experiments.study import FPS
+from tracker.models.find import TRAVELLING
+
+ROOT, ANGLES = slice(0, 2), slice(2, None)
+NECK = POSE_COLUMNS.index("neck")
+CHANGES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # degrees a frame a frame
+MEASURED = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)  # degrees
+NOISES = tuple(product(CHANGES, MEASURED))  # that constant velocity is tried at
+FIRST_SPEED = 4.0  # degrees a frame
+SIDE = 10  # frames that must be left on each side of a gap
+WIDER = 0.05  # of an angle's range, on either side, within which a pose may be a walk's
+
+Fill = Callable[[Array], Array]
+Noises = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Squares (6,) of one capture's angles, radians, summed over `count` frames."""
+
+    person: str
+    squares: Array = field(repr=False)
+    count: int
+
+
+def errors(person: str, found: Array, wanted: Array) -> Errors:
+    """Of poses found, against those wanted."""
+    return Errors(person, ((found - wanted)[:, ANGLES] ** 2).sum(0), len(wanted))
+
+
+def rms(every: Iterable[Errors]) -> float:
+    """Degrees, pooled over angles and frames; NaN of none."""
+    kept = list(every)
+    squares = sum(float(e.squares.sum()) for e in kept)
+    return float(np.degrees(np.sqrt(squares / sum(6 * e.count for e in kept)))) if kept else float("nan")
+
+
+def by_person(every: Iterable[Errors]) -> dict[str, float]:
+    """Degrees, of every person by themselves."""
+    kept = list(every)
+    return {name: rms(e for e in kept if e.person == name) for name in sorted({e.person for e in kept})}
+
+
+def centred(y: Array) -> Array:
+    """The poses less the neck's mean over what was measured, and counted from the root's first place."""
+    out = from_origin(y, POSE_COLUMNS, TRAVELLING)
+    out[:, NECK] -= np.nanmean(out[:, NECK])
+    return out
+
+
+def noisy(y: Array, degrees: float, rng: np.random.Generator, root: float = 0.0) -> Array:
+    """White noise on every angle, and on the root in leg lengths."""
+    spread = np.r_[root, root, np.full(y.shape[1] - 2, np.radians(degrees))]
+    return np.asarray(y + spread * rng.normal(size=y.shape))
+
+
+def rootless(y: Array) -> Array:
+    """The angles alone: the root was not measured."""
+    blank = y.copy()
+    blank[:, ROOT] = np.nan
+    return blank
+
+
+def wrong_frames(
+    found: Sequence[str], wanted: Sequence[str], far: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], float, float]:
+    """Which frames have the wrong motion; per cent of all, and of those `far` (NaN of none)."""
+    wrong = np.asarray(found) != np.asarray(wanted)
+    share = 100.0 * float(wrong[far].mean()) if far.any() else float("nan")
+    return wrong, 100.0 * float(wrong.mean()), share
+
+
+def forecast_errors(captures: Sequence[Capture], means: Sequence[Array], first: int = 1) -> list[Errors]:
+    """Errors of forecasts (T or more, 8) from frame `first` on, or of the last frame of a shorter capture."""
+    return [
+        errors(c.subject, mean[min(first, len(c.y) - 1) : len(c.y)], centred(c.y)[min(first, len(c.y) - 1) :])
+        for c, mean in zip(captures, means, strict=True)
+    ]
+
+
+def rival_errors(
+    captures: Sequence[Capture],
+    ys: Sequence[Array],
+    horizon: int = 1,
+    first: int = 1,
+    noises: Sequence[Noises] = NOISES,
+) -> dict[Noises, list[Errors]]:
+    """Errors of constant velocity at each pair of noises; it keeps to its R, which `predict` may raise."""
+    return {
+        pair: forecast_errors(captures, [f.mean for f in forecasts(rival(*pair), ys, horizon)], first)
+        for pair in noises
+    }
+
+
+def best_noises(tried: dict[Noises, list[Errors]]) -> Noises:
+    """Those with the least error."""
+    return min(tried, key=lambda pair: rms(tried[pair]))
+
+
+def rival(change: float, measured: float) -> SLDS:
+    """Constant velocity at noises in degrees: change of speed a frame, and what is measured."""
+    M = len(POSE_COLUMNS)
+    slds = constant_velocity(
+        POSE_COLUMNS, np.full(M, np.radians(change)), np.full(M, np.radians(FIRST_SPEED)), FPS
+    )
+    return replace(slds, R=np.radians(measured) ** 2 * np.eye(M))
+
+
+def spans(y: Array, gap: int) -> bool:
+    """Whether a gap in the middle leaves SIDE frames or more on both sides."""
+    return len(y) >= gap + 2 * SIDE
+
+
+def gappy(y: Array, hole: slice) -> tuple[Array, Array]:
+    """Poses without the frames of a hole, as a model is shown them, and what is to be added again."""
+    blank = y.copy()
+    blank[hole] = np.nan
+    shown = centred(blank)
+    return shown, np.nanmean(blank - shown, axis=0)
+
+
+def gap_errors(fill: Fill, capture: Capture, gap: int) -> Errors:
+    """A capture that `spans` a gap of so many frames in its middle, with the gap filled."""
+    y, first = capture.y, (len(capture.y) - gap) // 2
+    hole = slice(first, first + gap)
+    shown, offset = gappy(y, hole)
+    return errors(capture.subject, fill(shown)[hole] + offset, y[hole])
+
+
+def across(degree: int, y: Array) -> Array:
+    """Straight lines (1) across the gaps, or a cubic spline (3) through everything measured."""
+    t = np.flatnonzero(~np.isnan(y).any(1))
+    return np.asarray(make_interp_spline(t, y[t], k=degree)(np.arange(len(y))))
+
+
+def best_path(slds: SLDS, y: Array) -> Array:
+    """Smoothed along the papers' best switching path; with one state a motion, a Kalman smoother."""
+    return np.asarray(viterbi(slds, y).states.mean[:, : y.shape[1]])
+
+
+def sampled(slds: SLDS, recurrent: bool, seed: Sequence[int] | int, y: Array) -> Array:
+    """`dynamics.motion.gaps`, one seed for every gap."""
+    return interpolate(slds, y, np.random.default_rng(seed), recurrent=recurrent).mean
+
+
+def out_of_range(made: Array, known: Iterable[Array], wider: float) -> NDArray[np.bool_]:
+    """(T,) whether a pose has an angle outside the known ones', widened by a share of their range."""
+    angles = np.concatenate([centred(y) for y in known])[:, ANGLES]
+    low, high = angles.min(0), angles.max(0)
+    inside = np.abs(made[:, ANGLES] - 0.5 * (low + high)) <= (0.5 + wider) * (high - low)
+    return np.asarray(~inside.all(1))
