@@ -20,9 +20,11 @@ test: $(VENV)/installed-dev
 	$(COMPILE) & $(BIN)/mypy && wait
 	$(BIN)/pytest -n auto
 
-# What the documentation promises: its commands are run, and with $FIGTRACK_DATA its claims about real clips.
+# What the documentation promises: its commands are run, with $FIGTRACK_DATA its claims about real clips, and what
+# the tools under tests/benchmarks are tested by.
 check: $(VENV)/installed-dev
 	$(BIN)/pytest -n auto -m "claims or handbook"
+	$(BIN)/pytest tests/benchmarks/test_tools.py
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
 LEARN := $(BIN)/figtrack learn --trials $(MOCAP) --overwrite --settings dynamics/models

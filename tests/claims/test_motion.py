@@ -13,20 +13,19 @@ import pytest
 from dynamics.hmm import HMM
 from dynamics.slds import SLDS, combine
 from tests.benchmarks.motion.ahead import SHARE, Forecast, Rival
-from tests.benchmarks.motion.data import MOTIONS, SPLICED, Job, Recipe, Source, learn, rms
+from tests.benchmarks.motion.data import MOTIONS, SPLICED, Job, Source, learn
+from tests.benchmarks.motion.measure import run
 from tests.benchmarks.motion.splices import FAR_TARGETS, MIDDLE, SEEN, SEEN_TARGETS, TARGETS, Segmentation
 from tests.benchmarks.motion.synthesis import OUT, RUN_STRIDE, STRIDE, Likeness, Making
 from tests.benchmarks.processes import spawned
+from tracker.experiments.measures import rms
+from tracker.experiments.study import Recipe
+from tracker.motion.choices import Inference
 
 pytestmark = pytest.mark.claims
 
-UNSEEN = Recipe(excluded=SPLICED)
+UNSEEN = Recipe(held=SPLICED)
 ALONE = {label: Recipe(motions=(label,)) for label in MOTIONS}
-
-
-def run(job: Job, source: Source, model: SLDS | HMM | None) -> Any:
-    """In a process of its own."""
-    return job.run(source, model)
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +51,8 @@ def measured(source: Source, pool: Executor, models: dict[Recipe, SLDS | HMM]) -
     """The answer of every job, of the models by the jobs' recipes."""
     seen = combine([model for label in MOTIONS if isinstance(model := models[ALONE[label]], SLDS)])
     jobs: list[Job] = [
-        Segmentation(Recipe(excluded=SEEN), MIDDLE, "viterbi"),
-        *(Segmentation(UNSEEN, noise, "viterbi") for noise in TARGETS),
+        Segmentation(Recipe(held=SEEN), MIDDLE, Inference.VITERBI),
+        *(Segmentation(UNSEEN, noise, Inference.VITERBI) for noise in TARGETS),
         Forecast(UNSEEN, "run"),
         Rival("run", SPLICED),
         *(Making(ALONE[label], True) for label in MOTIONS),
@@ -69,7 +68,7 @@ def measured(source: Source, pool: Executor, models: dict[Recipe, SLDS | HMM]) -
 def test_motions_of_people_not_learned_from_are_told_apart_in_nearly_all_frames(
     measured: dict[Job, Any], noise: int
 ) -> None:
-    wrong = measured[Segmentation(UNSEEN, noise, "viterbi")]
+    wrong = measured[Segmentation(UNSEEN, noise, Inference.VITERBI)]
     assert wrong.all <= TARGETS[noise], wrong
     assert wrong.far <= FAR_TARGETS.get(noise, 100.0), wrong
 
@@ -77,7 +76,7 @@ def test_motions_of_people_not_learned_from_are_told_apart_in_nearly_all_frames(
 def test_motions_of_people_learned_from_are_told_apart_better_than_in_the_paper(
     measured: dict[Job, Any],
 ) -> None:
-    assert measured[Segmentation(Recipe(excluded=SEEN), MIDDLE, "viterbi")].all <= SEEN_TARGETS[MIDDLE]
+    assert measured[Segmentation(Recipe(held=SEEN), MIDDLE, Inference.VITERBI)].all <= SEEN_TARGETS[MIDDLE]
 
 
 def test_the_next_frame_of_a_run_is_foreseen_better_than_by_the_best_constant_velocity(

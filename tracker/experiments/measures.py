@@ -18,12 +18,12 @@ from dynamics.motion.gaps import interpolate
 from dynamics.motion.tasks import forecasts
 from dynamics.slds import SLDS, constant_velocity
 from dynamics.viterbi import viterbi
+from kinematics.figure import ROOT
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments.study import FPS
-from tracker.models.find import TRAVELLING
 
-ROOT, ANGLES = slice(0, 2), slice(2, None)
+ANGLES = slice(2, None)
 NECK = POSE_COLUMNS.index("neck")
 CHANGES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # degrees a frame a frame
 MEASURED = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)  # degrees
@@ -65,7 +65,7 @@ def by_person(every: Iterable[Errors]) -> dict[str, float]:
 
 def centred(y: Array) -> Array:
     """The poses less the neck's mean over what was measured, and counted from the root's first place."""
-    out = from_origin(y, POSE_COLUMNS, TRAVELLING)
+    out = from_origin(y, POSE_COLUMNS, ROOT)
     out[:, NECK] -= np.nanmean(out[:, NECK])
     return out
 
@@ -79,7 +79,7 @@ def noisy(y: Array, degrees: float, rng: np.random.Generator, root: float = 0.0)
 def rootless(y: Array) -> Array:
     """The angles alone: the root was not measured."""
     blank = y.copy()
-    blank[:, ROOT] = np.nan
+    blank[:, : len(ROOT)] = np.nan
     return blank
 
 
