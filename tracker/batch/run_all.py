@@ -16,7 +16,7 @@ from tracker.clip.job import Job
 from tracker.errors import fault
 from tracker.models.cluster import cluster_at, local_cluster
 from tracker.progress import Progress
-from tracker.report.write import write_run
+from tracker.report.results import write_run
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
 from tracker.run.read import RunError, read_news, read_run
 from tracker.tables.table import write_table

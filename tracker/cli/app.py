@@ -69,7 +69,7 @@ def track(
     Or: figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates
     """
     from tracker.clip.follow import follow
-    from tracker.report.write import write_run
+    from tracker.report.results import write_run
     from tracker.run.folder import fresh_folder
 
     shown, folder = common.shown(), out or beside(video, "track")

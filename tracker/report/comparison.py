@@ -12,8 +12,8 @@ from tracker.progress import Progress
 from tracker.report.chapter import Chapter
 from tracker.report.html_tables import text_table
 from tracker.report.page import write_comparison
+from tracker.report.results import write_run
 from tracker.report.sheets import write_error_plot, write_sheet
-from tracker.report.write import write_run
 from tracker.run.score import SCORED, Score, places, score
 from tracker.tables.keypoints import Marks
 

@@ -18,7 +18,7 @@ from tracker.clip.job import Job
 from tracker.clip.plan import prepare
 from tracker.clip.start import StartError
 from tracker.progress import Progress
-from tracker.report.write import write_run
+from tracker.report.results import write_run
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
 from videos.frames import Video, VideoError

@@ -15,7 +15,7 @@ from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.picture.camera import Camera, first_camera
 from tracker.progress import Progress
-from tracker.report.write import write_run
+from tracker.report.results import write_run
 from tracker.run.score import places, score
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
