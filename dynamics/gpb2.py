@@ -30,11 +30,6 @@ from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
 
-def gpb2(slds: SLDS, y: Array, hints: Array | None = None) -> Posterior:
-    """The approximate posterior over one sequence; see `gpb2_all`."""
-    return gpb2_all(slds, [y], None if hints is None else [hints])[0]
-
-
 def gpb2_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Posterior]:
     """The approximate posterior over each of several sequences.
 

@@ -32,14 +32,6 @@ BATCH = 64  # sequences at a time; fewer where an array would hold
 LARGEST = 2**25  # numbers
 
 
-def variational(
-    slds: SLDS, y: Array, hints: Array | None = None, *, rounds: int = ROUNDS, tolerance: float = TOLERANCE
-) -> Posterior:
-    """The posterior of one sequence y (T, M); see `variational_all`."""
-    others = None if hints is None else [hints]
-    return variational_all(slds, [y], others, rounds=rounds, tolerance=tolerance)[0]
-
-
 def variational_all(
     slds: SLDS,
     ys: Sequence[Array],

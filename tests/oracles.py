@@ -186,6 +186,15 @@ def enumerated(slds: SLDS, y: Array) -> Posterior:
     )
 
 
+def single(infer: Callable[..., list[Posterior]]) -> Callable[..., Posterior]:
+    """An inference, of one sequence."""
+
+    def of_one(slds: SLDS, y: Array, hints: Array | None = None, **options: object) -> Posterior:
+        return infer(slds, [y], None if hints is None else [hints], **options)[0]
+
+    return of_one
+
+
 def enumerated_all(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
     """The exact posterior of each sequence."""
     return [enumerated(slds, y) for y in ys]

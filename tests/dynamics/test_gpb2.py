@@ -9,13 +9,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian, collapse
-from dynamics.gpb2 import gpb2, gpb2_all
+from dynamics.gpb2 import gpb2_all
 from dynamics.gpb2_filter import gpb2_filter, gpb2_filter_all
 from dynamics.learning.em import learn
 from dynamics.learning.options import Options
-from tests.oracles import condition, enumerated, given_path, random_slds, sum_over_paths
+from tests.oracles import condition, enumerated, given_path, random_slds, single, sum_over_paths
 
-STATE_FIELDS = ("A", "b", "Q", "mean0", "cov0")
+gpb2 = single(gpb2_all)
 
 # The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
 SMOOTHED = 1e-9
@@ -28,10 +28,8 @@ def drawn(slds, T, rng, *, gaps=False):
     return y
 
 
-def plain(slds, y, hints, *, papers=False):
+def plain(slds, y, hints):
     """The equations one pair at a time, with inverses and probabilities: filter, then smoother.
-
-    The papers' smoother weighs a pair by Pi and the filter alone.
 
     Returns log evidence, filtered and smoothed probabilities, and pairs (T-1, K, K); given each s_t, the
     smoothed mean and cov of x_t, and of [x_t; x_{t-1}].
@@ -72,8 +70,7 @@ def plain(slds, y, hints, *, papers=False):
                 covs[k, j] = P[t][j] + J @ (Ps[k] - V) @ J.T
                 lags[k, j] = Ps[k] @ J.T
                 U[k, j] = slds.Pi[j, k] * mu[t][j]
-                if not papers:
-                    U[k, j] *= np.exp(multivariate_normal(ahead, 0.5 * (V + V.T)).logpdf(xs[k]))
+                U[k, j] *= np.exp(multivariate_normal(ahead, 0.5 * (V + V.T)).logpdf(xs[k]))
         U /= U.sum(1, keepdims=True)
         steps.append(
             [
@@ -97,22 +94,20 @@ def plain(slds, y, hints, *, papers=False):
     return log_evidence, np.array(mu), np.array(prob[::-1]), pairs[::-1], states[::-1], steps[::-1]
 
 
+def papers_smoother(slds, filtered):
+    """Pr(s_t) (T, K) given all frames, from that given the frames so far: pairs are weighed by Pi alone."""
+    prob = [filtered[-1]]
+    for before in filtered[-2::-1]:
+        U = slds.Pi * before[:, None]
+        prob.append((U / U.sum(0)) @ prob[-1])
+    return np.array(prob[::-1])
+
+
 def mixture(weights, means, covs):
     """The moments of a mixture, by its raw second moments."""
     mean = sum(w * m for w, m in zip(weights, means, strict=True))
     square = sum(w * (V + np.outer(m, m)) for w, m, V in zip(weights, means, covs, strict=True))
     return mean, square - np.outer(mean, mean)
-
-
-def permuted(slds, order):
-    fields = {name: getattr(slds, name)[order] for name in ("pi0", *STATE_FIELDS)}
-    return replace(slds, Pi=slds.Pi[np.ix_(order, order)], **fields)
-
-
-def scaled(slds, f):
-    """The same system in units 1 / f as large."""
-    squares = {name: f**2 * getattr(slds, name) for name in ("Q", "R", "cov0")}
-    return replace(slds, b=f * slds.b, mean0=f * slds.mean0, **squares)
 
 
 def assert_same(one, other, *, atol):
@@ -216,24 +211,6 @@ def test_a_single_frame_is_exact(order, gaps, rng):
     assert got.steps.cov.shape == (0, 3, 4 * order, 4 * order)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("T", [1, 2, 7])
-@pytest.mark.parametrize("gaps", [False, True])
-def test_with_one_switching_state_inference_is_the_kalman_smoother(order, T, gaps, rng):
-    slds = random_slds(1, order=order, rng=rng)
-    y = drawn(slds, T, rng, gaps=gaps)
-    mean, cov, log_p = given_path(slds, y, [0] * T)
-    got = gpb2(slds, y)
-    assert got.log_evidence == pytest.approx(log_p, rel=1e-11, abs=1e-12)
-    assert_array_equal(got.prob, 1.0)
-    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(T)], atol=SMOOTHED)
-    for t in range(T - 1):
-        assert_allclose(got.lag[t], cov[t + 1, :, t], atol=SMOOTHED)
-        both = cov[[t + 1, t]][:, :, [t + 1, t]].reshape(4 * order, 4 * order)
-        assert_allclose(got.steps.cov[t, 0], both, atol=SMOOTHED)
-
-
 def test_where_states_are_told_apart_it_is_the_exact_posterior(rng):
     distinct = np.array([[5.0, 5.0], [-5.0, -5.0]])
     slds = replace(random_slds(2, rng=rng), b=distinct, mean0=distinct)
@@ -255,7 +232,7 @@ def test_over_many_problems_it_is_closer_to_the_exact_posterior_than_the_papers_
         y = drawn(slds, 6, rng)
         exact, got = enumerated(slds, y), gpb2(slds, y)
         far.append(apart(got.prob, exact))
-        papers.append(apart(plain(slds, y, np.zeros((6, 2)), papers=True)[2], exact))
+        papers.append(apart(papers_smoother(slds, gpb2_filter(slds, y).prob), exact))
         gaps.append(abs(got.log_evidence - exact.log_evidence))
     # Measured over 320 problems, noise 0.05 to 1: means up to 0.021, and 0.036 for the papers'.
     assert np.mean(far) < np.mean(papers)
@@ -268,26 +245,16 @@ def test_over_many_problems_it_is_closer_to_the_exact_posterior_than_the_papers_
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_sequences_of_unequal_lengths_are_each_on_its_own(order, rng):
+def test_sequences_of_unequal_lengths_are_each_filtered_on_its_own(order, rng):
     slds = random_slds(4, order=order, rng=rng)
     lengths = (5, 1, 60, 2, 33, 60, 1, 59)
     ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in lengths]
     hints = [rng.normal(size=(T, 4)) for T in lengths]
-    for got, y, hint in zip(gpb2_all(slds, ys, hints), ys, hints, strict=True):
-        assert got.states.mean.shape == (len(y), 2 * order)
-        assert_same(got, gpb2(slds, y, hint), atol=1e-9)  # batched otherwise
     for got, y, hint in zip(gpb2_filter_all(slds, ys, hints), ys, hints, strict=True):
         one = gpb2_filter(slds, y, hint)
         assert_allclose(got.prob, one.prob, atol=1e-11)
         assert_allclose(got.states.cov, one.states.cov, atol=1e-11)
         assert_allclose(got.log_evidence, one.log_evidence, atol=1e-11)
-
-
-def test_more_sequences_than_a_batch_come_back_in_order(rng):
-    slds = random_slds(2, d=1, rng=rng)
-    ys = [drawn(slds, 1 + n % 5, rng) for n in range(300)]
-    for got, y in zip(gpb2_all(slds, ys), ys, strict=True):
-        assert got.log_evidence == pytest.approx(gpb2(slds, y).log_evidence, rel=1e-11)
 
 
 def test_no_sequences_give_no_posteriors(rng):
@@ -314,14 +281,6 @@ def test_hints_are_log_likelihoods_of_the_switching_states(gaps, rng):
     assert filtered.log_evidence[0] == pytest.approx(first, rel=1e-12)
 
 
-def test_the_same_hint_for_all_states_only_adds_to_the_evidence(rng):
-    slds = random_slds(3, rng=rng)
-    y, hint = drawn(slds, 20, rng), rng.normal(size=20)
-    got, want = gpb2(slds, y, np.tile(hint[:, None], 3)), gpb2(slds, y)
-    assert got.log_evidence == pytest.approx(want.log_evidence + hint.sum(), rel=1e-11)
-    assert_allclose(got.prob, want.prob, atol=1e-11)
-
-
 def test_a_hint_may_rule_states_out(rng):
     slds = random_slds(3, order=2, rng=rng)
     y, path = drawn(slds, 8, rng), [0, 0, 2, 1, 1, 1, 0, 2]
@@ -337,33 +296,6 @@ def test_a_hint_may_rule_states_out(rng):
 # What must not matter
 
 
-def test_identical_switching_states_give_the_one_state_answer(rng):
-    one = random_slds(1, order=2, rng=rng)
-    fields = {name: np.repeat(getattr(one, name), 3, axis=0) for name in STATE_FIELDS}
-    Pi = rng.dirichlet(np.ones(3), size=3)
-    three = replace(one, pi0=rng.dirichlet(np.ones(3)), Pi=Pi, labels=("random",) * 3, **fields)
-    y = drawn(one, 30, rng, gaps=True)
-    got, want = gpb2(three, y), gpb2(one, y)
-    assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-11)
-    assert_allclose(got.states.mean, want.states.mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, want.states.cov, atol=SMOOTHED)
-    assert_allclose(got.lag, want.lag, atol=SMOOTHED)
-    for t, p in enumerate(got.prob):  # the measurements say nothing of the switching states
-        assert_allclose(p, three.pi0 @ np.linalg.matrix_power(Pi, t), atol=SMOOTHED)
-
-
-def test_permuting_the_states_permutes_the_answer(rng):
-    slds = random_slds(3, order=2, noise=0.1, rng=rng)
-    y, order = drawn(slds, 60, rng), np.array([2, 0, 1])
-    one, other = gpb2(slds, y), gpb2(permuted(slds, order), y)
-    # The same sums in another order, over 60 frames.
-    assert other.log_evidence == pytest.approx(one.log_evidence, rel=1e-11)
-    assert_allclose(other.prob, one.prob[:, order], atol=1e-8)
-    assert_allclose(other.pair, one.pair[:, order][:, :, order], atol=1e-8)
-    assert_allclose(other.steps.mean, one.steps.mean[:, order], atol=1e-6)
-    assert_allclose(other.states.mean, one.states.mean, atol=1e-8)
-
-
 @pytest.mark.parametrize("order", [1, 2])
 def test_where_the_origin_lies_does_not_matter(order, rng):
     slds = random_slds(3, order=order, rng=rng)
@@ -377,50 +309,7 @@ def test_where_the_origin_lies_does_not_matter(order, rng):
     assert_allclose(other.states.cov, one.states.cov, atol=1e-8)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("f", [57.3, 1e-8, 1e8])
-def test_units_do_not_matter(order, f, rng):
-    slds = random_slds(3, order=order, rng=rng)
-    y = drawn(slds, 30, rng, gaps=True)
-    one, other = gpb2(slds, y), gpb2(scaled(slds, f), f * y)
-    count = np.count_nonzero(~np.isnan(y))
-    assert other.log_evidence == pytest.approx(one.log_evidence - count * np.log(f), rel=1e-11)
-    assert_allclose(other.prob, one.prob, atol=1e-9)
-    assert_allclose(other.states.mean / f, one.states.mean, atol=1e-9)
-    assert_allclose(other.states.cov / f**2, one.states.cov, atol=1e-9)
-
-
 # What cannot be, and what can hardly be
-
-
-def test_a_state_that_can_never_be_entered_changes_nothing(rng):
-    slds = random_slds(3, order=2, rng=rng)
-    Pi = np.array([[0.7, 0.3, 0.0], [0.3, 0.7, 0.0], [0.0, 0.0, 1.0]])
-    three = replace(slds, Pi=Pi, pi0=[0.5, 0.5, 0.0])
-    fields = {name: getattr(slds, name)[:2] for name in (*STATE_FIELDS, "labels")}
-    two = replace(slds, Pi=Pi[:2, :2], pi0=[0.5, 0.5], **fields)
-    y = drawn(two, 25, rng, gaps=True)
-    got, want = gpb2(three, y), gpb2(two, y)
-    assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-11)
-    assert_array_equal(got.prob[:, 2], 0.0)
-    assert_allclose(got.prob[:, :2], want.prob, atol=SMOOTHED)
-    assert_allclose(got.states.mean, want.states.mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, want.states.cov, atol=SMOOTHED)
-    for moments in (got.starts, got.steps):
-        assert np.isfinite(moments.mean).all()
-        assert np.isfinite(moments.cov).all()
-
-
-def test_a_transition_that_cannot_be_is_never_taken(rng):
-    Pi = np.array([[0.6, 0.4, 0.0], [0.0, 0.6, 0.4], [0.4, 0.0, 0.6]])  # a ring
-    slds = replace(random_slds(3, rng=rng), Pi=Pi, pi0=[1.0, 0.0, 0.0])
-    other = random_slds(3, rng=rng)
-    for y in (drawn(other, 40, rng), drawn(slds, 40, rng)):
-        got = gpb2(slds, y)
-        assert np.isfinite(got.log_evidence)
-        assert_array_equal(got.prob[0], [1.0, 0.0, 0.0])
-        assert got.pair[:, Pi == 0.0].sum() == 0.0
-        assert np.isfinite(got.steps.cov).all()
 
 
 def test_probabilities_that_underflow_leave_the_weights_right(rng):
@@ -435,21 +324,6 @@ def test_probabilities_that_underflow_leave_the_weights_right(rng):
     assert_allclose(got.prob[:, 1], 1.0, atol=1e-12)
     assert_allclose(got.states.mean, mean, atol=SMOOTHED)
     assert_allclose(got.states.cov, [cov[t, :, t] for t in range(41)], atol=SMOOTHED)
-
-
-@pytest.mark.parametrize("deviations", [50.0, 1e6])
-def test_an_outlier_leaves_everything_finite(deviations, rng):
-    slds = random_slds(4, order=2, rng=rng)
-    y = drawn(slds, 30, rng)
-    y[10] += deviations * np.sqrt(np.diag(slds.R))
-    got = gpb2(slds, y)
-    assert np.isfinite(got.log_evidence)
-    assert_allclose(got.prob.sum(1), 1.0, rtol=1e-12)
-    for moments in (got.states, got.starts, got.steps):
-        assert np.isfinite(moments.mean).all()
-        assert np.isfinite(moments.cov).all()
-    # The dynamics are as noisy as the measurement, so half of the outlier may be taken for motion.
-    assert -(deviations**2) < got.log_evidence < -0.1 * deviations**2
 
 
 def test_a_sequence_with_no_measurement_at_all_is_the_prior(rng):

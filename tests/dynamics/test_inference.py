@@ -1,0 +1,203 @@
+"""What every inference keeps to: approximate Viterbi, GPB2 and structured variational inference alike."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from dynamics.gpb2 import gpb2_all
+from dynamics.variational import variational_all
+from dynamics.viterbi import viterbi_all
+from tests.oracles import given_path, random_slds, single
+
+FIELDS = ("pi0", "A", "b", "Q", "mean0", "cov0")
+# A smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
+SMOOTHED = 1e-9
+
+
+@pytest.fixture(params=[viterbi_all, gpb2_all, variational_all])
+def infer(request):
+    return request.param
+
+
+def drawn(slds, T, rng, *, gaps=False):
+    y = slds.sample(T, rng)[2]
+    if gaps:
+        y[rng.random(y.shape) < 0.3] = np.nan
+    return y
+
+
+def chosen(slds, states):
+    """The system of some of the states, or of all in another order; pi0 and Pi as they are."""
+    fields = {name: getattr(slds, name)[states] for name in FIELDS}
+    labels = tuple(slds.labels[s] for s in states)
+    return replace(slds, Pi=slds.Pi[np.ix_(states, states)], labels=labels, **fields)
+
+
+def assert_same(one, other, atol=SMOOTHED):
+    assert one.log_evidence == pytest.approx(other.log_evidence, rel=1e-9, abs=1e-9)
+    assert_array_equal(one.path, other.path)
+    for name in ("prob", "pair", "lag"):
+        assert_allclose(getattr(one, name), getattr(other, name), atol=atol, err_msg=name)
+    for got, want in (
+        (one.states, other.states),
+        (one.start_moments(), other.start_moments()),
+        (one.step_moments(), other.step_moments()),
+    ):
+        assert_allclose(got.mean, want.mean, atol=atol)
+        assert_allclose(got.cov, want.cov, atol=atol)
+
+
+@pytest.mark.parametrize(
+    ("order", "T", "gaps"),
+    [(1, 1, False), (1, 2, True), (1, 7, True), (2, 1, True), (2, 2, False), (2, 7, True)],
+)
+def test_with_one_switching_state_inference_is_the_kalman_smoother(infer, order, T, gaps, rng):
+    slds = random_slds(1, order=order, rng=rng)
+    y = drawn(slds, T, rng, gaps=gaps)
+    mean, cov, log_p = given_path(slds, y, [0] * T)
+    got = single(infer)(slds, y)
+    assert got.log_evidence == pytest.approx(log_p, rel=1e-11, abs=1e-11)
+    assert_array_equal(got.prob, 1.0)
+    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
+    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(T)], atol=SMOOTHED)
+    assert got.lag.shape == (T - 1, order * 2, order * 2)
+    for t in range(T - 1):
+        assert_allclose(got.lag[t], cov[t + 1, :, t], atol=SMOOTHED)
+        both = cov[[t + 1, t]][:, :, [t + 1, t]].reshape(4 * order, 4 * order)
+        assert_allclose(got.step_moments().cov[t, 0], both, atol=SMOOTHED)
+
+
+def test_identical_switching_states_give_the_one_state_answer(infer, rng):
+    one = random_slds(1, order=2, rng=rng)
+    fields = {name: np.repeat(getattr(one, name), 3, axis=0) for name in FIELDS if name != "pi0"}
+    # A path alone pays for its switches, which are then all as likely.
+    Pi = np.full((3, 3), 1 / 3) if infer is viterbi_all else rng.dirichlet(np.ones(3), size=3)
+    three = replace(one, pi0=np.full(3, 1 / 3), Pi=Pi, labels=("random",) * 3, **fields)
+    y = drawn(one, 12, rng, gaps=True)
+    got, want = single(infer)(three, y), single(infer)(one, y)
+    paid = 12 * np.log(3.0) if infer is viterbi_all else 0.0
+    assert got.log_evidence == pytest.approx(want.log_evidence - paid, rel=1e-11)
+    assert_allclose(got.states.mean, want.states.mean, atol=SMOOTHED)
+    assert_allclose(got.states.cov, want.states.cov, atol=SMOOTHED)
+    prior = three.pi0
+    for t in range(12 if infer is not viterbi_all else 0):  # nothing tells them apart
+        assert_allclose(got.prob[t], prior, atol=SMOOTHED)
+        prior = prior @ Pi
+
+
+@pytest.mark.parametrize(("order", "restless"), [(1, False), (2, False), (2, True)])
+def test_sequences_of_unequal_lengths_are_each_on_its_own(infer, order, restless, rng):
+    slds = random_slds(4, order=order, rng=rng)
+    if restless:  # no state may follow itself, not even where a shorter sequence has ended
+        slds = replace(slds, Pi=(1.0 - np.eye(4)) / 3.0)
+    lengths = (5, 1, 60, 2, 33, 60, 1, 59)
+    ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in lengths]
+    hints = [rng.normal(size=(T, 4)) for T in lengths]
+    for got, y, hint in zip(infer(slds, ys, hints), ys, hints, strict=True):
+        assert got.states.mean.shape == (len(y), 2 * order)
+        assert_same(got, single(infer)(slds, y, hint))  # batched otherwise
+
+
+def test_more_sequences_than_a_batch_come_back_in_order(infer, rng):
+    slds = random_slds(2, d=1, rng=rng)
+    ys = [drawn(slds, 1 + n % 5, rng) for n in range(300)]
+    got = infer(slds, ys)
+    for n in range(0, 300, 7):
+        assert got[n].log_evidence == pytest.approx(single(infer)(slds, ys[n]).log_evidence, rel=1e-9)
+
+
+def test_no_sequences_give_no_posteriors(infer, rng):
+    assert infer(random_slds(2, rng=rng), []) == []
+
+
+def test_permuting_the_states_permutes_the_answer(infer, rng):
+    slds = random_slds(3, order=2, noise=0.05, rng=rng)
+    y, order = drawn(slds, 60, rng), np.array([2, 0, 1])
+    one, other = single(infer)(slds, y), single(infer)(chosen(slds, order), y)
+    assert len(set(one.path)) > 1
+    # The same sums in another order, over 60 frames.
+    assert other.log_evidence == pytest.approx(one.log_evidence, rel=1e-9)
+    assert_allclose(other.prob, one.prob[:, order], atol=1e-8)
+    assert_allclose(other.pair, one.pair[:, order][:, :, order], atol=1e-8)
+    assert_allclose(other.states.mean, one.states.mean, atol=1e-8)
+
+
+@pytest.mark.parametrize(("order", "f"), [(1, 1e-8), (2, 1e8), (2, 57.3)])
+def test_units_do_not_matter(infer, order, f, rng):
+    slds = random_slds(3, order=order, rng=rng)
+    y = drawn(slds, 30, rng, gaps=True)
+    squares = {name: f**2 * getattr(slds, name) for name in ("Q", "R", "cov0")}
+    one = single(infer)(slds, y)
+    other = single(infer)(replace(slds, b=f * slds.b, mean0=f * slds.mean0, **squares), f * y)
+    count = np.count_nonzero(~np.isnan(y))
+    assert other.log_evidence == pytest.approx(one.log_evidence - count * np.log(f), rel=1e-9)
+    assert_allclose(other.prob, one.prob, atol=1e-8)
+    assert_allclose(other.states.mean / f, one.states.mean, atol=1e-8)
+    assert_allclose(other.states.cov / f**2, one.states.cov, atol=1e-8)
+
+
+def test_a_state_that_can_never_be_entered_changes_nothing(infer, rng):
+    Pi = np.array([[0.7, 0.3, 0.0], [0.3, 0.7, 0.0], [0.0, 0.0, 1.0]])
+    three = replace(random_slds(3, order=2, rng=rng), Pi=Pi, pi0=[0.5, 0.5, 0.0])
+    two = chosen(three, [0, 1])
+    y = drawn(two, 25, rng, gaps=True)
+    got, want = single(infer)(three, y), single(infer)(two, y)
+    assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-11)
+    assert_array_equal(got.path, want.path)
+    assert_array_equal(got.prob[:, 2], 0.0)
+    assert_allclose(got.prob[:, :2], want.prob, atol=SMOOTHED)
+    assert_allclose(got.states.mean, want.states.mean, atol=SMOOTHED)
+    assert_allclose(got.states.cov, want.states.cov, atol=SMOOTHED)
+    for moments in (got.start_moments(), got.step_moments()):
+        assert np.isfinite(moments.mean).all()
+        assert np.isfinite(moments.cov).all()
+
+
+def test_a_transition_that_cannot_be_is_never_taken(infer, rng):
+    Pi = np.array([[0.6, 0.4, 0.0], [0.0, 0.6, 0.4], [0.4, 0.0, 0.6]])  # a ring
+    slds = replace(random_slds(3, rng=rng), Pi=Pi, pi0=[1.0, 0.0, 0.0])
+    taken = np.zeros((3, 3))
+    for y in [drawn(random_slds(3, rng=rng), 40, rng), *(drawn(slds, 40, rng) for _ in range(3))]:
+        got = single(infer)(slds, y)
+        assert np.isfinite(got.log_evidence)
+        assert_allclose(got.prob[0], [1.0, 0.0, 0.0], atol=1e-15)
+        assert np.isfinite(got.step_moments().cov).all()
+        taken += got.pair.sum(0)
+    assert taken[Pi == 0.0].sum() == 0.0
+    assert (taken[Pi > 0.0] > 0).all()  # the data did call for switches
+
+
+def test_hints_alike_for_all_states_add_to_the_evidence_and_change_nothing_else(infer, rng):
+    slds = random_slds(3, rng=rng)
+    y, common = drawn(slds, 20, rng, gaps=True), rng.normal(size=(20, 1))
+    got, want = single(infer)(slds, y, np.tile(common, 3)), single(infer)(slds, y)
+    assert_same(replace(got, log_evidence=got.log_evidence - common.sum()), want)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_hints_that_leave_one_path_give_that_paths_exact_answer(infer, order, rng):
+    slds = random_slds(3, order=order, rng=rng)
+    y, path = drawn(slds, 8, rng, gaps=True), rng.integers(3, size=8)
+    got = single(infer)(slds, y, np.where(np.arange(3) == path[:, None], -1.0, -np.inf))
+    mean, cov, log_p = given_path(slds, y, path)
+    assert_array_equal(got.path, path)
+    assert got.log_evidence == pytest.approx(log_p - 8.0, rel=1e-11)
+    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
+    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(8)], atol=SMOOTHED)
+    assert_allclose(got.lag, [cov[t + 1, :, t] for t in range(7)], atol=SMOOTHED)
+
+
+@pytest.mark.parametrize("deviations", [50.0, 1e6])
+def test_an_outlier_leaves_everything_finite(infer, deviations, rng):
+    slds = random_slds(4, order=2, rng=rng)
+    y = drawn(slds, 30, rng)
+    y[10] += deviations * np.sqrt(np.diag(slds.R))
+    got = single(infer)(slds, y)
+    assert_allclose(got.prob.sum(1), 1.0, rtol=1e-9)
+    for moments in (got.states, got.start_moments(), got.step_moments()):
+        assert np.isfinite(moments.mean).all()
+        assert np.isfinite(moments.cov).all()
+    # The dynamics are as noisy as the measurement, so half of the outlier may be taken for motion.
+    assert -(deviations**2) < got.log_evidence < -0.1 * deviations**2
