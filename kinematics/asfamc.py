@@ -36,12 +36,11 @@ class _Skeleton:
     parents: list[int]
 
 
-def read_amc(path: str | Path, asf: str | Path | None = None, *, fps: float = 120.0) -> Capture:
+def read_amc(path: str | Path, *, fps: float = 120.0) -> Capture:
     """Read an AMC file and place the ends of its skeleton's bones.
 
     Args:
-        path: the AMC file.
-        asf: its skeleton; by default the ASF in the same folder with the longest name that begins the AMC's.
+        path: the AMC file; its skeleton is in the same folder, see `find_skeleton`.
         fps: frames per second, which the format does not say.
 
     Returns:
@@ -51,7 +50,7 @@ def read_amc(path: str | Path, asf: str | Path | None = None, *, fps: float = 12
         MotionError: a file cannot be read or is malformed; the message names the line.
     """
     lines = read_lines(path)
-    skeleton = _read_skeleton(asf if asf is not None else find_skeleton(path))
+    skeleton = _read_skeleton(find_skeleton(path))
     values = _read_frames(path, lines, skeleton.bones)
     T = len(values[ROOT])
     translations, rotations = [], []
