@@ -110,10 +110,17 @@ def assert_same(one, other, *, atol):
 # What q(X), q(S) and the bound are
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("travelling", [(), ("a",)])
-@pytest.mark.parametrize("gaps", [False, True])
-@pytest.mark.parametrize("T", [1, 2, 8])
+@pytest.mark.parametrize(
+    ("order", "travelling", "gaps", "T"),  # every pair of values
+    [
+        (1, (), False, 1),
+        (1, ("a",), True, 2),
+        (1, (), True, 8),
+        (2, ("a",), False, 8),
+        (2, ("a",), True, 1),
+        (2, (), False, 2),
+    ],
+)
 def test_the_states_are_those_of_the_averaged_quadratic(order, travelling, gaps, T, rng):
     slds = random_slds(3, order=order, travelling=travelling, rng=rng)
     y = drawn(slds, T, rng, gaps=gaps)
@@ -128,9 +135,10 @@ def test_the_states_are_those_of_the_averaged_quadratic(order, travelling, gaps,
         assert_allclose(got.lag, [cov[t + 1, :, t] for t in range(T - 1)] or got.lag, atol=1e-11)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("gaps", [False, True])
-@pytest.mark.parametrize("T", [1, 2, 7])
+@pytest.mark.parametrize(
+    ("order", "gaps", "T"),
+    [(1, False, 1), (1, True, 2), (1, True, 7), (2, True, 1), (2, False, 2), (2, False, 7)],
+)
 def test_the_bound_is_expected_log_joint_plus_entropy(order, gaps, T, rng):
     slds = random_slds(3, order=order, travelling=("a",), noise=1.0, rng=rng)
     y = drawn(slds, T, rng, gaps=gaps)
@@ -161,9 +169,9 @@ def test_the_switching_states_are_the_best_for_the_poses(order, rng):
 # The bound
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("gaps", [False, True])
-@pytest.mark.parametrize("knowing", [False, True])
+@pytest.mark.parametrize(
+    ("order", "gaps", "knowing"), [(1, False, False), (1, True, True), (2, False, True), (2, True, False)]
+)
 def test_the_bound_never_falls_from_round_to_round(order, gaps, knowing, rng):
     rises = []
     for _ in range(8):
@@ -271,11 +279,6 @@ def test_hints_are_further_log_likelihoods(rng):
     assert np.abs(got.prob - plain.prob).max() > 0.05
     paths = [log_p + sum(hints[t, s] for t, s in enumerate(path)) for path, log_p in all_paths(slds, y)]
     assert 0.0 < np.logaddexp.reduce(paths) - got.log_evidence < 3.0
-    # What speaks for all states alike adds to the evidence only.
-    level = rng.normal(size=(6, 1))
-    raised = variational(slds, y, hints + level)
-    assert raised.log_evidence == pytest.approx(got.log_evidence + level.sum(), rel=1e-9)
-    assert_allclose(raised.prob, got.prob, atol=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2])

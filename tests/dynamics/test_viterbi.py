@@ -56,9 +56,9 @@ def test_one_switching_state_agrees_with_pykalman_where_frames_are_missing(order
     assert_allclose(found.log_evidence, other.loglikelihood(masked), atol=1e-9)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("gaps", [False, True])
-@pytest.mark.parametrize("dense", [False, True])
+@pytest.mark.parametrize(
+    ("order", "gaps", "dense"), [(1, False, False), (1, True, True), (2, False, True), (2, True, False)]
+)
 def test_the_answer_is_exact_given_its_own_path(order, gaps, dense, rng):
     slds = random_slds(3, order=order, rng=rng)
     if dense:
