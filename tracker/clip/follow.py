@@ -18,10 +18,11 @@ from tracker.clip.plan import Plan, prepare
 from tracker.clip.playback import playback_rate
 from tracker.clip.start import StartError
 from tracker.loop.anchors import Anchor
+from tracker.loop.begin import begin, start_box, start_curve
 from tracker.loop.both_ways import Passage, joined
+from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
-from tracker.loop.tracker import Estimate
 from tracker.picture.backdrop import Backdrop
 from tracker.picture.plate import REACH, plate
 from tracker.progress import Progress
@@ -92,7 +93,7 @@ def _estimates(plan: Plan, clock: Clock, progress: Progress) -> tuple[list[float
             raise StartError(
                 f"frame {frame} is not in {job.video.name}, which has {len(reel.times)}; mark another frame"
             )
-        pictures = Toned(reel, plan.tracker.tone_curve(plan.start, marked))
+        pictures = Toned(reel, start_curve(plan.tracker, plan.start, marked))
         ways = _Ways(plan, pictures, pictures.shown(marked), clock, advance)
         behind: list[Estimate] = []
         belief = None
@@ -128,9 +129,9 @@ class _Ways:
         """
         plan, passage = self.plan, self._passage(way)
         tracker = passage.tracker
-        state, estimate = tracker.begin(plan.start, self.marked, belief)
+        state, estimate = begin(tracker, plan.start, self.marked, belief)
         if state.templates.strange.any() and state.backdrop is not None:
-            state, estimate = tracker.begin(plan.start, self.marked, belief, self._scene)
+            state, estimate = begin(tracker, plan.start, self.marked, belief, self._scene)
         run = passage.run(plan.frame, state, estimate, self.clock.timed("read", images))
         found: list[Estimate] = []
         turned = None
@@ -159,7 +160,7 @@ def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
     """What lies behind the figure in the start frame, as the frames around show it."""
     first = max(plan.frame - REACH, 0)
     images = pictures.span(first, plan.frame + REACH)
-    return plate(images, plan.frame - first, plan.tracker.start_box(plan.start), plan.tracker.view.unit)
+    return plate(images, plan.frame - first, start_box(plan.tracker, plan.start), plan.tracker.view.unit)
 
 
 def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from kinematics.recover import Start, needed_joints
+from tracker.loop.begin import begin, start_curve
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, find_model
 from tracker.picture.pyramid import Image
@@ -30,8 +31,8 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings), settings)
     frames = iter(images)
     first = next(frames)
-    curve = tracker.tone_curve(start, first)
-    state, estimate = tracker.begin(start, toned(first, curve))
+    curve = start_curve(tracker, start, first)
+    state, estimate = begin(tracker, start, toned(first, curve))
     for image in frames:
         state, estimate = tracker.step(state, toned(image, curve))
     ahead = estimate.pose.mean[0] >= start.q[0]

@@ -19,8 +19,9 @@ from dynamics.kalman import update
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.recover import Marks, recover
 from kinematics.spm import joint_jacobian, joints, skeleton
+from tracker.loop.estimate import Estimate, State
 from tracker.loop.outcome import Outcome
-from tracker.loop.tracker import Estimate, State, Tracker
+from tracker.loop.tracker import Tracker
 from tracker.picture.pyramid import Image
 
 SEEN, HIDDEN = 1.5, 6.0  # pixels: how well marks repeat, and how well joints are guessed that are hidden

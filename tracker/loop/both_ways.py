@@ -16,7 +16,8 @@ from kinematics.spm import joints
 from tracker.loop.anchors import FAR, Anchor, anew, passed
 from tracker.loop.crossing import Crossing
 from tracker.loop.detections import Detections
-from tracker.loop.tracker import Estimate, State, Tracker
+from tracker.loop.estimate import Estimate, State
+from tracker.loop.tracker import Tracker
 from tracker.picture.pyramid import Image
 
 

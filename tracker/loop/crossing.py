@@ -19,7 +19,8 @@ from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from kinematics.spm import joints
 from tracker.loop.detections import Likelihood
-from tracker.loop.tracker import Estimate, State, Tracker, likelihood
+from tracker.loop.estimate import Estimate, State
+from tracker.loop.tracker import Tracker, likelihood
 from tracker.picture.pyramid import Image
 from tracker.registration.align import align
 

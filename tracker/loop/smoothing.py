@@ -16,7 +16,8 @@ from dynamics.gaussian import Gaussian, symmetric
 from dynamics.kalman import smooth
 from dynamics.slds import SLDS
 from tracker.loop.crossing import LONGEST
-from tracker.loop.tracker import Estimate, Tracker
+from tracker.loop.estimate import Estimate
+from tracker.loop.tracker import Tracker
 
 LAG = 100  # frames: three strides
 

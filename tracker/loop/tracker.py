@@ -13,94 +13,29 @@ With a one-state constant-velocity model the same loop is the extended Kalman fi
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self, cast
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.belief import Belief, either, first_belief, propose
+from dynamics.belief import Belief, either, propose
 from dynamics.gaussian import Array, Gaussian, apply, symmetric, transpose
 from dynamics.kalman import update_information
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
-from kinematics.spm import View, covering, joints, skeleton
+from kinematics.spm import View, joints
 from tracker.loop.detections import Detections, Detector, Likelihood
+from tracker.loop.estimate import Estimate, State
+from tracker.loop.judging import inside, judged, judged_by_points
 from tracker.loop.outcome import Outcome
-from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery, first_backdrop
-from tracker.picture.camera import Camera, first_camera
-from tracker.picture.pyramid import Box, Image, Level, pyramid, within
-from tracker.picture.tone import Curve, tone_curve
+from tracker.picture.pyramid import Box, Image, Level, pyramid
 from tracker.registration.align import align
 from tracker.registration.field import Field, Registration
 from tracker.registration.modes import Mode, mode_of
 from tracker.registration.search import reach, sought
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
-
-NOTHING = Belief(
-    Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
-)
-
-GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, or marked near its start
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """What one frame came to.
-
-    pose    : belief over the full pose, mean (D,), cov (D, D)
-    s       : most probable switching state
-    belief  : the hypotheses it was merged from
-    shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
-    misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
-    began   : whether the filter began here, so that nothing links it to the frame before
-    told    : what the picture said of the pose at the best hypothesis; None where it said nothing
-    back    : at an anchor, the frames since the one before it as the way back from it has them, oldest first
-    instead : if this frame showed the last ones to be wrong, what takes their place
-    """
-
-    pose: Gaussian
-    s: int
-    outcome: Outcome
-    belief: Belief
-    shift: Array
-    misfit: float = 0.0
-    began: bool = False
-    back: tuple[Self, ...] = ()
-    told: Likelihood | None = None
-    instead: tuple[Self, ...] = ()
-
-    def light(self) -> Self:
-        """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
-        cov = cast("Array", self.pose.cov.astype(np.float32))
-        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING, told=None, instead=())
-
-
-@dataclass(frozen=True)
-class State:
-    """What the loop carries from frame to frame.
-
-    camera   : None where it is taken for still
-    backdrop : None where what lies behind the figure is left out of account
-    outcome  : of the last frame
-    """
-
-    belief: Belief
-    templates: Templates
-    camera: Camera | None
-    backdrop: Backdrop | None
-    outcome: Outcome = Outcome.OK
-
-    @property
-    def shift(self) -> Array:
-        """(2,) pixels by which the camera has shifted the scene since the marked frame."""
-        return np.zeros(2) if self.camera is None else self.camera.shift
-
-    @property
-    def scenery(self) -> Scenery:
-        """How much the last frame differs from what lies behind the figure."""
-        return UNSEEN if self.backdrop is None else self.backdrop.scenery
 
 
 @dataclass(frozen=True)
@@ -123,52 +58,9 @@ class Tracker:
         """How it registers."""
         return mode_of(self.settings)
 
-    def begin(
-        self, start: Start, image: Image, belief: Belief | None = None, scene: Backdrop | None = None
-    ) -> tuple[State, Estimate]:
-        """Templates from the marked frame, and a belief from its marks unless there is a better one.
-
-        Args:
-            scene: what lies behind the figure in that frame, if that is known.
-        """
-        settings, box, behind = self.settings, self.start_box(start), self.mode.backdrop
-        state = State(
-            belief or self.first_belief(start),
-            self._first_templates(start, image),
-            first_camera(image, box) if settings.camera else None,
-            first_backdrop(image, box, self.view.unit) if behind else None,
-        )
-        if behind and scene is not None:
-            scene = scene.compared(image, box)
-            # A figure that stays where it is, on a treadmill say, is part of what was taken for the scene.
-            places = self.view.to_pixels(state.templates.places(self.figure, start.q))
-            if scene.scenery.plain(places[state.templates.inner]).mean() < settings.bare:
-                state = replace(state, backdrop=scene)
-        return state, replace(self._estimate(state), began=True)
-
-    def start_box(self, start: Start) -> Box:
-        """Pixels that the figure may cover in the marked frame."""
-        return self._box(start.q[None])
-
-    def tone_curve(self, start: Start, image: Image) -> Curve:
-        """What spreads the grey levels around the marked figure; in the papers' mode they stay as filmed."""
-        return tone_curve(image, self.start_box(start), self.mode.contrast)
-
-    def first_belief(self, start: Start) -> Belief:
-        """What the marks of the start frame say."""
-        settings, D, layout = self.settings, len(start.q), self.figure.layout
-        noise = np.full(D, np.radians(settings.start_angle))
-        noise[:2] = settings.start_place
-        noise[self.figure.index(SCALE) :] = settings.start_length
-        guessed = self._guessed(start)
-        noise[layout.angle[guessed & layout.turns]] *= GUESSED
-        y = np.where(start.known, start.q - self.offset, np.nan)
-        y[layout.stretch[guessed & layout.breathes]] = np.nan
-        return first_belief(self.slds, y, np.diag(noise**2))
-
     def templates_at(self, q: Array, image: Image, placed: NDArray[np.bool_] | None = None) -> Templates:
         """Templates as a pose (D,) lays them on a picture, see `tracker.registration.templates.cut`."""
-        return cut(self.figure, self.view, q, self._levels(image, self._box(q[None])), self.settings, placed)
+        return cut(self.figure, self.view, q, self._levels(image, self.box(q[None])), self.settings, placed)
 
     def step(
         self, state: State, image: Image, detections: Detections | None = None
@@ -181,15 +73,16 @@ class Tracker:
             proposed = here.detected(proposed, detections)
         misfit, told = 0.0, None
         if self.settings.templates:
-            state, best = here._registered(state, image, proposed)
-            misfit, told = best.misfit, likelihood([best]) if state.outcome.measured else None
+            state, found = here._registered(state, image, proposed)
+            misfit, told = found.misfit, likelihood([found]) if state.outcome.measured else None
         else:
             pose = self.pose(proposed.merged()).mean
-            gone = here._inside(pose, image.shape[:2]) < self.settings.least_inside
+            gone = inside(self.figure, here.view, pose, image.shape[:2]) < self.settings.least_inside
             state = replace(state, belief=proposed, outcome=Outcome.OUTSIDE if gone else Outcome.LOST)
         if detections is not None and state.outcome is Outcome.LOST:
-            state = replace(state, outcome=here._detected_outcome(state.belief, detections, before))
-        return state, replace(self._estimate(state), misfit=misfit, told=told)
+            best = self.pose(state.belief.states[state.belief.best]).mean
+            state = replace(state, outcome=judged_by_points(here._detector, detections, best, before))
+        return state, replace(self.estimate(state), misfit=misfit, told=told)
 
     def detected(self, belief: Belief, detections: Detections) -> Belief:
         """The belief given the points of this frame, of which near and far leg may be exchanged."""
@@ -205,7 +98,7 @@ class Tracker:
         found = align(field, priors, starts)
         fused = self._fused(proposed, priors, found)
         best = found[fused.best]
-        outcome = self._outcome(state, field, priors.mean[proposed.best], best, image.shape[:2])
+        outcome = judged(field, state.outcome, priors.mean[proposed.best], best, image.shape[:2])
         if outcome.measured:
             state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
         else:
@@ -234,23 +127,6 @@ class Tracker:
             around = self.shifted(state.shift)._around(priors)
             state = replace(state, backdrop=state.backdrop.follow(image, around, state.shift))
         return state
-
-    def _first_templates(self, start: Start, image: Image) -> Templates:
-        if not self.mode.learns:
-            return self.templates_at(start.q, image)
-        layout = self.figure.layout
-        # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
-        turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
-        turned &= ~self._guessed(start)
-        placed = np.array([turned[chain].all() for chain in self.figure.chain])
-        return self.templates_at(start.q, image, placed).completed(self.figure, 2.0 * self.settings.spacing)
-
-    def _guessed(self, start: Start) -> NDArray[np.bool_]:
-        """(L,) whether a link does not show how it looks: foreshortened, or its tip behind another thing."""
-        figure, bones = self.figure, skeleton(self.figure, start.q)
-        own = covering(figure, bones, bones.tip, np.arange(len(figure.links)), self.settings.mark)
-        hidden = np.array([link.joint in start.hidden for link in figure.links])
-        return (hidden & ~own) | [link.name in start.foreshortened for link in figure.links]
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
         """Freshened by what the frame shows where they settled."""
@@ -282,55 +158,21 @@ class Tracker:
         spread = 0.5 * np.linalg.slogdet(np.eye(away.shape[1]) + priors.cov @ told.information)[1]
         return replace(belief, states=states, cost=belief.cost + told.cost + innovation + spread)
 
-    def _estimate(self, state: State) -> Estimate:
+    def estimate(self, state: State) -> Estimate:
+        """What a frame came to that left this state."""
         belief = state.belief
         s = int(belief.s[belief.best])
         return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.shift)
-
-    def _outcome(
-        self, state: State, field: Field, foreseen: Array, found: Registration, size: tuple[int, ...]
-    ) -> Outcome:
-        """Of a frame in which the figure was foreseen in a pose (D,)."""
-        templates = state.templates
-        inner = templates.inner
-        matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
-        gone = found.inside < self.settings.least_inside or matched < self.settings.least_match
-        doubtful = matched < self.settings.doubtful_match or not state.outcome.measured
-        lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > self.settings.bare
-        # A climb that found nothing may have ended anywhere.
-        if self._inside(foreseen if lost else found.q, size) < self.settings.least_inside:
-            return Outcome.OUTSIDE
-        if lost:
-            return Outcome.LOST
-        if not state.outcome.measured:
-            return Outcome.FOUND
-        visible = inner & (found.match > 0)
-        share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
-        return Outcome.HIDDEN if min(share) < self.settings.least_visible else Outcome.OK
-
-    def _detected_outcome(self, belief: Belief, detections: Detections, before: Outcome) -> Outcome:
-        """Of a frame in which no template matches."""
-        pose = self.pose(belief.states[belief.best]).mean
-        agree, whole = self._detector.agreement(detections, pose)
-        if agree < self.settings.least_match:
-            return Outcome.LOST
-        if not before.measured:
-            return Outcome.FOUND
-        return Outcome.OK if whole else Outcome.HIDDEN
 
     @property
     def _detector(self) -> Detector:
         return Detector(self.figure, self.view, self.settings)
 
-    def _inside(self, q: Array, size: tuple[int, ...]) -> float:
-        """Share of the joints of a pose (D,) that lie in a picture of this height and width."""
-        return float(within(self.view.to_pixels(joints(self.figure, q)), size).mean())
-
     def _around(self, priors: Gaussian) -> Box:
         """Pixels that the figure may cover."""
-        return self._box(priors.mean, reach(priors))
+        return self.box(priors.mean, reach(priors))
 
-    def _box(self, poses: Array, reach: Array | float = 0.0) -> Box:
+    def box(self, poses: Array, reach: Array | float = 0.0) -> Box:
         """Pixels around all of the poses (H, D), and what lies within reach (2,) leg lengths of them."""
         pixels = self.view.to_pixels(joints(self.figure, poses)).reshape(-1, 2)
         margin = self.view.unit * (self.settings.margin + np.asarray(reach))

@@ -27,6 +27,9 @@ from tracker.clip.job import Job
 from tracker.clip.plan import prepare
 from tracker.loop import smoothing
 from tracker.loop import tracker as track
+from tracker.loop.begin import begin
+from tracker.picture.backdrop import Backdrop
+from tracker.picture.camera import Camera
 from tracker.progress import Progress
 from tracker.registration import objective
 from tracker.registration.align import align
@@ -50,8 +53,8 @@ SETTLED = 300  # frames: by then the smoother's window is full
 # Where a stage's work is done: what is inside another's counts for the inner one.
 STAGES = {
     "pyramid": (track, "pyramid"),
-    "camera": (track.Camera, "follow"),
-    "backdrop": (track.Backdrop, "follow"),
+    "camera": (Camera, "follow"),
+    "backdrop": (Backdrop, "follow"),
     "registration": (track, "align"),
     "kernel": (objective, "lay"),
     "propose": (track, "propose"),
@@ -220,10 +223,10 @@ def _field(job: Job, settings: Settings) -> tuple[Field, Gaussian]:
     """What frame 1 offers to be compared with, and one prior for it."""
     plan = prepare(replace(job, settings=settings))
     tracker, images = plan.tracker, [frame.image for frame in islice(Video(job.video), 2)]
-    state, _ = tracker.begin(plan.start, images[0])
+    state, _ = begin(tracker, plan.start, images[0])
     priors = tracker.pose(state.belief.states)[:1]
     state = tracker.looked(state, images[1], priors)
-    levels = tracker._levels(images[1], tracker._box(priors.mean))
+    levels = tracker._levels(images[1], tracker.box(priors.mean))
     return Field(state.templates, levels, plan.start.figure, tracker.view, settings, state.scenery), priors
 
 

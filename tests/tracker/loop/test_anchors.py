@@ -13,6 +13,7 @@ from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.tracker.painted import FULL, STRIDE, VIEW, Painted
 from tracker.loop import anchors as anchors_module
 from tracker.loop.anchors import Anchor, anew, passed
+from tracker.loop.begin import begin
 from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import find_model
@@ -29,7 +30,7 @@ def begun(request):
     image = painted.picture(STRIDE)
     start = Start(WALKER, VIEW, STRIDE, np.ones(len(STRIDE), dtype=bool))
     tracker = make_tracker(start, find_model(request.param, 30.0, FULL), FULL)
-    return tracker, tracker.begin(start, image)[0], image
+    return tracker, begin(tracker, start, image)[0], image
 
 
 def anchor_of(q, names=JOINTS, hidden=(), figure=WALKER):
@@ -124,7 +125,7 @@ def test_templates_that_slid_are_shifted_without_a_change_of_speed():
     image = painted.picture(STRIDE)
     start = Start(WALKER, VIEW, STRIDE, np.ones(len(STRIDE), dtype=bool))
     tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
-    state, _ = tracker.begin(start, image)
+    state, _ = begin(tracker, start, image)
     for _ in range(4):
         state, _ = tracker.step(state, image)
     shifted = STRIDE + upright(WALKER, root_x=3.0 / VIEW.unit)

@@ -11,7 +11,7 @@ from tests.kinematics.figures import WALKER, upright
 from tests.tracker.painted import STRIDE
 from tracker.loop import both_ways as passage_module
 from tracker.loop.both_ways import Passage, between_anchors, joined
-from tracker.loop.tracker import NOTHING, Estimate
+from tracker.loop.estimate import NOTHING, Estimate
 from tracker.settings import Settings
 
 TRACKER = SimpleNamespace(figure=WALKER)

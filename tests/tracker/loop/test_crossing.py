@@ -11,6 +11,7 @@ from kinematics.recover import start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import WALKER
 from tests.tracker.painted import FULL, VIEW, Painted
+from tracker.loop.begin import begin
 from tracker.loop.crossing import (
     AFTER,
     AGAIN,
@@ -88,7 +89,7 @@ def watched(tracker, start, seen, images=None, marked=False):
     It begins as at the marks of the start frame, if that is so, else with nothing known of the legs.
     """
     blank = images is None
-    state, first = tracker.begin(start, np.full((190, 190, 3), 90, np.uint8) if blank else images[0])
+    state, first = begin(tracker, start, np.full((190, 190, 3), 90, np.uint8) if blank else images[0])
     crossing = Crossing.at_marks(WALKER, state, first) if marked else Crossing()
     found = [first]
     for t, q in enumerate(seen, start=1):
@@ -156,7 +157,7 @@ def test_nobody_knows_how_legs_moved_that_met_at_once(tracker, walk, meeting):
 def test_names_as_tracked_must_be_well_the_more_likely_after_a_short_crossing(
     monkeypatch, tracker, walk, together, worse, kept
 ):
-    state, first = tracker[0].begin(tracker[1], np.full((190, 190, 3), 90, np.uint8))
+    state, first = begin(*tracker, np.full((190, 190, 3), 90, np.uint8))
     frames = [replace(first, told=told(walk[0]))] * (together + AFTER)
     costs = iter([0.0, 0.0, worse])  # of the bridge, as tracked, exchanged
     monkeypatch.setattr(
@@ -195,7 +196,7 @@ def test_marks_tell_which_leg_is_which_where_they_are_together(walk, meeting):
 
 def test_of_lower_legs_that_are_not_marked_the_marks_tell_nothing(walk, meeting):
     tracker, start = tracker_from(here(walk[meeting:])[0])
-    state, first = tracker.begin(start, np.full((190, 190, 3), 90, np.uint8))
+    state, first = begin(tracker, start, np.full((190, 190, 3), 90, np.uint8))
     assert Crossing.at_marks(WALKER, state, first) == Crossing(before=state)
     shanks = [i for i, link in enumerate(WALKER.links) if link.name.startswith("shank")]
     unknown = replace(state.templates, known=state.templates.known & ~np.isin(state.templates.link, shanks))
@@ -203,7 +204,7 @@ def test_of_lower_legs_that_are_not_marked_the_marks_tell_nothing(walk, meeting)
 
 
 def test_a_frame_that_tells_nothing_ends_a_crossing_and_so_does_a_very_long_one(tracker, walk):
-    state, estimate = tracker[0].begin(tracker[1], np.full((190, 190, 3), 90, np.uint8))
+    state, estimate = begin(*tracker, np.full((190, 190, 3), 90, np.uint8))
     begun = Crossing(state, (estimate,), 1)
     for crossing in (begun, replace(begun, frames=(estimate,) * LONGEST)):
         given = replace(estimate, told=None if len(crossing.frames) == 1 else told(walk[0]))

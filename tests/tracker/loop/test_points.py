@@ -16,6 +16,7 @@ from tests.tracker.loop.test_detections import detected
 from tests.tracker.loop.test_tracker import begun
 from tests.tracker.painted import STRIDE
 from tracker.foreign.points import Points
+from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import smoothed
@@ -48,7 +49,7 @@ def followed(walk, points, settings=ALONE, model="walk-run", shifts=None):
     tracker = make_tracker(start, find_model(model, walk.fps, settings), settings)
 
     def run():
-        state, estimate = tracker.begin(start, walk.images[0])
+        state, estimate = begin(tracker, start, walk.images[0])
         yield estimate
         for t in range(1, FRAMES):
             found = Detections.of(start.figure, points.names, points.places[t])
@@ -130,7 +131,7 @@ def test_where_there_is_no_point_the_covariance_grows_and_the_figure_is_lost_the
     places[hole] = np.nan
     start = start_pose(WALKER, {name: tuple(at[0]) for name, at in walk.joints.items()}, walk.facing)
     tracker = make_tracker(start, find_model("walk-run", walk.fps, ALONE), ALONE)
-    state, _ = tracker.begin(start, walk.images[0])
+    state, _ = begin(tracker, start, walk.images[0])
     spread, outcomes = [], []
     for t in range(1, 35):
         found = Detections.of(start.figure, true_points.names, places[t])
@@ -150,7 +151,7 @@ def test_where_there_is_no_point_the_covariance_grows_and_the_figure_is_lost_the
 def test_without_points_a_figure_that_has_left_the_picture_is_outside_and_one_within_is_lost(walk):
     start = start_pose(WALKER, {name: tuple(at[0]) for name, at in walk.joints.items()}, walk.facing)
     tracker = make_tracker(start, find_model("cv", walk.fps, ALONE), ALONE)
-    state, _ = tracker.begin(start, walk.images[0])
+    state, _ = begin(tracker, start, walk.images[0])
     mean = state.belief.states.mean.copy()
     mean[:, tracker.slds.names.index("root_x")] -= 20.0  # leg lengths
     gone = replace(state, belief=replace(state.belief, states=Gaussian(mean, state.belief.states.cov)))

@@ -13,8 +13,8 @@ from dynamics.kalman import update
 from dynamics.viterbi import viterbi
 from tests.oracles import condition, random_slds
 from tracker.loop.crossing import LONGEST
+from tracker.loop.estimate import Estimate
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
-from tracker.loop.tracker import Estimate
 
 
 def filtered(slds, y):

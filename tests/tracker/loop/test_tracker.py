@@ -17,8 +17,10 @@ from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.oracles import condition
 from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted, freedoms, placed
 from tests.tracker.walls import behind_wall
+from tracker.loop.begin import begin, start_belief
+from tracker.loop.estimate import Estimate, State
 from tracker.loop.outcome import Outcome
-from tracker.loop.tracker import Estimate, State, Tracker, make_tracker
+from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import find_model
 from tracker.picture.backdrop import first_backdrop
 from tracker.picture.pyramid import Level, pyramid
@@ -64,7 +66,7 @@ def models():
 def run(tracker, start, images):
     """One estimate an image, the first of which is the marked one."""
     images = iter(images)
-    state, estimate = tracker.begin(start, next(images))
+    state, estimate = begin(tracker, start, next(images))
     yield estimate
     for image in images:
         state, estimate = tracker.step(state, image)
@@ -191,7 +193,7 @@ def mixture(tracker: Tracker, hypotheses: list[Hypothesis]) -> tuple[np.ndarray,
 def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
     settings = WHOLE.model_copy(update={"prune": 1e9})
     tracker = make_tracker(walk.start, slds, settings)
-    state, estimate = tracker.begin(walk.start, walk.images[0])
+    state, estimate = begin(tracker, walk.start, walk.images[0])
     # A scene known everywhere, from when the walker had gone on.
     beside = (-9.0, -9.0, -1.0, -1.0)
     state = replace(state, backdrop=first_backdrop(walk.images[-1], beside, tracker.view.unit))
@@ -300,7 +302,7 @@ def test_the_leg_that_was_hidden_is_found_again(passing):
 @pytest.mark.parametrize("name", ["cv", "walk-run"])
 def test_a_picture_that_tells_nothing_leaves_the_prediction(name, walk, models):
     tracker = make_tracker(walk.start, models[name], FULL)
-    state, _ = tracker.begin(walk.start, walk.images[0])
+    state, _ = begin(tracker, walk.start, walk.images[0])
     blank = np.full_like(walk.images[0], 90)
     after, _ = tracker.step(state, blank)
     slds = tracker.slds
@@ -315,7 +317,7 @@ def test_a_picture_that_tells_nothing_leaves_the_prediction(name, walk, models):
 def begun(rng, settings=FULL, name="cv"):
     painted, start = Painted(rng), still(WALKER, STRIDE)
     tracker = make_tracker(start, find_model(name, 30.0, settings), settings)
-    state, estimate = tracker.begin(start, painted.picture(STRIDE))
+    state, estimate = begin(tracker, start, painted.picture(STRIDE))
     return painted, tracker, state, estimate
 
 
@@ -342,7 +344,7 @@ def test_a_figure_that_left_the_frame_is_outside_and_templates_are_kept(rng):
 def test_only_after_a_loss_a_figure_is_sought_where_it_may_have_gone(before, rng):
     painted, start = Painted(rng, size=(280, 190)), still(WALKER, STRIDE)
     tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
-    state, _ = tracker.begin(start, painted.picture(STRIDE))
+    state, _ = begin(tracker, start, painted.picture(STRIDE))
     N, M = tracker.slds.C.shape[::-1]
     aside = np.zeros(N)
     aside[[0, N - M]] = 0.4  # legs, the pose and the one before it alike
@@ -399,7 +401,7 @@ def test_where_the_figure_stands_in_the_picture_does_not_matter(walk, models):
 def test_an_ankle_that_was_not_marked_is_uncertain_at_first(name, walk, models):
     start = start_of(walk.joints, walk.start.view.facing, without=("far_ankle", "far_toe"))
     tracker = make_tracker(start, models[name], FULL)
-    _, estimate = tracker.begin(start, walk.images[0])
+    _, estimate = begin(tracker, start, walk.images[0])
     J = joint_jacobian(start.figure, estimate.pose.mean)
     spread = np.sqrt(np.einsum("jad,de,jae->j", J, estimate.pose.cov, J))
     at = dict(zip(start.figure.joints, spread, strict=True))
@@ -428,7 +430,7 @@ def test_a_hypothesis_far_dearer_than_the_best_is_not_tried(walk, models):
     np.fill_diagonal(rare, 1.0 - rare[0, 1:].sum())
     settings = FULL.model_copy(update={"prune": 15.0})
     tracker = make_tracker(walk.start, replace(slds, Pi=rare), settings)
-    state, _ = tracker.begin(walk.start, walk.images[0])
+    state, _ = begin(tracker, walk.start, walk.images[0])
     for ahead, tried in ((1e5, [1]), (0.0, list(range(slds.K)))):
         cost = np.full(slds.K, ahead)
         cost[1] = 0.0
@@ -474,7 +476,7 @@ def test_a_known_scene_is_taken_if_the_marked_figure_stands_out_from_it(backdrop
     settings = FULL.model_copy(update={"backdrop": backdrop})
     tracker = make_tracker(start, find_model("cv", 30.0, settings), settings)
     scene = first_backdrop(empty, BESIDE, VIEW.unit)
-    state, estimate = tracker.begin(start, picture, scene=scene)
+    state, estimate = begin(tracker, start, picture, scene=scene)
     assert estimate.began
     if not backdrop:
         assert state.backdrop is None
@@ -491,12 +493,12 @@ def test_a_scene_of_which_the_figure_itself_is_a_part_is_refused(differing, rng)
     painted, start = Painted(rng, plain=True), still(WALKER, STRIDE)
     picture, empty = painted.picture(STRIDE), painted.picture(upright(WALKER, root_x=9.0))
     tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
-    plain, _ = tracker.begin(start, picture)
+    plain, _ = begin(tracker, start, picture)
     assert not plain.backdrop.known.all()
     points = VIEW.to_pixels(placed(WALKER, STRIDE, plain.templates)[plain.templates.inner])
     above = int(np.quantile(points[:, 1], differing))
     treadmill = np.concatenate([empty[:above], picture[above:]])
-    state, _ = tracker.begin(start, picture, scene=first_backdrop(treadmill, BESIDE, VIEW.unit))
+    state, _ = begin(tracker, start, picture, scene=first_backdrop(treadmill, BESIDE, VIEW.unit))
     if differing > FULL.bare:
         assert state.backdrop.known.all()
     else:
@@ -524,14 +526,14 @@ def hiding(q, *joints):
 )
 def test_links_beyond_a_mark_that_something_hides_are_strange_but_for_what_their_twins_show(hidden, strange):
     tracker, start, picture = hiding(STRIDE, *hidden)
-    templates = tracker.begin(start, picture)[0].templates
+    templates = begin(tracker, start, picture)[0].templates
     assert {link.name for link, odd in zip(WALKER.links, templates.strange, strict=True) if odd} == strange
 
 
 def test_a_strange_limb_that_stands_out_is_looked_at_but_not_known_after_one_frame():
     tracker, start, picture = hiding(STRIDE, "near_ankle", "far_ankle")
     empty = Painted(np.random.default_rng(20)).picture(upright(WALKER, root_x=9.0))
-    state, _ = tracker.begin(start, picture, scene=first_backdrop(empty, BESIDE, VIEW.unit))
+    state, _ = begin(tracker, start, picture, scene=first_backdrop(empty, BESIDE, VIEW.unit))
     after, estimate = tracker.step(state, picture)
     assert estimate.outcome == "ok"
     shank = after.templates.link == WALKER.link_of("near_ankle")
@@ -541,7 +543,7 @@ def test_a_strange_limb_that_stands_out_is_looked_at_but_not_known_after_one_fra
 
 def test_what_a_hidden_limb_is_taken_to_show_is_not_what_hides_it():
     frank, hidden = (
-        tracker.begin(start, picture)[0].templates
+        begin(tracker, start, picture)[0].templates
         for tracker, start, picture in (hiding(STRIDE), hiding(STRIDE, "near_ankle"))
     )
     shank = frank.link == WALKER.link_of("near_ankle")
@@ -551,7 +553,7 @@ def test_what_a_hidden_limb_is_taken_to_show_is_not_what_hides_it():
 def test_a_foreshortened_foot_is_taken_to_look_as_its_twin_does():
     tracker, start, picture = hiding(STRIDE)
     short = replace(start, foreshortened=frozenset({"foot_near"}))
-    frank, taken = (tracker.begin(one, picture)[0].templates for one in (start, short))
+    frank, taken = (begin(tracker, one, picture)[0].templates for one in (start, short))
     near, far = (frank.link == WALKER.link_of(joint) for joint in ("near_toe", "far_toe"))
     assert taken.known[near].mean() > 0.5
     looks = {tuple(colour) for colour in taken.colours[-1, far]}
@@ -562,7 +564,7 @@ def test_a_foreshortened_foot_is_taken_to_look_as_its_twin_does():
 def test_a_mark_hidden_by_the_figure_s_own_nearer_leg_is_as_good_as_any():
     crossed = upright(WALKER, hip_near=0.1, hip_far=0.15, knee_far=0.1)
     (tracker, frank, picture), (_, hidden, _) = hiding(crossed), hiding(crossed, "far_knee", "far_ankle")
-    before, after = (tracker.begin(start, picture)[0] for start in (frank, hidden))
+    before, after = (begin(tracker, start, picture)[0] for start in (frank, hidden))
     assert_array_equal(after.templates.known, before.templates.known)
     assert_array_equal(after.templates.colours, before.templates.colours)
     assert_array_equal(after.belief.states.cov, before.belief.states.cov)
@@ -573,7 +575,7 @@ def test_a_limb_with_a_hidden_tip_is_believed_half_as_sharply_in_its_angle_and_o
     shank, knee = freedoms(WALKER, "shank_near", "knee_near")
     known = np.arange(len(STRIDE)) != shank
     frank, hidden, unmarked = (
-        tracker.pose(tracker.first_belief(one).merged())
+        tracker.pose(start_belief(tracker, one).merged())
         for one in (replace(start, hidden=frozenset()), start, Start(WALKER, VIEW, STRIDE, known))
     )
     sd = [np.sqrt(np.diag(pose.cov)) for pose in (frank, hidden, unmarked)]

@@ -1,0 +1,92 @@
+"""The marked frame: what the loop begins with."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.belief import Belief, first_belief
+from kinematics.figure import SCALE
+from kinematics.recover import Start
+from kinematics.spm import covering, skeleton
+from tracker.loop.estimate import Estimate, State
+from tracker.loop.tracker import Tracker
+from tracker.picture.backdrop import Backdrop, first_backdrop
+from tracker.picture.camera import first_camera
+from tracker.picture.pyramid import Box, Image
+from tracker.picture.tone import Curve, tone_curve
+from tracker.registration.templates import Templates
+
+GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, or marked near its start
+
+
+def begin(
+    tracker: Tracker,
+    start: Start,
+    image: Image,
+    belief: Belief | None = None,
+    scene: Backdrop | None = None,
+) -> tuple[State, Estimate]:
+    """Templates from the marked frame, and a belief from its marks unless there is a better one.
+
+    Args:
+        scene: what lies behind the figure in that frame, if that is known.
+    """
+    settings, box, behind = tracker.settings, start_box(tracker, start), tracker.mode.backdrop
+    state = State(
+        belief or start_belief(tracker, start),
+        _templates(tracker, start, image),
+        first_camera(image, box) if settings.camera else None,
+        first_backdrop(image, box, tracker.view.unit) if behind else None,
+    )
+    if behind and scene is not None:
+        scene = scene.compared(image, box)
+        # A figure that stays where it is, on a treadmill say, is part of what was taken for the scene.
+        places = tracker.view.to_pixels(state.templates.places(tracker.figure, start.q))
+        if scene.scenery.plain(places[state.templates.inner]).mean() < settings.bare:
+            state = replace(state, backdrop=scene)
+    return state, replace(tracker.estimate(state), began=True)
+
+
+def start_box(tracker: Tracker, start: Start) -> Box:
+    """Pixels that the figure may cover in the marked frame."""
+    return tracker.box(start.q[None])
+
+
+def start_curve(tracker: Tracker, start: Start, image: Image) -> Curve:
+    """What spreads the grey levels around the marked figure; in the papers' mode they stay as filmed."""
+    return tone_curve(image, start_box(tracker, start), tracker.mode.contrast)
+
+
+def start_belief(tracker: Tracker, start: Start) -> Belief:
+    """What the marks of the start frame say."""
+    settings, D, layout = tracker.settings, len(start.q), tracker.figure.layout
+    noise = np.full(D, np.radians(settings.start_angle))
+    noise[:2] = settings.start_place
+    noise[tracker.figure.index(SCALE) :] = settings.start_length
+    guessed = _guessed(tracker, start)
+    noise[layout.angle[guessed & layout.turns]] *= GUESSED
+    y = np.where(start.known, start.q - tracker.offset, np.nan)
+    y[layout.stretch[guessed & layout.breathes]] = np.nan
+    return first_belief(tracker.slds, y, np.diag(noise**2))
+
+
+def _templates(tracker: Tracker, start: Start, image: Image) -> Templates:
+    if not tracker.mode.learns:
+        return tracker.templates_at(start.q, image)
+    layout = tracker.figure.layout
+    # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
+    turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
+    turned &= ~_guessed(tracker, start)
+    placed = np.array([turned[chain].all() for chain in tracker.figure.chain])
+    return tracker.templates_at(start.q, image, placed).completed(
+        tracker.figure, 2.0 * tracker.settings.spacing
+    )
+
+
+def _guessed(tracker: Tracker, start: Start) -> NDArray[np.bool_]:
+    """(L,) whether a link does not show how it looks: foreshortened, or its tip behind another thing."""
+    figure, bones = tracker.figure, skeleton(tracker.figure, start.q)
+    own = covering(figure, bones, bones.tip, np.arange(len(figure.links)), tracker.settings.mark)
+    hidden = np.array([link.joint in start.hidden for link in figure.links])
+    return (hidden & ~own) | [link.name in start.foreshortened for link in figure.links]

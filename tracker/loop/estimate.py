@@ -1,0 +1,76 @@
+"""What a frame came to, and what the loop carries to the next."""
+
+from dataclasses import dataclass, replace
+from typing import Self, cast
+
+import numpy as np
+
+from dynamics.belief import Belief
+from dynamics.gaussian import Array, Gaussian
+from tracker.loop.detections import Likelihood
+from tracker.loop.outcome import Outcome
+from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery
+from tracker.picture.camera import Camera
+from tracker.registration.templates import Templates
+
+NOTHING = Belief(
+    Gaussian(np.zeros((0, 0)), np.zeros((0, 0, 0))), np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp)
+)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What one frame came to.
+
+    pose    : belief over the full pose, mean (D,), cov (D, D)
+    s       : most probable switching state
+    belief  : the hypotheses it was merged from
+    shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
+    misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
+    began   : whether the filter began here, so that nothing links it to the frame before
+    told    : what the picture said of the pose at the best hypothesis; None where it said nothing
+    back    : at an anchor, the frames since the one before it as the way back from it has them, oldest first
+    instead : if this frame showed the last ones to be wrong, what takes their place
+    """
+
+    pose: Gaussian
+    s: int
+    outcome: Outcome
+    belief: Belief
+    shift: Array
+    misfit: float = 0.0
+    began: bool = False
+    back: tuple[Self, ...] = ()
+    told: Likelihood | None = None
+    instead: tuple[Self, ...] = ()
+
+    def light(self) -> Self:
+        """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
+        cov = cast("Array", self.pose.cov.astype(np.float32))
+        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING, told=None, instead=())
+
+
+@dataclass(frozen=True)
+class State:
+    """What the loop carries from frame to frame.
+
+    camera   : None where it is taken for still
+    backdrop : None where what lies behind the figure is left out of account
+    outcome  : of the last frame
+    """
+
+    belief: Belief
+    templates: Templates
+    camera: Camera | None
+    backdrop: Backdrop | None
+    outcome: Outcome = Outcome.OK
+
+    @property
+    def shift(self) -> Array:
+        """(2,) pixels by which the camera has shifted the scene since the marked frame."""
+        return np.zeros(2) if self.camera is None else self.camera.shift
+
+    @property
+    def scenery(self) -> Scenery:
+        """How much the last frame differs from what lies behind the figure."""
+        return UNSEEN if self.backdrop is None else self.backdrop.scenery
