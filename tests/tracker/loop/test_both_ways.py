@@ -12,6 +12,7 @@ from tests.tracker.painted import STRIDE
 from tracker.loop import both_ways as passage_module
 from tracker.loop.both_ways import Passage, between_anchors, joined
 from tracker.loop.estimate import NOTHING, Estimate
+from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
 TRACKER = SimpleNamespace(figure=WALKER)
@@ -73,6 +74,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
         return SimpleNamespace(
             figure=WALKER,
             settings=Settings(),
+            mode=mode_of(Settings()),
             step=lambda state, image, _: (state, estimate(image + offset, cost=1.0)),
         )
 
