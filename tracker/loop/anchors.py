@@ -60,20 +60,15 @@ class Anchor:
         )
 
 
-def passed(
-    tracker: Tracker, state: State, before: Outcome, anchor: Anchor, image: Image
-) -> tuple[State, Estimate]:
-    """One frame on, to an anchor: from what was believed, or anew if that is far off or the figure was lost.
-
-    `before` is the outcome of the frame before.
-    """
+def passed(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[State, Estimate]:
+    """One frame on, to an anchor: from the belief, or anew if that is far off or the figure was lost."""
     proposed = tracker.proposed(state.belief)
     priors = tracker.pose(proposed.states)
     state = tracker.looked(state, image, priors)
     here, expected = tracker.shifted(state.shift), priors.mean
     places = here.view.to_pixels(joints(tracker.figure, expected[proposed.best]))
     away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / tracker.view.unit
-    if not before.measured or away > FAR:
+    if not state.outcome.measured or away > FAR:
         return anew(tracker, state, anchor, image)
     belief = _measured(here, _loosened(tracker, proposed), anchor, expected)
     return _settled(here, state, belief, anchor, image)

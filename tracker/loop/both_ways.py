@@ -46,23 +46,23 @@ class Passage:
         self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
     ) -> Iterator[Estimate]:
         """Estimates from the start frame on; `images` are of the frames after it, this way."""
-        figure, last = self.tracker.figure, frame
-        crossing = Crossing.at_marks(figure, state, estimate)
+        last, crossing = frame, Crossing.at_marks(self.tracker.figure, state, estimate)
         yield estimate
         for image in images:
             frame += self.way
+            crossing, state, estimate = self._step(self.tracker, crossing, state, frame, image)
             if frame in self.anchors:
-                state, estimate = passed(self.tracker, state, estimate.outcome, self.anchors[frame], image)
                 estimate = replace(estimate, back=self._back(frame, last, state, image))
-                last, crossing = frame, Crossing.at_marks(figure, state, estimate)
-            else:
-                crossing, state, estimate = self._step(self.tracker, crossing, state, frame, image)
+                last = frame
             yield estimate
 
     def _step(
         self, tracker: Tracker, crossing: Crossing, before: State, frame: int, image: Image
     ) -> tuple[Crossing, State, Estimate]:
         """One frame on, one way or the other."""
+        if frame in self.anchors:
+            state, estimate = passed(tracker, before, self.anchors[frame], image)
+            return Crossing.at_marks(tracker.figure, state, estimate), state, estimate
         detections = self.detections.get(frame)
         state, estimate = tracker.step(before, image, detections)
         if detections is not None:  # which name the legs themselves
@@ -78,11 +78,7 @@ class Passage:
             crossing = Crossing.at_marks(other.figure, there, estimate)
             yield estimate
             for t, picture in enumerate(self.span(frame - self.way, last), start=1):
-                now = frame - t * self.way
-                if now == last:
-                    _, estimate = passed(other, there, estimate.outcome, self.anchors[last], picture)
-                else:
-                    crossing, there, estimate = self._step(other, crossing, there, now, picture)
+                crossing, there, estimate = self._step(other, crossing, there, frame - t * self.way, picture)
                 yield estimate
 
         return tuple(estimate.light() for estimate in self.smooth(other, run()))[-2:0:-1]

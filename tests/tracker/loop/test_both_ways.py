@@ -78,7 +78,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
             step=lambda state, image, _: (state, estimate(image + offset, cost=1.0)),
         )
 
-    def anchored(tracker, state, before, anchor, image):
+    def anchored(tracker, state, anchor, image):
         seen.append(anchor)
         return state, estimate(image)
 
