@@ -67,7 +67,7 @@ class Passage:
         state, estimate = tracker.step(before, image, detections)
         if detections is not None:  # which name the legs themselves
             return Crossing(), state, estimate
-        return crossing.followed(tracker, before, state, estimate, image)
+        return crossing.followed(tracker, before, state, estimate)
 
     def _back(self, frame: int, last: int, state: State, image: Image) -> tuple[Estimate, ...]:
         """From an anchor back to the one before it: the frames between, in this passage's order."""

@@ -4,8 +4,7 @@ Where two legs that look alike cover each other, the templates of either hold on
 climbs to where its own prior puts it: a leg that was held back comes out behind, as the other. So what the
 pictures told of the legs while they were together is left out, and the motion bridges that stretch from what
 was known before. The frames after it then count twice, with the legs named as they were tracked and with
-their names exchanged; the motion finds one more likely. Legs that stay together are looked for where such a
-bridge expects them.
+their names exchanged; the motion finds one more likely.
 """
 
 from collections.abc import Sequence
@@ -20,18 +19,16 @@ from kinematics.figure import Figure
 from kinematics.spm import joints
 from tracker.loop.detections import Likelihood
 from tracker.loop.estimate import Estimate, State
-from tracker.loop.tracker import Tracker, likelihood
-from tracker.picture.pyramid import Image
-from tracker.registration.align import align
+from tracker.loop.tracker import Tracker
 
 TOGETHER = 0.2  # leg lengths within which knees and ankles are
 BEFORE = 3  # frames that they are apart before they meet, where no marks name them: else they may be either
 AFTER = 9  # frames that tell them apart
-AGAIN = 8  # frames together after which they are sought apart
+SHORT = 8  # frames together: of longer crossings the motion says little of either way
 LONGEST = 60  # frames that they may be together; of longer ones the motion foresees little
-# Nats by which the names as tracked must be the more likely: who measured the frames after believed them.
-# Not so where legs were together for AGAIN frames or more, after which the motion says little of either way.
-BELIEVED = 15.0
+# Nats by which the names as tracked must be the more likely after a short crossing: who measured the frames
+# after it believed them.
+BELIEVED = 10.0
 
 _Path = tuple[list[Belief], float]
 
@@ -59,13 +56,12 @@ class Crossing:
         return cls(before=state) if _together(figure, estimate.pose.mean) else cls(apart=BEFORE)
 
     def followed(
-        self, tracker: Tracker, before: State, state: State, estimate: Estimate, image: Image
+        self, tracker: Tracker, before: State, state: State, estimate: Estimate
     ) -> tuple[Self, State, Estimate]:
         """One frame on; the frame's own state and estimate, or what takes their place.
 
         Args:
             before: the state of the frame before.
-            image: of this one, (H, W, 3) RGB.
         """
         new = type(self)()
         if not tracker.mode.crossings or estimate.told is None or len(self.frames) == LONGEST:
@@ -77,10 +73,6 @@ class Crossing:
             return replace(new, apart=0 if meet else self.apart + 1), state, estimate
         frames = (*self.frames, estimate)
         together = len(frames) if meet else self.together
-        if together % AGAIN == 0 and together == len(frames):
-            parted = _parted(tracker, self.before, frames, state, image)
-            if parted is not None:
-                return replace(new, apart=1), *parted
         if len(frames) - together < AFTER:
             return replace(self, frames=frames, together=together), state, estimate
         return replace(new, apart=AFTER), *_named(tracker, self.before, frames, together, state)
@@ -96,25 +88,9 @@ def _named(
     belief = bridge[-1] if bridge else before.belief
     _, as_tracked = _path(tracker, belief, after)
     other, exchanged = _path(tracker, belief, [_exchanged(figure, each) for each in after])
-    if as_tracked + (BELIEVED if together < AGAIN else 0.0) <= exchanged:
+    if as_tracked + (BELIEVED if together < SHORT else 0.0) <= exchanged:
         return state, frames[-1]
     return _instead(tracker, before, frames, [*bridge, *other], state)
-
-
-def _parted(
-    tracker: Tracker, before: State, frames: Sequence[Estimate], state: State, image: Image
-) -> tuple[State, Estimate] | None:
-    """State and estimate of the last frame if its picture shows legs apart where the motion expects them."""
-    figure, told = tracker.figure, [frame.told for frame in frames if frame.told is not None]
-    bridge, _ = _path(tracker, before.belief, [_without_legs(figure, each) for each in told[:-1]])
-    proposed, here = tracker.proposed(bridge[-1]), tracker.shifted(state.shift)
-    priors = tracker.pose(proposed.states)
-    found = align(here.field(replace(state, templates=before.templates), image, priors), priors)
-    glued = tracker.conditioned(proposed, priors, told[-1])
-    fused = tracker.conditioned(proposed, priors, likelihood(found))
-    if glued.cost.min() <= fused.cost.min() or _together(figure, found[fused.best].q):
-        return None
-    return _instead(tracker, before, frames, [*bridge, fused.levelled()], state)
 
 
 def _instead(

@@ -1,4 +1,4 @@
-"""Legs that pass each other: names that the motion speaks against are exchanged, legs that stick parted."""
+"""Legs that pass each other: names that the motion speaks against are exchanged."""
 
 from dataclasses import replace
 
@@ -10,14 +10,14 @@ from dynamics.motion.tasks import synthesise
 from kinematics.recover import start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import WALKER
-from tests.tracker.painted import FULL, VIEW, Painted
+from tests.tracker.painted import FULL, VIEW
 from tracker.loop.begin import begin
 from tracker.loop.crossing import (
     AFTER,
-    AGAIN,
     BEFORE,
     BELIEVED,
     LONGEST,
+    SHORT,
     TOGETHER,
     Crossing,
     _exchanged,
@@ -32,7 +32,7 @@ from tracker.motion.tasks import of_motion
 SPREAD = 0.03  # of what a frame tells: radians or leg lengths
 D = len(WALKER.freedoms)
 PAIRS = [(link, twin) for link, twin in WALKER.twins.items() if link < twin and WALKER.links[link].breathes]
-BLANK = np.zeros((20, 20, 3), np.uint8)
+BLANK = np.full((190, 190, 3), 90, np.uint8)
 
 
 def gap(q):
@@ -83,27 +83,23 @@ def exchanged(q):
     return q[[WALKER.freedoms.index(name) for name in names]]
 
 
-def watched(tracker, start, seen, images=None, marked=False):
+def watched(tracker, start, seen, marked=False):
     """Estimates of a run in which each frame tells one of the poses `seen`, through a `Crossing`.
 
     It begins as at the marks of the start frame, if that is so, else with nothing known of the legs.
     """
-    blank = images is None
-    state, first = begin(tracker, start, np.full((190, 190, 3), 90, np.uint8) if blank else images[0])
+    state, first = begin(tracker, start, BLANK)
     crossing = Crossing.at_marks(WALKER, state, first) if marked else Crossing()
     found = [first]
-    for t, q in enumerate(seen, start=1):
+    for q in seen:
         before, proposed = state, tracker.proposed(state.belief)
         belief = tracker.conditioned(proposed, tracker.pose(proposed.states), told(q))
         belief = replace(belief, cost=belief.cost - belief.cost.min())
-        image = BLANK if blank else images[t]
-        if not blank:
-            state = tracker.looked(state, image, tracker.pose(proposed.states))
         state = replace(state, belief=belief)
         estimate = replace(
             first, pose=tracker.pose(belief.merged()), belief=belief, told=told(q), began=False
         )
-        crossing, state, estimate = crossing.followed(tracker, before, state, estimate, image)
+        crossing, state, estimate = crossing.followed(tracker, before, state, estimate)
         if estimate.instead:
             found[-len(estimate.instead) :] = estimate.instead
         found.append(estimate)
@@ -152,12 +148,12 @@ def test_nobody_knows_how_legs_moved_that_met_at_once(tracker, walk, meeting):
 
 @pytest.mark.parametrize(
     ("together", "worse", "kept"),
-    [(3, BELIEVED + 1.0, True), (3, BELIEVED - 1.0, False), (AGAIN, 1.0, True), (AGAIN, -1.0, False)],
+    [(3, BELIEVED + 1.0, True), (3, BELIEVED - 1.0, False), (SHORT, 1.0, True), (SHORT, -1.0, False)],
 )
 def test_names_as_tracked_must_be_well_the_more_likely_after_a_short_crossing(
     monkeypatch, tracker, walk, together, worse, kept
 ):
-    state, first = begin(*tracker, np.full((190, 190, 3), 90, np.uint8))
+    state, first = begin(*tracker, BLANK)
     frames = [replace(first, told=told(walk[0]))] * (together + AFTER)
     costs = iter([0.0, 0.0, worse])  # of the bridge, as tracked, exchanged
     monkeypatch.setattr(
@@ -196,7 +192,7 @@ def test_marks_tell_which_leg_is_which_where_they_are_together(walk, meeting):
 
 def test_of_lower_legs_that_are_not_marked_the_marks_tell_nothing(walk, meeting):
     tracker, start = tracker_from(here(walk[meeting:])[0])
-    state, first = begin(tracker, start, np.full((190, 190, 3), 90, np.uint8))
+    state, first = begin(tracker, start, BLANK)
     assert Crossing.at_marks(WALKER, state, first) == Crossing(before=state)
     shanks = [i for i, link in enumerate(WALKER.links) if link.name.startswith("shank")]
     unknown = replace(state.templates, known=state.templates.known & ~np.isin(state.templates.link, shanks))
@@ -204,31 +200,14 @@ def test_of_lower_legs_that_are_not_marked_the_marks_tell_nothing(walk, meeting)
 
 
 def test_a_frame_that_tells_nothing_ends_a_crossing_and_so_does_a_very_long_one(tracker, walk):
-    state, estimate = begin(*tracker, np.full((190, 190, 3), 90, np.uint8))
+    state, estimate = begin(*tracker, BLANK)
     begun = Crossing(state, (estimate,), 1)
     for crossing in (begun, replace(begun, frames=(estimate,) * LONGEST)):
         given = replace(estimate, told=None if len(crossing.frames) == 1 else told(walk[0]))
-        after, kept, same = crossing.followed(tracker[0], state, state, given, BLANK)
+        after, kept, same = crossing.followed(tracker[0], state, state, given)
         assert after == Crossing()
         assert kept is state
         assert same is given
-
-
-def test_legs_that_were_taken_for_one_are_parted_where_the_picture_shows_both(tracker, walk, meeting, rng):
-    painted = Painted(rng)
-    for link, twin in WALKER.twins.items():
-        painted.cloths[twin] = painted.cloths[link]
-    glued = walk[: meeting + AGAIN].copy()
-    legs = np.flatnonzero(WALKER.exchanged != np.arange(D))
-    near = [i for i in legs if WALKER.freedoms[i].endswith("near")]
-    for t in range(meeting, len(glued)):
-        glued[t, near] = glued[t, WALKER.exchanged[near]]
-    # The walker stays in the middle of the picture, as on a moving floor.
-    pictures = [painted.picture(q * np.r_[0.0, 0.0, np.ones(D - 2)]) for q in walk[: len(glued)]]
-    still = glued * np.r_[0.0, 0.0, np.ones(D - 2)]
-    found = watched(*tracker, still[1:], pictures)
-    assert len(found[-1].instead) == AGAIN - 1
-    assert leg_errors(found[-1:], walk[len(glued) - 1 : len(glued)])[0] < 0.15
 
 
 def test_what_is_left_without_the_legs_is_what_their_every_pose_allows(rng):
