@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from tests.tracker.browser import Browser, chromium
 from tests.tracker.clips import Clip, make_clip
 from tracker.models.cluster import local_cluster
 
@@ -40,3 +41,10 @@ def cluster() -> Iterator["Client"]:
     """A real Dask cluster of two processes of this machine."""
     with local_cluster(2) as client:
         yield client
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A real browser; its tests skip where there is none."""
+    with chromium(tmp_path_factory.mktemp("profile")) as browser:
+        yield browser

@@ -60,7 +60,7 @@ def test_logs_of_zero_probabilities_are_minus_infinity(rng):
 @pytest.mark.parametrize("order", [1, 2])
 def test_samples_of_one_state_have_the_moments_of_the_recursion(order, rng):
     slds = random_slds(1, order=order, rng=rng)
-    n = 4000
+    n = 1000
     x, y = (np.stack(draws) for draws in zip(*(slds.sample(4, rng)[1:] for _ in range(n)), strict=True))
     belief = slds.start[0]
     for t in range(4):

@@ -186,7 +186,7 @@ def test_the_bound_never_falls_from_round_to_round(order, gaps, knowing, rng):
 
 def test_the_bound_is_below_the_evidence_by_what_independence_costs(rng):
     short = []
-    for i in range(40):
+    for i in range(20):
         K, T = ((2, 8), (3, 5))[i % 2]
         slds = random_slds(K, order=1 + i // 2 % 2, noise=0.5, rng=rng)
         y = drawn(slds, T, rng, gaps=i % 3 == 0)
@@ -199,7 +199,7 @@ def test_the_bound_is_below_the_evidence_by_what_independence_costs(rng):
 
 def test_the_switching_states_are_near_those_of_all_paths(rng):
     apart, chance = [], []
-    for i in range(20):
+    for i in range(12):
         slds = random_slds(2, order=1 + i % 2, noise=0.7, rng=rng)
         y = drawn(slds, 7, rng)
         exact = enumerated(slds, y)

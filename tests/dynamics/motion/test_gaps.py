@@ -243,11 +243,11 @@ def test_many_samples_come_to_the_sum_over_all_paths(order, travelling, recurren
     slds = random_slds(2, d=2, order=order, travelling=travelling, noise=1.0, stay=0.95, rng=rng)
     y = with_gaps(slds.sample(5, rng)[2], (1, 4))
     want, deviation = over_all_paths(slds, y, recurrent)
-    monkeypatch.setattr(gaps, "PATHS", 5000)
+    monkeypatch.setattr(gaps, "PATHS", 1000)
     got = interpolate(slds, y, rng, recurrent=recurrent)
-    # Five standard errors of means over 5000 paths, and what the regions are widened by.
-    assert (np.abs(got.mean - want.mean) < 5.0 * deviation.mean / np.sqrt(5000) + 1e-5).all()
-    assert (np.abs(got.cov - want.cov) < 5.0 * deviation.cov / np.sqrt(5000) + 1e-5).all()
+    # Five standard errors of means over 1000 paths, and what the regions are widened by.
+    assert (np.abs(got.mean - want.mean) < 5.0 * deviation.mean / np.sqrt(1000) + 1e-5).all()
+    assert (np.abs(got.cov - want.cov) < 5.0 * deviation.cov / np.sqrt(1000) + 1e-5).all()
     assert_array_equal(got.cov, np.swapaxes(got.cov, 1, 2))
 
 

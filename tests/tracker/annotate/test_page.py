@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.tracker.browser import chromium
 from tests.tracker.clips import figtrack, write_table
 from tests.tracker.processes import started
 from tracker.annotate.marks import Table
@@ -73,12 +72,6 @@ class Page:
 
     def turn_to(self, frame):
         self.browser.wait(f"document.querySelector('#picture').ariaLabel === 'Frame {frame} of walk.mp4'")
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("profile")) as browser:
-        yield browser
 
 
 @pytest.fixture

@@ -114,8 +114,12 @@ def test_the_error_of_a_stance_is_what_independent_noise_does_to_it(rng):
 
 
 def test_errors_of_both_legs_and_of_their_symmetry_come_from_the_legs_own():
-    found = told(stroll(9.0, swings=(SWING, 0.7 * SWING), sigma=0.01))["hip range"]
+    track = stroll(9.0, swings=(SWING, 0.7 * SWING), sigma=0.01)
+    unlike = np.ones(len(WALKER.freedoms))
+    unlike[WALKER.index("hip_far")] = 3.0
+    found = told(replace(track, cov=track.cov * np.outer(unlike, unlike)))["hip range"]
     near, far = found.near, found.far
+    assert far.error > 2.0 * near.error
     assert found.both.error == pytest.approx((near.error + far.error) / 2.0)
 
     def index(a, b):

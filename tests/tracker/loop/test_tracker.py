@@ -37,7 +37,7 @@ WHOLE = FULL.model_copy(update={"margin": 50.0})
 
 @dataclass(frozen=True)
 class Walk:
-    """The first frames of a rendered walk, before any shrub is near."""
+    """The first frames of a rendered walk."""
 
     images: list
     joints: dict
@@ -52,8 +52,13 @@ def start_of(places, facing, without=()):
 
 
 @pytest.fixture(scope="module")
-def walk():
-    scene = render(5, frames=90)  # a long walk, or else the shrubs stand at its very start
+def scene():
+    """A walker whom no shrub hides."""
+    return render(5, frames=90, size=(480, 270), shrubs=False)
+
+
+@pytest.fixture(scope="module")
+def walk(scene):
     places = {name: at[:FRAMES] for name, at in scene.joints.items()}
     return Walk(scene.images[:FRAMES], places, start_of(places, scene.facing), scene.leg_px)
 
@@ -606,9 +611,8 @@ class Disturbed:
 
 
 @pytest.fixture(scope="module")
-def long_walk():
-    """Of a walker whom no shrub hides; what their body spans in each frame, pixels."""
-    scene = render(5, frames=90, size=(480, 270), shrubs=False)
+def long_walk(scene):
+    """With what the walker's body spans in each frame, pixels."""
     x = np.stack([places[:, 0] for places in scene.joints.values()])
     half = 0.12 * scene.leg_px  # of a trunk, and a head before its joints
     return scene, x.min(0) - half, x.max(0) + half

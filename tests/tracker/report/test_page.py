@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tests.kinematics.figures import WALKER
-from tests.tracker.browser import chromium
 from tests.tracker.report.test_chapter import chapter
 from tests.tracker.report.test_html_tables import SCORE
 from tests.tracker.strolls import stroll
@@ -38,12 +37,6 @@ def write_clip(path, times):
         for t, time in enumerate(times):
             writer.write(np.full((SIZE[1], SIZE[0], 3), STEP * t, np.uint8), float(time))
     return path
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("profile")) as browser:
-        yield browser
 
 
 @pytest.fixture(autouse=True)
