@@ -101,19 +101,9 @@ class Following:
             settings = Settings() if self.settings is None else read_settings(self.settings)
         if not self.templates:
             settings = settings.model_copy(update={"templates": False})
-        return Job(
-            video,
-            marks,
-            self.model,
-            settings,
-            start=self.start,
-            stop=self.stop,
-            facing=towards(self.facing),
-            rate=self.rate,
-            smooth=self.smooth,
-            anchors=self.anchors,
-            measure=self.measure,
-        )
+        read = {"video": video, "marks": marks, "settings": settings, "facing": towards(self.facing)}
+        asked = {name: value for name, value in vars(self).items() if name != "templates"}
+        return Job(**asked | read)
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tracker.foreign.people import People, Person, frame_number, sighting, triples
-from tracker.foreign.text_files import ForeignError, load_json
+from tracker.foreign.people import People, frame_number, person, triples
+from tracker.foreign.text_files import ForeignError, laid_out, load_json
 
 COCO_17 = (
     *("nose", "left_eye", "right_eye", "left_ear", "right_ear"),
@@ -36,12 +36,8 @@ def read_people(path: Path) -> People:
     content = load_json(path)
     if not is_coco(content):
         raise ForeignError(f"{path} is no COCO keypoints file: it has no annotations; export it again")
-    try:
+    with laid_out(path, "COCO keypoints file"):
         return _labelled(content) if isinstance(content, Mapping) else _detected(content)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ForeignError(
-            f"{path} is no COCO keypoints file that can be read ({error}); export it again"
-        ) from error
 
 
 def _labelled(content: Mapping[str, Any]) -> People:
@@ -57,25 +53,19 @@ def _labelled(content: Mapping[str, Any]) -> People:
         if one.get("iscrowd") or not any(one.get("keypoints") or []):
             continue
         points = triples(names.get(one.get("category_id"), COCO_17), one["keypoints"])
-        person = {
-            name: sighting(x, y, 1.0 if flag in (OCCLUDED, LABELLED) else 0.0, flag == LABELLED)
+        flagged = {
+            name: (x, y, 1.0 if flag in (OCCLUDED, LABELLED) else 0.0, flag == LABELLED)
             for name, (x, y, flag) in points.items()
         }
         frame = frames.get(one["image_id"], one["image_id"])
-        people.setdefault(int(frame), []).append(_there(person))
+        people.setdefault(int(frame), []).append(person(flagged))
     return people
 
 
 def _detected(content: list[Any]) -> People:
     people: People = {}
     for one in content:
-        points = triples(COCO_17, one["keypoints"])
-        person = {name: sighting(*numbers) for name, numbers in points.items()}
         image = one["image_id"]
         frame = frame_number(image) if isinstance(image, str) else int(image)
-        people.setdefault(frame or 0, []).append(_there(person))
+        people.setdefault(frame or 0, []).append(person(triples(COCO_17, one["keypoints"])))
     return people
-
-
-def _there(person: Mapping[str, Any]) -> Person:
-    return {name: point for name, point in person.items() if point is not None}

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from dynamics.gaussian import Array
-from tracker.foreign.people import People, Person, frame_number, sighting
+from tracker.foreign.people import People, Person, frame_number, person
 from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError, load_rows, write_rows
 
@@ -51,7 +51,7 @@ def read_people(path: Path) -> People:
         except ValueError as error:
             raise ForeignError(f"{path}, frame {frame}: {error}; export it again") from error
         found = [_person(cells, who) for who in dict.fromkeys(who for who, _, _ in columns)]
-        people[frame] = [person for person in found if person]
+        people[frame] = [seen for seen in found if seen]
     return people
 
 
@@ -92,9 +92,9 @@ def _frame(front: list[str], path: Path) -> int:
 
 
 def _person(cells: dict[Column, float], who: str) -> Person:
-    found = {
-        part: sighting(x, cells[who, part, "y"], cells.get((who, part, "likelihood"), 1.0))
+    parts = {
+        part: (x, cells[who, part, "y"], cells.get((who, part, "likelihood"), 1.0))
         for (owner, part, axis), x in cells.items()
         if owner == who and axis == "x"
     }
-    return {part: point for part, point in found.items() if point is not None}
+    return person(parts)

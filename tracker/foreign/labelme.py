@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.foreign.people import People, Sighting, frame_number, sighting
-from tracker.foreign.text_files import ForeignError, load_json
+from tracker.foreign.text_files import ForeignError, laid_out, load_json
 
 CORNER = 0.5
 HIDDEN_FLAGS = ("hidden", "occluded")
@@ -29,7 +29,7 @@ def read_people(path: Path) -> People:
     if not is_labelme(content):
         raise ForeignError(f"{path} is no labelme file: it has no shapes; save it again")
     groups: dict[Any, dict[str, Sighting]] = {}
-    try:
+    with laid_out(path, "labelme file", "save it again"):
         for shape in content["shapes"]:
             if shape.get("shape_type", "point") != "point":
                 continue
@@ -39,8 +39,6 @@ def read_people(path: Path) -> People:
             if point is not None:
                 placed = Sighting(point.x - CORNER, point.y - CORNER, visible=point.visible)
                 groups.setdefault(shape.get("group_id"), {})[str(shape["label"])] = placed
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise ForeignError(f"{path} is no labelme file that can be read ({error}); save it again") from error
     numbers = (frame_number(str(content.get("imagePath") or "")), frame_number(path.name))
     frame = next((number for number in numbers if number is not None), 0)
     return {frame: list(groups.values())} if groups else {}

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from tracker.foreign.people import People, Person, frame_number, sighting, triples
+from tracker.foreign.people import People, Person, frame_number, person, triples
 from tracker.foreign.points import HIPS, JOINTS, SHOULDERS, Points
-from tracker.foreign.text_files import ForeignError, load_json
+from tracker.foreign.text_files import ForeignError, laid_out, load_json
 
 BODY_25 = (
     *("Nose", "Neck", "RShoulder", "RElbow", "RWrist", "LShoulder", "LElbow", "LWrist"),
@@ -33,11 +33,11 @@ FILE = re.compile(r"(.*_)?(\d+)_keypoints\.json")
 def write_openpose(points: Points, folder: Path, prefix: str) -> None:
     """PREFIX_000000000000_keypoints.json and so on, one person in each."""
     for t in range(len(points)):
-        person = {"person_id": [-1], "pose_keypoints_2d": _numbers(points, t)}
-        person |= {f"{part}_keypoints_2d": [] for part in OTHERS}
-        person |= {f"{part}_keypoints_3d": [] for part in ("pose", *OTHERS)}
+        one = {"person_id": [-1], "pose_keypoints_2d": _numbers(points, t)}
+        one |= {f"{part}_keypoints_2d": [] for part in OTHERS}
+        one |= {f"{part}_keypoints_3d": [] for part in ("pose", *OTHERS)}
         path = folder / f"{prefix}_{t:012d}_keypoints.json"
-        path.write_text(json.dumps({"version": 1.3, "people": [person]}) + "\n", encoding="utf-8")
+        path.write_text(json.dumps({"version": 1.3, "people": [one]}) + "\n", encoding="utf-8")
 
 
 def holds_frames(folder: Path) -> bool:
@@ -84,15 +84,6 @@ def _people(path: Path) -> list[Person]:
     content = load_json(path)
     if not is_openpose(content):
         raise ForeignError(f"{path} is no OpenPose file: it has no people; export it again")
-    people: list[Person] = []
-    try:
-        for one in content["people"]:
-            numbers = one["pose_keypoints_2d"]
-            points = triples(LAYOUTS.get(len(numbers), BODY_25), numbers)
-            found = {name: sighting(*values) for name, values in points.items()}
-            people.append({name: point for name, point in found.items() if point is not None})
-    except (KeyError, TypeError, ValueError) as error:
-        raise ForeignError(
-            f"{path} is no OpenPose file that can be read ({error}); export it again"
-        ) from error
-    return people
+    with laid_out(path, "OpenPose file"):
+        of_each = [one["pose_keypoints_2d"] for one in content["people"]]
+        return [person(triples(LAYOUTS.get(len(numbers), BODY_25), numbers)) for numbers in of_each]

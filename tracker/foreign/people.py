@@ -38,6 +38,12 @@ def sighting(x: object, y: object, confidence: object = 1.0, visible: bool = Tru
     return Sighting(numbers[0], numbers[1], min(numbers[2], 1.0), visible)
 
 
+def person(points: Mapping[str, Sequence[Any]]) -> Person:
+    """Those of the points that are there; each is given as `sighting` takes it."""
+    found = {name: sighting(*numbers) for name, numbers in points.items()}
+    return {name: point for name, point in found.items() if point is not None}
+
+
 def triples(names: Sequence[str], numbers: Sequence[Any]) -> dict[str, tuple[Any, Any, Any]]:
     """Numbers x, y, c, x, y, c, .. by point; ValueError where they are not three a name."""
     if len(numbers) != 3 * len(names):

@@ -30,6 +30,15 @@ def opened(path: Path) -> Iterator[TextIO]:
         raise ForeignError(f"cannot read {path} as text ({why(error)}); export it again") from error
 
 
+@contextmanager
+def laid_out(path: Path, kind: str, advice: str = "export it again") -> Iterator[None]:
+    """What was loaded is taken apart here; ForeignError if it is not laid out as it should be."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise ForeignError(f"{path} is no {kind} that can be read ({error}); {advice}") from error
+
+
 def load_rows(path: Path, delimiter: str = ",") -> list[list[str]]:
     """The cells of every row that is not empty; ForeignError if it is no text."""
     with opened(path) as file:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from dynamics.gaussian import Array
-from tracker.foreign.people import People, Person, sighting, triples
+from tracker.foreign.people import People, Person, person, triples
 from tracker.foreign.points import Points
 from tracker.foreign.scale import Scale
 from tracker.foreign.text_files import ForeignError, load_rows, write_rows
@@ -65,8 +65,7 @@ def read_people(path: Path) -> People:
 
 
 def _person(names: list[str], numbers: list[float]) -> Person:
-    found = {name: sighting(x, y) for name, (x, y, _) in triples(names, numbers).items()}
-    return {name: point for name, point in found.items() if point is not None}
+    return person({name: (x, y) for name, (x, y, _) in triples(names, numbers).items()})
 
 
 def _write(names: tuple[str, ...], places: Array, times: Array, fps: float, units: str, path: Path) -> None:
