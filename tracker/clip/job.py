@@ -119,9 +119,9 @@ class Option:
         """The value as this option's type; ValueError if it is out of the range or none of the words."""
         least, most = self.about.least, self.about.most
         if least is not None and not value >= least:
-            raise ValueError(f"{self.name} must be at least {least:g}; got {value!r}")
+            raise ValueError(f"{self.name} must be at least {least:.10g}; got {value!r}")
         if most is not None and not value <= most:
-            raise ValueError(f"{self.name} must be at most {most:g}; got {value!r}")
+            raise ValueError(f"{self.name} must be at most {most:.10g}; got {value!r}")
         if self.words and value not in self.words:
             known = ", ".join(map(repr, self.words))
             raise ValueError(f"{self.name} must be {known} or None; got {value!r}")
