@@ -11,24 +11,13 @@ from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
-from tracker.experiments.measures import (
-    ANGLES,
-    NOISES,
-    Errors,
-    best_noises,
-    by_person,
-    centred,
-    forecast_errors,
-    noisy,
-    rival_errors,
-    rms,
-    rootless,
-)
+from tracker.experiments import measures
+from tracker.experiments.measures import ANGLES, NOISES, Errors, centred, noisy, rootless
 from tracker.experiments.panels import grid, legend_below, to_svg
-from tracker.experiments.section import Claim, Plot, Section, Table, pooled_and_range, share_verdict
+from tracker.experiments.section import Claim, Heading, Plot, Section, Table, pooled_and_range, share_verdict
 from tracker.experiments.study import Recipe, Study
 
-KEY, TITLE, SOURCE = "prediction", "Where next?", "2000, section 1; 1999, section 4.2"
+HEADING = Heading("prediction", "Where next?", "2000, section 1; 1999, section 4.2")
 NOISE = 2.0  # degrees
 HORIZONS = (1, 2, 5, 10)
 FIRST = max(HORIZONS)  # before, not every horizon is forecast; all are judged on the same frames
@@ -40,11 +29,6 @@ Key = tuple[str, int]
 Found = dict[str, dict[Key, list[Errors]]]
 Total = dict[str, dict[Key, float]]
 People = dict[str, dict[Key, dict[str, float]]]
-
-
-def recipes(study: Study) -> list[Recipe]:
-    """Learned at the noise that is met, each without a group of subjects."""
-    return [make(study, held) for held in study.held_out for make in (model, _hidden)]
 
 
 def model(study: Study, held: frozenset[str]) -> Recipe:
@@ -61,11 +45,11 @@ def run(study: Study) -> Section:
     for motion, h in study.each("constant velocity", keys):
         captures = study.of(motion)
         noises = NOISES[:: 10 if study.quick else 1]
-        tried = rival_errors(captures, shown(captures, study.seed), h, FIRST, noises)
-        chosen[motion, h] = best_noises(tried)
+        tried = measures.rival_errors(captures, shown(captures, study.seed), h, FIRST, noises)
+        chosen[motion, h] = measures.best_noises(tried)
         found["kalman"][motion, h] = tried[chosen[motion, h]]
-    total = {name: {key: rms(found[name][key]) for key in keys} for name in NAMES}
-    people = {name: {key: by_person(found[name][key]) for key in keys} for name in NAMES}
+    total = {name: {key: measures.rms(found[name][key]) for key in keys} for name in NAMES}
+    people = {name: {key: measures.by_person(found[name][key]) for key in keys} for name in NAMES}
     rows = tuple(
         (_told(key).removesuffix(" ahead"),
          *(pooled_and_range(total[name][key], people[name][key]) for name in NAMES),
@@ -80,9 +64,7 @@ def run(study: Study) -> Section:
         rows,
     )
     return Section(
-        KEY,
-        TITLE,
-        SOURCE,
+        HEADING,
         f"The six angles of every capture with {NOISE:g} degrees of white noise; the clean angles up to "
         f"{max(_horizons(study))} frames ahead are forecast from the noisy ones up to now. People were "
         f"{study.unseen}. The SLDS (second order, GPB2 filter) has the states a motion that learning uses by "
@@ -126,13 +108,16 @@ def hmm_forecast(hmm: HMM, y: Array, horizon: int) -> Array:
 def _errors(study: Study) -> Found:
     keys = list(product(study.motions, _horizons(study)))
     found: Found = {name: {key: [] for key in keys} for name in NAMES}
-    for held, (motion, h) in study.each(KEY, list(product(study.held_out, keys))):
+    for held, (motion, h) in study.each(HEADING.key, list(product(study.held_out, keys))):
         slds, hmm = study.slds(model(study, held)), study.hmm(_hidden(study, held))
         captures = [c for c in study.tested(held) if c.label == motion]
         ys = shown(captures, study.seed)
-        found["slds"][motion, h] += forecast_errors(captures, [f.mean for f in predict(slds, ys, h)], FIRST)
-        means = [np.pad(hmm_forecast(hmm, y[:, ANGLES], h), ((0, 0), (2, 0))) for y in ys]
-        found["hmm"][motion, h] += forecast_errors(captures, means, FIRST)
+        means = {
+            "slds": [f.mean for f in predict(slds, ys, h)],
+            "hmm": [np.pad(hmm_forecast(hmm, y[:, ANGLES], h), ((0, 0), (2, 0))) for y in ys],
+        }
+        for name in means:
+            found[name][motion, h] += measures.forecast_errors(captures, means[name], FIRST)
     return found
 
 

@@ -27,6 +27,7 @@ from tracker.experiments.motions import (
 from tracker.experiments.panels import GREY, MOTIONS, bars, grid, legend_below, to_svg
 from tracker.experiments.section import (
     Claim,
+    Heading,
     Plot,
     Section,
     Table,
@@ -36,11 +37,11 @@ from tracker.experiments.section import (
     verdict,
 )
 from tracker.experiments.splices import LONGEST, SHORTEST
-from tracker.experiments.study import Recipe, Study
+from tracker.experiments.study import Study
 from tracker.motion.label_plot import patches
 from tracker.motion.tasks import INFERENCES
 
-KEY, TITLE, SOURCE = "classification", "Walk or run?", "1999, figure 3; 2000, figure 2 a to d"
+HEADING = Heading("classification", "Walk or run?", "1999, figure 3; 2000, figure 2 a to d")
 PAPER = 2.9  # per cent of the frames, 1999, section 4.1
 ALIKE = 0.5  # per cent of the frames; inferences no further apart are taken as alike
 PEOPLE = {SEEN: "people learned from", UNSEEN: "people left out"}
@@ -48,120 +49,110 @@ MARKS = {"viterbi": "o", "gpb2": "s", "variational": "^", HIDDEN: "x", POSED: "D
 TOLD = {"viterbi": "Viterbi", "gpb2": "GPB2", "variational": "variational", POSED: "Viterbi with pose *"}
 SHADES = {0: "#c1272d", 1: "#e69f00", 2: "#0072b2"}
 
-
-def recipes(study: Study) -> list[Recipe]:
-    """Orders 1, 2 and the hidden Markov model, for all and for every fold."""
-    if missing(study):
-        return []
-    held = dict.fromkeys((frozenset[str](), *study.folds))
-    return [recipe(n, order, h) for h in held for n, order in product(counts(study), (0, *ORDERS))]
+Key = tuple[int, int, str]
+Means = dict[Key, float]
 
 
 def run(study: Study) -> Section:
     """All cells, the claims they answer, a sequence cut by every inference."""
     why = missing(study)
     if why is not None:
-        return left_out(KEY, TITLE, SOURCE, why)
+        return left_out(HEADING, why)
     tried = draws(study)
     found: list[Cell] = []
-    for draw, n in study.each(KEY, list(product(tried, counts(study)))):
+    for draw, n in study.each(HEADING.key, list(product(tried, counts(study)))):
         found += cells(study, draw, n)
     people = [who for who in PEOPLE if any(c.people == who for c in found)]
     frames = {who: sum(len(d.labels) for d in tried if d.people == who) for who in people}
     few = min(len(d.splices) for d in tried)
     return Section(
-        KEY,
-        TITLE,
-        SOURCE,
+        HEADING,
         f"Sequences spliced from pieces of {SHORTEST} to {LONGEST} frames of the captures, walk or run by "
         "a fair coin, the 4 frames on each side of a joint replaced by a least-squares cubic B-spline, "
         f"then {NOISE:g} degrees of white noise on all six angles. {_draws_told(tried, few)} Models are "
         "learned with the same noise and the two motions joined (1 in 1000 a frame to change). The error "
         "is the share of frames with the wrong motion; frames: "
         f"{', '.join(f'{n} of {PEOPLE[who]}' for who, n in frames.items())}.",
-        tuple(_claims(found, people)),
+        tuple(claims(found)),
         tuple(_table(found, who) for who in people),
         (_errors_plot(found, people), *(_cut_plot(study, tried[0], n) for n in {1, max(counts(study))})),
         {"frames": frames, "noise_degrees": NOISE, "cells": [asdict(c) for c in found]},
     )
 
 
-def mean_wrong(found: Iterable[Cell], people: str) -> dict[tuple[int, int, str], float]:
-    """Per cent, mean over draws, by (states, order, inference)."""
-    rows: dict[tuple[int, int, str], list[float]] = {}
+def mean_wrong(found: Iterable[Cell]) -> dict[str, Means]:
+    """Per cent, mean over draws, by people and (states, order, inference)."""
+    rows: dict[str, dict[Key, list[float]]] = {}
     for c in found:
-        if c.people == people:
-            rows.setdefault((c.states, c.order, c.inference), []).append(c.wrong)
-    return {key: float(np.mean(values)) for key, values in rows.items()}
+        rows.setdefault(c.people, {}).setdefault((c.states, c.order, c.inference), []).append(c.wrong)
+    return {who: {key: float(np.mean(each)) for key, each in of.items()} for who, of in rows.items()}
 
 
-def _claims(found: Sequence[Cell], people: Sequence[str]) -> list[Claim]:
-    claims = [_papers_error(found, people)]
-    claims += [_hmm_worse(found, who) for who in people]
-    claims += [_more_is_better(found, who) for who in people]
-    return [*claims, _inferences_alike(found, people), _softness(found)]
+def claims(found: Sequence[Cell]) -> list[Claim]:
+    """What the cells answer."""
+    wrong = mean_wrong(found)
+    slds = {who: {key: e for key, e in means.items() if key[2] in INFERENCES} for who, means in wrong.items()}
+    return [
+        _papers_error(slds),
+        *(_hmm_worse(wrong[who], slds[who], PEOPLE[who]) for who in wrong),
+        *(_more_is_better(slds[who], PEOPLE[who]) for who in wrong),
+        _inferences_alike(slds),
+        _softness(found),
+    ]
 
 
-def _papers_error(found: Sequence[Cell], people: Sequence[str]) -> Claim:
-    means = mean_wrong(found, SEEN)
-    multi = {key: e for key, e in means.items() if key[2] == "viterbi" and key[0] > 1}
-    reached = [e <= PAPER for e in multi.values()]
+def _papers_error(slds: dict[str, Means]) -> Claim:
+    multi = {key: e for key, e in slds[SEEN].items() if key[2] == "viterbi" and key[0] > 1}
     best = min(multi, key=lambda key: multi[key])
     here = (
         f"Here {min(multi.values()):.1f} to {max(multi.values()):.1f} % over {len(multi)} such models; "
         f"the best has {best[0]} states a motion and order {best[1]}."
     )
-    if UNSEEN in people:
-        unseen = mean_wrong(found, UNSEEN)
-        here += f" The same models of people who were left out: {min(unseen[k] for k in multi):.1f} to "
-        here += f"{max(unseen[k] for k in multi):.1f} %, which the papers did not try."
+    if UNSEEN in slds:
+        unseen = [slds[UNSEEN][key] for key in multi]
+        here += f" The same models of people who were left out: {min(unseen):.1f} to {max(unseen):.1f} %, "
+        here += "which the papers did not try."
     return Claim(
         f"A multi-state model with Viterbi inference errs on {PAPER} % of 8312 frames, spliced from the "
         "sequences it learned from.",
-        share_verdict(reached),
+        share_verdict([e <= PAPER for e in multi.values()]),
         here,
     )
 
 
-def _hmm_worse(found: Sequence[Cell], people: str) -> Claim:
-    means = mean_wrong(found, people)
-    pairs = [(e, means[key[0], 0, HIDDEN]) for key, e in means.items() if key[2] in INFERENCES]
-    worse = [rival > e for e, rival in pairs]
-    slds = min((e, key) for key, e in means.items() if key[2] in INFERENCES)
-    rival = min((e, key) for key, e in means.items() if key[2] == HIDDEN)
-    better = "The best switching model" if slds[0] < rival[0] else "The best hidden Markov model"
+def _hmm_worse(wrong: Means, slds: Means, people: str) -> Claim:
+    hidden = {states: e for (states, _, name), e in wrong.items() if name == HIDDEN}
+    worse = [hidden[states] > e for (states, _, _), e in slds.items()]
+    best, rival = min(slds.values()), min(hidden.values())
     return Claim(
-        f"The hidden Markov model is consistently worse than every inference of the SLDS ({PEOPLE[people]}).",
+        f"The hidden Markov model is consistently worse than every inference of the SLDS ({people}).",
         share_verdict(worse),
-        f"It is worse in {sum(worse)} of {len(pairs)} comparisons at the same number of states. Best of "
-        f"each: SLDS {slds[0]:.1f} %, hidden Markov model {rival[0]:.1f} %. {better} wins.",
+        f"It is worse in {sum(worse)} of {len(worse)} comparisons at the same number of states. Best of "
+        f"each: SLDS {best:.1f} %, hidden Markov model {rival:.1f} %. The best "
+        f"{'switching' if best < rival else 'hidden Markov'} model wins.",
     )
 
 
-def _more_is_better(found: Sequence[Cell], people: str) -> Claim:
-    means = {key: e for key, e in mean_wrong(found, people).items() if key[2] in INFERENCES}
-    tried = sorted({key[0] for key in means})
+def _more_is_better(slds: Means, people: str) -> Claim:
+    tried = sorted({key[0] for key in slds})
     steps = [
-        means[few, order, name] - means[more, order, name]
-        for few, more in pairwise(tried)
-        for order, name in product(ORDERS, INFERENCES)
+        slds[few, order, name] > slds[more, order, name]
+        for (few, more), order, name in product(pairwise(tried), ORDERS, INFERENCES)
     ]
-    orders = [means[n, 1, name] - means[n, 2, name] for n, name in product(tried, INFERENCES)]
+    orders = [slds[n, 1, name] > slds[n, 2, name] for n, name in product(tried, INFERENCES)]
     return Claim(
-        f"Accuracy rises with the number of states and with the order ({PEOPLE[people]}).",
-        share_verdict([g > 0 for g in (*steps, *orders)]),
-        f"More states lower the error in {sum(g > 0 for g in steps)} of {len(steps)} steps, second order in "
-        f"{sum(g > 0 for g in orders)} of {len(orders)}.",
+        f"Accuracy rises with the number of states and with the order ({people}).",
+        share_verdict(steps + orders),
+        f"More states lower the error in {sum(steps)} of {len(steps)} steps, second order in "
+        f"{sum(orders)} of {len(orders)}.",
     )
 
 
-def _inferences_alike(found: Sequence[Cell], people: Sequence[str]) -> Claim:
+def _inferences_alike(slds: dict[str, Means]) -> Claim:
     apart: dict[tuple[str, int, int], float] = {}
-    for who in people:
-        means = mean_wrong(found, who)
-        for n, order in {key[:2] for key in means if key[1]}:
-            errors = [means[n, order, name] for name in INFERENCES]
-            apart[who, n, order] = max(errors) - min(errors)
+    for who, means in slds.items():
+        for n, order in {key[:2] for key in means}:
+            apart[who, n, order] = float(np.ptp([means[n, order, name] for name in INFERENCES]))
     where = max(apart, key=lambda key: apart[key])
     return Claim(
         "The three inferences give very similar errors.",

@@ -27,8 +27,8 @@ def write_page(sections: Sequence[Section], about: str, notes: Sequence[str], pa
 
 def _summary(sections: Sequence[Section]) -> str:
     rows = "".join(
-        f"<tr><td><a href='#{s.key}'>{html.escape(s.title)}</a></td><td>{html.escape(c.paper)}</td>"
-        f"<td>{_badge(c.verdict)}</td></tr>"
+        f"<tr><td><a href='#{s.heading.key}'>{html.escape(s.heading.title)}</a></td>"
+        f"<td>{html.escape(c.paper)}</td><td>{_badge(c.verdict)}</td></tr>"
         for s in sections
         for c in s.claims
     )
@@ -39,14 +39,14 @@ def _summary(sections: Sequence[Section]) -> str:
 
 
 def _section(section: Section) -> str:
+    heading = section.heading
     method = f"<p>{html.escape(section.method)}</p>" if section.method else ""
+    parts = [_claim(claim) for claim in section.claims]
+    parts += [_figure(_table(table), table.caption) for table in section.tables]
+    parts += [_figure(_plot(plot), plot.caption) for plot in section.plots]
     return (
-        f"<section id='{section.key}'><h2>{html.escape(section.title)}</h2>"
-        f"<p class='source'>{html.escape(section.source)}</p>{method}"
-        + "".join(_claim(claim) for claim in section.claims)
-        + "".join(_table(table) for table in section.tables)
-        + "".join(_plot(plot) for plot in section.plots)
-        + "</section>"
+        f"<section id='{heading.key}'><h2>{html.escape(heading.title)}</h2>"
+        f"<p class='source'>{html.escape(heading.source)}</p>{method}{''.join(parts)}</section>"
     )
 
 
@@ -61,22 +61,21 @@ def _badge(verdict: Verdict) -> str:
     return f"<span class='badge {MARKS[verdict]}'>{verdict.value}</span>"
 
 
+def _figure(body: str, caption: str) -> str:
+    return f"<figure>{body}<figcaption>{html.escape(caption)}</figcaption></figure>"
+
+
 def _table(table: Table) -> str:
-    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in table.head)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows
-    )
-    return (
-        f"<figure><div class='wide'><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
-        f"<figcaption>{html.escape(table.caption)}</figcaption></figure>"
-    )
+    def line(cells: Sequence[str], kind: str) -> str:
+        return "<tr>" + "".join(f"<{kind}>{html.escape(cell)}</{kind}>" for cell in cells) + "</tr>"
+
+    body = "".join(line(row, "td") for row in table.rows)
+    head = line(table.head, "th")
+    return f"<div class='wide'><table><thead>{head}</thead><tbody>{body}</tbody></table></div>"
 
 
 def _plot(plot: Plot) -> str:
-    return (
-        f"<figure><div class='wide plot' role='img' aria-label='{html.escape(plot.alt)}'>{plot.svg}</div>"
-        f"<figcaption>{html.escape(plot.caption)}</figcaption></figure>"
-    )
+    return f"<div class='wide plot' role='img' aria-label='{html.escape(plot.alt)}'>{plot.svg}</div>"
 
 
 _PAGE = """<!doctype html>

@@ -1,6 +1,7 @@
 """Walks with frames missing, filled by the SLDS and by what knows nothing of walking (1999, figure 6)."""
 
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -9,26 +10,23 @@ from dynamics.motion.gaps import interpolate
 from dynamics.slds import SLDS
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
+from tracker.experiments import measures
 from tracker.experiments.ahead import model
-from tracker.experiments.measures import (
-    ANGLES,
-    SIDE,
-    Errors,
-    Fill,
-    across,
-    best_path,
-    by_person,
-    gap_errors,
-    gappy,
-    rms,
-    sampled,
-    spans,
-)
+from tracker.experiments.measures import ANGLES, SIDE, Errors, Fill
 from tracker.experiments.panels import GREY, INK, figures, grid, legend_below, to_svg
-from tracker.experiments.section import Claim, Plot, Section, Table, left_out, pooled_and_range, verdict
-from tracker.experiments.study import FPS, Recipe, Study
+from tracker.experiments.section import (
+    Claim,
+    Heading,
+    Plot,
+    Section,
+    Table,
+    left_out,
+    pooled_and_range,
+    verdict,
+)
+from tracker.experiments.study import FPS, Study
 
-KEY, TITLE, SOURCE = "interpolation", "Frames that are missing", "1999, figure 6"
+HEADING = Heading("interpolation", "Frames that are missing", "1999, figure 6")
 FIRST, END = 50, 100  # frames missing in the figure
 AROUND = 40  # frames of a side that the figure shows
 GAPS = (10, 25, 50)
@@ -44,23 +42,19 @@ SHADES = {SPLINE: "#c1272d", PATH: "#009e73", SAMPLED: "#0072b2"}
 JOINTS = {"hip_near": "near thigh", "knee_near": "near knee", "knee_far": "far knee"}
 
 
-def recipes(study: Study) -> list[Recipe]:
-    """Those of prediction."""
-    return [model(study, held) for held in study.held_out] if _walks(study) else []
-
-
 def run(study: Study) -> Section:
     """Gaps in the middle of the longest walks, and the papers' frames 50 to 100 of the longest of all."""
     walks = _walks(study)
     if not walks:
-        return left_out(KEY, TITLE, SOURCE, f"no walk is {GAPS[0] + 2 * SIDE} frames long")
+        return left_out(HEADING, f"no walk is {GAPS[0] + 2 * SIDE} frames long")
     found: dict[tuple[str, int], list[Errors]] = {}
-    for walk in study.each(KEY, walks):
-        for gap in GAPS[:2] if study.quick else GAPS:
-            for name, fill in _fills(_model_of(study, walk), study).items() if spans(walk.y, gap) else ():
-                found.setdefault((name, gap), []).append(gap_errors(fill, walk, gap))
-    total = {key: rms(errors) for key, errors in found.items()}
-    people = {key: by_person(errors) for key, errors in found.items()}
+    for walk in study.each(HEADING.key, walks):
+        fills = _fills(_model_of(study, walk), study).items()
+        for gap, (name, fill) in product(GAPS[:2] if study.quick else GAPS, fills):
+            if measures.spans(walk.y, gap):
+                found.setdefault((name, gap), []).append(measures.gap_errors(fill, walk, gap))
+    total = {key: measures.rms(errors) for key, errors in found.items()}
+    people = {key: measures.by_person(errors) for key, errors in found.items()}
     gaps = [gap for gap in GAPS if (LINEAR, gap) in total]
     names = (LINEAR, SPLINE, PATH, SAMPLED)
     table = Table(
@@ -72,9 +66,7 @@ def run(study: Study) -> Section:
     )
     plots, inside = _example(study, max(walks, key=lambda c: len(c.y)))
     return Section(
-        KEY,
-        TITLE,
-        SOURCE,
+        HEADING,
         "All freedoms of some frames in the middle of a walk are blanked, the rest of it shown, and the "
         f"frames between filled. The {EACH} longest walks of each subject; people were {study.unseen}.",
         (_quality(total, gaps[-1]), *([_sparser(total, gaps)] if len(gaps) > 1 else [])),
@@ -94,7 +86,7 @@ def _walks(study: Study) -> list[Capture]:
     """The longest of each subject that span the least gap."""
     chosen: dict[str, list[Capture]] = {}
     for walk in sorted(study.of("walk"), key=lambda c: -len(c.y)):
-        if spans(walk.y, GAPS[0]):
+        if measures.spans(walk.y, GAPS[0]):
             chosen.setdefault(walk.subject, []).append(walk)
     return [walk for theirs in chosen.values() for walk in theirs[: 1 if study.quick else EACH]]
 
@@ -106,10 +98,10 @@ def _model_of(study: Study, walk: Capture) -> SLDS:
 
 def _fills(slds: SLDS, study: Study) -> dict[str, Fill]:
     return {
-        LINEAR: partial(across, 1),
-        SPLINE: partial(across, 3),
-        PATH: partial(best_path, slds),
-        SAMPLED: partial(sampled, slds, True, (study.seed, 5)),
+        LINEAR: partial(measures.across, 1),
+        SPLINE: partial(measures.across, 3),
+        PATH: partial(measures.best_path, slds),
+        SAMPLED: partial(measures.sampled, slds, True, (study.seed, 5)),
     }
 
 
@@ -147,7 +139,7 @@ def _example(study: Study, walk: Capture) -> tuple[tuple[Plot, ...], float]:
     T = len(walk.y)
     first, end = (FIRST, END) if T >= END + 10 else (T // 3, T - T // 3)
     hole, slds = slice(first, end), _model_of(study, walk)
-    shown, offset = gappy(walk.y, hole)
+    shown, offset = measures.gappy(walk.y, hole)
     filled = interpolate(slds, shown, study.rng(5))
     sd = np.sqrt(np.diagonal(filled.cov, axis1=-2, axis2=-1))
     y = walk.y - offset

@@ -72,7 +72,7 @@ def to_svg(figure: Any) -> str:
 
 def legend_below(figure: Any, axes: Any, columns: int) -> None:
     """What one panel shows, told below them all."""
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=columns, frameon=False)
 
 
 def bars(axes: Any, rows: Mapping[str, Sequence[str]], colours: Mapping[str, str]) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,11 @@ from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments.measures import centred
 from tracker.experiments.panels import LEGS, STATES, bars, grid, legs, to_svg
-from tracker.experiments.section import Claim, Plot, Section, Table, left_out, spread, verdict
+from tracker.experiments.section import Claim, Heading, Plot, Section, Table, left_out, spread, verdict
 from tracker.experiments.study import Recipe, Study
 from tracker.motion.label_plot import patches
 
-KEY, TITLE, SOURCE = "phases", "Phases inside a jog", "1999, figure 2"
+HEADING = Heading("phases", "Phases inside a jog", "1999, figure 2")
 COUNTS = (2, 3, 4)
 BINS = 12  # of a stride
 CLEAR, SOME = 0.7, 0.35  # of the frames that chance gets wrong
@@ -26,28 +27,21 @@ SHOWN = 60  # frames
 HIPS = POSE_COLUMNS.index("hip_near"), POSE_COLUMNS.index("hip_far")
 
 
-def recipes(study: Study) -> list[Recipe]:
-    """Jogs alone, first order as in the figure's paper."""
-    if "run" not in study.motions:
-        return []
-    return [_recipe(count, held) for count in _counts(study) for held in study.held_out]
-
-
 def run(study: Study) -> Section:
     """Every jog cut by models that were learned without its subject."""
     if "run" not in study.motions:
-        return left_out(KEY, TITLE, SOURCE, "the captures show no run or jog")
+        return left_out(HEADING, "the captures show no run or jog")
     shown = max(study.of("run"), key=lambda c: len(c.y))
-    cuts = {count: Cut() for count in _counts(study)}
+    cuts = {count: Cut() for count in (COUNTS[:2] if study.quick else COUNTS)}
     paths: dict[int, NDArray[np.intp]] = {}
-    for count, cut in cuts.items():
-        for held in study.held_out:
-            jogs = [c for c in study.tested(held) if c.label == "run"]
-            found = viterbi_all(study.slds(_recipe(count, held)), [centred(c.y) for c in jogs])
-            cut.add(jogs, [p.path for p in found])
-            for jog, posterior in zip(jogs, found, strict=True):
-                if jog is shown:
-                    paths[count] = posterior.path
+    for (count, cut), held in study.each(HEADING.key, list(product(cuts.items(), study.held_out))):
+        jogs = [c for c in study.tested(held) if c.label == "run"]
+        slds = study.slds(Recipe(count, 1, held=held, motions=("run",)))
+        found = [p.path for p in viterbi_all(slds, [centred(c.y) for c in jogs])]
+        cut.add(jogs, found)
+        names = [c.name for c in jogs]
+        if shown.name in names:
+            paths[count] = found[names.index(shown.name)]
     rows = tuple(
         (str(n), spread(list(cut.regular.values()), 0), f"{np.mean(cut.commonest):.0f}",
          spread(list(cut.leg.values()), 0), spread(cut.switches))
@@ -65,9 +59,7 @@ def run(study: Study) -> Section:
         rows,
     )
     return Section(
-        KEY,
-        TITLE,
-        SOURCE,
+        HEADING,
         "Models of the jogs alone, first order, started by k-means on pose and velocity and learned by EM "
         f"with Viterbi inference, cut the jogs of people who were {study.unseen}. If the states are phases, "
         f"each {BINS}th of the stride has its usual state; by chance, the commonest of all would be right. A "
@@ -152,14 +144,6 @@ def claim(cuts: dict[int, Cut]) -> Claim:
     )
 
 
-def _recipe(count: int, held: frozenset[str]) -> Recipe:
-    return Recipe(count, 1, held=held, motions=("run",))
-
-
-def _counts(study: Study) -> tuple[int, ...]:
-    return COUNTS[:2] if study.quick else COUNTS
-
-
 def _plot(shown: Capture, paths: dict[int, NDArray[np.intp]]) -> Plot:
     T = min(SHOWN, len(shown.y))
     y = shown.y[:T]
@@ -172,7 +156,7 @@ def _plot(shown: Capture, paths: dict[int, NDArray[np.intp]]) -> Plot:
     cuts = {f"{count} states": [told[n] for n in path[:T].tolist()] for count, path in paths.items()}
     states = dict(zip(told.values(), STATES, strict=False))
     bars(axes[2, 0], {"leg ahead": ahead, **cuts}, LEGS | states)
-    figure.legend(handles=patches(states), loc="outside lower center", ncols=len(states))
+    figure.legend(handles=patches(states), loc="outside lower center", ncols=len(states), frameon=False)
     return Plot(
         to_svg(figure),
         "Thigh and knee angles of a jog over bars of the leg ahead and of the switching states",

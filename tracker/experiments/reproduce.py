@@ -17,7 +17,7 @@ from tracker.experiments.study import FPS, Study, read_study
 from tracker.progress import Progress
 from tracker.run.folder import fresh_folder
 
-# Each has recipes(study) and run(study).
+# Each has run(study).
 EXPERIMENTS: tuple[ModuleType, ...] = (phases, classify, ahead, synthesis, gaps, runtime)
 PAGE, NUMBERS = "reproduce.html", "reproduce.json"
 
@@ -43,23 +43,12 @@ def reproduce(
     with fresh_folder(out, overwrite=overwrite, inputs=[trials]) as aside:
         began = time.monotonic()
         study = read_study(trials, progress, seed=seed, quick=quick)
-        sections = run_all(study, progress)
+        study.progress = progress
+        sections = [experiment.run(study) for experiment in EXPERIMENTS]
         about, notes = _about(study, trials)
         write_page(sections, about, notes, aside / PAGE)
         _write_numbers(study, sections, aside / NUMBERS, time.monotonic() - began)
     return "\n".join([*_lines(sections), "", f"open {out / PAGE}"])
-
-
-def run_all(study: Study, progress: Progress) -> list[Section]:
-    """Learn whatever any experiment needs, each model once, then run them in order."""
-    recipes = dict.fromkeys(recipe for experiment in EXPERIMENTS for recipe in experiment.recipes(study))
-    with progress.task("learning", sum(recipe.cost for recipe in recipes)) as advance:
-        for recipe in recipes:
-            study.learn(recipe)
-            for _ in range(recipe.cost):
-                advance()
-    study.progress = progress
-    return [experiment.run(study) for experiment in EXPERIMENTS]
 
 
 def _about(study: Study, trials: Path) -> tuple[str, list[str]]:
@@ -94,7 +83,9 @@ def _write_numbers(study: Study, sections: list[Section], path: Path, seconds: f
         "seconds": round(seconds, 1),
         "subjects": study.subjects,
         "folds": [sorted(fold) for fold in study.folds],
-        "experiments": {s.key: {"claims": [asdict(c) for c in s.claims], **s.numbers} for s in sections},
+        "experiments": {
+            s.heading.key: {"claims": [asdict(c) for c in s.claims], **s.numbers} for s in sections
+        },
     }
     path.write_text(json.dumps(_plain(news), indent=1, allow_nan=False), encoding="utf-8")
 
@@ -112,4 +103,4 @@ def _plain(value: Any) -> Any:
 
 def _lines(sections: list[Section]) -> list[str]:
     width = max(len(claim.verdict.value) for s in sections for claim in s.claims)
-    return [f"{c.verdict.value:<{width}}  {s.title} {c.paper}" for s in sections for c in s.claims]
+    return [f"{c.verdict.value:<{width}}  {s.heading.title} {c.paper}" for s in sections for c in s.claims]

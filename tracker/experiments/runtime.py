@@ -9,19 +9,14 @@ import numpy as np
 from dynamics.hmm import hmm_all
 from tracker.experiments.measures import ANGLES, centred, noisy, rootless
 from tracker.experiments.motions import NOISE, counts
-from tracker.experiments.section import Claim, Section, Table, verdict
+from tracker.experiments.section import Claim, Heading, Section, Table, verdict
 from tracker.experiments.study import Recipe, Study
 from tracker.motion.tasks import INFERENCES
 
-KEY, TITLE, SOURCE = "runtime", "Which inference is quickest?", "2000, section 4.1"
+HEADING = Heading("runtime", "Which inference is quickest?", "2000, section 4.1")
 FRAMES = 2000
 REPEATS = 3
 CLEAR = 1.5  # times as long: a winner is clear
-
-
-def recipes(study: Study) -> list[Recipe]:
-    """Second order, everybody."""
-    return [_recipe(study, n, order) for n in counts(study) for order in (2, 0)]
 
 
 def run(study: Study) -> Section:
@@ -33,7 +28,7 @@ def run(study: Study) -> Section:
             ys.append(noisy(rootless(centred(capture.y)), NOISE, rng))
             frames += len(capture.y)
     micro: dict[int, dict[str, float]] = {}
-    for n in study.each(KEY, counts(study)):
+    for n in study.each(HEADING.key, counts(study)):
         slds, hmm = study.slds(_recipe(study, n, 2)), study.hmm(_recipe(study, n, 0))
         jobs: dict[str, Callable[[], object]] = {
             name: partial(infer, slds, ys, None) for name, infer in INFERENCES.items()
@@ -54,9 +49,7 @@ def run(study: Study) -> Section:
         rows,
     )
     return Section(
-        KEY,
-        TITLE,
-        SOURCE,
+        HEADING,
         "The captures' own frames with noise, whole sequences side by side, in this very run; learned "
         "models of the classification. The rates depend on the machine and on what else it does, their "
         "ratios less.",

@@ -45,19 +45,23 @@ class Plot:
 
 
 @dataclass(frozen=True)
-class Section:
-    """One experiment.
-
-    key     : its name among the numbers
-    title   : heading
-    source  : the papers' figures
-    method  : what was done, in a few sentences
-    numbers : what was measured, for programs; JSON kinds only
-    """
+class Heading:
+    """An experiment's name among the numbers, its title and the papers' figures."""
 
     key: str
     title: str
     source: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """One experiment.
+
+    method  : what was done, in a few sentences
+    numbers : what was measured, for programs; JSON kinds only
+    """
+
+    heading: Heading
     method: str
     claims: tuple[Claim, ...]
     tables: tuple[Table, ...] = ()
@@ -65,10 +69,10 @@ class Section:
     numbers: dict[str, object] = field(default_factory=dict)
 
 
-def left_out(key: str, title: str, source: str, why: str) -> Section:
+def left_out(heading: Heading, why: str) -> Section:
     """An experiment that these captures do not allow."""
-    claim = Claim(f"{source} of the papers", Verdict.OPEN, f"Left out: {why}.")
-    return Section(key, title, source, "", (claim,), numbers={"left_out": why})
+    claim = Claim(f"{heading.source} of the papers", Verdict.OPEN, f"Left out: {why}.")
+    return Section(heading, "", (claim,), numbers={"left_out": why})
 
 
 def spread(values: Sequence[float], digits: int = 1) -> str:

@@ -6,7 +6,7 @@ Everything is drawn from one seed. People are told apart by the table's `subject
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -44,11 +44,6 @@ class Recipe:
     noise: float = NOISE
     held: frozenset[str] = frozenset()
     motions: tuple[str, ...] = MOTIONS
-
-    @property
-    def cost(self) -> int:
-        """How long learning takes beside others."""
-        return self.states * max(self.order, 1) * len(self.motions)
 
 
 class Study:
@@ -107,15 +102,11 @@ class Study:
 
     def slds(self, recipe: Recipe) -> SLDS:
         """The learned model of a recipe of order 1 or 2."""
-        model = self.learn(recipe)
-        assert isinstance(model, SLDS)
-        return model
+        return cast(SLDS, self.learn(recipe))
 
     def hmm(self, recipe: Recipe) -> HMM:
         """The learned model of a recipe of order 0."""
-        model = self.learn(recipe)
-        assert isinstance(model, HMM)
-        return model
+        return cast(HMM, self.learn(recipe))
 
     def learn(self, recipe: Recipe) -> SLDS | HMM:
         """The model of a recipe, learned when it is first asked for."""

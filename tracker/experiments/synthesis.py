@@ -10,10 +10,10 @@ from dynamics.gaussian import Array
 from dynamics.motion.tasks import synthesise
 from tracker.experiments.measures import WIDER, out_of_range
 from tracker.experiments.panels import INK, figures, grid, legend_below, legs, to_svg
-from tracker.experiments.section import Claim, Plot, Section, Table, left_out, spread, verdict
+from tracker.experiments.section import Claim, Heading, Plot, Section, Table, left_out, spread, verdict
 from tracker.experiments.study import FPS, Recipe, Study
 
-KEY, TITLE, SOURCE = "synthesis", "A walk of its own", "1999, figure 5; 2000, figure 2 f"
+HEADING = Heading("synthesis", "A walk of its own", "1999, figure 5; 2000, figure 2 f")
 FRAMES = 300
 RUNS = 10
 PERIODS = ((0, 50), (50, 150), (150, 300))
@@ -33,19 +33,14 @@ class Run:
     out: NDArray[np.bool_]
 
 
-def recipes(study: Study) -> list[Recipe]:
-    """Walks of everybody."""
-    return [_recipe(study)] if "walk" in study.motions else []
-
-
 def run(study: Study) -> Section:
     """Free runs from several seeds, the first one drawn."""
     if "walk" not in study.motions:
-        return left_out(KEY, TITLE, SOURCE, "the captures show no walk")
+        return left_out(HEADING, "the captures show no walk")
     slds = study.slds(_recipe(study))
     known = [c.y for c in study.lessons(_recipe(study))]
     made: dict[bool, list[Run]] = {False: [], True: []}
-    for recurrent, n in study.each(KEY, list(product(SWITCHES, range(_runs(study))))):
+    for recurrent, n in study.each(HEADING.key, list(product(SWITCHES, range(_runs(study))))):
         s, y = synthesise(slds, FRAMES, study.rng(4, n), recurrent=recurrent)
         made[recurrent].append(Run(s, y, out_of_range(y, known, WIDER)))
     shares = {
@@ -63,9 +58,7 @@ def run(study: Study) -> Section:
         rows,
     )
     return Section(
-        KEY,
-        TITLE,
-        SOURCE,
+        HEADING,
         f"A second-order model of everybody's walks, {slds.K} states, runs freely for {FRAMES} frames (10 "
         "s). The papers' switch depends on the last state alone; the other also on where the pose is, and "
         "keeps each step near the poses of its state.",

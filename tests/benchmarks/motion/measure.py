@@ -5,6 +5,7 @@ from dynamics.slds import SLDS
 from tests.benchmarks.motion import ahead, gaps, splices, synthesis
 from tests.benchmarks.motion.data import Job, Results, Source, learn
 from tests.benchmarks.processes import each, spawned
+from tracker.experiments.study import Recipe
 from tracker.progress import Progress
 
 SECTIONS = (splices, ahead, gaps, synthesis)
@@ -14,13 +15,18 @@ def measure(source: Source, progress: Progress) -> Results:
     """The answer of every job; each model is learned once, the slowest first."""
     jobs: list[Job] = list(dict.fromkeys(job for part in SECTIONS for job in part.jobs(source)))
     recipes = {job.recipe for job in jobs if job.recipe is not None}
-    slowest = sorted(recipes, key=lambda recipe: -recipe.cost)
+    slowest = sorted(recipes, key=cost, reverse=True)
     with spawned() as pool:
         learned = each(pool, learn, [(source, recipe) for recipe in slowest], progress, "learning")
         models = dict(zip(slowest, learned, strict=True))
-        jobs.sort(key=lambda job: -job.recipe.cost if job.recipe else 0)
+        jobs.sort(key=lambda job: cost(job.recipe), reverse=True)
         handed = [(source, job, models.get(job.recipe) if job.recipe else None) for job in jobs]
         return dict(zip(jobs, each(pool, run, handed, progress, "measuring"), strict=True))
+
+
+def cost(recipe: Recipe | None) -> int:
+    """How long learning takes beside others."""
+    return recipe.states * max(recipe.order, 1) * len(recipe.motions) if recipe else 0
 
 
 def run(source: Source, job: Job, model: SLDS | HMM | None) -> object:

@@ -22,7 +22,7 @@ from tracker.experiments.measures import centred
 from tracker.experiments.motions import Cell, Draw
 from tracker.experiments.panels import INK
 from tracker.experiments.reproduce import reproduce
-from tracker.experiments.section import Claim, Plot, Section, Table, Verdict, share_verdict, spread
+from tracker.experiments.section import Claim, Heading, Plot, Section, Table, Verdict, share_verdict, spread
 from tracker.experiments.splices import LONGEST, SHORTEST, SIDE, Splice, splice
 from tracker.experiments.study import Recipe, Study
 from tracker.progress import Progress
@@ -228,10 +228,10 @@ def test_a_cell_counts_wrong_frames_far_ones_and_unsure_ones():
 
 
 def cells(hmm, slds, **changes):
-    """One state a motion: an error for the hidden Markov model, and one by order and inference."""
-    found = [Cell("seen", 1, 0, "hmm", hmm, 0.0, 0.0)]
+    """Two states a motion: an error for the hidden Markov model, and one by order and inference."""
+    found = [Cell("seen", 2, 0, "hmm", hmm, 0.0, 0.0)]
     for order, (name, error) in product((1, 2), slds.items()):
-        found.append(Cell("seen", 1, order, name, error, 0.0, changes.get(name, 0.0)))
+        found.append(Cell("seen", 2, order, name, error, 0.0, changes.get(name, 0.0)))
     return found
 
 
@@ -243,32 +243,28 @@ ALIKE = {"viterbi": 3.0, "gpb2": 3.0, "variational": 3.0}
     [(4.0, Verdict.HOLDS, "switching"), (2.0, Verdict.FAILS, "hidden Markov")],
 )
 def test_the_better_model_is_named_whichever_it_is(hmm, verdict, winner):
-    claim = classify._hmm_worse(cells(hmm, ALIKE), "seen")
+    claim = classify.claims(cells(hmm, ALIKE))[1]
     assert claim.verdict is verdict
     assert f"The best {winner} model wins" in claim.here
 
 
 def test_inferences_that_differ_are_not_called_alike():
-    assert classify._inferences_alike(cells(4.0, ALIKE), ["seen"]).verdict is Verdict.HOLDS
-    apart = classify._inferences_alike(cells(4.0, ALIKE | {"gpb2": 5.0}), ["seen"])
+    assert classify.claims(cells(4.0, ALIKE))[3].verdict is Verdict.HOLDS
+    apart = classify.claims(cells(4.0, ALIKE | {"gpb2": 5.0}))[3]
     assert apart.verdict is Verdict.FAILS
     assert "2.0 at most" in apart.here
 
 
 def test_softness_is_ordered_by_the_numbers():
     soft = {"gpb2": 20.0, "variational": 5.0, "viterbi": 0.0}
-    assert classify._softness(cells(1.0, ALIKE, **soft)).verdict is Verdict.HOLDS
+    assert classify.claims(cells(1.0, ALIKE, **soft))[4].verdict is Verdict.HOLDS
     soft["variational"] = 30.0
-    assert classify._softness(cells(1.0, ALIKE, **soft)).verdict is Verdict.PARTLY
+    assert classify.claims(cells(1.0, ALIKE, **soft))[4].verdict is Verdict.PARTLY
 
 
 def test_the_papers_error_is_reached_only_at_or_under_it():
-    def multi(error):
-        found = cells(1.0, ALIKE | {"viterbi": error})
-        return classify._papers_error([replace(c, states=2) for c in found], ["seen"])
-
-    assert multi(2.9).verdict is Verdict.HOLDS
-    assert multi(3.0).verdict is Verdict.FAILS
+    for error, reached in ((2.9, Verdict.HOLDS), (3.0, Verdict.FAILS)):
+        assert classify.claims(cells(1.0, ALIKE | {"viterbi": error}))[0].verdict is reached
 
 
 def test_a_cut_by_the_leg_ahead_is_regular_and_tells_the_leg_and_a_random_one_does_not(rng):
@@ -444,7 +440,9 @@ def test_a_claim_of_all_cases_holds_in_part_from_half_of_them():
 def test_words_on_the_page_are_text_not_markup(tmp_path):
     claim = Claim("<b>papers</b>", Verdict.PARTLY, "5 < 6 & so on")
     table = Table("caption", ("<i>",), (("a<b",),))
-    section = Section("key", "<title>", "s", "m", (claim,), (table,), (Plot("<svg></svg>", "it's", "c"),))
+    section = Section(
+        Heading("key", "<title>", "s"), "m", (claim,), (table,), (Plot("<svg></svg>", "it's", "c"),)
+    )
     write_page([section], "<about>", ["<note>"], tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     for raw in ("<b>", "<i>", "a<b", "5 < 6", "<about>", "<note>", "it's'"):
