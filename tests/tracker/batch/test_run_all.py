@@ -69,10 +69,10 @@ def test_a_failed_clip_does_not_stop_the_others_and_a_second_run_skips_what_is_d
     assert "2 done, 4 failed" in first.stdout
     wanted = ["", "no video at", "frame 99 is not marked", "no keypoints table", "nobody", ""]
     summary = path.with_name("summary.csv")
-    for words, (status, frames, error) in zip(wanted, rows_of(summary), strict=True):
-        assert words in error
+    for said, (status, frames, error) in zip(wanted, rows_of(summary), strict=True):
+        assert said in error
         assert "\n" not in error
-        assert (status, frames) == (("failed", "") if words else ("done", "10"))
+        assert (status, frames) == (("failed", "") if said else ("done", "10"))
     for name in ("été #1", "走る 1-track"):
         assert {inner.name for inner in (path.parent / name).iterdir()} == RUN_FILES
     before = everything(path.parent)
