@@ -3,9 +3,10 @@
 Pavlović et al. (1999), section 4.2. Each frame every switching state proposes the prior of its best
 predecessor; local registration climbs from each to a measurement; the Kalman filter fuses the two, with that
 frame's own information. A hypothesis costs what its predecessor cost, the switch, and minus the log evidence
-of its measurement: with the likelihood linearised at the mode q* (Laplace),
+of its measurement: with the likelihood linearised at the mode q* (Laplace), E as of
+`tracker.registration.objective`,
 
-    image(q*) + (q* - m)' P^-1 (q* - m) / 2 + log |I + P L| / 2
+    E(q*) + (q* - m)' P^-1 (q* - m) / 2 + log |I + P L| / 2
 
 With a one-state constant-velocity model the same loop is the extended Kalman filter.
 """

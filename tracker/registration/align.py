@@ -1,22 +1,14 @@
 """Local template registration: hill-climb a pose until the templates match the frame.
 
 Pavlović et al. (1999), section 4.2: from each predicted pose the search climbs to a mode of the likelihood
-that the templates define. In the full mode each link and channel has its own brightness offset o, every point
-a robust (Cauchy) weight, nearer links hide farther ones, and the climb leans on the prediction: damped
-Gauss-Newton steps, on coarse and then on fine blurs, on
+that the templates define, by damped Gauss-Newton steps on coarse and then on fine blurs, down
 
-    n mean_p rho(|I(p(q)) - T_p - o|^2 / sigma^2) / 2  +  (q - m)' P^-1 (q - m) / 2
+    E(q)  +  (q - m)' P^-1 (q - m) / 2,
 
-The classic mode (`tracker.registration.modes`) is the papers'.
-
-A point that shows the scene as it was seen without the figure may be covered by it: its likelihood is a
-mixture of the template's and the scene's, so where the template does not match there, it neither pulls nor
-measures.
-
-n is tempered: neighbouring pixels err together, and only a share of them counts. The mean makes poses that
-hide different points comparable. Between hypotheses the image speaks by how much better the visible points
-match as the figure's than as what lies behind it or, where that is unknown, than they usually do. What is
-handed on is the likelihood's own linearisation at the mode, so that the filter adds the prior once.
+E as of `tracker.registration.objective`. In the full mode each link and channel has its own brightness
+offset, every point a robust (Cauchy) weight, nearer links hide farther ones, and the climb leans on the
+prediction; the classic mode (`tracker.registration.modes`) is the papers'. What is handed on is E at the
+mode and E's own linearisation there, so that the filter adds the prior once.
 """
 
 import numpy as np
@@ -42,7 +34,7 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
     for number in range(len(field.levels)):
         fit = _climb(objective, number, q)
         q = fit.q
-    information, gradient = objective.normal_equations(fit)
+    information, gradient = objective.slope(fit)
     inside, cost = fit.laid.inside.mean(1), objective.evidence(fit)
     return [
         Registration(
@@ -61,7 +53,7 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
 
 
 def scan(field: Field, poses: Array) -> Array:
-    """(H,) minus the tempered log likelihood of poses (H, D) at the coarsest blur, nats; none climbs."""
+    """(H,) E of poses (H, D) at the coarsest blur, nats; none climbs."""
     anything = Gaussian(poses[:1], np.eye(poses.shape[1])[None])
     objective = Objective(field, anything)
     return objective.evidence(objective.compare(0, poses))
@@ -71,11 +63,11 @@ def _climb(objective: Objective, number: int, q: Array) -> Fit:
     """Levenberg-Marquardt at one blur, all poses side by side."""
     fit = found = objective.compare(number, q.copy())
     rows, damping = np.arange(len(q)), np.full(len(q), FIRST_DAMPING)
-    cost = objective.cost(fit, rows)
+    cost = _cost(objective, fit, rows)
     for _ in range(objective.field.settings.iterations):
         step = _step(objective, fit, rows, damping)
         trial = objective.compare(number, fit.q + step)
-        gain = cost - objective.cost(trial, rows)
+        gain = cost - _cost(objective, trial, rows)
         better = gain > 0.0
         if not better.all():
             worse = np.flatnonzero(~better)
@@ -94,9 +86,15 @@ def _climb(objective: Objective, number: int, q: Array) -> Fit:
     return found
 
 
+def _cost(objective: Objective, fit: Fit, rows: NDArray[np.intp]) -> Array:
+    """(H,) what climbs in some rows lower, nats."""
+    away = fit.q - objective.mean[rows]
+    return np.asarray(objective.evidence(fit) + 0.5 * (away * apply(objective.precision[rows], away)).sum(1))
+
+
 def _step(objective: Objective, fit: Fit, rows: NDArray[np.intp], damping: Array) -> Array:
     """Damped Gauss-Newton steps (H, D) of a fit of some rows."""
-    H, gradient = objective.normal_equations(fit)
+    H, gradient = objective.slope(fit)
     precision = objective.precision[rows]
     H += precision
     slope = gradient + apply(precision, fit.q - objective.mean[rows])

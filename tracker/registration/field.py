@@ -22,9 +22,10 @@ class Registration:
     """Where the templates settled in one frame.
 
     q           : (D,) pose at the last step
-    information : (D, D) tempered J'WJ / sigma^2; singular where nothing visible constrains q
-    vector      : (D,) information times the likelihood's linearised mode
-    cost        : minus the tempered log likelihood at q, nats, against what lies behind
+    information : (D, D) tempered J'WJ / sigma^2 and the stiffness of the joints' limits, the Gauss-Newton
+                  matrix of E (`tracker.registration.objective`); singular where nothing visible constrains q
+    vector      : (D,) information times the mode of E, linearised at q
+    cost        : E at q, nats
     misfit      : mean over the visible points of half the robust squared residual, in units of the noise
     shown       : share of the points within the outlines in the frame that nothing hides or covers
     match       : (P,) robust weight of each point without the rim's, 0 where not visible

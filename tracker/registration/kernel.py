@@ -36,9 +36,8 @@ def lay(picture: Picture, bones: Skeleton, points: Points, shape: Shape, noise: 
     laid = Laid(
         moments=np.zeros((H, L, WAYS, WAYS)),
         pull=np.zeros((H, L, WAYS)),
+        cost=np.zeros(H),
         mean=np.zeros(H),
-        open=np.zeros(H),
-        behind=np.zeros(H),
         shown=np.zeros(H),
         match=np.zeros((H, P)),
         offset=np.zeros((H, L, 3)),
@@ -67,38 +66,44 @@ def _fill(
     within = float(np.sum(points.known & (points.weight == 1.0)))
     row = _empty_row(np.max(np.diff(points.first)))
     for h in range(H):
-        total, count, differing, clear = 0.0, 0.0, 0.0, 0.0
-        covered, covered_total = 0.0, 0.0
+        total, count, clear = 0.0, 0.0, 0.0
         pose = start[h], direction[h], length[h], size[h]
         for i in range(L):
-            n, bare, different = _look(picture, pose, points, shape, noise, i, row, laid.inside[h])
-            differing += different
-            clear += bare
+            n = _look(picture, pose, points, shape, noise, i, row, laid.inside[h])
             if noise.layered and n >= noise.fewest and not points.strange[i]:
                 for c in range(3):
                     low, high = points.light[c] - noise.light, points.light[c] + noise.light
                     laid.offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
-            weight, matched, rho = _doubt(row, n, noise)
+            weight, loss = _doubt(row, n, noise)
             if noise.covered > 0.0:
-                fewer, less, share, of_these, different = _uncover(row, n, noise)
-                matched, rho = matched - fewer, rho - less
-                covered += share
-                covered_total += of_these
-                differing -= different
-            total += rho
+                loss -= _uncover(row, n, noise)
+            total += loss
             count += weight
             fair = 1.0
             if noise.layered and weight > 0.0 and not points.strange[i]:
-                fair = (matched / weight - noise.out_of_sight) / (noise.in_sight - noise.out_of_sight)
-                fair = min(max(fair, 0.0), 1.0)
+                mean, fair = _faded(loss / weight, noise)
+                loss = weight * mean
+            laid.cost[h] += loss
             for k in range(n):
+                laid.cost[h] -= row.place[2, k] * row.differs[k]
+                clear += row.clear[k]
                 laid.match[h, row.point[k]] = fair * row.match[k]
             if fair > 0.0:
                 _gather(row, n, fair, laid.moments[h, i], laid.pull[h, i])
-        laid.mean[h] = total / max(count, 1e-9)
-        clear -= covered
-        laid.open[h] = (total - covered_total) / max(count - covered, 1e-9)
-        laid.behind[h], laid.shown[h] = differing / max(clear, 1e-9), clear / max(within, 1e-9)
+        laid.mean[h], laid.shown[h] = total / max(count, 1e-9), clear / max(within, 1e-9)
+
+
+@COMPILED
+def _faded(loss: float, noise: Noise) -> tuple[float, float]:
+    """What a link costs whose points lose so much each on the mean, and its derivative.
+
+    A link that matches too badly is out of sight, and to match worse costs no more.
+    """
+    full, none = noise.in_sight, noise.out_of_sight
+    if loss <= full:
+        return loss, 1.0
+    left = max(none - loss, 0.0)
+    return 0.5 * (full + none) - 0.5 * left * left / (none - full), left / (none - full)
 
 
 @COMPILED
@@ -110,6 +115,7 @@ def _empty_row(most: int) -> Row:
         np.empty((3, most), np.float32),
         np.empty((3, most), np.float32),
         np.empty((3, most), np.float32),
+        np.empty(most),
         np.empty(most),
         np.empty(most),
         np.empty(most),
@@ -127,12 +133,8 @@ def _look(
     link: int,
     row: Row,
     inside: NDArray[np.bool_],
-) -> tuple[int, float, float]:
-    """Put what one link's visible points see into the row.
-
-    Returns how many points are, how many of those lie within the outline, and the sum of how much the picture
-    differs there from what lies behind.
-    """
+) -> int:
+    """Put what one link's visible points see into the row; returns how many they are."""
     planes = picture.front if points.strange[link] else picture.planes
     start, direction, length, size = pose
     rows, columns = planes.shape[0], planes.shape[1]
@@ -144,7 +146,7 @@ def _look(
     first, end = points.first[link], points.first[link + 1]
     nearer = np.empty(len(length), np.intp)
     number = _may_hide(pose, points, shape, link, noise.margin, nearer) if noise.layered else 0
-    n, within, differing = 0, 0.0, 0.0
+    n = 0
     for p in range(first, end):
         u, v = points.along[p] * long, size * points.across[p]
         body_x = sx + u * dx - v * dy
@@ -157,14 +159,13 @@ def _look(
         if _hidden(body_x, body_y, pose, shape, nearer[:number], noise.margin):
             continue
         w = points.weight[p]
-        row.around[n] = np.inf
+        row.around[n], row.differs[n], row.clear[n] = np.inf, picture.unknown, 0.0
         if w == 1.0:
-            within += 1.0
             r, s = int(y + picture.corner_y + 0.5), int(x + picture.corner_x + 0.5)
             r, s = r // picture.step, s // picture.step
-            differing += picture.differs[r, s]
+            row.differs[n], row.clear[n] = picture.differs[r, s], 1.0
             if picture.around[r, s] < picture.unknown and not points.strange[link]:
-                row.differs[n], row.around[n] = picture.differs[r, s], picture.around[r, s]
+                row.around[n] = picture.around[r, s]
         # Beyond its edge a picture goes on as it ends.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)
         above, below = max(i - 1, 0), min(i + 2, rows - 1)
@@ -185,7 +186,7 @@ def _look(
             row.along[c, n] = right * xu + down * yu
             row.across[c, n] = right * xv + down * yv
         n += 1
-    return n, within, differing
+    return n
 
 
 @COMPILED
@@ -278,25 +279,23 @@ def _below(values: Single, limit: np.float32) -> np.int32:
 
 
 @ANY_ORDER
-def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float, float]:
-    """Robust weights into match; sums of weight, weight * match and weight * rho / 2."""
+def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float]:
+    """Robust weights into match; sums of weight and of weight * rho / 2."""
     weight, match, excess = row.place[2, :n], row.match[:n], row.excess[:n]
     r0, r1, r2 = row.residual[0, :n], row.residual[1, :n], row.residual[2, :n]
     robust = noise.scale < np.inf
     scale = 3.0 * noise.variance * (noise.scale if robust else 1.0)
-    sum_weight, sum_match, sum_rho = 0.0, 0.0, 0.0
+    sum_weight, sum_rho = 0.0, 0.0
     for k in range(n):
         a, b, c = np.float64(r0[k]), np.float64(r1[k]), np.float64(r2[k])
         e = (a * a + b * b + c * c) / scale
-        m = 1.0 / (1.0 + e) if robust else 1.0
         excess[k] = e
-        match[k] = m
+        match[k] = 1.0 / (1.0 + e) if robust else 1.0
         sum_weight += weight[k]
-        sum_match += weight[k] * m
     if not robust:
         for k in range(n):
             sum_rho += weight[k] * excess[k]
-        return sum_weight, sum_match, 0.5 * sum_rho
+        return sum_weight, 0.5 * sum_rho
     k = 0
     while k < n:
         # One logarithm for many.
@@ -305,32 +304,26 @@ def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float, float]:
             product *= match[k]
             k += 1
         sum_rho -= w * np.log(product)
-    return sum_weight, sum_match, 0.5 * noise.scale * sum_rho
+    return sum_weight, 0.5 * noise.scale * sum_rho
 
 
 @COMPILED
-def _uncover(row: Row, n: int, noise: Noise) -> tuple[float, float, float, float, float]:
+def _uncover(row: Row, n: int, noise: Noise) -> float:
     """Doubt points that show the scene as it was without the figure: something nearer may cover them.
 
-    The likelihood of each is a mixture of the figure's and the scene's, and it matches by the figure's share.
-    Returns by how much that lowers the sums of weight * match and weight * rho / 2; the sum of the scene's
-    shares; and those of rho / 2 and of what differs by these shares.
+    The likelihood of each is a mixture of the figure's and the scene's, and it matches, and is clear, by the
+    figure's share. Returns by how much that lowers the sum of weight * rho / 2.
     """
-    fewer, less, covered, total, differing = 0.0, 0.0, 0.0, 0.0, 0.0
+    less = 0.0
     for k in range(n):
         if row.around[k] < np.inf:
             # Three channels, of which rho / 2 and what lies bare are the mean.
             rho = 0.5 * noise.scale * np.log1p(row.excess[k])
             odds = noise.covered * np.exp(3.0 * (rho - row.around[k]))
-            gain = np.log((1.0 + odds) / (1.0 + noise.covered)) / 3.0
-            w, match, share = row.place[2, k], row.match[k], odds / (1.0 + odds)
-            row.match[k] = match * (1.0 - share)
-            fewer += w * match * share
-            less += w * gain
-            covered += share
-            total += share * (rho - gain)
-            differing += share * row.differs[k]
-    return fewer, less, covered, total, differing
+            less += row.place[2, k] * np.log((1.0 + odds) / (1.0 + noise.covered)) / 3.0
+            row.match[k] /= 1.0 + odds
+            row.clear[k] /= 1.0 + odds
+    return less
 
 
 @ANY_ORDER

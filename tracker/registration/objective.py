@@ -1,4 +1,24 @@
-"""What the climb lowers, its slope and its curvature, of poses laid on one level of a frame."""
+"""The one function that registration lowers, its slope, its curvature, and what it says between hypotheses.
+
+With the visible points p of the template, their weights w_p, tempered by tau, joint limits of stiffness k,
+and x_l the mean over link l of
+
+    loss_p  = rho(|I(p(q)) - T_p - o|^2 / sigma^2) / 2,
+
+or, of a point that the scene may cover, minus the log of the mixture of both likelihoods,
+
+    E(q) = tau (sum_l W_l fade(x_l) - sum_p w_p behind_p) + k |beyond(q)|^2 / 2,
+
+is minus the tempered log likelihood ratio between the figure and what lies behind it, in nats. W_l is the
+weight of the link's visible points. fade is the identity but for links that match too badly, which are out
+of sight and cost no more for matching worse. behind_p is what the scene costs at the point, or what it
+usually does where that is not known, with log(sigma_scene / sigma) added, as both are densities of grey
+levels. What is hidden or out of the frame adds nothing: what it would show is explained by what hides it.
+
+The climb lowers E plus the prior; `slope` is the derivative of E and its Gauss-Newton matrix; the evidence
+of a hypothesis is E. Held fixed in the derivative are what jumps: which points are visible, what lies behind
+them, and the brightness offset o, a median that stays near its optimum, where E is flat in it.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +29,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.spm import Skeleton, motions, skeleton
-from tracker.picture.backdrop import FRONT, UNKNOWN
+from tracker.picture.backdrop import FRONT, NOISE, UNKNOWN
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay
 from tracker.registration.modes import mode_of
@@ -53,7 +73,10 @@ class Objective:
         self.field, self.mode = field, mode_of(settings)
         self.mean = priors.mean
         self.precision = self.mode.precision(priors.cov, figure)
-        self.count = settings.tempering * len(templates.link)
+        # Of densities of grey levels, with one sigma in the figure and another in the scene.
+        against = np.float32(np.log(NOISE / settings.noise))
+        self.differs, self.around = field.scenery.differs + against, field.scenery.around + against
+        self.unknown = float(UNKNOWN + against)
         layout = figure.layout
         self.shape = Shape(layout.layer, layout.width, layout.taper)
         # A foot, which does not breathe, is too small to stand out for certain.
@@ -64,8 +87,8 @@ class Objective:
             variance=settings.noise**2,
             light=settings.light,
             scale=self.mode.robust,
-            out_of_sight=settings.out_of_sight,
-            in_sight=settings.in_sight,
+            out_of_sight=-0.5 * self.mode.robust * np.log(max(settings.out_of_sight, 1e-9)),
+            in_sight=-0.5 * self.mode.robust * np.log(settings.in_sight),
             fewest=FEWEST,
             layered=self.mode.layered,
             margin=0.0,
@@ -102,9 +125,9 @@ class Objective:
             axis_x=axis_x,
             axis_y=axis_y,
             front=self.fronts[number],
-            differs=scenery.differs,
-            around=scenery.around,
-            unknown=UNKNOWN,
+            differs=self.differs,
+            around=self.around,
+            unknown=self.unknown,
             step=scenery.step,
             corner_x=left,
             corner_y=top,
@@ -112,27 +135,27 @@ class Objective:
         noise = self.noise._replace(margin=hiding(level, field.view, field.settings))
         return Fit(q, bones, lay(picture, bones, self.points[number], self.shape, noise))
 
-    def cost(self, fit: Fit, rows: NDArray[np.intp]) -> Array:
-        """(H,) what climbs in some rows lower, nats."""
-        away, (excess, stiffness) = fit.q - self.mean[rows], self._beyond(fit.q)
-        leaning = (away * apply(self.precision[rows], away)).sum(1) + (stiffness * excess**2).sum(1)
-        return np.asarray(self.count * fit.laid.mean + 0.5 * leaning)
-
     def evidence(self, fit: Fit) -> Array:
-        """(H,) minus the tempered log likelihood of what is seen of the figure, against what is behind."""
-        return np.asarray(self.count * fit.laid.shown * (fit.laid.open - fit.laid.behind))
+        """(H,) E, nats."""
+        excess, stiffness = self._beyond(fit.q)
+        return np.asarray(self._scale(fit) * fit.laid.cost + 0.5 * (stiffness * excess**2).sum(1))
 
-    def normal_equations(self, fit: Fit) -> tuple[Array, Array]:
-        """Tempered J'WJ / sigma^2 (H, D, D) and J'Wr / sigma^2 (H, D), the limits of the joints in them."""
+    def slope(self, fit: Fit) -> tuple[Array, Array]:
+        """Gauss-Newton matrix (H, D, D) and derivative (H, D) of E by the pose."""
         (H, D), moments = fit.q.shape, fit.laid.moments
         ways = motions(self.field.figure, fit.bones)
-        scale = self.count / (fit.laid.match.shape[1] * 3.0 * self.noise.variance)
+        scale = self._scale(fit) / (3.0 * self.noise.variance)
         turned = transpose(ways.reshape(H, -1, D))
         information = scale * (turned @ (moments @ ways).reshape(H, -1, D))
         gradient = scale * apply(turned, fit.laid.pull.reshape(H, -1))
         excess, stiffness = self._beyond(fit.q)
         np.einsum("hii->hi", information)[...] += stiffness
         return information, gradient + stiffness * excess
+
+    def _scale(self, fit: Fit) -> float:
+        """What a point of weight 1 counts, where each that is looked at stands for others."""
+        templates, looked_at = self.field.templates, fit.laid.match.shape[1]
+        return float(self.field.settings.tempering * len(templates.link) / looked_at)
 
     def _beyond(self, q: Array) -> tuple[Array, Array]:
         """How far each freedom is beyond its limits (H, D), and the stiffness that pulls it back, else 0."""

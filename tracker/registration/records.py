@@ -41,8 +41,8 @@ class Picture(NamedTuple):
     origin_x, origin_y, axis_x, axis_y : body coordinates to pixels of the planes, origin + axes * point
     front     : (h, w, 3) what stands out from the scene, compared with links of an unknown look; (1, 1, 3)
                 where there are none
-    differs   : how much each place of the frame differs from the scene without the figure, as half the robust
-                square of `Laid.mean`
+    differs   : what the scene without the figure costs at each place of the frame, as half the robust
+                square of `Laid.mean`, with log(its sigma / the figure's)
     around    : the most of it there and around
     unknown   : from where on that tells nothing
     step      : pixels from one place to the next
@@ -65,10 +65,10 @@ class Picture(NamedTuple):
 
 class Noise(NamedTuple):
     """variance of a channel; how far an offset of light may be from the common one, grey levels; scale
-    (squared, in the noise's units) of the robust weight, inf for plain squares; mean match at which a link is
-    out of sight and in full sight; how few points have no offset of light of their own; whether nearer links
-    hide farther ones, and how far beyond their outline, leg lengths; prior odds that a point is covered by
-    what was seen there without the figure."""
+    (squared, in the noise's units) of the robust weight, inf for plain squares; mean loss from which a link
+    is out of sight, and up to which it is in full sight; how few points have no offset of light of their own;
+    whether nearer links hide farther ones, and how far beyond their outline, leg lengths; prior odds that a
+    point is covered by what was seen there without the figure."""
 
     variance: float
     light: float
@@ -86,9 +86,9 @@ class Row(NamedTuple):
 
     point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
     channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the
-    robust scale; match : (n,) robust weight; differs, around : (n,) how much the picture
-    differs from the scene without the figure, there and there and around; the latter is inf where that is not
-    known or too much to tell
+    robust scale; match : (n,) robust weight; differs, around : (n,) what the scene without the figure costs,
+    there, and at most there and around; the latter is inf where that is not known or too much to tell;
+    clear : (n,) 1 within the outline, less by what the scene may cover, 0 on the rim
     """
 
     point: NDArray[np.intp]
@@ -100,6 +100,7 @@ class Row(NamedTuple):
     match: Array
     differs: Array
     around: Array
+    clear: Array
 
 
 class Laid(NamedTuple):
@@ -107,10 +108,9 @@ class Laid(NamedTuple):
 
     moments  : (H, L, 5, 5) sum of weight * match * f f'
     pull     : (H, L, 5) sum of weight * match * f residual
+    cost     : (H,) sum of weight * loss over the visible points, faded link by link, less weight * differs
     mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise;
                of what the scene may cover, minus log of the mixture of the two likelihoods
-    open     : (H,) the same over what the scene does not cover
-    behind   : (H,) mean over that of how much the picture differs from what lies behind
     shown    : (H,) share of the points within the links' outlines that are visible and not covered
     match    : (H, P) robust weight, 0 where not visible
     offset   : (H, L, 3) grey levels
@@ -119,9 +119,8 @@ class Laid(NamedTuple):
 
     moments: Array
     pull: Array
+    cost: Array
     mean: Array
-    open: Array
-    behind: Array
     shown: Array
     match: Array
     offset: Array

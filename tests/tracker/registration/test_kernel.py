@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.integrate import quad
 from scipy.ndimage import map_coordinates
 
 from kinematics.spm import View, covering, joints, motions, skeleton, surface
@@ -25,8 +26,8 @@ ROBUST = Noise(
     variance=64.0,
     light=20.0,
     scale=4.0,
-    out_of_sight=0.2,
-    in_sight=0.5,
+    out_of_sight=3.2,
+    in_sight=1.4,
     fewest=6,
     layered=True,
     margin=0.02,
@@ -95,6 +96,16 @@ def differences(plane):
     return 0.5 * (wide[1:-1, 2:] - wide[1:-1, :-2]), 0.5 * (wide[2:, 1:-1] - wide[:-2, 1:-1])
 
 
+def share_in_sight(loss, noise):
+    """Of a link of this mean loss: all up to one limit, nothing from the other on."""
+    return np.interp(loss, [noise.in_sight, noise.out_of_sight], [1.0, 0.0])
+
+
+def fade(loss, noise):
+    """What a link costs whose share in sight is the derivative by its mean loss."""
+    return quad(share_in_sight, 0.0, loss, (noise,), points=[noise.in_sight, noise.out_of_sight])[0]
+
+
 def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[Laid, np.ndarray]:
     """The same at one pose q (D,), by numpy and loops over links and points, and the residuals (P, 3)."""
     link, bones, P = link_of(points), skeleton(figure, q), len(points.along)
@@ -119,15 +130,14 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
     residual[~visible] = 0.0
 
     inner = points.known & (points.weight == 1.0)
-    bare = np.flatnonzero(inner & visible)
-    differing, around = np.zeros(P), np.full(P, np.inf)
-    for p in bare:
+    differing, around = np.full(P, behind.unknown), np.full(P, np.inf)
+    for p in np.flatnonzero(inner & visible):
         row = int(np.floor(y[p] + behind.corner_y + 0.5)) // behind.step
         column = int(np.floor(x[p] + behind.corner_x + 0.5)) // behind.step
         differing[p] = behind.differs[row, column]
         around[p] = np.inf if strange[p] else behind.around[row, column]
 
-    L = len(figure.links)
+    L, cost = len(figure.links), 0.0
     offset, match = np.zeros((L, 3)), visible.astype(float)
     moments, pull = np.zeros((L, 5, 5)), np.zeros((L, 5))
     loss, covered = np.zeros(P), np.zeros(P)
@@ -148,10 +158,13 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
             covered[p] = scenes / (figures + scenes)
             match[p] *= 1.0 - covered[p]
             loss[p] = -np.log((figures + scenes) / (1.0 + noise.covered)) / 3.0
+        w = points.weight[own]
         if noise.layered and len(own) and not points.strange[i]:
-            mean_match = np.average(match[own], weights=points.weight[own])
-            fair = (mean_match - noise.out_of_sight) / (noise.in_sight - noise.out_of_sight)
-            match[own] *= np.clip(fair, 0.0, 1.0)
+            cost += w.sum() * fade(np.average(loss[own], weights=w), noise)
+            match[own] *= share_in_sight(np.average(loss[own], weights=w), noise)
+        else:
+            cost += w @ loss[own]
+        cost -= w @ differing[own]
         for p in own:
             u, v = points.along[p] * bones.length[i], points.across[p] * bones.size
             for c in range(3):
@@ -159,17 +172,13 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
                 f = np.array([g_u, g_v, u * g_u, u * g_v - v * g_u, u * g_u + v * g_v])
                 moments[i] += points.weight[p] * match[p] * np.outer(f, f)
                 pull[i] += points.weight[p] * match[p] * f * residual[p, c]
-    mean, opened = (
-        np.average(loss[visible], weights=weight[visible]) if visible.any() else 0.0
-        for weight in (points.weight, points.weight * (1.0 - covered))
-    )
+    mean = np.average(loss[visible], weights=points.weight[visible]) if visible.any() else 0.0
     found = Laid(
         moments=moments,
         pull=pull,
+        cost=cost,
         mean=mean,
-        open=opened,
-        behind=np.average(differing[bare], weights=1.0 - covered[bare]) if len(bare) else 0.0,
-        shown=(1.0 - covered[bare]).sum() / inner.sum() if inner.any() else 0.0,
+        shown=(1.0 - covered[inner & visible]).sum() / max(inner.sum(), 1),
         match=match,
         offset=offset,
         inside=inside,
@@ -184,7 +193,7 @@ def check(figure, poses, points, planes, noise, view=VIEW, behind=NOWHERE):
         want, _ = twin(figure, q, points, planes, noise, view, behind)
         assert_array_equal(found.inside[h], want.inside)
         assert_array_equal(found.match[h] > 0, want.match > 0)
-        for name in ("mean", "open", "behind", "shown", "match", "offset"):
+        for name in ("cost", "mean", "shown", "match", "offset"):
             assert_allclose(getattr(found, name)[h], getattr(want, name), **SINGLE, err_msg=name)
         for name in ("moments", "pull"):
             value, close = getattr(want, name), getattr(found, name)[h]
@@ -241,10 +250,12 @@ def test_a_strange_link_has_no_light_and_is_never_faded_nor_covered(rng):
     found = laid(WALKER, upright(WALKER)[None], points, noise_picture(rng), ROBUST, behind=behind)
     seen = found.match[0] > 0
     weight = 1.0 / (1.0 + 30.0**2 / ROBUST.variance / ROBUST.scale)
-    assert weight < 0.5 * (ROBUST.in_sight + ROBUST.out_of_sight)
+    loss = -0.5 * ROBUST.scale * np.log(weight)
+    assert loss > 0.5 * (ROBUST.in_sight + ROBUST.out_of_sight)
     assert_allclose(found.match[0, seen], weight, rtol=1e-9)
     assert not found.offset.any()
-    assert found.open == found.mean == pytest.approx(-0.5 * ROBUST.scale * np.log(weight))
+    assert found.mean == pytest.approx(loss)
+    assert found.cost == pytest.approx((points.weight * (loss - (points.weight < 1.0)))[seen].sum())
     outline = points.known & (points.weight == 1.0)
     assert found.shown[0] == pytest.approx((seen & outline).sum() / outline.sum())
 
@@ -334,7 +345,7 @@ def test_the_light_of_a_link_is_the_upper_middle_of_its_residuals(visible, rng):
 def test_points_out_of_the_picture_or_unknown_or_hidden_count_for_nothing(rng):
     points, planes = scattered(WALKER, rng), noise_picture(rng)
     q = upright(WALKER, root_x=1.3, hip_near=0.2, hip_far=-0.1, torso=0.6)
-    behind, noise = noise_scenery(rng), ROBUST._replace(out_of_sight=-1.0)  # no link is
+    behind, noise = noise_scenery(rng), ROBUST._replace(in_sight=np.inf)  # every link is
     before = laid(WALKER, q[None], points, planes, noise, behind=behind)
     idle = before.match[0] == 0
     assert 0.3 < idle.mean() < 0.9
@@ -376,7 +387,7 @@ def test_light_beyond_the_limits_stays_in_the_residuals(light, rng):
     points = points._replace(colours=np.full_like(points.colours, 128.0))
     common = np.array([-8.0, 3.0, 7.0])
     planes = np.full((HEIGHT, WIDTH, 3), 128.0 + light, np.float32)
-    noise = ROBUST._replace(out_of_sight=-1.0, in_sight=0.0)  # no link is
+    noise = ROBUST._replace(in_sight=np.inf)  # every link is
     found = laid(WALKER, upright(WALKER)[None], points._replace(light=common), planes, noise)
     taken = common + np.sign(light) * ROBUST.light
     seen = found.match[0] > 0
@@ -394,20 +405,15 @@ def test_what_lies_behind_is_what_it_is_where_the_visible_points_of_the_outline_
     knee = VIEW.to_pixels(joints(WALKER, q))[WALKER.joints.index("near_knee")]
     differs = np.zeros((HEIGHT, WIDTH), np.float32)
     differs[int(knee[1]) :] = 2.0  # legs below the knee alone
-    found = laid(
-        WALKER,
-        q[None],
-        points,
-        planes,
-        ROBUST._replace(covered=0.0),
-        behind=NOWHERE._replace(differs=differs, around=differs, step=1),
-    )
+    noise = ROBUST._replace(covered=0.0, in_sight=np.inf)  # every link is
+    behind = NOWHERE._replace(differs=0.0 * differs, around=differs, step=1)
+    plain = laid(WALKER, q[None], points, planes, noise, behind=behind)
+    found = laid(WALKER, q[None], points, planes, noise, behind=behind._replace(differs=differs))
     body = surface(skeleton(WALKER, q), link_of(points), points.along, points.across)
     below = np.floor(VIEW.to_pixels(body)[:, 1] + 0.5) >= int(knee[1])
     counted = (found.match[0] > 0) & (points.weight == 1.0)
-    # Who matches too badly is out of sight, but differs all the same.
-    assert found.match[0].astype(bool).sum() > 100
-    assert found.behind[0] == pytest.approx(2.0 * below[counted].mean(), abs=1e-9)
+    assert (counted & below).sum() > 20
+    assert plain.cost[0] - found.cost[0] == pytest.approx(2.0 * (counted & below).sum())
     assert found.shown[0] == pytest.approx(counted.sum() / (points.known & (points.weight == 1.0)).sum())
 
 
