@@ -20,11 +20,11 @@ async function judge() {
   const mine = ++asked;
   try {
     const reply = await ask("check", { frame: shown.index, marks: here() });
-    if (mine !== asked) return;
+    if (over || mine !== asked) return;
     advice = reply;
     showAdvice();
   } catch (error) {
-    say(error.message, "wrong");
+    if (!over) say(error.message, "wrong");
   }
 }
 
