@@ -66,6 +66,7 @@ mutants: $(VENV)/installed-dev
 # How fast filters, learning and, where there are clips, tracking are beside others: docs/speed.md.
 bench: $(VENV)/installed-bench
 	$(BIN)/python -m tests.benchmarks.speed
+	$(BIN)/pytest -m speed
 ifdef FIGTRACK_DATA
 	$(BIN)/python -m tests.benchmarks.speed.tracked $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.md
 endif

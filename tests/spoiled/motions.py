@@ -59,6 +59,12 @@ POSES = [
             "out of all range",
         ),
         ("are marks", copied("marks.csv"), "is no pose table"),
+        (
+            "with a word",
+            replaced(r"\n0,1,[-\d.]+", "\n0,1,x"),
+            "line 3: root_x must be a finite number",
+        ),
+        ("with empty cells", replaced(r"(?m)^0,(\d+),.*", r"0,\1" + 8 * ",", 0), "poses.csv"),
     ),
     *cases(
         "predict",
@@ -93,6 +99,10 @@ CAPTURES = [
         "trials.csv",
         ("absent", removed, "trials.csv"),
         ("empty", emptied, "trials.csv lacks the column"),
+        ("is no text", written("\0\1"), "lacks the column"),
+        ("lacks a column", replaced("trial,", "", 1), "lacks the column 'trial'; add it"),
+        ("with a header alone", replaced(r"(?s)\n.*", "\n"), "leaves no sequences of 'walk'; check --label"),
+        ("with a word", replaced("walk,30", "walk,fast"), "line 2: fps 'fast'"),
         ("with a segment past the end", replaced("0-60", "0-999"), "its segment is 0-999"),
     ),
     *cases(

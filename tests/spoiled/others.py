@@ -75,6 +75,7 @@ JOBS = [
         ("in Latin-1", encoded("latin-1"), "jobs.csv as a UTF-8"),
         ("are a folder", folder_instead, "jobs.csv"),
         ("with a header alone", replaced(r"(?s)\n.*", "\n"), "has no jobs"),
+        ("lack a column", replaced("keypoints", "marks"), "column 'keypoints' is missing"),
         (
             "start nowhere",
             written(f"video,keypoints,start\nwalk.mp4,marks.csv,{'9' * 5000}\n"),

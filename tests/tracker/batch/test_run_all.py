@@ -62,8 +62,8 @@ def test_a_failed_clip_does_not_stop_the_others_and_a_second_run_skips_what_is_d
         (*CLIP, "", "cv", "été #1"), ("absent.mp4", "k 1.csv", "", "cv", "b"), (*CLIP, 99, "cv", "c"),
         ("走る 1.mp4", "jobs.csv", "", "cv", "d"), (*CLIP, "", "nobody", "e"), (*CLIP, 3, "walk-run", ""),
     )  # fmt: skip
-    words = ["batch", path, "--scheduler", cluster.scheduler.address]
-    first = figtrack(*words, "--quiet")
+    begun = ["batch", path, "--scheduler", cluster.scheduler.address]
+    first = figtrack(*begun, "--quiet")
     assert first.exit_code == 1
     assert first.stderr == ""
     assert "2 done, 4 failed" in first.stdout
@@ -78,7 +78,7 @@ def test_a_failed_clip_does_not_stop_the_others_and_a_second_run_skips_what_is_d
     before = everything(path.parent)
 
     (path.parent / "absent.mp4").write_bytes((path.parent / CLIP[0]).read_bytes())
-    again = figtrack(*words, "--progress", "json")
+    again = figtrack(*begun, "--progress", "json")
     assert again.exit_code == 1
     assert "2 skipped, 1 done, 3 failed" in again.stdout
     assert [status for status, _, _ in rows_of(summary)] == ["skipped", "done"] + ["failed"] * 3 + ["skipped"]
@@ -170,7 +170,7 @@ def test_a_job_is_another_when_its_model_s_file_or_an_image_is(tmp_path):
 
 def broken(row, overwrite):
     """A mistake of ours in one row of two."""
-    if row.model == "cv":
+    if row.how.model == "cv":
         raise RuntimeError("a mistake\nof ours")
     return Ending("done", frames=1)
 
@@ -298,14 +298,6 @@ def test_a_batch_that_is_stopped_keeps_what_is_done(table, tmp_path, cluster, mo
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_errors_of_the_table_come_before_any_work(table, tmp_path):
-    assert "has no jobs" in refused("batch", table())
-    assert "no table of jobs" in refused("batch", tmp_path / "absent.csv")
-    assert "two rows have the same out" in refused("batch", table(ROW, ROW))
-    assert "column 'keypoints' is missing" in refused("batch", table(("a",), header=("video",)))
-    assert [path.name for path in tmp_path.iterdir()] == ["späte Läufe"]
-
-
 def test_a_file_where_a_folder_should_be_fails_that_row_alone(table, tmp_path):
     (tmp_path / "a").write_text("mine")
     (row,) = read_jobs(table(ROW), tmp_path, QUIET)
@@ -323,16 +315,6 @@ def test_a_summary_of_something_else_is_never_replaced(table, tmp_path):
     assert everything(tmp_path / "out") == {Path("summary.csv"): b"my,own\n1,2\n"}
     (tmp_path / "place").write_text("")
     assert refused("batch", table(ROW), "--out", tmp_path / "place")
-
-
-def test_workers_and_a_scheduler_are_wrong_usage_together(table):
-    assert figtrack("batch", table(ROW), "--workers", 2, "--scheduler", "tcp://127.0.0.1:9").exit_code == 2
-    assert figtrack("batch", table(ROW), "--workers", 0).exit_code == 2
-
-
-def test_no_scheduler_is_said(table, monkeypatch):
-    monkeypatch.setattr("tracker.models.cluster.PATIENCE", 0.5)
-    assert "no Dask scheduler answers" in refused("batch", table(ROW), "--scheduler", "tcp://127.0.0.1:9")
 
 
 def test_the_run_json_of_a_batch_names_its_job(table, tmp_path):

@@ -254,26 +254,11 @@ def untouched(tmp_path, poses):
 
 
 @pytest.mark.usefixtures("untouched")
-@pytest.mark.parametrize("command", ON_TABLES)
-def test_a_table_that_cannot_be_read_is_refused(tmp_path, model, command, tmp_path_factory):
-    spoiled = tmp_path_factory.mktemp("spoiled") / "bad.csv"
-    write_table(spoiled, [("a", 0, *["x"] * 8)], header=HEADER)
-    words = ["--model", model, "--out", tmp_path / "o.csv"]
-    assert "line 2: root_x must be a finite number or empty; got 'x'" in refused(command, spoiled, *words)
-    assert "no pose table" in refused(command, tmp_path / "absent.csv", *words)
-    write_table(spoiled, [("a", t, *[""] * 8) for t in range(3)], header=HEADER)
-    assert "sequence 'a' has no measured" in refused(command, spoiled, *words)
-
-
-@pytest.mark.usefixtures("untouched")
 @pytest.mark.parametrize(
     ("command", "more", "said"),
     [
-        ("classify", ["--model", "swim"], "no model 'swim' ships; there are gait, walk-run"),
         ("classify", ["--inference", "hmm"], "it wants --inference viterbi, gpb2 or variational, not hmm"),
         ("predict", ["--fps", "500"], "cannot go from 30 to 500 frames a second; learn again"),
-        ("predict", ["--show", "c"], "has no sequence 'c' to show; there are a, b"),
-        ("interpolate", ["--plot", "p.txt"], "p.txt is no name of a picture; --plot wants"),
     ],
 )
 def test_what_does_not_fit_is_refused(tmp_path, poses, model, command, more, said):
@@ -292,12 +277,6 @@ def test_a_hidden_markov_model_classifies_at_its_own_rate_and_does_nothing_else(
     for command in ("predict", "interpolate"):
         assert f"a hidden Markov model, which cannot {command}" in refused(command, poses, *words)
     assert "a hidden Markov model, which cannot synthesise" in refused("synthesise", *words)
-
-
-@pytest.mark.usefixtures("untouched")
-def test_synthesis_of_a_motion_that_the_model_has_not_is_refused(tmp_path, model):
-    line = refused("synthesise", "--model", model, "--label", "swim", "--out", tmp_path / "o.csv")
-    assert "the model has no motion 'swim'; it has walk, run" in line
 
 
 @pytest.mark.usefixtures("untouched")
@@ -351,32 +330,6 @@ def test_radians_and_another_rate_are_warned_of_and_the_work_is_done(tmp_path, r
     one, other = result.stderr.splitlines()
     assert one.startswith("warning: every angle of sequence 'a' lies within 3.2 degrees")
     assert other.startswith("warning: time_s of sequence 'a' says 60 frames a second")
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["classify"],
-        ["classify", "p.csv", "--inference", "guess"],
-        ["classify", "p.csv", "--use", "root"],
-        ["classify", "p.csv", "--plot", "a.png", "--no-plot"],
-        ["predict", "p.csv", "--horizon", "0"],
-        ["interpolate", "p.csv", "--fps", "0"],
-        ["synthesise", "p.csv"],
-        ["synthesise", "--frames", "0"],
-        ["learn", "p.csv", "--states", "0"],
-        ["reproduce"],
-    ],
-)
-def test_wrong_usage_ends_with_status_two(words):
-    assert figtrack(*words).exit_code == 2
-
-
-@pytest.mark.parametrize("command", ["learn", *ON_TABLES, "synthesise", "reproduce"])
-def test_help_shows_an_example(command):
-    result = figtrack(command, "--help")
-    assert result.exit_code == 0
-    assert f"Example: figtrack {command}" in " ".join(result.stdout.split())
 
 
 # What is handed on

@@ -102,26 +102,6 @@ def test_the_same_seed_learns_the_same_model(trials, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (None, "cannot read"),
-        ("file,subject\n", "lacks the column 'trial'; add it"),
-        (COLUMNS + "\n", "leaves no sequences of 'walk', 'run'; check --label"),
-        (COLUMNS + "\nc.bvh,s,t,walk,30,0-9,,free\n", "cannot read"),
-        (COLUMNS + "\nc.bvh,s,t,walk,fast,0-9,,free\n", "line 2: fps 'fast'"),
-        ("\x00\x01", "lacks the column"),
-    ],
-    ids=["no table", "no column", "no rows", "no capture", "bad cell", "binary"],
-)
-def test_what_cannot_be_learned_from_is_refused(tmp_path, content, words):
-    if content is not None:
-        (tmp_path / "t.csv").write_text(content)
-    line = refused(*learn(tmp_path / "t.csv", tmp_path / "m.npz", settings=settings(tmp_path, "")))
-    assert words in line
-    assert {path.name for path in tmp_path.iterdir()} <= {"t.csv", "learn.toml"}
-
-
-@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("rounds = 0", "rounds: input should be greater than or equal to 1, got 0"),
