@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joints
 from tests.kinematics.figures import WALKER, upright
-from tests.oracles import central_difference
 from tests.tracker.painted import (
     BARE,
     CLASSIC,
@@ -357,42 +356,6 @@ def test_at_the_mode_the_gradient_handed_on_balances_the_prior(rng):
     assert 0.5 * (found.q - q) @ precision @ (found.q - q) > 1.0  # where the prior does pull
 
 
-def bilinear_level(rng, sigma=1.0):
-    """A level whose values are a + b x + c y + d x y per channel: read without error between pixels."""
-    width, height = SIZE
-    x, y = np.meshgrid(np.arange(width) / 100.0, np.arange(height) / 100.0)
-    a, b, c, d = rng.normal(scale=60.0, size=(4, 3))
-    xs, ys = x[..., None], y[..., None]
-    values = 128.0 + a + b * xs + c * ys + d * xs * ys
-    return Level(values.astype(np.float32), (0, 0), sigma)
-
-
-@pytest.mark.parametrize("settings", [FULL, CLASSIC], ids=["full", "classic"])
-@pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
-def test_information_is_the_gauss_newton_matrix_of_the_differenced_residuals(facing, settings, rng):
-    view = replace(VIEW, facing=facing)
-    level = bilinear_level(rng)
-    settings = settings.model_copy(update={"iterations": 2})
-    templates = cut(WALKER, view, STRIDE, [level], settings)
-    spoiled = templates.colours + rng.normal(scale=6.0, size=templates.colours.shape)
-    templates = replace(templates, colours=spoiled.astype(np.float32))
-    prior = Gaussian(MOTIONS["everything"], 1e-4 * WEAK)
-    found = settled(templates, [level], prior, settings, view=view)
-
-    def values(q):
-        return sample(level, view.to_pixels(placed(WALKER, q, templates)))[0].ravel()
-
-    J = central_difference(values, found.q, step=1e-4)
-    weight = templates.weight * found.match * settings.tempering / (3.0 * settings.noise**2)
-    W = np.repeat(weight, 3)
-    # float32 keeps values of 300 to 1e-5: over a step of 2e-4 of 80 px, 1e-5 / 2e-4 = 0.05 of slopes of 50.
-    assert_allclose(found.information, (J.T * W) @ J, atol=1e-3 * found.information.max())
-    residual = (shown(templates, [level], found, view=view)[0] - templates.colours[0]).ravel()
-    gradient = found.information @ found.q - found.vector
-    terms = np.abs(J).T @ (W * np.abs(residual))  # at the mode they cancel
-    assert_allclose(gradient, J.T @ (W * residual), atol=1e-3 * terms.max())
-
-
 def flat_level(sigma=1.0):
     """A level of one colour."""
     width, height = SIZE
@@ -435,32 +398,6 @@ def sight(templates, found):
     inner = (templates.weight == 1.0) & templates.known
     seen = inner & (found.match > 0)
     return seen, seen.sum() / inner.sum()
-
-
-def test_cost_is_by_how_much_the_visible_points_match_better_than_what_lies_behind_them(rng):
-    level, scenery = flat_level(), chequered(rng)
-    # No link so bad that it is out of sight, no point taken for covered.
-    update = {"image_weight": 0.4, "out_of_sight": 0.0, "in_sight": 1e-6, "covered": 0.0}
-    settings = FULL.model_copy(update=update)
-    templates = spoiled_templates(level, STRIDE, rng, settings)
-    found = settled(templates, [level], Gaussian(STRIDE, WEAK), settings, scenery=scenery)
-    counted = found.match > 0
-    residual = (shown(templates, [level], found)[0] - templates.colours[0])[counted]
-    scale = settings.robust**2
-    loss = 0.5 * scale * np.log1p((residual**2).sum(axis=1) / (3.0 * settings.noise**2) / scale)
-    mean = np.average(loss, weights=templates.weight[counted])
-    seen, share = sight(templates, found)
-    x, y = np.floor(VIEW.to_pixels(placed(WALKER, found.q, templates)[seen]) + 0.5).astype(int).T
-    behind = scenery.differs[y // scenery.step, x // scenery.step].mean()
-    assert 0.5 < behind < 1.5
-    assert share < 0.95
-    # Residuals are kept in float32.
-    assert found.misfit == pytest.approx(mean, rel=1e-6)
-    assert found.shown == pytest.approx(share, abs=1e-12)
-    weight = templates.weight[counted]
-    against = behind * seen.sum() + UNKNOWN * weight[weight < 1.0].sum()  # the rim shows anything
-    want = 0.4 * settings.tempering * (mean * weight.sum() - against)
-    assert found.cost == pytest.approx(want, rel=1e-5)
 
 
 def visible_weight(templates, found):

@@ -179,7 +179,7 @@ def test_the_information_is_the_gauss_newton_matrix_of_the_function(case):
 
 
 def test_what_is_handed_on_is_the_function_at_the_mode_and_the_climb_has_lowered_it_and_the_prior(rng):
-    field = crossed(FULL, rng)
+    field = crossed(FULL.model_copy(update={"image_weight": 0.4}), rng)
     priors = Gaussian(CROSSED + 0.03 * rng.normal(size=(6, D)), np.repeat(WEAK[None], 6, axis=0))
     alone = replace(field, templates=replace(field.templates, colours=field.templates.colours[1:]))
     alone = replace(alone, levels=field.levels[1:])
@@ -188,7 +188,9 @@ def test_what_is_handed_on_is_the_function_at_the_mode_and_the_climb_has_lowered
     found = align(alone, priors)
     fit = objective.compare(0, np.stack([r.q for r in found]))
     information, gradient = objective.slope(fit)
-    assert_allclose([r.cost for r in found], objective.evidence(fit), rtol=1e-9)
+    assert_allclose([r.cost for r in found], 0.4 * objective.evidence(fit), rtol=1e-9)
+    assert_allclose([r.misfit for r in found], fit.laid.mean, rtol=1e-9)
+    assert_allclose([r.shown for r in found], fit.laid.shown, rtol=1e-9)
     assert_allclose([r.information for r in found], information, rtol=1e-9, atol=1e-9)
     away = fit.q - priors.mean
     leaning = 0.5 * np.einsum("hd,de,he->h", away, np.linalg.inv(WEAK), away)
