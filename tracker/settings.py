@@ -59,7 +59,7 @@ class Settings(BaseModel):
     in_sight: float = Field(0.6, gt=0, le=1, description="mean match from which a link is in full sight")
     backdrop: bool = Field(True, description="whether what lies behind the figure weighs hypotheses")
     covered: float = Field(
-        0.02, ge=0, lt=1, description="prior odds that what is seen as it was without the figure covers it"
+        0.05, ge=0, lt=1, description="prior odds that what is seen as it was without the figure covers it"
     )
     crossings: bool = Field(
         True, description="whether legs that passed each other are named again by the motion"
