@@ -60,7 +60,7 @@ def measured(source: Source, pool: Executor, models: dict[Recipe, SLDS | HMM]) -
     waiting: dict[Job, Future[Any]] = {}
     for job in jobs:
         chosen = None if job.recipe is None else models.get(job.recipe, seen)
-        waiting[job] = pool.submit(run, job, source, chosen)
+        waiting[job] = pool.submit(run, source, job, chosen)
     return {job: future.result() for job, future in waiting.items()}
 
 
