@@ -61,9 +61,6 @@ class Settings(BaseModel):
     covered: float = Field(
         0.05, ge=0, lt=1, description="prior odds that what is seen as it was without the figure covers it"
     )
-    crossings: bool = Field(
-        True, description="whether legs that passed each other are named again by the motion"
-    )
     tempering: float = Field(0.035, gt=0, le=1, description="independent share of template points")
     image_weight: float = Field(1.0, ge=0, le=100, description="of the image in weighing hypotheses")
     blend: float = Field(0.12, ge=0, le=1, description="of what is seen into the template, a frame")

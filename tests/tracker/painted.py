@@ -27,7 +27,6 @@ FULL = Settings(
     out_of_sight=0.2,
     in_sight=0.45,
     backdrop=True,
-    crossings=True,
     tempering=0.05,
     image_weight=1.0,
     blend=0.05,

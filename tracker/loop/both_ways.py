@@ -14,7 +14,6 @@ import numpy as np
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joints
 from tracker.loop.anchors import FAR, Anchor, anew, passed
-from tracker.loop.crossing import Crossing
 from tracker.loop.detections import Detections
 from tracker.loop.estimate import Estimate, State
 from tracker.loop.tracker import Tracker
@@ -46,28 +45,21 @@ class Passage:
         self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
     ) -> Iterator[Estimate]:
         """Estimates from the start frame on; `images` are of the frames after it, this way."""
-        last, crossing = frame, Crossing.at_marks(self.tracker.figure, state, estimate)
+        last = frame
         yield estimate
         for image in images:
             frame += self.way
-            crossing, state, estimate = self._step(self.tracker, crossing, state, frame, image)
+            state, estimate = self._step(self.tracker, state, frame, image)
             if frame in self.anchors:
                 estimate = replace(estimate, back=self._back(frame, last, state, image))
                 last = frame
             yield estimate
 
-    def _step(
-        self, tracker: Tracker, crossing: Crossing, before: State, frame: int, image: Image
-    ) -> tuple[Crossing, State, Estimate]:
+    def _step(self, tracker: Tracker, before: State, frame: int, image: Image) -> tuple[State, Estimate]:
         """One frame on, one way or the other."""
         if frame in self.anchors:
-            state, estimate = passed(tracker, before, self.anchors[frame], image)
-            return Crossing.at_marks(tracker.figure, state, estimate), state, estimate
-        detections = self.detections.get(frame)
-        state, estimate = tracker.step(before, image, detections)
-        if detections is not None:  # which name the legs themselves
-            return Crossing(), state, estimate
-        return crossing.followed(tracker, before, state, estimate)
+            return passed(tracker, before, self.anchors[frame], image)
+        return tracker.step(before, image, self.detections.get(frame))
 
     def _back(self, frame: int, last: int, state: State, image: Image) -> tuple[Estimate, ...]:
         """From an anchor back to the one before it: the frames between, in this passage's order."""
@@ -75,10 +67,9 @@ class Passage:
 
         def run() -> Iterator[Estimate]:
             there, estimate = anew(other, state, self.anchors[frame], image)
-            crossing = Crossing.at_marks(other.figure, there, estimate)
             yield estimate
             for t, picture in enumerate(self.span(frame - self.way, last), start=1):
-                crossing, there, estimate = self._step(other, crossing, there, frame - t * self.way, picture)
+                there, estimate = self._step(other, there, frame - t * self.way, picture)
                 yield estimate
 
         return tuple(estimate.light() for estimate in self.smooth(other, run()))[-2:0:-1]

@@ -30,7 +30,6 @@ class Estimate:
     began   : whether the filter began here, so that nothing links it to the frame before
     told    : what the picture said of the pose at the best hypothesis; None where it said nothing
     back    : at an anchor, the frames since the one before it as the way back from it has them, oldest first
-    instead : if this frame showed the last ones to be wrong, what takes their place
     """
 
     pose: Gaussian
@@ -42,12 +41,11 @@ class Estimate:
     began: bool = False
     back: tuple[Self, ...] = ()
     told: Likelihood | None = None
-    instead: tuple[Self, ...] = ()
 
     def light(self) -> Self:
         """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
         cov = cast("Array", self.pose.cov.astype(np.float32))
-        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING, told=None, instead=())
+        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING, told=None)
 
 
 @dataclass(frozen=True)

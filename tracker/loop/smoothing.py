@@ -2,8 +2,7 @@
 
 A window of frames is smoothed at a time, back from the hypothesis that is best at its end, and its first part
 is let go, so that memory does not grow with the clip. Hypotheses of LAG frames ago have nearly always one
-common ancestor, and what is seen as much later says nothing more of a pose. A frame is let go once no later
-one can correct it.
+common ancestor, and what is seen as much later says nothing more of a pose.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,7 +14,6 @@ from dynamics.belief import Belief
 from dynamics.gaussian import Gaussian, symmetric
 from dynamics.kalman import smooth
 from dynamics.slds import SLDS
-from tracker.loop.crossing import LONGEST
 from tracker.loop.estimate import Estimate
 from tracker.loop.tracker import Tracker
 
@@ -25,8 +23,6 @@ LAG = 100  # frames: three strides
 def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int = LAG) -> Iterator[Estimate]:
     """The estimates of a run, each given those after it as well; at least `lag` of them where there are.
 
-    What a later frame corrects is smoothed as corrected.
-
     Their beliefs are the one hypothesis of the best path. Nothing is carried over a new beginning.
     """
     window: list[Estimate] = []
@@ -34,17 +30,15 @@ def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int = LAG) ->
         if estimate.began:
             yield from _back(tracker, window)
             window = []
-        if estimate.instead:
-            window[-len(estimate.instead) :] = estimate.instead
         window.append(estimate)
-        if len(window) == lag + max(lag, LONGEST):
+        if len(window) == 2 * lag:
             yield from _back(tracker, window)[:lag]
             window = window[lag:]
     yield from _back(tracker, window)
 
 
 def as_first_known(_: Tracker, estimates: Iterable[Estimate]) -> Iterable[Estimate]:
-    """The estimates of a run, each given the frames before it alone: none is corrected by a later one."""
+    """The estimates of a run, each given the frames before it alone."""
     return estimates
 
 

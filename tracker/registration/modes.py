@@ -20,7 +20,6 @@ class Mode:
     rim       : of template beyond a link's outline, leg lengths
     backdrop  : whether the scene behind the figure is kept
     learns    : whether looks follow what is seen of them, and unknown ones are sought where a link stands out
-    crossings : whether legs that passed each other are named again
     coarse    : every so manieth point is looked at on all but the finest blur
     robust    : squared scale of the robust loss, in units of the noise; inf for plain squares
     layered   : whether nearer links hide farther ones, and each link has a brightness offset
@@ -34,7 +33,6 @@ class Mode:
     rim: float
     backdrop: bool
     learns: bool
-    crossings: bool
     coarse: int
     robust: float
     layered: bool
@@ -58,7 +56,6 @@ def full(settings: Settings) -> Mode:
         rim=settings.rim,
         backdrop=settings.backdrop and settings.templates,
         learns=True,
-        crossings=settings.crossings,
         coarse=COARSE,
         robust=settings.robust**2,
         layered=True,
@@ -76,7 +73,6 @@ CLASSIC = Mode(
     rim=0.0,
     backdrop=False,
     learns=False,
-    crossings=False,
     coarse=1,
     robust=np.inf,
     layered=False,

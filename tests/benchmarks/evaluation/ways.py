@@ -42,7 +42,6 @@ WITHOUT: dict[str, Changes] = {
     "any motion at any pace": {"recurrent": False},
     "camera taken for still": {"camera": False},
     "nothing known of what lies behind": {"backdrop": False},
-    "legs not named again": {"crossings": False},
     "grey levels as filmed": {"contrast": 0.0},
     "nothing taken for covered": {"covered": 0.0},
     "any light on any link": {"light": 255.0},
