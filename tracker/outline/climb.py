@@ -1,0 +1,144 @@
+"""Every frame's pose on its own outline: one climb over a whole film.
+
+With R under the outline of pose q_t summed to s_t(q_t), and d_t = q_t less the pose that the path gave,
+
+    J = WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2 - marks, limits
+
+is climbed by L-BFGS (Liu and Nocedal 1989) in the coordinates in which its prior is the unit Gaussian.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky_banded, solve_banded
+from scipy.optimize import minimize
+
+from kinematics.figure import SCALE, STRETCH, Array, Figure
+from kinematics.spm import motions, skeleton
+from tracker.outline.kernel import silhouettes
+from tracker.outline.shape import arms_worth
+from tracker.outline.silhouette import Dress
+from tracker.outline.stage import Grid
+from tracker.picture.pyramid import Planes
+
+GRID = Grid((-1.3, 1.2), 32.0, (76, 84))
+WEIGHT = 80.0  # nats for a square leg length of log odds
+ROUNDS = 60
+ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread about the path's
+PLACE = 0.1  # the same of the hip, leg lengths
+SIZE, LENGTH = 0.05, 0.04  # the same of log lengths
+CHANGE = 1.0 / 3.0  # of a spread by which it may change from frame to frame
+LASTS = 0.1  # the same of lengths
+MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH = float(np.radians(3.0)), 0.02, 0.02  # errors of marks
+GIVE = 0.05  # radians by which a joint passes its limit
+
+
+@dataclass(frozen=True)
+class Marked:
+    """The pose (D,) marked in a frame, of which `known` (D,) was."""
+
+    frame: int
+    q: Array
+    known: NDArray[np.bool_]
+
+
+def climb(odds: Planes, dress: Dress, q: Array, marked: Marked, rounds: int = ROUNDS) -> tuple[Array, Array]:
+    """Poses on their outlines.
+
+    Args:
+        odds: (T, *GRID.shape) log odds around the poses' origin.
+        q: (T, D) poses that the path gave.
+        marked: a pose that is known.
+
+    Returns:
+        (T, D) poses, and (T,) log odds under their outlines, nats times leg lengths squared.
+    """
+    T, D = q.shape
+    figure = dress.figure
+    field = _Field(odds, dress)
+    factors = _factors(figure, T)
+    error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
+    low, high = figure.limits
+
+    def poses(z: Array) -> Array:
+        columns = [solve_banded((0, 1), factor, own) for factor, own in zip(factors, z.reshape(T, D).T, strict=True)]
+        return q + np.stack(columns, axis=1)
+
+    def cost(z: Array) -> tuple[float, Array]:
+        now = poses(z)
+        score, slope = field.under(now)
+        off = np.where(marked.known, (now[marked.frame] - marked.q) / error, 0.0)
+        over = np.maximum(now - high, 0.0) - np.maximum(low - now, 0.0)
+        slope = over / GIVE**2 - WEIGHT * slope
+        slope[marked.frame] += off / error
+        columns = [
+            solve_banded((1, 0), _lower(factor), own) for factor, own in zip(factors, slope.T, strict=True)
+        ]
+        value = -WEIGHT * score.sum() + 0.5 * (off @ off + (over**2).sum() / GIVE**2 + z @ z)
+        return float(value), np.stack(columns, axis=1).ravel() + z
+
+    found = minimize(cost, np.zeros(T * D), jac=True, method="L-BFGS-B", options={"maxiter": rounds})
+    best = poses(found.x)
+    return best, field.under(best)[0]
+
+
+@dataclass(frozen=True)
+class _Field:
+    """Log odds (T, *GRID.shape) and whose outline is laid on them."""
+
+    odds: Planes
+    dress: Dress
+
+    def under(self, q: Array) -> tuple[Array, Array]:
+        """(T,) log odds under the outlines of poses (T, D), and (T, D) their derivative by the pose."""
+        dress, T = self.dress, len(q)
+        bones = skeleton(dress.figure, q)
+        corner = np.tile(np.asarray(GRID.corner, dtype=np.float64), (T, 1))
+        moved = np.empty((*bones.length.shape, 5))
+        score = silhouettes(
+            self.odds,
+            arms_worth(self.odds),
+            corner,
+            1.0 / GRID.density,
+            bones.start,
+            bones.direction,
+            bones.length,
+            bones.size,
+            dress.bars,
+            dress.zone,
+            dress.trunk,
+            moved,
+        )
+        return score, np.einsum("tlk,tlkd->td", moved, motions(dress.figure, bones))
+
+
+def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:
+    """(D,) one number for each freedom, by its kind."""
+    kinds = {"ankle": ankle, "root": place, SCALE: size, STRETCH: length}
+    found = [
+        next((value for kind, value in kinds.items() if name.startswith(kind)), angle) for name in figure.freedoms
+    ]
+    return np.array(found)
+
+
+def _factors(figure: Figure, T: int) -> list[Array]:
+    """For each freedom the upper Cholesky factor (2, T), banded, of the prior precision of its path."""
+    spread = _by_kind(figure, ANGLE, ANKLE, PLACE, SIZE, LENGTH)
+    share = _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS)
+    ends = np.full(T, 2.0)
+    ends[[0, -1]] -= 1.0
+    found = []
+    for own, changes in zip(spread, share * spread, strict=True):
+        banded = np.zeros((2, T))
+        banded[1] = 1.0 / own**2 + ends * (T > 1) / changes**2
+        banded[0, 1:] = -1.0 / changes**2
+        found.append(cholesky_banded(banded))
+    return found
+
+
+def _lower(factor: Array) -> Array:
+    """The transpose of an upper factor, banded."""
+    lower = np.zeros_like(factor)
+    lower[0], lower[1, :-1] = factor[1], factor[0, 1:]
+    return lower

@@ -1,0 +1,172 @@
+"""Which phase of which gait cycle every frame of a film shows: the best path through (phase, phase speed).
+
+Silhouettes of the half cycles at several small shifts are compared with the log odds around the hip, all at once,
+as one matrix product a frame. With the legs' names exchanged a pose has the same silhouette, so the other half
+cycle looks the same; only the marked pose tells the two apart. Viterbi goes through every cycle on its own, with
+time ahead and, for who walks backwards, back; the best of all wins.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.figure import Array
+from tracker.outline.cycles import COUNTED, PHASES, Cycles
+from tracker.outline.shape import arms_worth
+from tracker.outline.silhouette import Dress, cycle_angles, poses
+from tracker.outline.stage import Grid, Stage
+
+DENSITY = 16.0  # places in a leg length
+GRID = Grid((-1.25, 1.1875), DENSITY, (38, 41))
+COLUMNS_OFF = np.arange(-4, 5, 2)  # shifts that are tried, places
+ROWS_OFF = np.arange(-3, 4)
+SPREAD = (0.12, 0.08)  # of the shift along the way and across it, leg lengths
+WEIGHT = 25.0  # nats for a square leg length of log odds
+FASTEST, SLOWEST = 0.37, 2.5  # seconds a stride, slow motion included
+SPEEDS = 16
+FINE = 3  # steps from one phase to the next, at 30 frames a second
+CHANGE = 1.5  # nats for a change to the next phase speed
+SLIP = 1.0  # spread of a step in phase about the phase speed, fine steps
+MARKED = float(np.radians(12.0))  # spread of marked angles about a cycle's
+
+
+@dataclass(frozen=True)
+class Phases:
+    """What every frame shows.
+
+    cycle  : which kind of stride
+    way    : +1, -1 with time running back
+    phase  : (T,) 0 to PHASES
+    shift  : (T, 2) by which the hip lies further ahead and up, leg lengths
+    period : frames a stride, the median
+    score  : of the best path, nats a frame
+    """
+
+    cycle: int
+    way: int
+    phase: Array
+    shift: Array
+    period: float
+    score: float
+
+
+def phases(
+    stage: Stage, dress: Dress, cycles: Cycles, hips: Array, units: Array, marked: Array, frame: int, fps: float
+) -> Phases:
+    """The best phase of the best cycle for every frame.
+
+    Args:
+        hips, units: as `Stage.around`.
+        marked: (8,) angles of COLUMNS in the marked pose; NaN where there is none.
+        frame: that was marked.
+        fps: frames a second.
+    """
+    score, shift = _compared(stage, dress, cycles, hips, units, float(np.nan_to_num(marked[1])))
+    told = np.nan_to_num((cycles.pose - marked)[..., COUNTED])
+    named = -0.5 * ((told / MARKED) ** 2).sum(-1)
+    fine = max(FINE, int(np.ceil(FINE * fps / 30.0)))
+    periods = np.geomspace(FASTEST * fps, SLOWEST * fps, SPEEDS)
+    best: tuple[float, int, int, NDArray[np.intp]] | None = None
+    for cycle in range(len(cycles.pose)):
+        whole = np.tile(score[:, cycle], 2)
+        whole[frame] += named[cycle]
+        whole = _finer(whole, fine)
+        for way in (1, -1):
+            value, path = best_phases(whole, way * PHASES * fine / periods, CHANGE, SLIP)
+            if best is None or value > best[0]:
+                best = value, cycle, way, path
+    assert best is not None
+    value, cycle, way, path = best
+    phase = path[:, 1] / fine
+    half = np.rint(phase).astype(int) % (PHASES // 2)
+    off = shift[np.arange(len(stage)), cycle, half]
+    period = float(np.median(periods[path[:, 0]]))
+    return Phases(cycle, way, phase, off, period, value / len(stage))
+
+
+def _compared(
+    stage: Stage, dress: Dress, cycles: Cycles, hips: Array, units: Array, neck: float
+) -> tuple[Array, Array]:
+    """(T, C, PHASES / 2) nats of each half cycle's silhouettes, and (T, C, PHASES / 2, 2) at which shift."""
+    q = poses(dress.figure, cycle_angles(cycles, neck))
+    body, arms = dress.painted(q.reshape(-1, q.shape[-1]), GRID)
+    masks = np.concatenate([body.reshape(len(body), -1), arms.reshape(len(arms), -1)], axis=1)
+    (h, w), edge = GRID.shape, (int(COLUMNS_OFF.max()), int(ROWS_OFF.max()))
+    corner = GRID.corner[0] - edge[0] / DENSITY, GRID.corner[1] + edge[1] / DENSITY
+    wide = stage.around(hips, units, Grid(corner, DENSITY, (h + 2 * edge[1], w + 2 * edge[0])))
+    shifts = np.array([(x, -y) for y in ROWS_OFF for x in COLUMNS_OFF]) / DENSITY
+    rare = 0.5 * ((shifts / SPREAD) ** 2).sum(1)
+    score = np.empty((len(stage), len(masks)))
+    shift = np.empty((len(stage), len(masks), 2))
+    for t, odds in enumerate(wide):
+        both = [odds, arms_worth(odds)]
+        seen = [
+            np.concatenate([_part(each, edge[0] + x, edge[1] + y) for each in both])
+            for y in ROWS_OFF
+            for x in COLUMNS_OFF
+        ]
+        sums = masks @ np.stack(seen, axis=1) * (WEIGHT / DENSITY**2) - rare
+        best = sums.argmax(1)
+        score[t], shift[t] = sums[np.arange(len(sums)), best], shifts[best]
+    shape = len(stage), *q.shape[:2]
+    return score.reshape(shape), shift.reshape(*shape, 2)
+
+
+def _part(odds: Array, x: int, y: int) -> Array:
+    h, w = GRID.shape
+    return odds[y : y + h, x : x + w].ravel()
+
+
+def _finer(score: Array, fine: int) -> Array:
+    """(T, P fine) scores of (T, P), linear between."""
+    at = np.arange(score.shape[1] * fine) / fine
+    low = np.floor(at).astype(int)
+    share = at - low
+    return np.asarray((1.0 - share) * score[:, low] + share * score[:, (low + 1) % score.shape[1]])
+
+
+@numba.njit(cache=True)
+def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tuple[float, NDArray[np.intp]]:
+    """The path of the largest sum of `score`, less the costs of its steps.
+
+    A step goes by the speed after it, rounded, or one more or less.
+
+    Args:
+        score: (T, P) nats of every phase; phases go round.
+        speeds: (S,) phases a frame.
+        change: for the next speed up or down, nats.
+        slip: spread of a step about its speed, phases.
+
+    Returns:
+        The sum, and (T, 2) speed and phase.
+    """
+    T, P = score.shape
+    S = len(speeds)
+    value = np.empty((S, P))
+    value[:] = score[0]
+    before = np.zeros((T, S, P), np.int32)
+    for t in range(1, T):
+        now = np.full((S, P), -np.inf)
+        for s in range(S):
+            for other in range(max(s - 1, 0), min(s + 2, S)):
+                for off in range(-1, 2):
+                    step = int(np.rint(speeds[s])) + off
+                    cost = 0.5 * ((speeds[s] - step) / slip) ** 2
+                    if other != s:
+                        cost += change
+                    for p in range(P):
+                        here = (p - step) % P
+                        if value[other, here] - cost > now[s, p]:
+                            now[s, p] = value[other, here] - cost
+                            before[t, s, p] = other * P + here
+            now[s] += score[t]
+        value = now
+    path = np.empty((T, 2), np.intp)
+    place = value.argmax()
+    best = value.max()
+    for t in range(T - 1, -1, -1):
+        path[t, 0], path[t, 1] = place // P, place % P
+        place = before[t, path[t, 0], path[t, 1]]
+    return best, path

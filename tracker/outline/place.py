@@ -1,0 +1,151 @@
+"""Where a figure walks through a film, and how large it is seen: the best path of its mean silhouettes.
+
+Log odds are summed under mean silhouettes of a few phases and sizes everywhere in the scene, coarsely. Viterbi
+through (size, row, column) then finds the path from the marked place on which the sum, less what a change of
+place and size costs, is largest.
+"""
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from kinematics.figure import SCALE, Array
+from tracker.outline.cycles import Cycles
+from tracker.outline.silhouette import Dress, cycle_angles, poses
+from tracker.outline.stage import Grid, Stage
+from tracker.picture.pyramid import Planes
+from tracker.survey.evidence import NOTHING, UNITS
+
+DENSITY = 8.0  # places in a leg length
+SIZES = np.log(1.12) * np.arange(-2, 3)  # log sizes against the marked one
+SAME = 2  # position of the marked size among them
+EVERY = 10  # so manieth phase of a cycle has a silhouette
+WEIGHT = 25.0  # nats for a square leg length of log odds
+STEP = 0.6  # nats for a step of one place a frame, along the way; half as far across it
+RESIZE = 3.0  # nats for a change to the next size
+REACH = 5  # places a frame at most
+MARKED = 12.0  # nats by which the path is held to the marked place and size, a place or size away
+SMOOTH, SMOOTH_SIZE = 1.5, 10.0  # frames over which the path's place and size are smoothed
+GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
+HIP = (10, 9)  # column and row of the hip in it
+
+
+def walk(stage: Stage, dress: Dress, cycles: Cycles, hip: Array, unit: float, frame: int) -> tuple[Array, Array]:
+    """The path of a figure's hip.
+
+    Args:
+        hip: (2,) where it was marked, the film's pixels.
+        unit: pixels in a leg length there.
+        frame: in which.
+
+    Returns:
+        (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
+    """
+    maps, to_map = _maps(stage, unit)
+    kernels = _kernels(dress, cycles, stage.facing)
+    score = np.stack([_sums(each, kernels) for each in maps])
+    x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
+    rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
+    away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
+    sizes = np.abs(np.arange(len(SIZES)) - SAME)
+    score[frame] -= MARKED * (away[None] + 4.0 * sizes[:, None, None])
+    path = best_path(score, STEP, RESIZE, REACH)
+    places = gaussian_filter1d(path[:, [2, 1]].astype(np.float64), SMOOTH, axis=0, mode="nearest")
+    size = gaussian_filter1d(SIZES[path[:, 0]], SMOOTH_SIZE, mode="nearest")
+    back = np.linalg.inv(to_map)
+    scene = places @ back[:2, :2].T + back[:2, 2]
+    return stage.in_frames(scene), unit * np.exp(size - size[frame])
+
+
+def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
+    """(T, h, w) the frames' log odds where the camera saw them, coarse, and (3, 3) from the first frame's pixels
+    to theirs."""
+    by = DENSITY / unit
+    h, w = stage.odds.shape[1:]
+    film = stage.up @ np.array([[-0.5, w - 0.5, -0.5, w - 0.5], [-0.5, -0.5, h - 0.5, h - 0.5], [1.0] * 4])
+    corners = (stage.places @ film)[:, :2] * by
+    low = np.floor(corners.min((0, 2))) - 2.0
+    width, height = (np.ceil(corners.max((0, 2))) + 2.0 - low).astype(int).tolist()
+    to_map = np.array([[by, 0.0, -low[0]], [0.0, by, -low[1]], [0.0, 0.0, 1.0]])
+    blur = max(round(unit / stage.up[0, 0] / DENSITY), 1)
+    found = np.empty((len(stage), height, width), np.float32)
+    for t, odds in enumerate(stage.odds):
+        way = to_map @ stage.places[t] @ stage.up
+        cut = cv2.warpAffine(cv2.blur(odds, (blur, blur)), way[:2], (width, height), borderValue=NOTHING)
+        found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
+    return found, to_map
+
+
+def _kernels(dress: Dress, cycles: Cycles, facing: int) -> list[list[Planes]]:
+    """For each size the mean silhouettes of some phases."""
+    q = poses(dress.figure, cycle_angles(cycles, 0.0, EVERY))
+    found = []
+    for size in SIZES:
+        q[..., dress.figure.index(SCALE)] = size
+        body, _ = dress.painted(q.reshape(-1, q.shape[-1]), GRID)
+        mean = body.reshape(*q.shape[:2], *GRID.shape).mean(0)
+        found.append([np.ascontiguousarray(each[:, ::facing]) for each in mean])
+    return found
+
+
+def _sums(odds: Planes, kernels: list[list[Planes]]) -> Planes:
+    """(S, h, w) of each size, nats: the best silhouette's sum everywhere."""
+    how = {"anchor": HIP, "borderType": cv2.BORDER_CONSTANT}
+    sums = [np.max([cv2.filter2D(odds, -1, each, **how) for each in own], axis=0) for own in kernels]
+    return np.asarray(np.stack(sums) * (WEIGHT / DENSITY**2), dtype=np.float32)
+
+
+@numba.njit(cache=True)
+def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[np.intp]:
+    """The path of the largest sum of `score`, less the costs of its steps.
+
+    Args:
+        score: (T, S, h, w) nats.
+        step: for a step of one column, nats; it grows with the square. A row counts as two columns.
+        resize: for one size up or down, nats.
+        reach: columns in a step at most; half as many rows.
+
+    Returns:
+        (T, 3) size, row and column.
+    """
+    T, S, h, w = score.shape
+    value = score[0].astype(np.float64)
+    before = np.zeros((T, S, h, w), np.int32)
+    for t in range(1, T):
+        now = np.empty((S, h, w))
+        for s in range(S):
+            sized, size = np.empty((h, w)), np.empty((h, w), np.int32)
+            for y in range(h):
+                for x in range(w):
+                    sized[y, x], size[y, x] = value[s, y, x], s
+                    for other in (s - 1, s + 1):
+                        if 0 <= other < S and value[other, y, x] - resize > sized[y, x]:
+                            sized[y, x], size[y, x] = value[other, y, x] - resize, other
+            moved, column = np.empty((h, w)), np.empty((h, w), np.int32)
+            for y in range(h):
+                for x in range(w):
+                    moved[y, x], column[y, x] = sized[y, x], x
+                    for other in range(max(x - reach, 0), min(x + reach + 1, w)):
+                        found = sized[y, other] - step * (other - x) ** 2
+                        if found > moved[y, x]:
+                            moved[y, x], column[y, x] = found, other
+            for y in range(h):
+                for x in range(w):
+                    best, row = moved[y, x], y
+                    for other in range(max(y - reach // 2, 0), min(y + reach // 2 + 1, h)):
+                        found = moved[other, x] - 4.0 * step * (other - y) ** 2
+                        if found > best:
+                            best, row = found, other
+                    now[s, y, x] = best + score[t, s, y, x]
+                    from_x = column[row, x]
+                    before[t, s, y, x] = (size[row, from_x] * h + row) * w + from_x
+        value = now
+    path = np.empty((T, 3), np.intp)
+    place = value.argmax()
+    for t in range(T - 1, -1, -1):
+        s, y, x = place // (h * w), place // w % h, place % w
+        path[t, 0], path[t, 1], path[t, 2] = s, y, x
+        place = before[t, s, y, x]
+    return path

@@ -1,0 +1,75 @@
+"""The log odds of a whole film, cut out around a figure: what its outline is laid on."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from kinematics.figure import Array
+from tracker.picture.pyramid import Image, Planes
+from tracker.survey.evidence import NOTHING, UNITS
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Places around a hip in body coordinates, x forward and y up.
+
+    corner  : (2,) of the first one, leg lengths
+    density : of them in a leg length
+    shape   : rows and columns
+    """
+
+    corner: tuple[float, float]
+    density: float
+    shape: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The log odds of a film.
+
+    odds   : (T, h, w) as `tracker.survey.evidence` stores them
+    up     : (3, 3) from their pixels to the film's
+    places : (T, 3, 3) from the film's pixels of each frame to those of the first
+    facing : +1 if the figure faces right, -1 left
+    """
+
+    odds: Image
+    up: Array
+    places: Array
+    facing: int
+
+    def __len__(self) -> int:
+        return len(self.odds)
+
+    def around(self, hips: Array, units: Array, grid: Grid) -> Planes:
+        """(T, *grid.shape) log odds R, nats.
+
+        Args:
+            hips: (T, 2) the film's pixels of each frame.
+            units: (T,) pixels in a leg length.
+        """
+        down, found = np.linalg.inv(self.up), np.empty((len(self), *grid.shape), np.float32)
+        blur = round(float(np.median(units)) / self.up[0, 0] / grid.density)
+        size = grid.shape[::-1]
+        for t, (hip, unit) in enumerate(zip(hips, units, strict=True)):
+            step = unit / grid.density
+            x, y = hip[0] + self.facing * unit * grid.corner[0], hip[1] - unit * grid.corner[1]
+            way = down @ np.array([[self.facing * step, 0.0, x], [0.0, step, y], [0.0, 0.0, 1.0]])
+            source = self.odds[t] if blur < 2 else cv2.blur(self.odds[t], (blur, blur))
+            how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+            cut = cv2.warpAffine(source, way[:2], size, flags=how, borderValue=NOTHING)
+            found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
+        return found
+
+    def in_scene(self, pixels: Array) -> Array:
+        """(T, 2) pixels of each frame as the first frame's."""
+        return np.asarray(np.einsum("tij,tj->ti", self.places[:, :2], _with_one(pixels)))
+
+    def in_frames(self, pixels: Array) -> Array:
+        """(T, 2) pixels of the first frame as each frame's own."""
+        return np.asarray(np.einsum("tij,tj->ti", np.linalg.inv(self.places)[:, :2], _with_one(pixels)))
+
+
+def _with_one(pixels: Array) -> Array:
+    return np.concatenate([pixels, np.ones((*pixels.shape[:-1], 1))], axis=-1)

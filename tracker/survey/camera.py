@@ -1,0 +1,157 @@
+"""The camera's path over a film, as one similarity a frame: shift, turn and size.
+
+Corners of a key frame (Shi and Tomasi 1994) are followed into the present frame by pyramidal Lucas-Kanade
+(Bouguet 2001); the similarity is the one on which most of them agree (RANSAC), so who walks through the
+picture is outvoted. Errors do not add up from frame to frame, as a key frame is kept until too few of its
+corners are left; then the frame before the present one takes its place.
+
+A camera is still, its path exactly the identity, until a corner of the picture is seen to move by STILL.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import cv2
+import numpy as np
+
+from tracker.picture.pyramid import Array, Image, Planes
+
+# Lengths are pixels of the small picture.
+CELL = 16  # of a grid, no more than one corner in each
+CONTRAST = 3.0  # grey levels a pixel along a corner's weaker direction, root mean square
+WINDOW = 15  # that is compared around a corner
+HALVINGS = 3  # of the picture, for long ways
+AGREE = 1.0  # from where the similarity puts a corner
+FEWEST = 30  # corners that a similarity is believed of
+ENOUGH = 60  # of them tell turn and size as well, fewer a shift alone
+SPREAD = 0.125  # standard deviation of them, shares of the picture's width: less may be one walker
+BETTER = 1.02  # times as far apart must a frame be from the key frame where the camera is taken to stay
+OTHER = 24.0  # grey levels: of what differs by more nothing is the same
+KEPT = 0.5  # share of a key frame's corners that must be left
+STILL = 0.5  # what the noise of video and leaves shift a still scene by
+
+IDENTITY = np.eye(3)
+
+
+@dataclass(frozen=True)
+class Key:
+    """A frame that others are compared with.
+
+    grey    : (h, w)
+    corners : (P, 1, 2)
+    place   : (3, 3) from its pixels to those of the first frame
+    """
+
+    grey: Image
+    corners: Planes
+    place: Array
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where the camera looks in a frame.
+
+    key   : what frames are compared with
+    grey  : (h, w) the frame
+    place : (3, 3) similarity from its pixels to those of the first frame
+    sure  : whether enough corners told it
+    moves : whether the camera has been seen to move
+    """
+
+    key: Key
+    grey: Image
+    place: Array
+    sure: bool = True
+    moves: bool = False
+
+    def follow(self, image: Image) -> Self:
+        """One frame on; image (h, w, 3) RGB, small."""
+        grey = _grey(image)
+        key, place = self.key, _place(self.key, grey, self.place)
+        if place is None and self.sure:
+            key = _key(self.grey, self.place)
+            place = _place(key, grey, self.place)
+        if place is None:
+            return replace(self, key=key, grey=grey, sure=False)
+        moves = self.moves or _farthest(place, grey.shape) > STILL
+        return replace(self, key=key, grey=grey, place=place if moves else IDENTITY, sure=True, moves=moves)
+
+
+def first_camera(image: Image) -> Camera:
+    """The camera in the film's first frame (h, w, 3) RGB, small."""
+    grey = _grey(image)
+    return Camera(_key(grey, IDENTITY), grey, IDENTITY)
+
+
+def _grey(image: Image) -> Image:
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+
+
+def _key(grey: Image, place: Array) -> Key:
+    """The sharpest corner of every cell that has one."""
+    # OpenCV's derivative is twice the slope, its measure a mean square over the window: hence the 4 below.
+    sharp = cv2.cornerMinEigenVal(grey.astype(np.float32), WINDOW // 2)
+    rows, columns = (n // CELL for n in sharp.shape)
+    grid = sharp[: rows * CELL, : columns * CELL].reshape(rows, CELL, columns, CELL)
+    cells = grid.swapaxes(1, 2).reshape(rows * columns, CELL * CELL)
+    best = cells.argmax(1)
+    row, column = np.divmod(np.arange(len(cells)), columns)
+    corners = np.stack([column * CELL + best % CELL, row * CELL + best // CELL], axis=1)
+    corners = corners[cells.max(1) > 4.0 * CONTRAST**2]
+    return Key(grey, np.asarray(corners[:, None], dtype=np.float32), place)
+
+
+def _place(key: Key, grey: Image, guess: Array) -> Array | None:
+    """From a frame's pixels to those of the first; None where too few corners tell it."""
+    if len(key.corners) < FEWEST:
+        return None
+    way = np.linalg.inv(guess) @ key.place  # from the key frame to this one
+    expected = np.asarray(cv2.transform(key.corners, way[:2]), dtype=np.float32)
+    found, status, _ = cv2.calcOpticalFlowPyrLK(
+        key.grey,
+        grey,
+        key.corners,
+        expected.copy(),
+        winSize=(WINDOW, WINDOW),
+        maxLevel=HALVINGS,
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+    )
+    seen = status[:, 0] > 0
+    if seen.sum() < max(FEWEST, KEPT * len(key.corners)):
+        return None
+    back, agree = cv2.estimateAffinePartial2D(
+        found[seen], key.corners[seen], method=cv2.RANSAC, ransacReprojThreshold=AGREE
+    )
+    if back is None:
+        return None
+    agree = np.ravel(agree) > 0
+    wide = found[seen][agree][..., 0].std() >= SPREAD * grey.shape[1]
+    if agree.sum() < max(FEWEST, KEPT * seen.sum()) or not wide:
+        return None
+    if agree.sum() < ENOUGH:
+        back = np.hstack([np.eye(2), np.median((key.corners - found)[seen][agree], axis=0).T])
+    back = np.vstack([back, [0.0, 0.0, 1.0]])
+    stays = np.linalg.inv(way)
+    if _apart(key, grey, stays) <= BETTER * _apart(key, grey, back):
+        back = stays
+    return np.asarray(key.place @ back)
+
+
+def _apart(key: Key, grey: Image, back: Array) -> float:
+    """Mean difference of a frame from the key frame, grey levels, each no more than OTHER.
+
+    Args:
+        back: (3, 3) from the frame's pixels to the key frame's.
+    """
+    size = grey.shape[::-1]
+    there = cv2.warpAffine(grey, back[:2], size)
+    shown = cv2.warpAffine(np.full_like(grey, 255), back[:2], size, flags=cv2.INTER_NEAREST)
+    away = cv2.bitwise_and(cv2.min(cv2.absdiff(there, key.grey), OTHER), shown)
+    return float(away.sum(dtype=np.int64)) / max(np.count_nonzero(shown), 1)
+
+
+def _farthest(place: Array, shape: tuple[int, ...]) -> float:
+    """Pixels by which a similarity moves the corner of a picture that it moves most."""
+    h, w = shape[:2]
+    corners = np.array([[0.0, 0.0, 1.0], [w, 0.0, 1.0], [0.0, h, 1.0], [w, h, 1.0]]).T
+    return float(np.hypot(*(place @ corners - corners)[:2]).max())

@@ -1,0 +1,82 @@
+"""Log odds that something stands before the scene, place by place.
+
+A pixel x (Lab) shows either something else, of which any colour is as likely, or the scene, within its spread,
+or the scene in a shadow, darker by a factor that is not known:
+
+    R = log p(x | something) - log (p(x | scene) + SHADED p(x | scene in a shadow)),
+
+cut at +-MOST, as neighbouring pixels err together and one alone proves little. Where the scene is not known R
+is 0. A change of light common to the picture is taken off first.
+"""
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.picture.pyramid import Array, Image, Planes
+from tracker.survey.scene import Scene
+
+MOST = 2.5  # nats
+UNITS = 50.0  # steps that a nat is stored as
+NOTHING = 128  # what log odds of 0 are stored as
+COLOURS = float(np.log(200.0 * 50.0 * 50.0))  # log of how many colours clothes and skin may have
+SHADED = 0.05  # of places that show the scene, share that lies in a new shadow
+DARKEST = 0.4  # of the light is left in a shadow
+SOME = 17  # a change of light is taken from every so manieth row
+
+
+def evidence(image: Image, place: Array, scene: Scene) -> Image:
+    """(h, w) log odds R of a small picture, stored as NOTHING + UNITS R.
+
+    Args:
+        image: (h, w, 3) Lab, uint8.
+        place: (3, 3) from its pixels to those of the first frame.
+    """
+    h, w = image.shape[:2]
+    way = place.copy()
+    way[:2, 2] -= scene.corner
+    lab, spread = (_seen(planes, way, (w, h)) for planes in (scene.lab, scene.spread))
+    nearest = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    known = cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest)
+    apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
+    light = np.median(apart, axis=0) if len(apart) else np.zeros(3)
+    return np.asarray(_odds(image, lab, spread, known, light.astype(np.float32)))
+
+
+def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
+    """What a frame of this size would show of a mosaic's planes."""
+    if planes.shape[1::-1] == size and np.array_equal(way, np.eye(3)):
+        return planes
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpAffine(planes, way[:2], size, flags=how, borderMode=cv2.BORDER_REPLICATE))
+
+
+@numba.njit(cache=True, fastmath=True, error_model="numpy")
+def _odds(
+    image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes
+) -> Image:
+    h, w = known.shape
+    found = np.full((h, w), NOTHING, np.uint8)
+    half = 0.5 * np.log(2.0 * np.pi)
+    for i in range(h):
+        for j in range(w):
+            if known[i, j] == 0:
+                continue
+            s0, s1, s2 = spread[i, j, 0], spread[i, j, 1], spread[i, j, 2]
+            b0 = max(lab[i, j, 0] + light[0], 1.0)
+            b1 = lab[i, j, 1] + light[1] - 128.0
+            b2 = lab[i, j, 2] + light[2] - 128.0
+            x0, x1, x2 = float(image[i, j, 0]), image[i, j, 1] - 128.0, image[i, j, 2] - 128.0
+            norm = np.log(s1 * s2) + 2.0 * half
+            away = ((x0 - b0) / s0) ** 2 + ((x1 - b1) / s1) ** 2 + ((x2 - b2) / s2) ** 2
+            scene = -0.5 * away - norm - np.log(s0) - half
+            # In a shadow chroma shrinks with the light.
+            share = min(max(x0 / b0, DARKEST), 1.0)
+            off = ((x1 - share * b1) / s1) ** 2 + ((x2 - share * b2) / s2) ** 2
+            off += ((x0 - share * b0) / s0) ** 2
+            shade = np.log(SHADED) - 0.5 * off - norm - np.log((1.0 - DARKEST) * b0 + 2.5 * s0)
+            more = max(scene, shade)
+            behind = more + np.log1p(np.exp(min(scene, shade) - more))
+            found[i, j] = np.uint8(NOTHING + np.rint(UNITS * min(max(-COLOURS - behind, -MOST), MOST)))
+    return found

@@ -1,0 +1,84 @@
+"""A film surveyed: the camera's path and the scene in one pass, the log odds of every frame in a second one."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.picture.pyramid import Array, Image
+from tracker.survey.camera import Camera, first_camera
+from tracker.survey.evidence import evidence
+from tracker.survey.scene import Scene, scene_of
+from tracker.survey.small import reduced, small_size, to_film
+
+VIEWS = 60  # pictures that the scene is the median of, at most
+GREY_SIDE = 320  # pixels of the longer side of pictures that tell the camera's path
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a film shows as a whole.
+
+    size   : width and height of the small pictures
+    film   : width and height of the film's
+    places : (T, 3, 3) from the pixels of each frame to those of the first, the film's own pixels
+    scene  : in pixels of the small pictures
+    sure   : (T,) whether enough corners told the camera's place
+    """
+
+    size: tuple[int, int]
+    film: tuple[int, int]
+    places: Array
+    scene: Scene
+    sure: NDArray[np.bool_]
+
+    @property
+    def up(self) -> Array:
+        """(3, 3) from the pixels of the small pictures to the film's."""
+        return to_film(self.size, self.film)
+
+    def odds(self, images: Iterable[Image]) -> Iterator[Image]:
+        """(h, w) log odds of each of the surveyed frames, as `tracker.survey.evidence` stores them."""
+        down = np.linalg.inv(self.up)
+        for image, place in zip(images, self.places, strict=False):
+            yield evidence(_lab(image, self.size), down @ place @ self.up, self.scene)
+
+
+def survey(images: Iterable[Image], by: float) -> Survey:
+    """Survey a film.
+
+    Args:
+        images: RGB, in order, at least one.
+        by: pixels of the film that a pixel of its small pictures is to span.
+    """
+    views: list[tuple[int, Image]] = []
+    places, sure = [], []
+    camera: Camera | None = None
+    size = film = (0, 0)
+    up, every = np.eye(3), 1
+    for t, image in enumerate(images):
+        if camera is None:
+            film = image.shape[1], image.shape[0]
+            size = small_size(*film, by)
+            grey = small_size(*film, max(max(film) / GREY_SIDE, 1.0))
+            up = to_film(grey, film)
+            camera = first_camera(reduced(image, grey))
+        else:
+            camera = camera.follow(reduced(image, grey))
+        places.append(up @ camera.place @ np.linalg.inv(up))
+        sure.append(camera.sure)
+        if t % every == 0:
+            views.append((t, _lab(image, size)))
+            if len(views) > VIEWS:
+                every *= 2
+                views = [(i, view) for i, view in views if i % every == 0]
+    up = to_film(size, film)
+    small = [np.linalg.inv(up) @ places[t] @ up for t, _ in views]
+    scene = scene_of([view for _, view in views], small)
+    return Survey(size, film, np.stack(places), scene, np.array(sure))
+
+
+def _lab(image: Image, size: tuple[int, int]) -> Image:
+    return np.asarray(cv2.cvtColor(reduced(image, size), cv2.COLOR_RGB2Lab), dtype=np.uint8)

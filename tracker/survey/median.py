@@ -1,0 +1,40 @@
+"""Medians of many pictures at once, by a sorting network: every comparison is one minimum of whole pictures."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.picture.pyramid import Image
+
+BEYOND = 255  # sorts behind all that is seen
+
+
+def medians(values: Image, number: NDArray[np.intp]) -> Image:
+    """(h, w, c): the lower median of the first `number` (h, w) in order of (T, h, w, c), at least one.
+
+    The values are put in order in place; those that do not count must be BEYOND.
+    """
+    for i, j in comparisons(len(values)):
+        low = np.minimum(values[i], values[j])
+        np.maximum(values[i], values[j], out=values[j])
+        values[i] = low
+    middle = np.maximum(number - 1, 0)[None, ..., None] // 2
+    return np.asarray(np.take_along_axis(values, middle, axis=0)[0])
+
+
+def comparisons(count: int) -> Iterator[tuple[int, int]]:
+    """Pairs (i, j), i < j, whose exchange where out of order sorts `count` values.
+
+    Batcher's merge exchange: Knuth (1998), section 5.2.2, algorithm M.
+    """
+    top = 1 << max((count - 1).bit_length() - 1, 0)
+    p = top
+    while p > 0 and count > 1:
+        q, r, d = top, 0, p
+        while True:
+            yield from ((i, i + d) for i in range(count - d) if i & p == r)
+            if q == p:
+                break
+            d, q, r = q - p, q // 2, p
+        p //= 2

@@ -1,0 +1,81 @@
+"""The scene of a film without who walks through it: the median of its frames, each laid where the camera saw it.
+
+A place that the figure covers in less than half of the frames shows its median as it is without the figure.
+What the median is worth is its spread: the median absolute deviation of the frames from it, and the slopes of
+the picture, along which a small error of the camera's path changes grey levels.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.picture.pyramid import Array, Image, Planes
+from tracker.survey.median import BEYOND, medians
+
+FEWEST = 5  # frames that must show a place
+NOISE = np.array([5.0, 2.5, 2.5], np.float32)  # least spread of L, a and b: what coding leaves, grey levels
+SLIP = 0.3  # error of the camera's path, pixels of the small picture
+SIGMA = 1.4826  # standard deviations in the median of a Gaussian's absolute values
+LARGEST = 6.0  # times a picture's area: where the camera goes further, its last frames stay unknown
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mosaic of a film without who walks through it.
+
+    lab    : (h, w, 3) grey levels
+    spread : (h, w, 3) standard deviation of a frame that shows the scene from it, grey levels
+    known  : (h, w) whether enough frames show it
+    corner : (2,) of its top-left pixel, pixels of the first frame
+    """
+
+    lab: Planes
+    spread: Planes
+    known: NDArray[np.bool_]
+    corner: Array
+
+
+def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
+    """The scene that small pictures show.
+
+    Args:
+        images: (h, w, 3) Lab, uint8.
+        places: (3, 3) for each, from its pixels to those of the first frame.
+    """
+    corner, size = _frame(images[0].shape, places)
+    views = np.full((len(images), size[1], size[0], 3), BEYOND, np.uint8)
+    shown = np.zeros((len(images), size[1], size[0]), bool)
+    for t, (image, place) in enumerate(zip(images, places, strict=True)):
+        way = place.copy()
+        way[:2, 2] -= corner
+        whole = np.ones(image.shape[:2], np.uint8)
+        shown[t] = cv2.warpAffine(whole, way[:2], size, flags=cv2.INTER_NEAREST) > 0
+        cv2.warpAffine(image, way[:2], size, dst=views[t], borderMode=cv2.BORDER_REPLICATE)
+        views[t][~shown[t]] = BEYOND
+    number = shown.sum(0)
+    lab = medians(views.copy(), number)
+    away = cv2.absdiff(views.reshape(-1, size[0], 3), np.tile(lab, (len(views), 1, 1))).reshape(views.shape)
+    away[~shown] = BEYOND
+    spread = SIGMA * medians(away, number).astype(np.float32)
+    planes = lab.astype(np.float32)
+    slope = np.hypot(*(cv2.Sobel(planes, -1, dx, 1 - dx, ksize=3, scale=0.125) for dx in (1, 0)))
+    spread = np.sqrt(NOISE**2 + spread**2 + (SLIP * slope) ** 2).astype(np.float32)
+    return Scene(planes, spread, number >= min(FEWEST, len(images)), corner)
+
+
+def _frame(shape: tuple[int, ...], places: Sequence[Array]) -> tuple[Array, tuple[int, int]]:
+    """Top-left corner (2,) of the mosaic and its width and height."""
+    h, w = shape[:2]
+    corners = np.array([[0.0, 0.0, 1.0], [w - 1.0, 0.0, 1.0], [0.0, h - 1.0, 1.0], [w - 1.0, h - 1.0, 1.0]]).T
+    low, high = np.zeros(2), np.array([w - 1.0, h - 1.0])
+    for place in places:
+        found = (place @ corners)[:2]
+        lower, higher = np.minimum(low, found.min(1)), np.maximum(high, found.max(1))
+        if np.prod(higher - lower + 1.0) > LARGEST * h * w:
+            break
+        low, high = lower, higher
+    low, high = np.floor(low), np.ceil(high)
+    return low, (int(high[0] - low[0]) + 1, int(high[1] - low[1]) + 1)

@@ -1,0 +1,27 @@
+"""Frames made small enough to survey a whole film, and where their pixels lie in the film's own."""
+
+import cv2
+import numpy as np
+
+from tracker.picture.pyramid import Array, Image
+
+SIDE = 480  # pixels of the longer side at most
+
+
+def small_size(width: int, height: int, by: float) -> tuple[int, int]:
+    """Width and height of a picture, each of whose pixels spans about `by` of the film's either way."""
+    return max(round(width / by), 1), max(round(height / by), 1)
+
+
+def reduced(image: Image, size: tuple[int, int]) -> Image:
+    """The means of an RGB frame (H, W, 3) in a picture of this width and height."""
+    H, W = image.shape[:2]
+    if size == (W, H):
+        return image
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+
+
+def to_film(size: tuple[int, int], film: tuple[int, int]) -> Array:
+    """(3, 3) from the pixels of a small picture to those of the film, by the width and height of both."""
+    x, y = film[0] / size[0], film[1] / size[1]
+    return np.array([[x, 0.0, 0.5 * x - 0.5], [0.0, y, 0.5 * y - 0.5], [0.0, 0.0, 1.0]])
