@@ -148,8 +148,7 @@ class _Ways:
         marks = plan.job.marks if plan.job.anchors else {plan.frame: plan.job.marks[plan.frame]}
         anchors = {t: Anchor.of(plan.start.figure, points(each), hidden(each)) for t, each in marks.items()}
         smooth = smoothed if plan.job.smooth else as_first_known
-        detections = {} if plan.measured is None else plan.measured.frames
-        return Passage(here, other, anchors, way, self.pictures.span, smooth, detections)
+        return Passage(here, other, anchors, way, self.pictures.span, smooth, plan.points)
 
     @cached_property
     def _scene(self) -> Backdrop | None:

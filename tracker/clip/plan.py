@@ -1,5 +1,6 @@
 """A job that can be done: all that it names read and checked, before any work."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -10,7 +11,9 @@ from kinematics.recover import Start
 from tracker.clip.heading import FRAMES, footless, heading
 from tracker.clip.job import Job
 from tracker.clip.measure import Measured, read_measured
+from tracker.clip.outlines import known_by_outline, outline_points
 from tracker.clip.start import StartError, marked_start
+from tracker.loop.detections import Detections
 from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, find_model
 from tracker.settings import Settings
@@ -23,6 +26,8 @@ class Plan:
 
     frame   : to start from
     tracker : goes ahead in time; its settings are the job's with what is known of this clip
+    measured: points of another program's file, None for none
+    points  : what every frame's pose is measured by beside the templates: those, else the outline's joints
     """
 
     job: Job
@@ -32,6 +37,7 @@ class Plan:
     slds: SLDS
     tracker: Tracker
     measured: Measured | None
+    points: Mapping[int, Detections]
 
     @cached_property
     def back(self) -> Tracker:
@@ -67,8 +73,11 @@ def prepare(job: Job) -> Plan:
     slds = find_model(job.model, video.fps, settings)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
-        settings = measured.known_by(settings)
-    return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured)
+        points, settings = measured.frames, measured.known_by(settings)
+    else:
+        points = outline_points(video, start, frame, job.stop, settings)
+        settings = known_by_outline(settings) if points else settings
+    return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured, points)
 
 
 def start_frame(job: Job) -> int:

@@ -2,9 +2,10 @@
 
 With R under the outline of pose q_t summed to s_t(q_t), and d_t = q_t less the pose that the path gave,
 
-    J = WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2 - marks, limits
+    WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2,
 
-is climbed by L-BFGS (Liu and Nocedal 1989) in the coordinates in which its prior is the unit Gaussian.
+less what marks and limits cost, is climbed by L-BFGS (Liu and Nocedal 1989) in the coordinates in which its
+prior is the unit Gaussian.
 """
 
 from dataclasses import dataclass
@@ -15,11 +16,7 @@ from scipy.linalg import cholesky_banded, solve_banded
 from scipy.optimize import minimize
 
 from kinematics.figure import SCALE, STRETCH, Array, Figure
-from kinematics.spm import motions, skeleton
-from tracker.outline.kernel import silhouettes
-from tracker.outline.shape import arms_worth
-from tracker.outline.silhouette import Dress
-from tracker.outline.stage import Grid
+from tracker.outline.shape import Grid, Shape
 from tracker.picture.pyramid import Planes
 
 GRID = Grid((-1.3, 1.2), 32.0, (76, 84))
@@ -43,7 +40,7 @@ class Marked:
     known: NDArray[np.bool_]
 
 
-def climb(odds: Planes, dress: Dress, q: Array, marked: Marked, rounds: int = ROUNDS) -> tuple[Array, Array]:
+def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = ROUNDS) -> tuple[Array, Array]:
     """Poses on their outlines.
 
     Args:
@@ -55,19 +52,18 @@ def climb(odds: Planes, dress: Dress, q: Array, marked: Marked, rounds: int = RO
         (T, D) poses, and (T,) log odds under their outlines, nats times leg lengths squared.
     """
     T, D = q.shape
-    figure = dress.figure
-    field = _Field(odds, dress)
+    figure = shape.figure
     factors = _factors(figure, T)
     error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
     low, high = figure.limits
 
     def poses(z: Array) -> Array:
-        columns = [solve_banded((0, 1), factor, own) for factor, own in zip(factors, z.reshape(T, D).T, strict=True)]
-        return q + np.stack(columns, axis=1)
+        off = z.reshape(T, D).T
+        return q + np.stack([solve_banded((0, 1), *each) for each in zip(factors, off, strict=True)], axis=1)
 
     def cost(z: Array) -> tuple[float, Array]:
         now = poses(z)
-        score, slope = field.under(now)
+        score, slope = shape.under(now, odds, GRID)
         off = np.where(marked.known, (now[marked.frame] - marked.q) / error, 0.0)
         over = np.maximum(now - high, 0.0) - np.maximum(low - now, 0.0)
         slope = over / GIVE**2 - WEIGHT * slope
@@ -80,46 +76,17 @@ def climb(odds: Planes, dress: Dress, q: Array, marked: Marked, rounds: int = RO
 
     found = minimize(cost, np.zeros(T * D), jac=True, method="L-BFGS-B", options={"maxiter": rounds})
     best = poses(found.x)
-    return best, field.under(best)[0]
-
-
-@dataclass(frozen=True)
-class _Field:
-    """Log odds (T, *GRID.shape) and whose outline is laid on them."""
-
-    odds: Planes
-    dress: Dress
-
-    def under(self, q: Array) -> tuple[Array, Array]:
-        """(T,) log odds under the outlines of poses (T, D), and (T, D) their derivative by the pose."""
-        dress, T = self.dress, len(q)
-        bones = skeleton(dress.figure, q)
-        corner = np.tile(np.asarray(GRID.corner, dtype=np.float64), (T, 1))
-        moved = np.empty((*bones.length.shape, 5))
-        score = silhouettes(
-            self.odds,
-            arms_worth(self.odds),
-            corner,
-            1.0 / GRID.density,
-            bones.start,
-            bones.direction,
-            bones.length,
-            bones.size,
-            dress.bars,
-            dress.zone,
-            dress.trunk,
-            moved,
-        )
-        return score, np.einsum("tlk,tlkd->td", moved, motions(dress.figure, bones))
+    return best, shape.under(best, odds, GRID)[0]
 
 
 def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:
     """(D,) one number for each freedom, by its kind."""
     kinds = {"ankle": ankle, "root": place, SCALE: size, STRETCH: length}
-    found = [
-        next((value for kind, value in kinds.items() if name.startswith(kind)), angle) for name in figure.freedoms
-    ]
-    return np.array(found)
+
+    def value(name: str) -> float:
+        return next((found for kind, found in kinds.items() if name.startswith(kind)), angle)
+
+    return np.array([value(name) for name in figure.freedoms])
 
 
 def _factors(figure: Figure, T: int) -> list[Array]:

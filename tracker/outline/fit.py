@@ -10,13 +10,13 @@ from kinematics.figure import SCALE, Array
 from kinematics.recover import Start
 from kinematics.spm import joints
 from tracker.outline.climb import GRID, Marked, climb
-from tracker.outline.cycles import COLUMNS, Cycles
+from tracker.outline.cycles import NECK, Cycles, columns_of, poses
 from tracker.outline.phase import Phases, phases
 from tracker.outline.place import walk
-from tracker.outline.silhouette import columns_of, dressed, poses
+from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 
-LEAST = 0.3  # log odds under the outline, nats times square leg lengths: a whole figure before a known scene has 1.5
+LEAST = 0.3  # log odds under the outline, nats times square leg lengths; a figure in full sight has 1 to 1.5
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
 
 
@@ -48,23 +48,22 @@ def outlined(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles)
         fps: frames a second.
     """
     figure, view = start.figure, start.view
-    dress = dressed(figure)
+    shape = Shape.of(figure)
     hip = np.asarray(view.origin)
-    hips, units = walk(stage, dress, cycles, hip, view.unit, frame)
+    hips, units = walk(stage, shape, cycles, hip, view.unit, frame)
     columns = columns_of(figure)
     marked = np.where(start.known[columns], start.q[columns], np.nan)
-    found = phases(stage, dress, cycles, hips, units, marked, frame, fps)
+    found = phases(stage, shape, cycles, hips, units, marked, frame, fps)
     axes = units[:, None] * np.array([stage.facing, -1.0])
     scene = stage.in_scene(hips + axes * found.shift)
     hips = stage.in_frames(gaussian_filter1d(scene, SMOOTH, axis=0, mode="nearest"))
 
     angles = cycles.at(found.cycle, found.phase)
-    neck = COLUMNS.index("neck")
-    angles[:, neck] = start.q[columns[neck]]
+    angles[:, NECK] = start.q[columns[NECK]]
     known, q = start.known.copy(), start.q.copy()
     q[:2] = (hip - hips[frame]) / axes[frame]
     q[figure.index(SCALE)] = np.log(view.unit / units[frame])
     odds = stage.around(hips, units, GRID)
-    best, score = climb(odds, dress, poses(figure, angles), Marked(frame, q, known))
+    best, score = climb(odds, shape, poses(figure, angles), Marked(frame, q, known))
     pixels = hips[:, None] + joints(figure, best) * axes[:, None]
     return Outline(pixels, score, found)

@@ -1,9 +1,9 @@
 """Which phase of which gait cycle every frame of a film shows: the best path through (phase, phase speed).
 
-Silhouettes of the half cycles at several small shifts are compared with the log odds around the hip, all at once,
-as one matrix product a frame. With the legs' names exchanged a pose has the same silhouette, so the other half
-cycle looks the same; only the marked pose tells the two apart. Viterbi goes through every cycle on its own, with
-time ahead and, for who walks backwards, back; the best of all wins.
+Silhouettes of the half cycles at several small shifts are compared with the log odds around the hip, all at
+once, as one matrix product a frame. With the legs' names exchanged a pose has the same silhouette, so the
+other half cycle looks the same; only the marked pose tells the two apart. Viterbi goes through every cycle on
+its own, with time ahead and, for who walks backwards, back; the best of all wins.
 """
 
 from dataclasses import dataclass
@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from tracker.outline.cycles import COUNTED, PHASES, Cycles
-from tracker.outline.shape import arms_worth
-from tracker.outline.silhouette import Dress, cycle_angles, poses
-from tracker.outline.stage import Grid, Stage
+from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, poses
+from tracker.outline.shape import Grid, Shape, arms_worth
+from tracker.outline.stage import Stage
 
 DENSITY = 16.0  # places in a leg length
 GRID = Grid((-1.25, 1.1875), DENSITY, (38, 41))
@@ -53,7 +52,14 @@ class Phases:
 
 
 def phases(
-    stage: Stage, dress: Dress, cycles: Cycles, hips: Array, units: Array, marked: Array, frame: int, fps: float
+    stage: Stage,
+    shape: Shape,
+    cycles: Cycles,
+    hips: Array,
+    units: Array,
+    marked: Array,
+    frame: int,
+    fps: float,
 ) -> Phases:
     """The best phase of the best cycle for every frame.
 
@@ -63,7 +69,7 @@ def phases(
         frame: that was marked.
         fps: frames a second.
     """
-    score, shift = _compared(stage, dress, cycles, hips, units, float(np.nan_to_num(marked[1])))
+    score, shift = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     told = np.nan_to_num((cycles.pose - marked)[..., COUNTED])
     named = -0.5 * ((told / MARKED) ** 2).sum(-1)
     fine = max(FINE, int(np.ceil(FINE * fps / 30.0)))
@@ -87,11 +93,11 @@ def phases(
 
 
 def _compared(
-    stage: Stage, dress: Dress, cycles: Cycles, hips: Array, units: Array, neck: float
+    stage: Stage, shape: Shape, cycles: Cycles, hips: Array, units: Array, neck: float
 ) -> tuple[Array, Array]:
     """(T, C, PHASES / 2) nats of each half cycle's silhouettes, and (T, C, PHASES / 2, 2) at which shift."""
-    q = poses(dress.figure, cycle_angles(cycles, neck))
-    body, arms = dress.painted(q.reshape(-1, q.shape[-1]), GRID)
+    q = poses(shape.figure, cycles.halves(neck))
+    body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
     masks = np.concatenate([body.reshape(len(body), -1), arms.reshape(len(arms), -1)], axis=1)
     (h, w), edge = GRID.shape, (int(COLUMNS_OFF.max()), int(ROWS_OFF.max()))
     corner = GRID.corner[0] - edge[0] / DENSITY, GRID.corner[1] + edge[1] / DENSITY
@@ -110,8 +116,8 @@ def _compared(
         sums = masks @ np.stack(seen, axis=1) * (WEIGHT / DENSITY**2) - rare
         best = sums.argmax(1)
         score[t], shift[t] = sums[np.arange(len(sums)), best], shifts[best]
-    shape = len(stage), *q.shape[:2]
-    return score.reshape(shape), shift.reshape(*shape, 2)
+    kinds = len(stage), *q.shape[:2]
+    return score.reshape(kinds), shift.reshape(*kinds, 2)
 
 
 def _part(odds: Array, x: int, y: int) -> Array:

@@ -1,8 +1,8 @@
 """Where a figure walks through a film, and how large it is seen: the best path of its mean silhouettes.
 
-Log odds are summed under mean silhouettes of a few phases and sizes everywhere in the scene, coarsely. Viterbi
-through (size, row, column) then finds the path from the marked place on which the sum, less what a change of
-place and size costs, is largest.
+Log odds are summed under mean silhouettes of a few phases and sizes everywhere in the scene, coarsely.
+Viterbi through (size, row, column) then finds the path from the marked place on which the sum, less what a
+change of place and size costs, is largest.
 """
 
 import cv2
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from kinematics.figure import SCALE, Array
-from tracker.outline.cycles import Cycles
-from tracker.outline.silhouette import Dress, cycle_angles, poses
-from tracker.outline.stage import Grid, Stage
+from tracker.outline.cycles import Cycles, poses
+from tracker.outline.shape import Grid, Shape
+from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING, UNITS
 
@@ -32,7 +32,9 @@ GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (10, 9)  # column and row of the hip in it
 
 
-def walk(stage: Stage, dress: Dress, cycles: Cycles, hip: Array, unit: float, frame: int) -> tuple[Array, Array]:
+def walk(
+    stage: Stage, shape: Shape, cycles: Cycles, hip: Array, unit: float, frame: int
+) -> tuple[Array, Array]:
     """The path of a figure's hip.
 
     Args:
@@ -44,7 +46,7 @@ def walk(stage: Stage, dress: Dress, cycles: Cycles, hip: Array, unit: float, fr
         (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
     """
     maps, to_map = _maps(stage, unit)
-    kernels = _kernels(dress, cycles, stage.facing)
+    kernels = _kernels(shape, cycles, stage.facing)
     score = np.stack([_sums(each, kernels) for each in maps])
     x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
@@ -60,8 +62,10 @@ def walk(stage: Stage, dress: Dress, cycles: Cycles, hip: Array, unit: float, fr
 
 
 def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
-    """(T, h, w) the frames' log odds where the camera saw them, coarse, and (3, 3) from the first frame's pixels
-    to theirs."""
+    """(T, h, w) the frames' log odds where the camera saw them, coarse.
+
+    With them (3, 3) from the first frame's pixels to theirs.
+    """
     by = DENSITY / unit
     h, w = stage.odds.shape[1:]
     film = stage.up @ np.array([[-0.5, w - 0.5, -0.5, w - 0.5], [-0.5, -0.5, h - 0.5, h - 0.5], [1.0] * 4])
@@ -78,13 +82,13 @@ def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
     return found, to_map
 
 
-def _kernels(dress: Dress, cycles: Cycles, facing: int) -> list[list[Planes]]:
+def _kernels(shape: Shape, cycles: Cycles, facing: int) -> list[list[Planes]]:
     """For each size the mean silhouettes of some phases."""
-    q = poses(dress.figure, cycle_angles(cycles, 0.0, EVERY))
+    q = poses(shape.figure, cycles.halves(0.0, EVERY))
     found = []
     for size in SIZES:
-        q[..., dress.figure.index(SCALE)] = size
-        body, _ = dress.painted(q.reshape(-1, q.shape[-1]), GRID)
+        q[..., shape.figure.index(SCALE)] = size
+        body, _ = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
         mean = body.reshape(*q.shape[:2], *GRID.shape).mean(0)
         found.append([np.ascontiguousarray(each[:, ::facing]) for each in mean])
     return found

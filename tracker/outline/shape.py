@@ -1,11 +1,8 @@
 """The outline of a figure: each link a tapered, rounded bar, the arms a zone round the trunk.
 
-A point u along a link and v across it lies inside by
-
-    s = h(w) - |(u, v) - (w, 0)|,   w = u clipped to the bar,   h from `start` to `tip` half widths,
-
-and belongs to the link by m = SURE times a smooth step of s / SOFT (`tracker.outline.kernel`). Of all bars together S = 1 - prod (1 - m).
-Lengths scale with the figure's common scale, those along the link with the link's own length.
+Lengths scale with the figure's common scale, those along a link with the link's own length. Where arms may be
+they cover ARM_SHARE of the places, so that R is worth log (1 - share + share e^R) there: it costs little
+either way.
 """
 
 from dataclasses import dataclass
@@ -13,7 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinematics.figure import Array, Figure
+from kinematics.spm import Skeleton, motions, skeleton
+from tracker.outline.kernel import BAR, painted, silhouettes
 from tracker.picture.pyramid import Planes
+
+SOFT = 0.04  # half width of an outline's edge, leg lengths
+ARM_SHARE = 0.35
+TRUNK = "torso"
 
 
 @dataclass(frozen=True)
@@ -37,20 +40,81 @@ BARS = {
     "shank": Bar(0.0, 1.0, 0.08, 0.05),
     "foot": Bar(-0.2, 0.86, 0.05, 0.04),
 }
-ARMS = Bar(-0.35, 0.85, 0.42, 0.25)  # where a trunk's arms may be
-ARM_SHARE = 0.35  # of that zone, arms cover about so much
+ARMS = Bar(-0.35, 0.85, 0.42, 0.25)  # on the trunk
 
 
-def bars(figure: Figure) -> Array:
-    """(L, 4) of each link: first, last, start, tip; a link of no known kind is as wide as the figure says."""
-    found = []
-    for link in figure.links:
-        half = 0.5 * link.width
-        bar = BARS.get(link.kind, Bar(0.0, 1.0, half, half * link.taper))
-        found.append([bar.first, bar.last, bar.start, bar.tip])
-    return np.array(found)
+@dataclass(frozen=True)
+class Grid:
+    """Places around a hip in body coordinates, x forward and y up.
+
+    corner  : (2,) of the first one, leg lengths
+    density : of them in a leg length
+    shape   : rows and columns
+    """
+
+    corner: tuple[float, float]
+    density: float
+    shape: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A figure with its outline.
+
+    bars : (L + 1, 4) first, last, start and tip of each link's `Bar` and, last, of the arms' zone
+    trunk: position of the link that the arms hang on
+    """
+
+    figure: Figure
+    bars: Array
+    trunk: int
+
+    @classmethod
+    def of(cls, figure: Figure) -> "Shape":
+        """A figure as wide as people are; ValueError if it has no trunk for arms to hang on."""
+        names = [link.name for link in figure.links]
+        if TRUNK not in names:
+            raise ValueError(f"figure {figure.name!r} has no link {TRUNK!r} for the arms to hang on")
+        found = []
+        for link in figure.links:
+            half = 0.5 * link.width
+            kind = link.name.removesuffix("_near").removesuffix("_far")
+            found.append(BARS.get(kind, Bar(0.0, 1.0, half, half * link.taper)))
+        rows = [[bar.first, bar.last, bar.start, bar.tip] for bar in (*found, ARMS)]
+        return cls(figure, np.array(rows), names.index(TRUNK))
+
+    def painted(self, q: Array, grid: Grid) -> tuple[Planes, Planes]:
+        """(N, *grid.shape) silhouettes of poses (N, D), and the arms' zone beside them."""
+        bars, corner = self._laid(skeleton(self.figure, q)), np.asarray(grid.corner)
+        body = painted(grid.shape, corner, 1.0 / grid.density, np.ascontiguousarray(bars[:, :-1]))
+        arms = painted(grid.shape, corner, 1.0 / grid.density, np.ascontiguousarray(bars[:, -1:]))
+        return body, (1.0 - body) * arms
+
+    def under(self, q: Array, odds: Planes, grid: Grid) -> tuple[Array, Array]:
+        """(T,) log odds (T, *grid.shape) under the outlines of poses (T, D), times square leg lengths.
+
+        With them (T, D) their derivative by the pose.
+        """
+        bones = skeleton(self.figure, q)
+        bars = self._laid(bones)
+        moved = np.empty((*bars.shape[:2], 5))
+        score = silhouettes(odds, arms_worth(odds), np.asarray(grid.corner), 1.0 / grid.density, bars, moved)
+        moved[:, self.trunk] += moved[:, -1]
+        return score, np.einsum("tlk,tlkd->td", moved[:, :-1], motions(self.figure, bones))
+
+    def _laid(self, bones: Skeleton) -> Array:
+        """(N, L + 1, BAR) bars as poses lay them, see `tracker.outline.kernel`."""
+        link = np.append(np.arange(len(self.figure.links)), self.trunk)
+        first, last, start, tip = self.bars.T
+        length, size = bones.length[:, link], bones.size[:, None]
+        bars = np.empty((*length.shape, BAR))
+        bars[..., 0:2], bars[..., 2:4] = bones.start[:, link], bones.direction[:, link]
+        bars[..., 4], bars[..., 5] = first * length, last * length
+        bars[..., 6], bars[..., 7] = start * size, (tip - start) * size / ((last - first) * length)
+        bars[..., 8] = SOFT * size
+        return bars
 
 
 def arms_worth(odds: Planes) -> Planes:
-    """What log odds R are worth where arms may be and cover ARM_SHARE: log (1 - share + share e^R)."""
-    return np.log1p(np.float32(ARM_SHARE) * np.expm1(odds))
+    """What log odds are worth where arms may be."""
+    return np.asarray(np.log1p(np.float32(ARM_SHARE) * np.expm1(odds)), dtype=np.float32)

@@ -6,22 +6,9 @@ import cv2
 import numpy as np
 
 from kinematics.figure import Array
+from tracker.outline.shape import Grid
 from tracker.picture.pyramid import Image, Planes
 from tracker.survey.evidence import NOTHING, UNITS
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Places around a hip in body coordinates, x forward and y up.
-
-    corner  : (2,) of the first one, leg lengths
-    density : of them in a leg length
-    shape   : rows and columns
-    """
-
-    corner: tuple[float, float]
-    density: float
-    shape: tuple[int, int]
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Log odds that something stands before the scene, place by place.
 
-A pixel x (Lab) shows either something else, of which any colour is as likely, or the scene, within its spread,
+A pixel x (Lab) shows either something else, of which any colour is as likely, or the scene within its spread,
 or the scene in a shadow, darker by a factor that is not known:
 
     R = log p(x | something) - log (p(x | scene) + SHADED p(x | scene in a shadow)),
@@ -53,9 +53,7 @@ def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
 
 
 @numba.njit(cache=True, fastmath=True, error_model="numpy")
-def _odds(
-    image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes
-) -> Image:
+def _odds(image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes) -> Image:
     h, w = known.shape
     found = np.full((h, w), NOTHING, np.uint8)
     half = 0.5 * np.log(2.0 * np.pi)

@@ -1,4 +1,4 @@
-"""A film surveyed: the camera's path and the scene in one pass, the log odds of every frame in a second one."""
+"""A film surveyed: camera and scene in a first pass, the log odds of every frame in a second one."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Medians of many pictures at once, by a sorting network: every comparison is one minimum of whole pictures."""
+"""Medians of many pictures by a sorting network: each comparison is one minimum of whole pictures."""
 
 from collections.abc import Iterator
 

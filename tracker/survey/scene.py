@@ -1,4 +1,4 @@
-"""The scene of a film without who walks through it: the median of its frames, each laid where the camera saw it.
+"""The scene without who walks through it: the median of the frames, each laid where the camera saw it.
 
 A place that the figure covers in less than half of the frames shows its median as it is without the figure.
 What the median is worth is its spread: the median absolute deviation of the frames from it, and the slopes of

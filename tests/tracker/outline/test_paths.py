@@ -1,0 +1,48 @@
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tracker.outline.phase import best_phases
+from tracker.outline.place import best_path
+
+
+def test_the_best_path_of_places_is_that_of_all_paths(rng):
+    T, S, h, w, step, resize, reach = 3, 2, 2, 3, 0.7, 0.4, 2
+    score = rng.normal(size=(T, S, h, w)).astype(np.float32)
+    states = list(product(range(S), range(h), range(w)))
+
+    def worth(path):
+        total = sum(float(score[t, s, y, x]) for t, (s, y, x) in enumerate(path))
+        for (s0, y0, x0), (s1, y1, x1) in zip(path[:-1], path[1:], strict=True):
+            if abs(s0 - s1) > 1 or abs(x0 - x1) > reach or abs(y0 - y1) > reach // 2:
+                return -np.inf
+            total -= resize * (s0 != s1) + step * (x0 - x1) ** 2 + 4.0 * step * (y0 - y1) ** 2
+        return total
+
+    best = max(product(states, repeat=T), key=worth)
+    found = [tuple(each) for each in best_path(score, step, resize, reach).tolist()]
+    assert worth(found) == pytest.approx(worth(best), abs=1e-6)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_the_best_path_of_phases_is_that_of_all_paths(way, rng):
+    T, P, change, slip = 4, 5, 0.3, 0.8
+    speeds = way * np.array([0.6, 1.4])
+    score = rng.normal(size=(T, P))
+
+    def worth(path):
+        total = sum(score[t, p] for t, (_, p) in enumerate(path))
+        for (s0, p0), (s1, p1) in zip(path[:-1], path[1:], strict=True):
+            steps = np.rint(speeds[s1]) + np.array([-1.0, 0.0, 1.0])
+            steps = steps[(p0 + steps) % P == p1]
+            if not len(steps):
+                return -np.inf
+            total -= change * (s0 != s1) + 0.5 * np.min(((speeds[s1] - steps) / slip) ** 2)
+        return total
+
+    states = list(product(range(2), range(P)))
+    best = max(worth(path) for path in product(states, repeat=T))
+    value, path = best_phases(score, speeds, change, slip)
+    assert value == pytest.approx(best, rel=1e-9)
+    assert worth([tuple(each) for each in path.tolist()]) == pytest.approx(best, rel=1e-9)

@@ -1,0 +1,66 @@
+import cv2
+import numpy as np
+import pytest
+
+from kinematics.figure import load_figure
+from kinematics.spm import skeleton
+from tests.oracles import central_difference
+from tracker.outline.kernel import SURE
+from tracker.outline.shape import ARM_SHARE, SOFT, Grid, Shape, arms_worth
+
+WALKER = load_figure()
+SHAPE = Shape.of(WALKER)
+GRID = Grid((-1.2, 1.2), 24.0, (60, 60))
+
+
+def blobs(rng, count):
+    noise = rng.normal(size=(count, *GRID.shape)).astype(np.float32)
+    return np.stack([10.0 * cv2.GaussianBlur(each, (0, 0), 3.0) for each in noise])
+
+
+def random_poses(rng, count):
+    return rng.normal(size=(count, len(WALKER.freedoms))) * 0.15
+
+
+def member(bar, bones, link, place):
+    """m of one place and bar, written out."""
+    first, last, start, tip = bar
+    length, size = bones.length[link], bones.size
+    away = place - bones.start[link]
+    u, v = away @ bones.direction[link], away @ bones.normal[link]
+    w = np.clip(u, first * length, last * length)
+    half = size * (start + (tip - start) * (w / length - first) / (last - first))
+    edge = np.clip((half - np.hypot(u - w, v)) / (SOFT * size), -1.0, 1.0)
+    return SURE * (0.5 + 0.75 * edge - 0.25 * edge**3)
+
+
+def test_a_silhouette_is_what_its_formula_says_place_by_place(rng):
+    q = random_poses(rng, 1)
+    body, arms = SHAPE.painted(q, GRID)
+    bones = skeleton(WALKER, q[0])
+    for i, j in rng.integers(0, 60, size=(300, 2)):
+        place = np.array([GRID.corner[0] + j / GRID.density, GRID.corner[1] - i / GRID.density])
+        clear = np.prod([1.0 - member(SHAPE.bars[k], bones, k, place) for k in range(len(WALKER.links))])
+        zone = member(SHAPE.bars[-1], bones, SHAPE.trunk, place)
+        assert body[0, i, j] == pytest.approx(1.0 - clear, abs=1e-6)
+        assert arms[0, i, j] == pytest.approx(clear * zone, abs=1e-6)
+
+
+def test_the_sum_is_of_log_odds_under_the_silhouette_and_what_arms_are_worth_beside_it(rng):
+    q, odds = random_poses(rng, 3), blobs(rng, 3)
+    body, arms = SHAPE.painted(q, GRID)
+    want = (odds * body + arms_worth(odds) * arms).sum((1, 2)) / GRID.density**2
+    np.testing.assert_allclose(SHAPE.under(q, odds, GRID)[0], want, rtol=1e-5, atol=1e-6)
+
+
+def test_the_gradient_is_the_derivative_by_every_freedom(rng):
+    q, odds = random_poses(rng, 1), blobs(rng, 1)
+    want = central_difference(lambda q: SHAPE.under(q[None], odds, GRID)[0], q[0], step=1e-5)
+    # The second derivative jumps where a place enters the soft edge: step times that jump is left.
+    np.testing.assert_allclose(SHAPE.under(q, odds, GRID)[1][0], want[0], atol=1e-5)
+
+
+def test_where_arms_may_be_log_odds_are_those_of_a_mixture():
+    odds = np.linspace(-2.5, 2.5, 11, dtype=np.float32)
+    want = np.log((1.0 - ARM_SHARE) + ARM_SHARE * np.exp(odds))
+    np.testing.assert_allclose(arms_worth(odds), want, atol=1e-6)
