@@ -32,6 +32,20 @@ GIVE = 0.05  # radians by which a joint passes its limit
 
 
 @dataclass(frozen=True)
+class Climbed:
+    """Where a climb ended.
+
+    q     : (T, D) poses
+    score : (T,) log odds under their outlines, nats times leg lengths squared
+    cost  : minus what was climbed, nats
+    """
+
+    q: Array
+    score: Array
+    cost: float
+
+
+@dataclass(frozen=True)
 class Marked:
     """The pose (D,) marked in a frame, of which `known` (D,) was."""
 
@@ -40,16 +54,14 @@ class Marked:
     known: NDArray[np.bool_]
 
 
-def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = ROUNDS) -> tuple[Array, Array]:
+def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = ROUNDS) -> Climbed:
     """Poses on their outlines.
 
     Args:
         odds: (T, *GRID.shape) log odds around the poses' origin.
         q: (T, D) poses that the path gave.
         marked: a pose that is known.
-
-    Returns:
-        (T, D) poses, and (T,) log odds under their outlines, nats times leg lengths squared.
+        rounds: of L-BFGS at most.
     """
     T, D = q.shape
     figure = shape.figure
@@ -76,7 +88,7 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
 
     found = minimize(cost, np.zeros(T * D), jac=True, method="L-BFGS-B", options={"maxiter": rounds})
     best = poses(found.x)
-    return best, shape.under(best, odds, GRID)[0]
+    return Climbed(best, shape.under(best, odds, GRID)[0], float(found.fun))
 
 
 def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:

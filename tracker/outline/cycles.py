@@ -14,7 +14,7 @@ import numpy as np
 from kinematics.figure import Array, Figure
 
 COLUMNS = ("torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far", "ankle_near", "ankle_far")
-NECK = COLUMNS.index("neck")
+TRUNK, NECK = COLUMNS.index("torso"), COLUMNS.index("neck")
 COUNTED = [0, 2, 3, 4, 5]  # columns that tell kinds of stride apart
 PHASES = 40
 

@@ -1,6 +1,6 @@
 """The outline of a marked figure fitted to every frame of a surveyed film."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,15 +9,18 @@ from scipy.ndimage import gaussian_filter1d
 from kinematics.figure import SCALE, Array
 from kinematics.recover import Start
 from kinematics.spm import joints
-from tracker.outline.climb import GRID, Marked, climb
-from tracker.outline.cycles import NECK, Cycles, columns_of, poses
+from tracker.outline.climb import GRID, Climbed, Marked, climb
+from tracker.outline.cycles import NECK, TRUNK, Cycles, columns_of, poses
 from tracker.outline.phase import Phases, phases
 from tracker.outline.place import walk
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
+from tracker.picture.pyramid import Planes
 
 LEAST = 0.3  # log odds under the outline, nats times square leg lengths; a figure in full sight has 1 to 1.5
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
+AROUND = 6  # frames either way of the marked one that tell which leg is near
+SMOOTH_LEAN = 3.0  # the same of its lean
 
 
 @dataclass(frozen=True)
@@ -59,11 +62,25 @@ def outlined(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles)
     hips = stage.in_frames(gaussian_filter1d(scene, SMOOTH, axis=0, mode="nearest"))
 
     angles = cycles.at(found.cycle, found.phase)
+    angles[:, TRUNK] += gaussian_filter1d(found.lean, SMOOTH_LEAN, mode="nearest")
     angles[:, NECK] = start.q[columns[NECK]]
     known, q = start.known.copy(), start.q.copy()
     q[:2] = (hip - hips[frame]) / axes[frame]
     q[figure.index(SCALE)] = np.log(view.unit / units[frame])
     odds = stage.around(hips, units, GRID)
-    best, score = climb(odds, shape, poses(figure, angles), Marked(frame, q, known))
-    pixels = hips[:, None] + joints(figure, best) * axes[:, None]
-    return Outline(pixels, score, found)
+    best = _named(odds, shape, poses(figure, angles), Marked(frame, q, known))
+    pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
+    return Outline(pixels, best.score, found)
+
+
+def _named(odds: Planes, shape: Shape, q: Array, marked: Marked) -> Climbed:
+    """The climb from a path (T, D), or from the same with the legs exchanged where that agrees better.
+
+    Silhouettes do not tell the legs apart; what tells is that the poses around the marked one go on from it.
+    """
+    first = max(marked.frame - AROUND, 0)
+    part = slice(first, marked.frame + AROUND + 1)
+    here = replace(marked, frame=marked.frame - first)
+    ways = [q, q[:, shape.figure.exchanged]]
+    costs = [climb(odds[part], shape, way[part], here).cost for way in ways]
+    return climb(odds, shape, ways[int(np.argmin(costs))], marked)

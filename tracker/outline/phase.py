@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, poses
+from tracker.outline.cycles import COUNTED, NECK, PHASES, TRUNK, Cycles, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.outline.stage import Stage
 
@@ -23,10 +23,13 @@ COLUMNS_OFF = np.arange(-4, 5, 2)  # shifts that are tried, places
 ROWS_OFF = np.arange(-3, 4)
 SPREAD = (0.12, 0.08)  # of the shift along the way and across it, leg lengths
 WEIGHT = 25.0  # nats for a square leg length of log odds
+LEANS = np.radians([0.0, 30.0])  # beyond the cycle's own that are tried
+LEANING = float(np.radians(15.0))  # spread of a lean beyond the cycle's own
 FASTEST, SLOWEST = 0.37, 2.5  # seconds a stride, slow motion included
 SPEEDS = 16
 FINE = 3  # steps from one phase to the next, at 30 frames a second
 CHANGE = 1.5  # nats for a change to the next phase speed
+TRAVEL = 1.0  # leg lengths over the scene from which who walks ahead does not walk backwards
 SLIP = 1.0  # spread of a step in phase about the phase speed, fine steps
 MARKED = float(np.radians(12.0))  # spread of marked angles about a cycle's
 
@@ -39,6 +42,7 @@ class Phases:
     way    : +1, -1 with time running back
     phase  : (T,) 0 to PHASES
     shift  : (T, 2) by which the hip lies further ahead and up, leg lengths
+    lean   : (T,) by which the trunk leans further forward than the cycle's, radians
     period : frames a stride, the median
     score  : of the best path, nats a frame
     """
@@ -47,6 +51,7 @@ class Phases:
     way: int
     phase: Array
     shift: Array
+    lean: Array
     period: float
     score: float
 
@@ -69,17 +74,18 @@ def phases(
         frame: that was marked.
         fps: frames a second.
     """
-    score, shift = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
+    score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     told = np.nan_to_num((cycles.pose - marked)[..., COUNTED])
     named = -0.5 * ((told / MARKED) ** 2).sum(-1)
     fine = max(FINE, int(np.ceil(FINE * fps / 30.0)))
+    ways = _ways(stage, hips, units)
     periods = np.geomspace(FASTEST * fps, SLOWEST * fps, SPEEDS)
     best: tuple[float, int, int, NDArray[np.intp]] | None = None
     for cycle in range(len(cycles.pose)):
         whole = np.tile(score[:, cycle], 2)
         whole[frame] += named[cycle]
         whole = _finer(whole, fine)
-        for way in (1, -1):
+        for way in ways:
             value, path = best_phases(whole, way * PHASES * fine / periods, CHANGE, SLIP)
             if best is None or value > best[0]:
                 best = value, cycle, way, path
@@ -87,16 +93,25 @@ def phases(
     value, cycle, way, path = best
     phase = path[:, 1] / fine
     half = np.rint(phase).astype(int) % (PHASES // 2)
-    off = shift[np.arange(len(stage)), cycle, half]
+    here = np.arange(len(stage)), cycle, half
     period = float(np.median(periods[path[:, 0]]))
-    return Phases(cycle, way, phase, off, period, value / len(stage))
+    return Phases(cycle, way, phase, shift[here], lean[here], period, value / len(stage))
+
+
+def _ways(stage: Stage, hips: Array, units: Array) -> tuple[int, ...]:
+    """Which ways time may run: by where the hip goes over the scene, the figure facing where it does."""
+    scene = stage.in_scene(hips)
+    travel = stage.facing * float(scene[-1, 0] - scene[0, 0]) / float(np.median(units))
+    return (1, -1) if abs(travel) < TRAVEL else (1,) if travel > 0.0 else (-1,)
 
 
 def _compared(
     stage: Stage, shape: Shape, cycles: Cycles, hips: Array, units: Array, neck: float
-) -> tuple[Array, Array]:
-    """(T, C, PHASES / 2) nats of each half cycle's silhouettes, and (T, C, PHASES / 2, 2) at which shift."""
-    q = poses(shape.figure, cycles.halves(neck))
+) -> tuple[Array, Array, Array]:
+    """(T, C, PHASES / 2) nats of each half cycle's silhouettes, at which shift (.., 2), with which lean."""
+    angles = np.tile(cycles.halves(neck), (len(LEANS), 1, 1, 1))
+    angles[..., TRUNK] += LEANS[:, None, None]
+    q = poses(shape.figure, angles)
     body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
     masks = np.concatenate([body.reshape(len(body), -1), arms.reshape(len(arms), -1)], axis=1)
     (h, w), edge = GRID.shape, (int(COLUMNS_OFF.max()), int(ROWS_OFF.max()))
@@ -116,8 +131,11 @@ def _compared(
         sums = masks @ np.stack(seen, axis=1) * (WEIGHT / DENSITY**2) - rare
         best = sums.argmax(1)
         score[t], shift[t] = sums[np.arange(len(sums)), best], shifts[best]
-    kinds = len(stage), *q.shape[:2]
-    return score.reshape(kinds), shift.reshape(*kinds, 2)
+    kinds = len(stage), *q.shape[:3]
+    score = score.reshape(kinds) - 0.5 * ((LEANS / LEANING) ** 2)[:, None, None]
+    leans = score.argmax(1)
+    shift = np.take_along_axis(shift.reshape(*kinds, 2), leans[:, None, :, :, None], axis=1)[:, 0]
+    return score.max(1), shift, LEANS[leans]
 
 
 def _part(odds: Array, x: int, y: int) -> Array:
