@@ -11,7 +11,7 @@ from kinematics.recover import Start
 from tracker.clip.heading import FRAMES, footless, heading
 from tracker.clip.job import Job
 from tracker.clip.measure import Measured, read_measured
-from tracker.clip.outlines import known_by_outline, outline_points
+from tracker.clip.outlines import outline_points
 from tracker.clip.start import StartError, marked_start
 from tracker.loop.detections import Detections
 from tracker.loop.tracker import Tracker, make_tracker
@@ -75,8 +75,9 @@ def prepare(job: Job) -> Plan:
     if measured is not None:
         points, settings = measured.frames, measured.known_by(settings)
     else:
-        points = outline_points(video, start, frame, job.stop, settings)
-        settings = known_by_outline(settings) if points else settings
+        outline = outline_points(video, start, frame, job.stop, settings)
+        points = {} if outline is None else outline.frames
+        settings = settings if outline is None else outline.known_by(settings)
     return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured, points)
 
 

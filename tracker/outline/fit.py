@@ -30,11 +30,13 @@ class Outline:
     joints : (T, J, 2) pixels of each frame, as `figure.joints` names them
     score  : (T,) log odds under the outline, nats times leg lengths squared
     phases : which gait it was taken for
+    margin : nats by which the legs' names agree better with the marked pose than exchanged
     """
 
     joints: Array
     score: Array
     phases: Phases
+    margin: float
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -68,13 +70,13 @@ def outlined(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles)
     q[:2] = (hip - hips[frame]) / axes[frame]
     q[figure.index(SCALE)] = np.log(view.unit / units[frame])
     odds = stage.around(hips, units, GRID)
-    best = _named(odds, shape, poses(figure, angles), Marked(frame, q, known))
+    best, margin = _named(odds, shape, poses(figure, angles), Marked(frame, q, known))
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
-    return Outline(pixels, best.score, found)
+    return Outline(pixels, best.score, found, margin)
 
 
-def _named(odds: Planes, shape: Shape, q: Array, marked: Marked) -> Climbed:
-    """The climb from a path (T, D), or from the same with the legs exchanged where that agrees better.
+def _named(odds: Planes, shape: Shape, q: Array, marked: Marked) -> tuple[Climbed, float]:
+    """The climb from a path (T, D), or from the same with the legs exchanged, and by how much it is better.
 
     Silhouettes do not tell the legs apart; what tells is that the poses around the marked one go on from it.
     """
@@ -83,4 +85,5 @@ def _named(odds: Planes, shape: Shape, q: Array, marked: Marked) -> Climbed:
     here = replace(marked, frame=marked.frame - first)
     ways = [q, q[:, shape.figure.exchanged]]
     costs = [climb(odds[part], shape, way[part], here).cost for way in ways]
-    return climb(odds, shape, ways[int(np.argmin(costs))], marked)
+    better = int(np.argmin(costs))
+    return climb(odds, shape, ways[better], marked), costs[1 - better] - costs[better]
