@@ -31,7 +31,8 @@ FINE = 3  # steps from one phase to the next, at 30 frames a second
 CHANGE = 1.5  # nats for a change to the next phase speed
 TRAVEL = 1.0  # leg lengths over the scene from which who walks ahead does not walk backwards
 SLIP = 1.0  # spread of a step in phase about the phase speed, fine steps
-MARKED = float(np.radians(12.0))  # spread of marked angles about a cycle's
+MARKED = float(np.radians(12.0))  # spread of marked angles about a cycle's, by a Student t
+FREEDOM = 4.0  # of it: who starts off, or stops, is in no phase of a cycle
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def phases(
     """
     score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     told = np.nan_to_num((cycles.pose - marked)[..., COUNTED])
-    named = -0.5 * ((told / MARKED) ** 2).sum(-1)
+    named = -0.5 * (FREEDOM + len(COUNTED)) * np.log1p((told**2).sum(-1) / (FREEDOM * MARKED**2))
     fine = max(FINE, int(np.ceil(FINE * fps / 30.0)))
     ways = _ways(stage, hips, units)
     periods = np.geomspace(FASTEST * fps, SLOWEST * fps, SPEEDS)
