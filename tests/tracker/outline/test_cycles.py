@@ -13,7 +13,8 @@ def test_half_a_stride_later_every_cycle_is_the_same_with_the_legs_exchanged():
 
 
 def test_walks_and_runs_are_among_the_cycles_that_ship():
-    assert CYCLES.runs.max() > 0.9 and CYCLES.runs.min() < 0.1
+    assert CYCLES.runs.max() > 0.9
+    assert CYCLES.runs.min() < 0.1
 
 
 def test_a_phase_between_two_is_their_mean_and_phases_go_round():

@@ -1,4 +1,4 @@
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def test_the_best_path_of_places_is_that_of_all_paths(rng):
 
     def worth(path):
         total = sum(float(score[t, s, y, x]) for t, (s, y, x) in enumerate(path))
-        for (s0, y0, x0), (s1, y1, x1) in zip(path[:-1], path[1:], strict=True):
+        for (s0, y0, x0), (s1, y1, x1) in pairwise(path):
             if abs(s0 - s1) > 1 or abs(x0 - x1) > reach or abs(y0 - y1) > reach // 2:
                 return -np.inf
             total -= resize * (s0 != s1) + step * (x0 - x1) ** 2 + 4.0 * step * (y0 - y1) ** 2
@@ -33,7 +33,7 @@ def test_the_best_path_of_phases_is_that_of_all_paths(way, rng):
 
     def worth(path):
         total = sum(score[t, p] for t, (_, p) in enumerate(path))
-        for (s0, p0), (s1, p1) in zip(path[:-1], path[1:], strict=True):
+        for (s0, p0), (s1, p1) in pairwise(path):
             steps = np.rint(speeds[s1]) + np.array([-1.0, 0.0, 1.0])
             steps = steps[(p0 + steps) % P == p1]
             if not len(steps):
