@@ -35,7 +35,7 @@ models: $(VENV)/installed
 	  $(LEARN)/pooled.toml --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run-1@$$fps.npz && \
 	  $(LEARN)/learn.toml --fps $$fps --out dynamics/models/gait@$$fps.npz || exit 1; \
 	done
-	$(BIN)/python -m tracker.outline.learn $(MOCAP) tracker/outline/cycles.npz --licence CMU --licence "Seoul National"
+	$(BIN)/python -m tracker.outline.learn_cycles $(MOCAP) tracker/outline/cycles.npz --licence CMU --licence "Seoul National"
 
 # The rival that needs opencv-contrib has it in an environment of its own, where it cannot harm ours.
 rivals: .venv-rivals/installed

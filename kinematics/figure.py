@@ -195,6 +195,15 @@ class Figure:
         return order
 
     @cached_property
+    def exchanged(self) -> NDArray[np.intp]:
+        """(D,) position in `q` of each freedom's twin on the other side; its own where there is none."""
+        order, layout = np.arange(len(self.freedoms)), self.layout
+        for link, twin in self.twins.items():
+            order[layout.angle[link]] = layout.angle[twin]
+            order[layout.stretch[link]] = layout.stretch[twin]
+        return order
+
+    @cached_property
     def reach(self) -> Array:
         """(L, L): where the path from the base to link i leaves link j, as a share of j's length; else 0."""
         share = np.zeros((len(self.links), len(self.links)))

@@ -32,5 +32,6 @@ def test_names_are_exchanged_with_their_twins_and_those_that_have_none_stay():
     assert_array_equal(exchanged(["hip", "near_knee", "near_toe", "far_knee"]), [0, 3, 2, 1])
 
 
-def test_the_walker_exchanges_joints_as_their_names_say():
+def test_the_walker_exchanges_joints_and_freedoms_as_their_names_say():
     assert_array_equal(WALKER.joint_twins, exchanged(WALKER.joints))
+    assert_array_equal(WALKER.exchanged, exchanged(WALKER.freedoms))

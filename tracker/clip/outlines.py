@@ -13,8 +13,8 @@ from tracker.outline.fit import outlined
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within
 from tracker.settings import Settings
-from tracker.survey.film import survey
 from tracker.survey.small import SIDE
+from tracker.survey.surveyed import survey
 from videos.frames import Image, Video
 
 REACH = 600  # frames either way of the marked one: memory is bounded

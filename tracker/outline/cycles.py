@@ -1,7 +1,7 @@
 """Mean gait cycles: what a stride looks like from the side, a dozen kinds of it.
 
-Every cycle is symmetric: half a stride later it is the same with the legs exchanged. `tracker.outline.learn`
-makes those that ship.
+Every cycle is symmetric: half a stride later it is the same with the legs exchanged.
+`tracker.outline.learn_cycles` makes those that ship.
 """
 
 from dataclasses import dataclass

@@ -126,8 +126,8 @@ def _compared(
         both = [odds, arms_worth(odds)]
         seen = [
             np.concatenate([_part(each, edge[0] + x, edge[1] + y) for each in both])
-            for y in ROWS_OFF
-            for x in COLUMNS_OFF
+            for y in ROWS_OFF.tolist()
+            for x in COLUMNS_OFF.tolist()
         ]
         sums = masks @ np.stack(seen, axis=1) * (WEIGHT / DENSITY**2) - rare
         best = sums.argmax(1)

@@ -96,8 +96,11 @@ def _kernels(shape: Shape, cycles: Cycles, facing: int) -> list[list[Planes]]:
 
 def _sums(odds: Planes, kernels: list[list[Planes]]) -> Planes:
     """(S, h, w) of each size, nats: the best silhouette's sum everywhere."""
-    how = {"anchor": HIP, "borderType": cv2.BORDER_CONSTANT}
-    sums = [np.max([cv2.filter2D(odds, -1, each, **how) for each in own], axis=0) for own in kernels]
+
+    def sums_of(kernel: Planes) -> Planes:
+        return np.asarray(cv2.filter2D(odds, -1, kernel, anchor=HIP, borderType=cv2.BORDER_CONSTANT))
+
+    sums = [np.max([sums_of(each) for each in own], axis=0) for own in kernels]
     return np.asarray(np.stack(sums) * (WEIGHT / DENSITY**2), dtype=np.float32)
 
 

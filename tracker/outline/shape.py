@@ -11,7 +11,7 @@ import numpy as np
 
 from kinematics.figure import Array, Figure
 from kinematics.spm import Skeleton, motions, skeleton
-from tracker.outline.kernel import BAR, painted, silhouettes
+from tracker.outline.rasters import BAR, painted, silhouettes
 from tracker.picture.pyramid import Planes
 
 SOFT = 0.04  # half width of an outline's edge, leg lengths
@@ -103,7 +103,7 @@ class Shape:
         return score, np.einsum("tlk,tlkd->td", moved[:, :-1], motions(self.figure, bones))
 
     def _laid(self, bones: Skeleton) -> Array:
-        """(N, L + 1, BAR) bars as poses lay them, see `tracker.outline.kernel`."""
+        """(N, L + 1, BAR) bars as poses lay them, see `tracker.outline.rasters`."""
         link = np.append(np.arange(len(self.figure.links)), self.trunk)
         first, last, start, tip = self.bars.T
         length, size = bones.length[:, link], bones.size[:, None]

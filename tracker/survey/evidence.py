@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.picture.pyramid import Array, Image, Planes
-from tracker.survey.scene import Scene
+from tracker.survey.mosaic import Scene
 
 MOST = 2.5  # nats
 UNITS = 50.0  # steps that a nat is stored as
@@ -38,7 +38,7 @@ def evidence(image: Image, place: Array, scene: Scene) -> Image:
     way[:2, 2] -= scene.corner
     lab, spread = (_seen(planes, way, (w, h)) for planes in (scene.lab, scene.spread))
     nearest = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-    known = cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest)
+    known = np.asarray(cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest), np.uint8)
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
     light = np.median(apart, axis=0) if len(apart) else np.zeros(3)
     return np.asarray(_odds(image, lab, spread, known, light.astype(np.float32)))

@@ -2,7 +2,7 @@ import numpy as np
 
 from kinematics.figure import load_figure
 from tracker.outline.cycles import COLUMNS, NECK, PHASES, Cycles, poses
-from tracker.outline.learn import MIRRORED
+from tracker.outline.learn_cycles import MIRRORED
 
 CYCLES = Cycles.load()
 

@@ -5,7 +5,7 @@ import pytest
 from kinematics.figure import load_figure
 from kinematics.spm import skeleton
 from tests.oracles import central_difference
-from tracker.outline.kernel import SURE
+from tracker.outline.rasters import SURE
 from tracker.outline.shape import ARM_SHARE, SOFT, Grid, Shape, arms_worth
 
 WALKER = load_figure()

@@ -119,19 +119,19 @@ def _place(key: Key, grey: Image, guess: Array) -> Array | None:
     seen = status[:, 0] > 0
     if seen.sum() < max(FEWEST, KEPT * len(key.corners)):
         return None
-    back, agree = cv2.estimateAffinePartial2D(
+    similarity, inliers = cv2.estimateAffinePartial2D(
         found[seen], key.corners[seen], method=cv2.RANSAC, ransacReprojThreshold=AGREE
     )
-    if back is None:
+    if similarity is None:
         return None
-    agree = np.ravel(agree) > 0
+    back, agree = np.asarray(similarity, dtype=np.float64), np.ravel(inliers) > 0
     wide = found[seen][agree][..., 0].std() >= SPREAD * grey.shape[1]
     if agree.sum() < max(FEWEST, KEPT * seen.sum()) or not wide:
         return None
     if agree.sum() < ENOUGH:
         back = np.hstack([np.eye(2), np.median((key.corners - found)[seen][agree], axis=0).T])
     back = np.vstack([back, [0.0, 0.0, 1.0]])
-    stays = np.linalg.inv(way)
+    stays = np.asarray(np.linalg.inv(way), dtype=np.float64)
     if _apart(key, grey, stays) <= BETTER * _apart(key, grey, back):
         back = stays
     return np.asarray(key.place @ back)
@@ -146,8 +146,8 @@ def _apart(key: Key, grey: Image, back: Array) -> float:
     size = grey.shape[::-1]
     there = cv2.warpAffine(grey, back[:2], size)
     shown = cv2.warpAffine(np.full_like(grey, 255), back[:2], size, flags=cv2.INTER_NEAREST)
-    away = cv2.bitwise_and(cv2.min(cv2.absdiff(there, key.grey), OTHER), shown)
-    return float(away.sum(dtype=np.int64)) / max(np.count_nonzero(shown), 1)
+    away = np.minimum(cv2.absdiff(there, key.grey), OTHER)[shown > 0]
+    return float(away.mean()) if len(away) else 0.0
 
 
 def _farthest(place: Array, shape: tuple[int, ...]) -> float:

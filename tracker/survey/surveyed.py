@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.picture.pyramid import Array, Image
-from tracker.survey.camera import Camera, first_camera
 from tracker.survey.evidence import evidence
-from tracker.survey.scene import Scene, scene_of
+from tracker.survey.mosaic import Scene, scene_of
+from tracker.survey.path import Camera, first_camera
 from tracker.survey.small import reduced, small_size, to_film
 
 VIEWS = 60  # pictures that the scene is the median of, at most

@@ -67,7 +67,7 @@ def strides(trial: Trial) -> list[Stride]:
         rows = np.concatenate([y[:, 2:], _ankles(part, y)], axis=1)
         for own in (rows, rows[:, MIRRORED]):
             peaks, _ = find_peaks(own[:, 2] - own[:, 4], distance=SHORTEST * trial.fps, prominence=SWING)
-            for begin, stop in pairwise(peaks):
+            for begin, stop in pairwise(peaks.tolist()):
                 period = (stop - begin) / trial.fps
                 if SHORTEST <= period <= LONGEST:
                     pose = _symmetric(own, begin, stop)
@@ -80,7 +80,7 @@ def _symmetric(rows: Array, begin: int, stop: int) -> Array:
     times = begin + (stop - begin) * np.arange(PHASES) / PHASES
     pose = np.stack([np.interp(times, np.arange(len(rows)), column) for column in rows.T], axis=1)
     other = np.roll(pose[:, MIRRORED], PHASES // 2, axis=0)
-    return 0.5 * (pose + other)
+    return np.asarray(0.5 * (pose + other))
 
 
 def _ankles(body: Body, y: Array) -> Array:
@@ -111,7 +111,9 @@ def licensed(trials: Iterable[Trial], licences: Sequence[str]) -> list[Trial]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(prog="python -m tracker.outline.learn", description="Learn gait cycles.")
+    parser = argparse.ArgumentParser(
+        prog="python -m tracker.outline.learn_cycles", description="Learn gait cycles."
+    )
     parser.add_argument("trials", type=Path, help="table of captures")
     parser.add_argument("out", type=Path, help="file of cycles, .npz")
     parser.add_argument("--licence", action="append", required=True, help="word of a licence that allows it")

@@ -57,7 +57,7 @@ def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
         views[t][~shown[t]] = BEYOND
     number = shown.sum(0)
     lab = medians(views.copy(), number)
-    away = cv2.absdiff(views.reshape(-1, size[0], 3), np.tile(lab, (len(views), 1, 1))).reshape(views.shape)
+    away = np.asarray(np.maximum(views, lab) - np.minimum(views, lab), dtype=np.uint8)
     away[~shown] = BEYOND
     spread = SIGMA * medians(away, number).astype(np.float32)
     planes = lab.astype(np.float32)
