@@ -20,10 +20,10 @@ test: $(VENV)/installed-dev
 	$(COMPILE) & $(BIN)/mypy && wait
 	$(BIN)/pytest -n auto
 
-# What the documentation promises: its commands are run, with $FIGTRACK_DATA its claims about real clips, and what
-# the tools under tests/benchmarks are tested by.
+# Whole commands on spoiled inputs, in processes and on clusters; what the documentation promises: its commands are run,
+# with $FIGTRACK_DATA its claims about real clips; and what the tools under tests/benchmarks are tested by.
 check: $(VENV)/installed-dev
-	$(BIN)/pytest -n auto -m "claims or handbook"
+	$(BIN)/pytest -n auto -m "claims or handbook or whole"
 	$(BIN)/pytest tests/benchmarks/test_tools.py
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).

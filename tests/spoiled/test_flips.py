@@ -17,6 +17,8 @@ from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
 from tracker.settings import SettingsError, read_settings
 
+pytestmark = pytest.mark.whole
+
 FLIPS = 40  # a format
 READ = {
     "marks.csv": "track --stop 0",

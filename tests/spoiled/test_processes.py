@@ -13,6 +13,8 @@ from tests.tracker.clips import everything, read_json, write_video
 from tests.tracker.processes import ended, started
 from videos.frames import Video
 
+pytestmark = pytest.mark.whole
+
 resource = pytest.importorskip("resource", reason="limits and signals are another thing there")
 FULL = "error: no room to write (File too large); make some, or choose another --out\n"
 

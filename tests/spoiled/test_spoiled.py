@@ -9,6 +9,8 @@ from tests.spoiled.stock import COMMANDS, words
 from tests.tracker.clips import everything, figtrack
 from tracker.settings import Settings
 
+pytestmark = pytest.mark.whole
+
 # What Python, numpy or FFmpeg would say to a programmer.
 JARGON = re.compile(r"Traceback|\w+(Error|Exception|Warning)\b|\[Errno|<class|object at 0x")
 

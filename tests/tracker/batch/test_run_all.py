@@ -30,6 +30,8 @@ from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark
 
+pytestmark = pytest.mark.whole
+
 HEADER = ("video", "keypoints", "start", "model", "out")
 QUIET = Progress("quiet")
 

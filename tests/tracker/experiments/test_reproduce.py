@@ -27,6 +27,8 @@ from tracker.experiments.splices import LONGEST, SHORTEST, SIDE, Splice, splice
 from tracker.experiments.study import Recipe, Study
 from tracker.progress import Progress
 
+pytestmark = pytest.mark.whole
+
 QUIET = Progress("quiet")
 KEYS = ["phases", "classification", "prediction", "synthesis", "interpolation", "runtime"]
 PEOPLE = "abcdef"

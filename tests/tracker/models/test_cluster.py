@@ -16,6 +16,8 @@ from tests.tracker.clips import figtrack, refused
 from tests.tracker.gaits import both, sequence, write_poses
 from tracker.models.cluster import Cluster, ClusterError, cluster_at, local_cluster
 
+pytestmark = pytest.mark.whole
+
 LENGTHS = [*range(3, 12)] * 9  # sequences enough for several batches of every inference
 
 
