@@ -20,7 +20,7 @@ test: $(VENV)/installed-dev
 	$(COMPILE) & $(BIN)/mypy && wait
 	$(BIN)/pytest -n auto
 
-# Whole commands on spoiled inputs, in processes and on clusters; what the documentation promises: its commands are run,
+# Whole commands, on spoiled inputs too, in processes and on clusters; what the documentation promises: its commands are run,
 # with $FIGTRACK_DATA its claims about real clips; and what the tools under tests/benchmarks are tested by.
 check: $(VENV)/installed-dev
 	$(BIN)/pytest -n auto -m "claims or handbook or whole"

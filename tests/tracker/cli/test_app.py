@@ -32,6 +32,8 @@ from tracker import __version__
 from tracker.cli.app import COMMANDS
 from tracker.tables.keypoints import KEYPOINTS
 
+pytestmark = pytest.mark.whole
+
 ROOT = Path(__file__).parents[3]
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
 

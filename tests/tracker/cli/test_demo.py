@@ -11,6 +11,8 @@ from tracker.scene.film import render
 from tracker.tables.keypoints import KEYPOINTS, read_keypoints
 from videos.frames import Video
 
+pytestmark = pytest.mark.whole
+
 QUIET = Progress("quiet")
 FEW = 6
 

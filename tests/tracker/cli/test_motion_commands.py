@@ -16,6 +16,8 @@ from tests.tracker.gaits import HEADER, both, gait, gait_hmm, gait_model, saved,
 from tracker.models.learn import NOISE, STATES, Further
 from tracker.tables.poses import read_poses
 
+pytestmark = pytest.mark.whole
+
 SD = [f"{name}_sd" for name in POSE_COLUMNS]
 ON_TABLES = ("classify", "predict", "interpolate")
 PNG = b"\x89PNG"
