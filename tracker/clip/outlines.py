@@ -38,17 +38,13 @@ class Outlined:
         return settings.model_copy(update={"point": POINT, "exchange": self.exchange})
 
 
-def outline_points(
-    video: Video, start: Start, frame: int, stop: int | None, settings: Settings
-) -> Outlined | None:
+def outline_points(video: Video, start: Start, frame: int, stop: int | None) -> Outlined | None:
     """Joints of the outline by frame; None where the figure does not stand out from a known scene.
 
     Args:
         start: the pose marked in `frame`.
         stop: the last frame to be looked at, None for the video's last.
     """
-    if not (settings.outline and settings.templates and settings.mode == "full"):
-        return None
     first, size = max(frame - REACH, 0), (video.width, video.height)
     last = frame + REACH if stop is None else min(frame + REACH, stop)
 

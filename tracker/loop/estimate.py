@@ -7,7 +7,6 @@ import numpy as np
 
 from dynamics.belief import Belief
 from dynamics.gaussian import Array, Gaussian
-from tracker.loop.detections import Likelihood
 from tracker.loop.outcome import Outcome
 from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery
 from tracker.picture.camera import Camera
@@ -28,7 +27,6 @@ class Estimate:
     shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
     began   : whether the filter began here, so that nothing links it to the frame before
-    told    : what the picture said of the pose at the best hypothesis; None where it said nothing
     back    : at an anchor, the frames since the one before it as the way back from it has them, oldest first
     """
 
@@ -40,12 +38,11 @@ class Estimate:
     misfit: float = 0.0
     began: bool = False
     back: tuple[Self, ...] = ()
-    told: Likelihood | None = None
 
     def light(self) -> Self:
         """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
         cov = cast("Array", self.pose.cov.astype(np.float32))
-        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING, told=None)
+        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING)
 
 
 @dataclass(frozen=True)

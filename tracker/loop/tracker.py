@@ -72,10 +72,10 @@ class Tracker:
         here = self.shifted(state.shift)
         if detections is not None:
             proposed = here.detected(proposed, detections)
-        misfit, told = 0.0, None
+        misfit = 0.0
         if self.settings.templates:
             state, found = here._registered(state, image, proposed)
-            misfit, told = found.misfit, likelihood([found]) if state.outcome.measured else None
+            misfit = found.misfit
         else:
             pose = self.pose(proposed.merged()).mean
             gone = inside(self.figure, here.view, pose, image.shape[:2]) < self.settings.least_inside
@@ -83,7 +83,7 @@ class Tracker:
         if detections is not None and state.outcome is Outcome.LOST:
             best = self.pose(state.belief.states[state.belief.best]).mean
             state = replace(state, outcome=judged_by_points(here._detector, detections, best, before))
-        return state, replace(self.estimate(state), misfit=misfit, told=told)
+        return state, replace(self.estimate(state), misfit=misfit)
 
     def detected(self, belief: Belief, detections: Detections) -> Belief:
         """The belief given the points of this frame, of which near and far leg may be exchanged."""
