@@ -117,11 +117,11 @@ class SLDS:
         for t in range(T):
             s[t] = rng.choice(self.K, p=self.pi0 if t == 0 else self.Pi[s[t - 1]])
             mean, cov = (self.mean0, self.cov0) if t == 0 else (self.b, self.Q)
-            x[t] = rng.multivariate_normal(mean[s[t]], cov[s[t]], method="svd")
+            x[t] = rng.multivariate_normal(mean[s[t]], cov[s[t]], method="svd", check_valid="ignore")
             if t > 0:
                 x[t] += self.A[s[t]] @ x[t - 1]
-        y = apply(self.C, x) + rng.multivariate_normal(np.zeros(len(self.C)), self.R, size=T, method="svd")
-        return s, x, y
+        w = rng.multivariate_normal(np.zeros(len(self.C)), self.R, T, method="svd", check_valid="ignore")
+        return s, x, apply(self.C, x) + w
 
     def with_drifts(self, names: Sequence[str], persistence: Array, noise: Array, spread: Array) -> Self:
         """The same system with further freedoms appended to state and measurement that drift by themselves.

@@ -45,6 +45,11 @@ def viterbi_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None =
     return in_batches(slds, ys, hints, lambda frames: _posteriors(slds, frames))
 
 
+def best_log_p_all(slds: SLDS, ys: Sequence[Array]) -> list[float]:
+    """The log evidence alone that `viterbi_all` finds for each sequence."""
+    return in_batches(slds, ys, None, lambda frames: _best_log_p(forward(slds, frames), frames).tolist())
+
+
 @dataclass(frozen=True)
 class Forward:
     """What going forward leaves; rows as in `Frames`.
@@ -139,13 +144,22 @@ def _steps(frames: Frames) -> list[tuple[slice, slice]]:
     ]
 
 
-def _posteriors(slds: SLDS, frames: Frames) -> list[Posterior]:
-    ahead = forward(slds, frames)
-    last = np.array([rows[-1] for rows in frames.sequences()])
-    value = -ahead.cost[last].min(-1)
+def _best_log_p(ahead: Forward, frames: Frames) -> Array:
+    """log p(y, best path) of each sequence."""
+    value = -ahead.cost[_last(frames)].min(-1)
     if not np.isfinite(value).all():
         raise ValueError("no switching path is possible; see pi0, Pi and hints")
-    path = _backtrace(ahead, frames, last)
+    return np.asarray(value)
+
+
+def _last(frames: Frames) -> NDArray[np.intp]:
+    return np.array([rows[-1] for rows in frames.sequences()])
+
+
+def _posteriors(slds: SLDS, frames: Frames) -> list[Posterior]:
+    ahead = forward(slds, frames)
+    value = _best_log_p(ahead, frames)
+    path = _backtrace(ahead, frames, _last(frames))
     states, lag = _smooth(slds, ahead.beliefs, path, frames)
     posteriors = []
     for rows, log_p in zip(frames.sequences(), value, strict=True):

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 from dynamics.gaussian import Array
 from dynamics.slds import SLDS
-from dynamics.viterbi import viterbi_all
+from dynamics.viterbi import best_log_p_all
 
 LEAST, MOST = 1e-3, 0.5  # standard deviations that are tried, radians or leg lengths
 STEP = 0.05  # of the logarithm of a deviation: what the search stops within
@@ -51,7 +51,7 @@ def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArr
 
     def cost(added: Array) -> float:
         noisy = replace(slds, R=slds.R + np.diag(added))
-        return -sum(posterior.log_evidence for posterior in viterbi_all(noisy, ys))
+        return -sum(best_log_p_all(noisy, ys))
 
     bounds = (float(np.log(LEAST)), float(np.log(MOST)))
     found = minimize_scalar(

@@ -153,23 +153,26 @@ def synthesise(
         recurrent: let the switch depend on the pose, and weigh every step by the region of its state; see
             `dynamics.region`. False is the papers' model, whose free run soon leaves the motion's range.
     """
-    reach, poses = regions(slds), pose_regions(slds)
+    reach, poses, log_Pi = regions(slds), pose_regions(slds), slds.log_Pi
+    limit = chi2.ppf(INSIDE, len(poses.regard))
     s = np.empty(T, dtype=np.intp)
     x = np.empty((T, slds.A.shape[-1]))
     for t in range(T):
         if t == 0:
             s[0] = rng.choice(slds.K, p=slds.pi0)
-            x[0] = rng.multivariate_normal(slds.mean0[s[0]], slds.cov0[s[0]], method="svd")
+            x[0] = rng.multivariate_normal(
+                slds.mean0[s[0]], slds.cov0[s[0]], method="svd", check_valid="ignore"
+            )
             continue
         ahead = apply(slds.A, x[t - 1]) + slds.b
-        log_p = slds.log_Pi[s[t - 1]] + (reach.log_density(ahead) if recurrent else 0.0)
+        log_p = log_Pi[s[t - 1]] + (reach.log_density(ahead) if recurrent else 0.0)
         p = np.exp(log_p - log_p.max())
         k = s[t] = rng.choice(slds.K, p=p / p.sum())
         following = Gaussian(ahead[k], slds.Q[k])
         if recurrent:
             near, _ = update(following, reach.mean[k], reach.regard, reach.cov[k] / PULL)
-            following = _kept_in(near, poses, k)
-        x[t] = rng.multivariate_normal(following.mean, following.cov, method="svd")
+            following = _kept_in(near, poses, k, limit)
+        x[t] = rng.multivariate_normal(following.mean, following.cov, method="svd", check_valid="ignore")
     return s, apply(slds.C, x)
 
 
@@ -179,9 +182,9 @@ def _edges(ys: Sequence[Array]) -> list[int]:
     return [known for known in NOISE_KNOWN if known < longest]
 
 
-def _kept_in(following: Gaussian, poses: Regions, k: int) -> Gaussian:
+def _kept_in(following: Gaussian, poses: Regions, k: int, limit: float) -> Gaussian:
     """The next state, drawn towards the poses of state k as far as it takes to lie among most of them."""
-    limit, weight, near = chi2.ppf(INSIDE, len(poses.regard)), LEAST, following
+    weight, near = LEAST, following
     while poses.distance(near.mean)[k] > limit and weight < MOST:
         near, _ = update(following, poses.mean[k], poses.regard, poses.cov[k] / weight)
         weight *= 2.0

@@ -6,11 +6,10 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.stats import multivariate_normal
 
 from dynamics.hmm import HMM, combine_hmms, hmm_all
 from dynamics.learning.baum_welch import HMMOptions, learn_hmm
-from tests.oracles import random_covariance
+from tests.oracles import log_density, random_covariance
 
 LEARNT = {"fps": 30.0, "label": "walk"}
 
@@ -44,7 +43,7 @@ def density(hmm, k, pose):
     seen = ~np.isnan(pose)
     if not seen.any():
         return 0.0
-    return multivariate_normal(hmm.mean[k, seen], hmm.cov[k][np.ix_(seen, seen)]).logpdf(pose[seen])
+    return log_density(pose[seen], hmm.mean[k, seen], hmm.cov[k][np.ix_(seen, seen)])
 
 
 def enumerated(hmm, y):

@@ -80,7 +80,7 @@ def test_its_path_is_nearly_always_the_best_and_never_better(rng):
     for i in range(30):
         slds = random_slds(2, order=1 + i % 2, rng=rng)
         y = drawn(slds, 6, rng, gaps=i % 3 == 0)
-        best = max(log_p for _, log_p in all_paths(slds, y))
+        best = all_paths(slds, y)[1].max()
         gaps.append(best - viterbi(slds, y).log_evidence)
     # No path beats the best of all by more than rounding in a log-likelihood near 20.
     assert min(gaps) > -1e-10
@@ -93,17 +93,17 @@ def test_two_frames_are_exact(rng):  # nothing is dropped before the second fram
     for _ in range(10):
         slds = random_slds(3, rng=rng)
         y = drawn(slds, 2, rng)
-        path, log_p = max(all_paths(slds, y), key=lambda pair: pair[1])
+        paths, log_p = all_paths(slds, y)
         got = viterbi(slds, y)
-        assert tuple(got.path) == path
-        assert got.log_evidence == pytest.approx(log_p, rel=1e-11)
+        assert_array_equal(got.path, paths[log_p.argmax()])
+        assert got.log_evidence == pytest.approx(log_p.max(), rel=1e-11)
 
 
 def test_a_sequence_with_no_measurement_at_all_is_the_prior(rng):
     slds = random_slds(2, rng=rng)
     got = viterbi(slds, np.full((6, 2), np.nan))
     k = got.path[0]
-    assert got.log_evidence == pytest.approx(max(p for _, p in all_paths(slds, np.full((6, 2), np.nan))))
+    assert got.log_evidence == pytest.approx(all_paths(slds, np.full((6, 2), np.nan))[1].max())
     assert_allclose(got.states.mean[0], slds.mean0[k], atol=SMOOTHED)
     assert_allclose(got.states.cov[0], slds.cov0[k], atol=SMOOTHED)
 
@@ -166,7 +166,8 @@ def test_with_hints_the_path_is_nearly_always_the_best_and_never_better(rng):
     for i in range(20):
         slds = random_slds(2, order=1 + i % 2, rng=rng)
         y, hints = drawn(slds, 6, rng, gaps=i % 3 == 0), drawn_hints(6, 2, rng)
-        best = max(log_p + along(path, hints) for path, log_p in all_paths(slds, y))
+        paths, log_p = all_paths(slds, y)
+        best = max(log_p + [along(path, hints) for path in paths])
         got = viterbi(slds, y, hints)
         assert got.log_evidence == pytest.approx(
             given_path(slds, y, got.path)[2] + along(got.path, hints), rel=1e-11
@@ -182,10 +183,11 @@ def test_hints_at_two_frames_are_weighed_exactly(rng):  # the first frame's hint
     for _ in range(10):
         slds = random_slds(3, rng=rng)
         y, hints = drawn(slds, 2, rng), 3.0 * drawn_hints(2, 3, rng)
-        log_p, path = max((log_p + along(path, hints), path) for path, log_p in all_paths(slds, y))
+        paths, log_p = all_paths(slds, y)
+        log_p = log_p + [along(path, hints) for path in paths]
         got = viterbi(slds, y, hints)
-        assert tuple(got.path) == path
-        assert got.log_evidence == pytest.approx(log_p, rel=1e-11)
+        assert_array_equal(got.path, paths[log_p.argmax()])
+        assert got.log_evidence == pytest.approx(log_p.max(), rel=1e-11)
 
 
 def test_hints_that_do_not_fit_and_paths_that_cannot_be_are_refused(rng):
@@ -239,12 +241,12 @@ def test_noise_may_be_all_but_nothing_or_overwhelming(order, r, q, rng):
         assert got.log_evidence == pytest.approx(given_path(slds, y, got.path)[2], rel=1e-6)
 
 
-def test_covariances_stay_symmetric_positive_definite_over_5000_frames(rng):
+def test_covariances_stay_symmetric_positive_definite_over_2000_frames(rng):
     slds = random_slds(2, d=1, order=2, rng=rng)
     still = np.zeros((2, 2, 2))
     still[:, 0, 0] = [1e-16, 1e-6]  # one state all but deterministic
     slds = replace(slds, Q=still, R=[[1e-4]], cov0=1e6 * np.stack([np.eye(2)] * 2))
-    y = np.where(np.arange(5_000) % 100 < 30, np.nan, slds.sample(5_000, rng)[2][:, 0])[:, None]
+    y = np.where(np.arange(2_000) % 100 < 30, np.nan, slds.sample(2_000, rng)[2][:, 0])[:, None]
     got = viterbi(slds, y)
     P = got.states.cov
     assert_array_equal(P[:, 0, 1], P[:, 1, 0])

@@ -62,7 +62,7 @@ def gait(n, T, d, rng, *, K=4):
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize(("travelling", "gaps"), [((), False), (("a",), False), (("a",), True)])
+@pytest.mark.parametrize(("travelling", "gaps"), [((), False), (("a",), True)])
 def test_a_round_with_exact_posteriors_never_lowers_the_evidence(order, travelling, gaps, rng):
     # Order 2 needs more steps than coefficients, or maximum likelihood fits some exactly.
     lengths = (5, 6, 5) if order == 1 else (6, 6, 6, 6, 6)
@@ -88,9 +88,9 @@ def test_learning_with_exact_posteriors_never_lowers_evidence_plus_log_prior(ord
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("prior", [0.3, 1.0, 5.0])
+@pytest.mark.parametrize("prior", [0.3, 5.0])
 def test_with_one_switching_state_the_penalised_value_never_falls(order, prior, rng):
-    ys = drawn(random_slds(2, order=order, travelling=("a",), rng=rng), (20, 30, 25), rng)
+    ys = drawn(random_slds(2, order=order, travelling=("a",), rng=rng), (10, 15, 12), rng)
     options = Options(states=1, order=order, prior=prior, rounds=25, tolerance=-np.inf)
     fit = learn(ys, names=("a", "b"), travelling=("a",), options=options, **LEARNT)
     assert len(fit.values) == 25
@@ -228,7 +228,7 @@ def test_the_best_round_is_kept_when_a_later_one_is_worse(rng):
     assert_same_system(fit.slds, seen[best], rtol=0.0, atol=0.0)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_returned_system_has_the_best_value(seed):
     rng = np.random.default_rng(seed)
     ys, names = gait(5, 30, 2, rng)
@@ -326,14 +326,14 @@ def test_any_inference_is_an_e_step(infer, gaps, rng):
 
 def test_gaps_are_better_left_open_than_filled(rng):
     truth = random_slds(1, order=2, noise=0.05, rng=rng)
-    ys = drawn(truth, [60] * 6, rng)
+    ys = drawn(truth, [40] * 9, rng)
     gappy = [np.where(rng.random(y.shape) < 0.15, np.nan, y) for y in ys]
     for y in gappy:
         y[20:23] = np.nan
-    test = drawn(truth, [60] * 5, rng)
+    test = drawn(truth, [30] * 10, rng)
 
     def held_out(data):  # nats a frame
-        options = Options(states=1, rounds=40, tolerance=1e-7, ridge=1e-4)
+        options = Options(states=1, rounds=20, tolerance=1e-7, ridge=1e-4)
         slds = learn(data, names=truth.names, travelling=(), options=options, **LEARNT).slds
         return sum(p.log_evidence for p in viterbi_all(slds, test)) / 300
 
@@ -357,10 +357,10 @@ def test_a_sequence_may_begin_and_end_without_measurements(rng):
     assert_allclose(wide.slds.R, plain.slds.R, atol=0.3 * plain.slds.R.max())
 
 
-@pytest.mark.parametrize("states", [1, 6])
+@pytest.mark.parametrize("states", [1, 4])
 def test_eighteen_sequences_of_fifty_frames_stay_finite_and_positive_definite(states, rng):
     ys, names = gait(18, 50, 8, rng)
-    fit = learn(ys, names=names, travelling=("a",), options=Options(states=states), **LEARNT)
+    fit = learn(ys, names=names, travelling=("a",), options=Options(states=states, rounds=5), **LEARNT)
     slds = fit.slds
     assert slds.A.shape == (states, 16, 16)
     assert np.isfinite(fit.values).all()
@@ -403,11 +403,10 @@ def test_freedoms_that_never_move_are_learnt_as_still(moving, rng):
 # What must not matter
 
 
-@pytest.mark.parametrize("freedom", ["all", "travelling", "other"])
+@pytest.mark.parametrize("freedom", ["travelling", "other"])
 def test_units_do_not_matter(freedom, rng):
-    ys, names = gait(6, 40, 3, rng, K=3)
-    scale = {"all": np.full(3, 57.3), "travelling": [57.3, 1.0, 1.0], "other": [1.0, 57.3, 1.0]}[freedom]
-    scale = np.asarray(scale)
+    ys, names = gait(8, 20, 3, rng, K=3)
+    scale = np.array({"travelling": [57.3, 1.0, 1.0], "other": [1.0, 57.3, 1.0]}[freedom])
 
     def fitted(factor):
         data = [y * factor for y in ys]
@@ -655,7 +654,7 @@ def test_a_wider_ridge_draws_nearer_to_constant_velocity(rng):
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_start_anywhere_has_the_moments_of_all_frames(order, rng):
     slds = random_slds(2, order=order, travelling=("a",), noise=0.1, rng=rng)
-    ys = drawn(slds, (400, 400), rng)
+    ys = drawn(slds, [40] * 20, rng)
     posteriors = viterbi_all(slds, ys)
     start = anywhere(slds, posteriors)
     x = np.concatenate([p.states.mean[1:] for p in posteriors])

@@ -1,18 +1,16 @@
 """Filled gaps against conditioning the joint Gaussian and against sums over all switching paths."""
 
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian
 from dynamics.motion import gaps
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.moments import by_motion
-from tests.oracles import enumerated, given_path, random_slds
+from tests.oracles import enumerated, every_path, given_path, log_density, random_slds
 
 # The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
 SMOOTHED = 1e-9
@@ -29,10 +27,10 @@ def anywhere(slds, y):
 
 
 def conditioned(slds, y, path):
-    """Mean (T, M) and cov (T, M, M) of the poses given y and the path, and the mean of the states."""
+    """Mean (T, M) and cov (T, M, M) of the poses given y and one path or many, and the states' mean."""
     placed, local, place = anywhere(slds, y)
     x, P, _ = given_path(placed, local, path)
-    cov = np.stack([slds.C @ P[t, :, t] @ slds.C.T for t in range(len(y))])
+    cov = np.stack([slds.C @ P[..., t, :, t, :] @ slds.C.T for t in range(len(y))], axis=-3)
     return x @ slds.C.T + place, cov, x
 
 
@@ -190,38 +188,37 @@ def log_region(slds, k, x):
     if "a" in slds.travelling:
         take[0, d] = -1.0
         take = np.delete(take, d, axis=0)
-    return multivariate_normal(take @ slds.mean0[k], take @ slds.cov0[k] @ take.T).logpdf(take @ x)
+    return log_density(x @ take.T, take @ slds.mean0[k], take @ slds.cov0[k] @ take.T)
 
 
 def log_joint(slds, x, path, recurrent):
     """log Pr(path, x) given the first x, up to a constant; what `gaps` says it samples from."""
     d = len(slds.names)
-    total = np.log(slds.pi0[path[0]]) + log_region(slds, path[0], x[0])
-    for t in range(1, len(x)):
-        ahead = [slds.A[k] @ x[t - 1] + slds.b[k] for k in range(slds.K)]
+    total = np.log(slds.pi0[path[0]]) + log_region(slds, path[0], x[..., 0, :])
+    for t in range(1, len(path)):
+        ahead = [x[..., t - 1, :] @ slds.A[k].T + slds.b[k] for k in range(slds.K)]
         switch = np.log(slds.Pi[path[t - 1]])
         if recurrent:
-            switch = switch + [log_region(slds, k, ahead[k]) for k in range(slds.K)]
-            switch -= np.logaddexp.reduce(switch)
+            switch = switch + np.stack([log_region(slds, k, ahead[k]) for k in range(slds.K)], axis=-1)
+            switch = switch - np.logaddexp.reduce(switch, axis=-1, keepdims=True)
         s = path[t]
-        total += switch[s] + multivariate_normal(ahead[s][:d], slds.Q[s][:d, :d]).logpdf(x[t, :d])
+        total = total + switch[..., s] + log_density(x[..., t, :d], ahead[s][..., :d], slds.Q[s][:d, :d])
     return total
 
 
 def over_all_paths(slds, y, recurrent):
     """What two rounds of sampling a path come to; and how much single paths deviate from its mean and cov."""
-    paths = list(product(range(slds.K), repeat=len(y)))
-    given = [conditioned(slds, y, path) for path in paths]
+    paths = every_path(slds.K, len(y))
+    means, covs, given = conditioned(slds, y, paths)
 
     def probable(x):
-        log_p = np.array([log_joint(slds, x, path, recurrent) for path in paths])
-        return np.exp(log_p - np.logaddexp.reduce(log_p))
+        """(..., paths) of each path, given states x (..., T, N)."""
+        log_p = np.stack([log_joint(slds, x, path, recurrent) for path in paths], axis=-1)
+        return np.exp(log_p - np.logaddexp.reduce(log_p, axis=-1, keepdims=True))
 
     motions = by_motion(slds)
     assert motions.K == 1
-    weights = probable(conditioned(motions, y, [0] * len(y))[2])
-    weights = weights @ np.array([probable(x) for _, _, x in given])
-    means, covs = np.array([m for m, _, _ in given]), np.array([P for _, P, _ in given])
+    weights = probable(conditioned(motions, y, [0] * len(y))[2]) @ probable(given)
     mean = np.tensordot(weights, means, 1)
     apart = means - mean
     squares = covs + apart[..., :, None] * apart[..., None, :]

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import solve_discrete_lyapunov
-from scipy.stats import multivariate_normal
 
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
@@ -18,7 +17,7 @@ from dynamics.region import pose_hints
 from dynamics.slds import combine
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
-from tests.oracles import enumerated, given_path, random_covariance, random_slds
+from tests.oracles import all_paths, enumerated, given_path, log_density, random_covariance, random_slds
 
 
 def named(slds, *labels):
@@ -45,11 +44,11 @@ def exactly(slds, ys, hints):
 
     class Answer:
         def __init__(self, y, hint):
-            paths = list(product(range(slds.K), repeat=len(y)))
-            log_p = [given_path(slds, y, s)[2] + sum(hint[t, s[t]] for t in range(len(y))) for s in paths]
-            weights = np.exp(np.array(log_p) - np.logaddexp.reduce(log_p))
-            self.prob = sum(w * np.eye(slds.K)[list(s)] for w, s in zip(weights, paths, strict=True))
-            self.path = np.array(paths[int(np.argmax(weights))])
+            paths, log_p = all_paths(slds, y)
+            log_p = log_p + hint[np.arange(len(y)), paths].sum(1)
+            weights = np.exp(log_p - np.logaddexp.reduce(log_p))
+            self.prob = np.tensordot(weights, np.eye(slds.K)[paths], 1)
+            self.path = paths[weights.argmax()]
 
     hints = [np.zeros((len(y), slds.K)) for y in ys] if hints is None else hints
     return [Answer(y, hint) for y, hint in zip(ys, hints, strict=True)]
@@ -62,8 +61,7 @@ def spoken_for(slds, y, weight):
         seen = [i for i in (0, 2) if not np.isnan(y[t, i])]
         if seen:
             mean, cov = slds.C @ slds.mean0[k], slds.C @ slds.cov0[k] @ slds.C.T + slds.R
-            density = multivariate_normal(mean[seen], cov[np.ix_(seen, seen)])
-            hints[t, k] = weight * density.logpdf(y[t, seen])
+            hints[t, k] = weight * log_density(y[t, seen], mean[seen], cov[np.ix_(seen, seen)])
     return hints
 
 
@@ -100,7 +98,7 @@ def test_a_motion_of_several_fairly_probable_states_outdoes_one_state_that_is_mo
 @pytest.mark.parametrize("infer", [viterbi_all, gpb2_all, variational_all])
 def test_without_the_poses_term_classification_is_plain_inference(infer, rng):
     slds = two_motions(rng)
-    ys = [quiet(slds, T, rng) for T in (40, 25)]
+    ys = [quiet(slds, T, rng) for T in (20, 12)]
     plain = infer(at_noise(slds, ys), ys)
     for labelling, posterior in zip(classify(slds, ys, infer=infer, pose=0.0), plain, strict=True):
         assert_array_equal(labelling.state, posterior.path)
@@ -111,7 +109,7 @@ def test_without_the_poses_term_classification_is_plain_inference(infer, rng):
 
 def test_sequences_noisier_than_the_model_are_classified_with_their_noise(rng):
     slds = two_motions(rng, noise=0.05)
-    ys = [y + [0.3, 0.0, 0.3] * rng.normal(size=y.shape) for y in (slds.sample(60, rng)[2] for _ in range(4))]
+    ys = [y + [0.3, 0.0, 0.3] * rng.normal(size=y.shape) for y in (slds.sample(30, rng)[2] for _ in range(6))]
     noisy = at_noise(slds, ys)
     assert noisy.R[0, 0] > 10.0 * slds.R[0, 0]
     for got, want in zip(
@@ -201,7 +199,7 @@ def _log_hmm(hmm, y, path):
     for pose, s in zip(y, path, strict=True):
         seen = ~np.isnan(pose)
         if seen.any():
-            total += multivariate_normal(hmm.mean[s][seen], hmm.cov[s][np.ix_(seen, seen)]).logpdf(pose[seen])
+            total += log_density(pose[seen], hmm.mean[s][seen], hmm.cov[s][np.ix_(seen, seen)])
     return total
 
 
@@ -215,34 +213,32 @@ def added(slds, noisy):
     return np.sqrt(np.diag(more))
 
 
+def log_density_at(slds, y, added):
+    """log p(y) of a one-state model with each of these standard deviations of noise added, by the joint."""
+    T, seen = len(y), ~np.isnan(y.ravel())
+    x, P, _ = given_path(slds, np.full_like(y, np.nan), [0] * T)
+    H, noise = np.kron(np.eye(T), slds.C)[seen], np.kron(np.eye(T), slds.R)[np.ix_(seen, seen)]
+    S = H @ P.reshape(x.size, x.size) @ H.T + noise
+    return log_density(y.ravel()[seen], H @ x.ravel(), S + added[:, None, None] ** 2 * np.eye(len(S)))
+
+
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_noise_of_one_state_is_the_likeliest_by_the_joint_gaussian(order, rng):
     slds = random_slds(1, d=2, order=order, noise=0.05, rng=rng)
     ys = [y + 0.1 * rng.normal(size=y.shape) for y in (slds.sample(12, rng)[2] for _ in range(3))]
     ys[1][3:5] = ys[0][0, 0] = np.nan
     tried = np.arange(0.0, 0.3, 1e-3)
-    values = [
-        sum(given_path(replace(slds, R=slds.R + v**2 * np.eye(2)), y, [0] * len(y))[2] for y in ys)
-        for v in tried
-    ]
+    values = sum(log_density_at(slds, y, tried) for y in ys)
     # The search stops within 5 %, the grid is half a step off.
     assert_allclose(added(slds, at_noise(slds, ys)), tried[int(np.argmax(values))], rtol=0.05, atol=5e-4)
 
 
-@pytest.mark.parametrize(
-    ("stays", "travels"),
-    [
-        (0.03, 0.0),
-        (0.4, 0.0),
-        (0.1, 0.1),
-        (0.03, 0.3),
-    ],
-)
+@pytest.mark.parametrize(("stays", "travels"), [(0.4, 0.0), (0.1, 0.1), (0.03, 0.3)])
 def test_added_noise_is_found_again(stays, travels, rng):
     slds = two_motions(rng, noise=0.03)
     ys = [
         y + [stays, travels, stays] * rng.normal(size=y.shape)
-        for y in (slds.sample(80, rng)[2] for _ in range(6))
+        for y in (slds.sample(40, rng)[2] for _ in range(12))
     ]
     for y in ys:
         y[rng.random(len(y)) < 0.1] = np.nan
@@ -262,7 +258,7 @@ def test_a_model_that_meets_no_more_noise_than_its_own_keeps_it(rng):
 
 def test_more_noise_than_half_a_radian_is_not_believed(rng):
     slds = random_slds(1, noise=0.03, rng=rng)
-    ys = [y + 1.5 * rng.normal(size=y.shape) for y in (slds.sample(80, rng)[2] for _ in range(3))]
+    ys = [y + 1.5 * rng.normal(size=y.shape) for y in (slds.sample(40, rng)[2] for _ in range(6))]
     assert_allclose(added(slds, at_noise(slds, ys)), 0.5, rtol=0.05)  # what the search stops within
 
 
@@ -388,10 +384,10 @@ def test_forecasts_further_ahead_are_less_certain_and_settle(rng, known_noise):
 @pytest.mark.parametrize("horizon", [1, 3])
 def test_no_forecast_knows_what_comes(horizon, rng):
     slds = random_slds(2, order=2, noise=0.05, rng=rng)
-    y = slds.sample(60, rng)[2] + 0.2 * rng.normal(size=(60, 2))
-    other = slds.sample(40, rng)[2]
+    y = slds.sample(50, rng)[2] + 0.2 * rng.normal(size=(50, 2))
+    other = slds.sample(20, rng)[2]
     (whole, _) = predict(slds, [y, other], horizon)
-    for known in (4, 6, 15, 46):
+    for known in (4, 15, 46):
         later = y.copy()
         later[known:] = 3.0 * rng.normal(size=later[known:].shape)
         (got, _) = predict(slds, [later, other], horizon)
@@ -426,8 +422,8 @@ def test_a_horizon_of_no_frames_is_refused(rng):
 def test_covariances_of_forecasts_stay_symmetric_positive_definite(rng, known_noise):
     slds = random_slds(2, d=2, order=2, noise=1e-3, rng=rng)
     slds = replace(slds, R=1e-6 * np.eye(2), cov0=1e6 * slds.cov0)
-    y = slds.sample(1000, rng)[2]
-    y[np.arange(1000) % 100 < 30] = np.nan
+    y = slds.sample(500, rng)[2]
+    y[np.arange(500) % 100 < 30] = np.nan
     (got,) = predict(slds, [y], 2)
     assert np.isfinite(got.mean[2:]).all()
     assert_array_equal(got.cov[2:], np.swapaxes(got.cov[2:], 1, 2))
@@ -464,10 +460,10 @@ def assert_has_moments(y, slds, *, frames):
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_free_run_of_one_state_has_its_stationary_moments(order, rng):
     slds = settled(random_slds(1, order=order, rng=rng))
-    s, y = synthesise(slds, 6000, rng, recurrent=False)
+    s, y = synthesise(slds, 4000, rng, recurrent=False)
     assert_array_equal(s, 0)
     # Modes of radius 0.95 at most remember 20 frames.
-    assert_has_moments(y, slds, frames=300)
+    assert_has_moments(y, slds, frames=200)
 
 
 def test_a_kept_run_of_one_state_has_the_moments_of_its_drawn_steps(rng, monkeypatch):
@@ -503,14 +499,14 @@ def test_switch_and_step_have_the_stated_probabilities(recurrent, rng, monkeypat
     for k in range(3):
         cov, mean = slds.Q[k], ahead[k]
         if recurrent:
-            log_p[k] += multivariate_normal(slds.mean0[k], slds.cov0[k]).logpdf(ahead[k])
+            log_p[k] += log_density(ahead[k], slds.mean0[k], slds.cov0[k])
             here, region = np.linalg.inv(slds.Q[k]), tasks.PULL * np.linalg.inv(slds.cov0[k])
             cov = np.linalg.inv(here + region)
             mean = cov @ (here @ ahead[k] + region @ slds.mean0[k])
         steps.append((mean, cov))
     prob = np.exp(log_p - np.logaddexp.reduce(log_p))
 
-    n = 2000
+    n = 1000
     runs = [synthesise(slds, 2, rng, recurrent=recurrent) for _ in range(n)]
     s, y = np.array([run[0][1] for run in runs]), np.array([run[1][1] for run in runs])
     share = np.bincount(s, minlength=3) / n
@@ -527,9 +523,9 @@ def test_switch_and_step_have_the_stated_probabilities(recurrent, rng, monkeypat
 @pytest.mark.parametrize("recurrent", [True, False])
 def test_a_run_starts_as_a_sequence_does(recurrent, rng):
     slds = random_slds(2, order=2, rng=rng)
-    runs = [synthesise(slds, 1, rng, recurrent=recurrent) for _ in range(2000)]
+    runs = [synthesise(slds, 1, rng, recurrent=recurrent) for _ in range(1000)]
     s, y = np.array([run[0][0] for run in runs]), np.array([run[1][0] for run in runs])
-    assert np.mean(s == 0) == pytest.approx(slds.pi0[0], abs=5.0 * 0.5 / np.sqrt(2000))
+    assert np.mean(s == 0) == pytest.approx(slds.pi0[0], abs=5.0 * 0.5 / np.sqrt(1000))
     for k in range(2):
         of_k, cov = y[s == k], slds.cov0[k][:2, :2]
         sd = np.sqrt(np.diag(cov))
@@ -539,15 +535,15 @@ def test_a_run_starts_as_a_sequence_does(recurrent, rng):
 
 def test_a_free_run_is_that_of_the_model_without_measurement_noise(rng):
     slds = random_slds(2, order=2, stay=0.8, rng=rng)
-    s, y = synthesise(slds, 5000, rng, recurrent=False)
-    other_s, x, _ = slds.sample(5000, rng)
-    # Two runs of states that last 6 frames in the mean: 600 free frames.
-    assert np.mean(s == 0) == pytest.approx(np.mean(other_s == 0), abs=5.0 * 0.5 * np.sqrt(2.0 / 600))
+    s, y = synthesise(slds, 3000, rng, recurrent=False)
+    other_s, x, _ = slds.sample(3000, rng)
+    # Two runs of states that last 6 frames in the mean: 360 free frames.
+    assert np.mean(s == 0) == pytest.approx(np.mean(other_s == 0), abs=5.0 * 0.5 * np.sqrt(2.0 / 360))
     for k in range(2):
         stays = np.mean(s[1:][s[:-1] == k] == k)
         assert stays == pytest.approx(slds.Pi[k, k], abs=5.0 * 0.5 / np.sqrt((s == k).sum()))
     spread = np.diff(y, axis=0).std(0), np.diff(x[:, :2], axis=0).std(0)
-    assert_allclose(*spread, rtol=5.0 / np.sqrt(600))
+    assert_allclose(*spread, rtol=5.0 / np.sqrt(360))
 
 
 def swinging(radius, *, travelling=True):
@@ -574,28 +570,24 @@ def swinging(radius, *, travelling=True):
 
 
 @pytest.mark.parametrize("radius", [0.97, 1.05])
-def test_synthesis_stays_in_range_over_2000_frames(radius):
+def test_synthesis_stays_in_range_over_800_frames(radius):
     slds = swinging(radius)
     assert np.abs(np.linalg.eigvals(slds.A[0][np.ix_([1, 3], [1, 3])])).max() == pytest.approx(radius)
-    s, y = synthesise(slds, 2000, np.random.default_rng(1))
-    assert s.shape == (2000,)
-    assert y.shape == (2000, 2)
+    s, y = synthesise(slds, 800, np.random.default_rng(1))
+    assert s.shape == (800,)
+    assert y.shape == (800, 2)
     assert np.isfinite(y).all()
     # The swing it was learned from reaches 1, with deviations of 0.7; chi2(2) has INSIDE within 3.3 of them.
     assert np.abs(y[:, 1]).max() < 2.4
-    assert y[-1000:, 1].std() > 0.1  # nor does it die down
+    assert y[-400:, 1].std() > 0.1  # nor does it die down
     # Both halves are gone through, and it travels on as it did.
     assert 0.2 < s.mean() < 0.8
     assert np.diff(y[:, 0]).mean() == pytest.approx(0.1, abs=0.02)
 
 
-def test_without_the_regions_an_unstable_run_leaves_every_range():
-    _, y = synthesise(swinging(1.05), 1000, np.random.default_rng(1), recurrent=False)
-    assert np.abs(y[:, 1]).max() > 1e6
-
-
-def test_a_free_unstable_run_of_5000_frames_is_still_finite():  # 1.05**5000 is 1e106
-    _, y = synthesise(swinging(1.05), 5000, np.random.default_rng(1), recurrent=False)
+def test_without_the_regions_an_unstable_run_leaves_every_range_and_is_finite():  # 1.05**2500 is 1e53
+    _, y = synthesise(swinging(1.05), 2500, np.random.default_rng(1), recurrent=False)
+    assert np.abs(y[:1000, 1]).max() > 1e6
     assert np.isfinite(y).all()
 
 
@@ -604,7 +596,7 @@ def test_a_step_is_drawn_among_the_poses_of_its_state_where_noise_allows(rng):
     slds = replace(slds, b=slds.b + 20.0)  # every step leads far out
     radius = [
         np.sqrt((y - m) @ np.linalg.solve(P, y - m))
-        for y, m, P in ((synthesise(slds, 2, rng)[1][1], slds.mean0[0], slds.cov0[0]) for _ in range(300))
+        for y, m, P in ((synthesise(slds, 2, rng)[1][1], slds.mean0[0], slds.cov0[0]) for _ in range(150))
     ]
     # chi2(2) has INSIDE of its mass within 10.6; the rest is the step's own noise, less than the region's.
     assert np.mean(radius) < np.sqrt(10.6) + 1.0
@@ -634,7 +626,7 @@ def test_the_same_seed_makes_the_same_motion_and_another_another(recurrent, rng)
 @pytest.mark.parametrize("travelling", [(), ("b",)])
 def test_the_work_ticks_as_often_as_it_says(rng, travelling):
     slds = random_slds(2, travelling=travelling, rng=rng)
-    ys = [rng.normal(size=(T, len(slds.names))) for T in (4, 60)]
+    ys = [rng.normal(size=(T, len(slds.names))) for T in (4, 20)]
     ticks = []
     at_noise(slds, ys, lambda: ticks.append("noise"))
     assert len(ticks) == SEARCHES
