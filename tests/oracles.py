@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
-from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Array, Gaussian
 from dynamics.posterior import Posterior
@@ -88,101 +87,107 @@ def _oscillators(d: int, order: int, rng: np.random.Generator) -> tuple[Array, A
     return basis @ now @ np.linalg.inv(basis), basis @ before @ np.linalg.inv(basis)
 
 
-def condition(mean: Array, cov: Array, H: Array, noise: Array, y: Array) -> tuple[Array, Array, float]:
+def log_density(y: Array, mean: Array, cov: Array) -> Array:
+    """log N(y; mean, cov) of each of a batch of Gaussians."""
+    apart = np.asarray(y - mean)
+    distance = (apart * np.linalg.solve(cov, apart[..., None])[..., 0]).sum(-1)
+    return -0.5 * (distance + np.linalg.slogdet(cov)[1] + apart.shape[-1] * np.log(2.0 * np.pi))
+
+
+def condition(mean: Array, cov: Array, H: Array, noise: Array, y: Array) -> tuple[Array, Array, Array]:
     """Moments of x given y = H x + w, w ~ N(0, noise), by the joint Gaussian of x and y; and log p(y).
 
-    Entries of y that are NaN are left out.
+    Of each of a batch of Gaussians. Entries of y that are NaN are left out.
     """
     seen = ~np.isnan(y)
     if not seen.any():
-        return mean, cov, 0.0
+        return mean, cov, np.zeros(mean.shape[:-1])
     H, noise, y = H[seen], noise[np.ix_(seen, seen)], y[seen]
     cross = cov @ H.T
     S = H @ cross + noise
-    S = 0.5 * (S + S.T)
+    S = 0.5 * (S + np.swapaxes(S, -1, -2))
     gain = cross @ np.linalg.inv(S)
-    log_p = multivariate_normal(H @ mean, S).logpdf(y)
-    return mean + gain @ (y - H @ mean), cov - gain @ cross.T, float(log_p)
+    posterior = mean + (gain @ (y - mean @ H.T)[..., None])[..., 0]
+    return posterior, cov - gain @ np.swapaxes(cross, -1, -2), log_density(y, mean @ H.T, S)
 
 
-def given_path(slds: SLDS, y: Array, path: Sequence[int]) -> tuple[Array, Array, float]:
-    """Mean (T, N) and cov (T, N, T, N) of all states given y and the switching path; log p(y, path)."""
+def given_path(slds: SLDS, y: Array, paths: Sequence[int] | Array) -> tuple[Array, Array, Array]:
+    """Mean (..., T, N) and cov (..., T, N, T, N) of all states given y and a path or many; log p(y, path)."""
     T, N, M = len(y), slds.A.shape[-1], len(slds.C)
-    mean, cov = np.zeros((T, N)), np.zeros((T, N, T, N))
-    mean[0], cov[0, :, 0] = slds.mean0[path[0]], slds.cov0[path[0]]
-    log_p = np.log(slds.pi0[path[0]]) if slds.pi0[path[0]] > 0 else -np.inf
+    paths = np.asarray(paths)
+    mean, cov = np.zeros((*paths.shape, N)), np.zeros((*paths.shape, N, T, N))
+    first = paths[..., 0]
+    mean[..., 0, :], cov[..., 0, :, 0, :] = slds.mean0[first], slds.cov0[first]
+    log_p = slds.log_pi0[first]
     for t in range(1, T):
-        s = path[t]
-        log_p += np.log(slds.Pi[path[t - 1], s]) if slds.Pi[path[t - 1], s] > 0 else -np.inf
-        A = slds.A[s]
-        mean[t] = A @ mean[t - 1] + slds.b[s]
+        s, A = paths[..., t], slds.A[paths[..., t]]
+        log_p = log_p + slds.log_Pi[paths[..., t - 1], s]
+        mean[..., t, :] = (A @ mean[..., t - 1, :, None])[..., 0] + slds.b[s]
         for r in range(t):
-            cov[t, :, r] = A @ cov[t - 1, :, r]
-            cov[r, :, t] = cov[t, :, r].T
-        cov[t, :, t] = A @ cov[t - 1, :, t - 1] @ A.T + slds.Q[s]
+            cov[..., t, :, r, :] = A @ cov[..., t - 1, :, r, :]
+            cov[..., r, :, t, :] = np.swapaxes(cov[..., t, :, r, :], -1, -2)
+        cov[..., t, :, t, :] = A @ cov[..., t - 1, :, t - 1, :] @ np.swapaxes(A, -1, -2) + slds.Q[s]
     H, noise = np.kron(np.eye(T), slds.C), np.kron(np.eye(T), slds.R)
-    x, P, log_lik = condition(mean.ravel(), cov.reshape(T * N, T * N), H, noise, y.reshape(T * M))
-    return x.reshape(T, N), P.reshape(T, N, T, N), log_p + log_lik
+    flat = cov.reshape(*paths.shape[:-1], T * N, T * N)
+    x, P, log_lik = condition(mean.reshape(*paths.shape[:-1], T * N), flat, H, noise, y.reshape(T * M))
+    return x.reshape(mean.shape), P.reshape(cov.shape), log_p + log_lik
+
+
+def every_path(K: int, T: int) -> Array:
+    """(K**T, T) all switching paths."""
+    return np.array(list(product(range(K), repeat=T)))
 
 
 def sum_over_paths(slds: SLDS, y: Array) -> float:
     """log p(y) exactly."""
-    return float(np.logaddexp.reduce([log_p for _, log_p in all_paths(slds, y)]))
+    return float(np.logaddexp.reduce(all_paths(slds, y)[1]))
 
 
-def all_paths(slds: SLDS, y: Array) -> list[tuple[tuple[int, ...], float]]:
-    """Every switching path with log p(y, path)."""
-    return [(path, given_path(slds, y, path)[2]) for path in product(range(slds.K), repeat=len(y))]
+def all_paths(slds: SLDS, y: Array) -> tuple[Array, Array]:
+    """Every switching path (K**T, T), and log p(y, path) of each."""
+    paths = every_path(slds.K, len(y))
+    return paths, given_path(slds, y, paths)[2]
+
+
+def mixed(weights: Array, mean: Array, cov: Array) -> Gaussian:
+    """Moments of mixtures: weights (P, T, K) of P Gaussians (P, T, n) make Gaussians (T, K, n).
+
+    A state that cannot be has no moments; any will do.
+    """
+    total = weights.sum(0)
+    weights = weights / np.where(total > 0, total, 1.0)
+    first = np.einsum("ptk,ptn->tkn", weights, mean)
+    square = np.einsum("ptk,ptnm->tknm", weights, cov + mean[..., None] * mean[..., None, :])
+    spread = square - first[..., None] * first[..., None, :]
+    return Gaussian(first, np.where(total[..., None, None] > 0, spread, np.eye(mean.shape[-1])))
 
 
 def enumerated(slds: SLDS, y: Array) -> Posterior:
     """The exact posterior, by a sum over all paths."""
     T, K, N = len(y), slds.K, slds.A.shape[-1]
-    paths = list(product(range(K), repeat=T))
-    given = [given_path(slds, y, path) for path in paths]
-    log_p = np.array([log_joint for _, _, log_joint in given])
+    paths = every_path(K, T)
+    mean, cov, log_p = given_path(slds, y, paths)
     log_evidence = float(np.logaddexp.reduce(log_p))
-    weights = np.exp(log_p - log_evidence)
-    prob, pair = np.zeros((T, K)), np.zeros((T - 1, K, K))
-    for path, w in zip(paths, weights, strict=True):
-        for t in range(T):
-            prob[t, path[t]] += w
-        for t in range(T - 1):
-            pair[t, path[t], path[t + 1]] += w
-
-    def moments(pick: Callable[[tuple[int, ...]], bool], ts: list[int]) -> tuple[Array, Array]:
-        """Of [x_t for t in ts] over the paths that are picked."""
-        n = len(ts) * N
-        total, first, second = 0.0, np.zeros(n), np.zeros((n, n))
-        for path, w, (mean, cov, _) in zip(paths, weights, given, strict=True):
-            if pick(path) and w > 0:
-                m, P = mean[ts].ravel(), cov[ts][:, :, ts].reshape(n, n)
-                total += w
-                first += w * m
-                second += w * (P + np.outer(m, m))
-        if total == 0.0:  # a state that cannot be has no moments; any will do
-            return first, np.eye(n)
-        m = first / total
-        return m, second / total - np.outer(m, m)
-
-    states = [moments(lambda path: True, [t]) for t in range(T)]
-    both = [moments(lambda path: True, [t + 1, t]) for t in range(T - 1)]
-    starts = [moments(lambda path, k=k: path[0] == k, [0]) for k in range(K)]
-    steps = [
-        [moments(lambda path, t=t, k=k: path[t + 1] == k, [t + 1, t]) for k in range(K)] for t in range(T - 1)
-    ]
+    weights = np.exp(log_p - log_evidence)[:, None, None]
+    visits = weights * (paths[..., None] == np.arange(K))
+    alone = np.stack([cov[:, t, :, t] for t in range(T)], axis=1)
+    states = mixed(np.repeat(weights, T, axis=1), mean, alone)
+    starts = mixed(visits[:, :1], mean[:, :1], alone[:, :1])
+    # A step is [x_t+1, x_t], as the frames stand in reverse order.
+    step = np.concatenate([mean[:, 1:], mean[:, :-1]], axis=-1)
+    spread = np.zeros((len(paths), T - 1, 2 * N, 2 * N))
+    for t in range(T - 1):
+        spread[:, t] = cov[:, [t + 1, t]][:, :, :, [t + 1, t]].reshape(-1, 2 * N, 2 * N)
+    both = mixed(np.repeat(weights, T - 1, axis=1), step, spread)
     return Posterior(
-        prob=prob,
-        pair=pair,
-        states=Gaussian(np.stack([m for m, _ in states]), np.stack([P for _, P in states])),
-        lag=np.stack([P[:N, N:] for _, P in both]) if both else np.zeros((0, N, N)),
+        prob=visits.sum(0),
+        pair=np.einsum("pti,ptj->tij", visits[:, :-1], visits[:, 1:] > 0),
+        states=Gaussian(states.mean[:, 0], states.cov[:, 0]),
+        lag=both.cov[:, 0, :N, N:],
         log_evidence=log_evidence,
-        path=np.array(paths[int(log_p.argmax())]),
-        starts=Gaussian(np.stack([m for m, _ in starts]), np.stack([P for _, P in starts])),
-        steps=Gaussian(
-            np.array([[m for m, _ in row] for row in steps]).reshape(T - 1, K, 2 * N),
-            np.array([[P for _, P in row] for row in steps]).reshape(T - 1, K, 2 * N, 2 * N),
-        ),
+        path=paths[int(log_p.argmax())],
+        starts=Gaussian(starts.mean[0], starts.cov[0]),
+        steps=mixed(visits[:, 1:], step, spread),
     )
 
 
@@ -228,4 +233,4 @@ def expected_log_joint(
 def _expected_log_density(mean: Array, cov: Array, noise: Array) -> float:
     """E log N(e; 0, noise) of e with these moments."""
     spread = np.trace(np.linalg.inv(noise) @ cov)
-    return float(multivariate_normal(np.zeros(len(mean)), noise).logpdf(mean) - 0.5 * spread)
+    return float(log_density(mean, np.zeros(len(mean)), noise) - 0.5 * spread)

@@ -17,23 +17,24 @@ Place = str | PathLike[str]
 
 def follow(
     video: Place,
-    keypoints: Place,
+    keypoints: Place | None = None,
     *,
     settings: "Settings | Place | None" = None,
     progress: Literal["auto", "bar", "plain", "json", "quiet"] = "quiet",
     **options: Any,
 ) -> "Track":
-    """Follow the figure marked in one frame through the whole clip, as `figtrack track` does.
+    """Follow the walker, or the figure marked in one frame, through the whole clip, as `figtrack track` does.
 
     What the command warns of is a Python warning.
 
     Args:
         video: a file, or a folder of numbered images.
-        keypoints: table of marked joints, `frame,keypoint,x,y,visible`, pixels.
+        keypoints: table of marked joints, `frame,keypoint,x,y,visible`, pixels, or another program's file as
+            the command takes it; None to find the walker.
         settings: the tracker's, or a TOML file of them; None for the defaults.
         progress: how it is shown on stderr.
         options: the command's, as in `tracker.clip.job.Following`: `model`, `start`, `stop`, `facing`,
-            `anchors`, `measure`, `templates`, `rate` and `smooth`.
+            `person`, `near`, `anchors`, `measure`, `templates`, `rate` and `smooth`.
 
     Returns:
         A row for each of the T frames from 0 on: `joints()` (T, J, 2) and `joint_covs()` (T, J, 2, 2) in
@@ -45,16 +46,18 @@ def follow(
         ValueError: marks, settings or options that cannot be used, or no pose to start from.
     """
     from tracker.clip.follow import follow as follow_clip
+    from tracker.clip.found import asked
     from tracker.clip.job import Following
     from tracker.progress import Progress
     from tracker.settings import Settings
 
+    marks, shown = None if keypoints is None else Path(keypoints), Progress(progress)
     if isinstance(settings, Settings):
-        job = Following(**options).job(Path(video), Path(keypoints), settings)
+        job = asked(Following(**options), Path(video), marks, settings, shown)
     else:
         file = None if settings is None else Path(settings)
-        job = Following(settings=file, **options).job(Path(video), Path(keypoints))
-    run = follow_clip(job, Progress(progress))
+        job = asked(Following(settings=file, **options), Path(video), marks, None, shown)
+    run = follow_clip(job, shown)
     for warning in run.warnings:
         warnings.warn(warning, stacklevel=2)
     return run.track

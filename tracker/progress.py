@@ -33,6 +33,11 @@ class Progress:
         """One line that even a quiet run prints."""
         self.line({"warning": text}, f"warning: {text}")
 
+    def note(self, text: str) -> None:
+        """One line that a quiet run does not print."""
+        if self.style != "quiet":
+            self.line({"note": text}, text)
+
     def line(self, news: Mapping[str, object], text: str) -> None:
         """One line: `news` for programs, `text` for people."""
         print(json.dumps(news) if self.style == "json" else text, file=sys.stderr, flush=True)

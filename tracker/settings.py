@@ -62,7 +62,7 @@ class Settings(BaseModel):
         0.05, ge=0, lt=1, description="prior odds that what is seen as it was without the figure covers it"
     )
     outline: bool = Field(
-        False, description="whether the outline, fitted to the whole film first, measures every frame"
+        True, description="whether the outline, fitted to the whole film first, measures every frame"
     )
     tempering: float = Field(0.035, gt=0, le=1, description="independent share of template points")
     image_weight: float = Field(1.0, ge=0, le=100, description="of the image in weighing hypotheses")

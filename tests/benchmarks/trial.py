@@ -108,7 +108,7 @@ def _mark_and_follow(terminal: Terminal, profile: Path) -> None:
     truth = _places(terminal.folder / "figtrack-demo" / "walk.keypoints.csv")
     joints = {name: place for (frame, name), place in truth.items() if frame == "0"}
     with chromium(profile) as browser:
-        command = terminal.start("figtrack annotate figtrack-demo/walk.mp4 --no-browser")
+        command = terminal.start("figtrack annotate figtrack-demo/walk.mp4 --empty --no-browser")
         assert command.stdout is not None
         page = Page(browser, re.search(r"http://\S+", command.stdout.readline())[0])
         page.mark(joints)

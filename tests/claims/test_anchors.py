@@ -51,3 +51,13 @@ def test_from_a_start_in_the_middle_the_clip_is_followed_back_to_frame_zero(
     assert result.first_failure_frame is None
     assert result.mean_error_leg < 0.07
     assert np.max(list(result.frame_errors.values())) < 0.12
+
+
+def test_legs_keep_their_names_from_a_start_in_the_middle(data_dir: Path) -> None:
+    clip = data_dir / "video" / "desert_walk_rl.mp4"
+    truth = marks_of(clip)
+    found = places(follow(Job(clip, truth, "walk-run", start=150, stop=max(truth)), Progress("quiet")).track)
+    # The start frame is scored in no case, so that all others may come after it.
+    result = score({-1: truth.pop(150), **truth}, found, -1)
+    assert result.swaps == 0
+    assert result.mean_error_leg < 0.12

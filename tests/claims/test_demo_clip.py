@@ -1,4 +1,4 @@
-"""What the demo's rendered walk shows, over ten seeds."""
+"""What the demo's rendered walk shows, over five seeds."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,29 +17,30 @@ from tracker.tables.keypoints import read_keypoints
 
 pytestmark = pytest.mark.claims
 
-SEEDS = range(10)
+SEEDS = range(5)
 CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (4.0, 0.04), (8.0, 0.04))  # degrees, leg lengths a frame
 
 
 def followed(seed: int) -> tuple[bool, list[bool]]:
-    """Whether the learned model, and constant velocity at each noise, follow the demo's clip to its end."""
+    """Whether the learned model, and constant velocity at each noise, follow the demo's clip by templates."""
     with TemporaryDirectory() as folder:
         video, marks = write_scene(render(seed), Path(folder))
         truth = read_keypoints(marks)
 
         def never_lost(model: str, settings: Settings) -> bool:
-            run = follow(Job(video, truth, model, settings), Progress("quiet"))
+            bare = settings.model_copy(update={"outline": False})
+            run = follow(Job(video, truth, model, bare), Progress("quiet"))
             return score(truth, places(run.track), 0).first_failure_frame is None
 
         rivals = [never_lost("cv", Settings(cv_angle=a, cv_place=p)) for a, p in CV_NOISES]
         return never_lost("walk-run", Settings()), rivals
 
 
-def test_the_learned_model_follows_the_demo_walk_where_constant_velocity_at_its_best_noise_does_not() -> None:
+def test_by_templates_the_learned_model_follows_the_demo_walk_where_constant_velocity_does_not() -> None:
     with spawned() as pool:
         results = list(pool.map(followed, SEEDS))
     best = max(range(len(CV_NOISES)), key=lambda i: sum(rivals[i] for _, rivals in results))
     parted = [
         seed for seed, (learned, rivals) in zip(SEEDS, results, strict=True) if learned and not rivals[best]
     ]
-    assert len(parted) >= 8, (CV_NOISES[best], results)
+    assert len(parted) >= 4, (CV_NOISES[best], results)

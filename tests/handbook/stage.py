@@ -26,7 +26,7 @@ from tracker.foreign.points import Points
 from tracker.scene import film
 from tracker.tables.keypoints import read_keypoints
 
-FRAMES, SIZE = 18, (480, 270)
+FRAMES, SIZE = 24, (480, 270)  # enough for the walker to be found
 SCHEDULER = "tcp://10.0.0.1:8786"  # of the pages; the address of a real one is put in its place
 
 NOT_RUN = {
@@ -62,7 +62,7 @@ def rendered(seed, frames):
 
 def furnish(folder):
     """All that any page may find: a clip and its marks, tables of clips and captures, a run and a model."""
-    demo.write_scene(rendered(2, FRAMES), folder)
+    demo.write_scene(rendered(3, FRAMES), folder)
     for name in ("anna 1", "ben"):
         shutil.copy(folder / "walk.mp4", folder / f"{name}.mp4")
         shutil.copy(folder / "walk.keypoints.csv", folder / f"{name}.keypoints.csv")

@@ -75,7 +75,7 @@ JOBS = [
         ("in Latin-1", encoded("latin-1"), "jobs.csv as a UTF-8"),
         ("are a folder", folder_instead, "jobs.csv"),
         ("with a header alone", replaced(r"(?s)\n.*", "\n"), "has no jobs"),
-        ("lack a column", replaced("keypoints", "marks"), "column 'keypoints' is missing"),
+        ("lack a column", replaced("video", "film"), "column 'video' is missing"),
         (
             "start nowhere",
             written(f"video,keypoints,start\nwalk.mp4,marks.csv,{'9' * 5000}\n"),
@@ -108,5 +108,14 @@ SOURCES = [
                 ("of a huge place", replaced('"image_id": 10', f'"image_id": {HUGE}'), "coco.json")
             ],
         }.get(name, []),
+    )
+] + [
+    case
+    for name in FOREIGN
+    for case in cases(
+        f"track walk.mp4 --keypoints {name} --model m.npz --quiet --out new",
+        name,
+        ("cut", cut(), name),
+        ("in UTF-16", encoded("utf-16"), name),
     )
 ]

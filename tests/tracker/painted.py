@@ -92,11 +92,24 @@ class Painted:
     def __init__(self, rng, figure=WALKER, *, view=VIEW, size=SIZE, fine=3, plain=False):
         self.figure, self.view, self.size, self.fine = figure, view, size, fine
         self.cloths = [Cloth(rng) for _ in figure.links]
-        width, height = size
-        x, y = ((np.arange(n * fine) + 0.5) / fine - 0.5 for n in (width, height))
-        pixels = np.stack(np.meshgrid(x, y), axis=-1)
-        self.points = view.to_body(pixels)
-        self.background = Cloth(rng, wavelengths=(0.2, 0.6), contrast=0.0 if plain else 8.0)(self.points)
+        behind = Cloth(rng, wavelengths=(0.2, 0.6), contrast=0.0 if plain else 8.0)
+        self.points = self._places(fine)
+        self.background = behind(self._places(1)).repeat(fine, axis=0).repeat(fine, axis=1)
+
+    def _places(self, fine):
+        """Body coordinates of the middles of pixels cut this finely."""
+        x, y = ((np.arange(n * fine) + 0.5) / fine - 0.5 for n in self.size)
+        return self.view.to_body(np.stack(np.meshgrid(x, y), axis=-1))
+
+    def _around(self, q, i):
+        """The part of the canvas that link i may cover."""
+        puppet, link = Puppet(self.figure, q), self.figure.links[i]
+        ends = puppet.start(link) + np.array([0.0, 1.0]) * puppet.span(link)
+        at = self.view.to_pixels(np.stack([ends.real, ends.imag], axis=-1))
+        reach = 0.5 * link.width * max(1.0, link.taper) * puppet.size * self.view.unit + 1.0
+        low, high = at.min(0) - reach, at.max(0) + reach
+        (x0, y0), (x1, y1) = (np.maximum(self.fine * np.round(end), 0).astype(int) for end in (low, high))
+        return slice(y0, y1 + self.fine), slice(x0, x1 + self.fine)
 
     def picture(self, q, *, light=None, noise=0.0, rng=None):
         """(H, W, 3) uint8 RGB.
@@ -108,8 +121,9 @@ class Painted:
         light = np.zeros(len(self.figure.links)) if light is None else light
         canvas = self.background.copy()
         for i in sorted(range(len(self.figure.links)), key=lambda i: self.figure.links[i].layer):
-            place, within = outline(self.figure, q, i, self.points)
-            canvas[within] = self.cloths[i](place[within]) + light[i]
+            around = self._around(q, i)
+            place, within = outline(self.figure, q, i, self.points[around])
+            canvas[around][within] = self.cloths[i](place[within]) + light[i]
         width, height = self.size
         picture = canvas.reshape(height, self.fine, width, self.fine, 3).mean(axis=(1, 3))
         if noise > 0.0:

@@ -32,6 +32,12 @@ def test_a_quiet_run_shows_no_progress_but_its_warnings(capsys):
     assert capsys.readouterr() == ("", "warning: cut short\n")
 
 
+def test_a_note_is_a_line_unless_the_run_is_quiet(capsys):
+    for style in ("plain", "json", "quiet"):
+        Progress(style).note("took 9 joints")
+    assert capsys.readouterr() == ("", 'took 9 joints\n{"note": "took 9 joints"}\n')
+
+
 def test_json_progress_is_one_object_a_line_from_the_start(capsys, monkeypatch):
     monkeypatch.setattr(progress, "EVERY", -1.0)
     shown = Progress("json")

@@ -7,7 +7,9 @@ from pathlib import Path
 from tracker.annotate.marks import Table
 from tracker.annotate.server import LOOPBACK, Server
 from tracker.annotate.session import Session
+from tracker.annotate.suggested import suggested
 from tracker.foreign.start_marks import read_start
+from tracker.progress import Progress
 from tracker.run.folder import FolderError
 
 
@@ -20,6 +22,7 @@ class Request:
     facing : +1 right, -1 left, None to see it from those marks
     port   : 0 for any that is free
     browser: whether to open the page
+    empty  : whether to suggest nothing where nothing is marked
     """
 
     video: Path
@@ -30,6 +33,8 @@ class Request:
     port: int
     browser: bool
     overwrite: bool
+    empty: bool
+    progress: Progress
 
 
 def mark(request: Request) -> None:
@@ -58,6 +63,8 @@ def mark(request: Request) -> None:
             f"port {request.port} of {LOOPBACK} cannot be had ({error.strerror}); choose another --port"
         ) from error
     with server:
+        if taken is None and not table.marks and not request.empty:
+            _suggest(request, session)
         print(f"mark the joints at {server.address}")
         print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
         if request.browser:
@@ -74,6 +81,18 @@ def mark(request: Request) -> None:
     frames = "1 frame" if len(table.marks) == 1 else f"{len(table.marks)} frames"
     print(f"{frames} marked in {table.path}")
     print(f"next: {session.next_command()}")
+
+
+def _suggest(request: Request, session: Session) -> None:
+    """Let the page open with a suggestion, if there is one of the frame that is asked for."""
+    taken = suggested(request.video, session.table, request.progress)
+    if taken is None:
+        print("nobody was found who walks through the film; the page opens without marks")
+    elif request.frame not in (None, taken.frame):
+        print(f"frame {taken.frame} has a suggestion, frame {request.frame} has none")
+    else:
+        session.start_from(taken)
+        print(taken.told)
 
 
 def _open(address: str) -> None:

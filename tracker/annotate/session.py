@@ -89,12 +89,16 @@ class Session:
         Raises:
             VideoError: the video cannot be read, or ends before `first`.
         """
-        self.video, self.table, self.first, self.taken, self.facing = video, table, first, taken, facing
+        self.video, self.table, self.taken, self.facing = video, table, taken, facing
         self.saved = False
         self._frames = Frames(video)
         self._figure = load_figure()
         self._lock = Lock()
         self._opening = self.frame(first)
+
+    def start_from(self, taken: Taken) -> None:
+        """Open with marks that nobody saved, at their frame; raises VideoError."""
+        self.taken, self._opening = taken, self.frame(taken.frame)
 
     def opening(self) -> Reply:
         """What the page starts with."""

@@ -8,14 +8,15 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+from tracker.clip.found import asked
 from tracker.clip.job import Following, Job, Option, options
 from tracker.progress import Progress
 from tracker.tables.table import Layout
 
 OPTIONS = {option.name: option for option in options()}
-NEEDED = ("video", "keypoints")
+NEEDED = ("video",)
 HEADER = "video,keypoints,start,model,out"
-COLUMNS = (*NEEDED, *OPTIONS, "out")
+COLUMNS = ("video", "keypoints", *OPTIONS, "out")
 FLAGS = {"1": True, "0": False}
 
 
@@ -36,21 +37,24 @@ LAYOUT = Layout(
 
 @dataclass(frozen=True)
 class Row:
-    """One row of the table, its paths absolute; the files that it names may still be wrong."""
+    """One row of the table, its paths absolute; the files that it names may still be wrong.
+
+    keypoints : None to find the walker
+    """
 
     video: Path
-    keypoints: Path
+    keypoints: Path | None
     out: Path
     how: Following
 
     @property
     def inputs(self) -> list[Path]:
         """The files that the work reads."""
-        return [self.video, self.keypoints, *self.how.inputs]
+        return [self.video, *([] if self.keypoints is None else [self.keypoints]), *self.how.inputs]
 
     def job(self) -> Job:
-        """What to follow, and how; raises as `Following.job`."""
-        return self.how.job(self.video, self.keypoints)
+        """What to follow, and how; raises as `tracker.clip.found.asked`."""
+        return asked(self.how, self.video, self.keypoints, None, Progress("quiet"))
 
 
 def read_jobs(table: Path, place: Path, progress: Progress) -> list[Row]:
@@ -91,17 +95,17 @@ def _check_apart(rows: list[Row], table: Path, place: Path) -> None:
 
 
 def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row:
-    for name in NEEDED:
-        if not cells[name]:
-            raise JobsError(f"{where}: {name} is empty; every row needs {' and '.join(NEEDED)}")
-    asked = {
+    if not cells["video"]:
+        raise JobsError(f"{where}: video is empty; every row needs one")
+    given = {
         name: _value(option, cells[name], beside, where)
         for name, option in OPTIONS.items()
         if cells.get(name)
     }
     video = beside / cells["video"]
     out = place / (cells.get("out") or f"{video.stem}-track")
-    return Row(video, beside / cells["keypoints"], out, Following(**asked))
+    keypoints = cells.get("keypoints")
+    return Row(video, beside / keypoints if keypoints else None, out, Following(**given))
 
 
 def _value(option: Option, text: str, beside: Path, where: str) -> Any:

@@ -109,7 +109,7 @@ def job_key(job: Job) -> str:
             for path in _files(Path(value)):
                 with path.open("rb") as file:
                     digest.update(hashlib.file_digest(file, "sha256").digest())
-        elif field.name != "called":
+        elif field.name not in ("called", "found"):  # the marks tell what was found
             digest.update(f"{field.name} {value!r}\n".encode())
     return digest.hexdigest()
 

@@ -5,16 +5,18 @@ from typing import Annotated
 
 import typer
 
-from tracker.cli.options import FacingOption, Video
+from tracker.cli.options import Common, FacingOption, Video
 from tracker.clip.job import towards
 
 
 def annotate(
     video: Video,
+    *,
     frame: Annotated[
         int | None,
         typer.Option(
-            min=0, help="The frame shown first [default: the first that is marked or taken, else 0]."
+            min=0,
+            help="The frame shown first [default: the first that is marked, taken or suggested, else 0].",
         ),
     ] = None,
     out: Annotated[
@@ -31,6 +33,10 @@ def annotate(
             "COCO keypoints JSON, labelme JSON or TRC in pixels.",
         ),
     ] = None,
+    empty: Annotated[
+        bool,
+        typer.Option("--empty", help="Do not open with a suggestion, of who is found in the film."),
+    ] = False,
     facing: FacingOption = None,
     port: Annotated[
         int,
@@ -40,12 +46,16 @@ def annotate(
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Start anew: the first save replaces a table that exists.")
     ] = False,
+    common: Common,
 ) -> None:
     """Mark the joints of one frame or more in a browser page.
+
+    It opens with a suggestion where nothing is marked yet.
 
     Example: figtrack annotate walk.mp4 --frame 12
     """
     from tracker.annotate.launch import Request, mark
 
     table = out or Path(f"{video.absolute().stem}.keypoints.csv")
-    mark(Request(video, table, frame, source, towards(facing), port, not no_browser, overwrite))
+    way, browser = towards(facing), not no_browser
+    mark(Request(video, table, frame, source, way, port, browser, overwrite, empty, common.shown()))

@@ -12,6 +12,7 @@ import typer
 from tracker import __version__
 from tracker.cli.annotate_command import annotate
 from tracker.cli.file_commands import batch, export, settings
+from tracker.cli.find_command import find, suggestion
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
 from tracker.cli.options import Common, Keypoints, Video, beside, offered
 from tracker.clip.job import Following
@@ -56,26 +57,28 @@ def demo(
 
 def track(
     video: Video,
-    keypoints: Keypoints,
-    how: Following,
     *,
+    keypoints: Keypoints = None,
+    how: Following,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-track].")] = None,
     common: Common,
 ) -> None:
-    """Follow the figure marked in one frame through the whole clip.
+    """Follow the walker, or a marked figure, through a clip.
 
-    Example: figtrack track walk.mp4 --keypoints walk.keypoints.csv
+    Example: figtrack track walk.mp4
 
     Or: figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates
     """
     from tracker.clip.follow import follow
+    from tracker.clip.found import asked
     from tracker.report.results import write_run
     from tracker.run.folder import fresh_folder
 
     shown, folder = common.shown(), out or beside(video, "track")
-    job = how.job(video, keypoints)
-    inputs = [video, keypoints, *how.inputs]
+    inputs = [video, *([] if keypoints is None else [keypoints]), *how.inputs]
     with fresh_folder(folder, overwrite=common.overwrite, inputs=inputs) as aside:
+        with suggestion(video, folder):
+            job = asked(how, video, keypoints, None, shown)
         finished = follow(job, shown)
         write_run(finished, aside, shown)
     for warning in finished.warnings:
@@ -90,8 +93,8 @@ def track(
 
 def compare(
     video: Video,
-    keypoints: Keypoints,
     *,
+    keypoints: Keypoints = None,
     truth: Annotated[Path | None, typer.Option(help="Marks to compare with [default: --keypoints].")] = None,
     model: Annotated[
         list[str] | None, typer.Option(help="Models to compare [default: walk-run walk-run-1 cv].")
@@ -104,23 +107,30 @@ def compare(
 
     Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
     """
+    from tracker.clip.found import asked
     from tracker.report.comparison import compare_models
     from tracker.run.folder import fresh_folder
     from tracker.tables.keypoints import read_keypoints
 
-    job, folder = how.job(video, keypoints), out or beside(video, "compare")
-    marks = job.marks if truth is None else read_keypoints(truth)
+    shown, folder = common.shown(), out or beside(video, "compare")
+    against = truth or keypoints
+    if against is None:
+        raise typer.BadParameter("give marks to compare with: --keypoints or --truth")
+    marks = read_keypoints(against)
     names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
     files = [Path(name) for name in names if Path(name).is_file()]
-    inputs = [video, keypoints, *how.inputs, *files, *([] if truth is None else [truth])]
+    given = [each for each in (keypoints, truth) if each is not None]
+    inputs = [video, *given, *how.inputs, *files]
     with fresh_folder(folder, overwrite=common.overwrite, inputs=inputs) as aside:
-        table = compare_models(job, marks, names, aside, common.shown())
+        with suggestion(video, folder):
+            job = asked(how, video, keypoints, None, shown)
+        table = compare_models(job, marks, names, aside, shown)
     print(table)
     print(f"\nopen {folder / 'report.html'}")
 
 
 COMMANDS = (
-    *(demo, annotate, learn, track, compare, classify, predict, interpolate, synthesise, reproduce),
+    *(demo, annotate, learn, find, track, compare, classify, predict, interpolate, synthesise, reproduce),
     *(export, batch, settings),
 )
 for command in COMMANDS:

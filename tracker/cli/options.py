@@ -29,7 +29,13 @@ class Style(StrEnum):
 
 Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
 Keypoints = Annotated[
-    Path, typer.Option("--keypoints", help="Table of marked joints: frame,keypoint,x,y,visible.")
+    Path | None,
+    typer.Option(
+        "--keypoints",
+        help="Table of marked joints: frame,keypoint,x,y,visible; or DeepLabCut CSV, OpenPose JSON (a file "
+        "or a folder), COCO keypoints JSON, labelme JSON or TRC in pixels, of which the best frame is taken "
+        "unless --start names one [default: the walker is found].",
+    ),
 ]
 FacingOption = Annotated[
     Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")

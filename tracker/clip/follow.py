@@ -65,6 +65,8 @@ def follow(job: Job, progress: Progress) -> Run:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
     """
     plan, clock = prepare(job), Clock()
+    with clock.stage("survey"):
+        plan = _with_outline(plan, progress)
     times, estimates = _estimates(plan, clock, progress)
     track = _track(plan, times, estimates)
     judged = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
@@ -81,6 +83,14 @@ def follow(job: Job, progress: Progress) -> Run:
         warnings=_warnings(plan, track, judged),
         points=judged,
     )
+
+
+def _with_outline(plan: Plan, progress: Progress) -> Plan:
+    if not plan.tracker.settings.outline:
+        return plan
+    from tracker.clip.outlines import outlined  # slow to import
+
+    return outlined(plan, progress)
 
 
 def _estimates(plan: Plan, clock: Clock, progress: Progress) -> tuple[list[float], list[Estimate]]:
@@ -139,7 +149,8 @@ class _Ways:
             if len(found) == 1 and plan.job.smooth and estimate.outcome.measured:
                 turned = turned_belief(tracker.slds, state.belief, estimate.belief)
             found.append(estimate.light())
-            self.advance()
+            if way > 0 or len(found) > 1:  # both ways begin with the start frame
+                self.advance()
         return joined(tracker, found), turned
 
     def _passage(self, way: int) -> Passage:
@@ -192,6 +203,12 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     if plan.job.facing is None and footless(plan.start):
         side = track.view.side
         warnings.append(f"no foot was marked: the figure is taken to face {side}, --facing tells otherwise")
+    if plan.job.found is not None and plan.job.found.near_leg == "unsure":
+        other = plan.job.found.nearer.other
+        warnings.append(
+            f"it is not sure which leg is the nearer one; if it is the one {other} in frame {plan.frame}, "
+            f"give --near {other}"
+        )
     lost = [t for t, outcome in enumerate(track.outcome) if outcome is Outcome.LOST]
     if lost:
         warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")

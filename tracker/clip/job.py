@@ -4,16 +4,17 @@ Command line, tables of clips and the Python API take the options' names, ranges
 `Following`; light, so that the command line can read it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from enum import Enum, StrEnum
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
-from tracker.tables.keypoints import Marks, read_keypoints
+from tracker.tables.keypoints import Mark, Marks
 
 if TYPE_CHECKING:
+    from tracker.loop.detections import Detections
     from tracker.settings import Settings
 
 
@@ -22,6 +23,17 @@ class Facing(StrEnum):
 
     LEFT = "left"
     RIGHT = "right"
+
+
+class Nearer(StrEnum):
+    """Where the leg towards the camera is."""
+
+    AHEAD = "ahead"
+    BEHIND = "behind"
+
+    @property
+    def other(self) -> "Nearer":
+        return Nearer.BEHIND if self is Nearer.AHEAD else Nearer.AHEAD
 
 
 def towards(facing: Facing | None) -> int | None:
@@ -56,6 +68,13 @@ class Following:
     facing: Annotated[Facing | None, About("Which way the figure faces [default: seen from the marks].")] = (
         None
     )
+    person: Annotated[
+        int | None, About("Which of those that 'figtrack find' lists, where no joint is marked.", least=1)
+    ] = None
+    near: Annotated[
+        Nearer | None,
+        About("Where the leg towards the camera is in the frame started from [default: seen from the film]."),
+    ] = None
     anchors: Annotated[bool, About("Pass through every marked frame, not the start alone.")] = False
     measure: Annotated[
         Path | None,
@@ -88,22 +107,62 @@ class Following:
         files = [self.measure, self.settings, Path(self.model) if Path(self.model).is_file() else None]
         return [path for path in files if path is not None]
 
-    def job(self, video: Path, keypoints: Path, settings: "Settings | None" = None) -> "Job":
-        """The job with its marks and settings; raises as `read_keypoints` and `read_settings`.
+    def job(
+        self,
+        video: Path,
+        start: "Marks | Found",
+        settings: "Settings | None" = None,
+    ) -> "Job":
+        """The job with its marks and settings.
+
+        Raises:
+            ValueError: options that do not go with given marks, or as `read_settings`.
 
         Args:
+            start: marks as they were given, or a start from the film itself.
             settings: in place of those of the file.
         """
         from tracker.settings import Settings, read_settings
 
-        marks = read_keypoints(keypoints)
+        if isinstance(start, Found):
+            found, marks = start, {start.frame: dict(start.marks)}
+        elif self.person is not None or self.near is not None:
+            raise ValueError("person and near are for films without marks; leave them or the keypoints out")
+        else:
+            found, marks = None, start
         if settings is None:
             settings = Settings() if self.settings is None else read_settings(self.settings)
         if not self.templates:
             settings = settings.model_copy(update={"templates": False})
-        read = {"video": video, "marks": marks, "settings": settings, "facing": towards(self.facing)}
-        asked = {name: value for name, value in vars(self).items() if name != "templates"}
-        return Job(**asked | read)
+        facing = towards(self.facing) if found is None else found.facing
+        read = {"video": video, "marks": marks, "settings": settings, "facing": facing}
+        asked = {name: value for name, value in vars(self).items() if name not in ELSEWHERE}
+        return Job(**asked | read | {"found": found})
+
+
+ELSEWHERE = ("templates", "person", "near")  # options that a job holds in another form
+
+
+@dataclass(frozen=True)
+class Found:
+    """A start from the film itself.
+
+    frame    : to start from
+    marks    : in it
+    facing   : +1 right, -1 left
+    nearer   : where the leg named near is in it
+    near_leg : whether that is "sure", "unsure" or "given"
+    points   : the outline's joints by frame
+    wrong    : probability that these name the legs wrongly
+    """
+
+    frame: int
+    marks: Mapping[str, Mark]
+    facing: int
+    nearer: Nearer
+    near_leg: str
+    points: "Mapping[int, Detections]"
+    wrong: float
 
 
 @dataclass(frozen=True)
@@ -153,6 +212,7 @@ class Job:
     """What to follow, and how; what is not told of here is as in `Following`.
 
     marks  : marked joints by frame
+    found  : the start that these are, None where they were given
     facing : +1 right, -1 left, None to see it from the start pose
     called : what the results call the video, None for its path
     """
@@ -169,3 +229,4 @@ class Job:
     smooth: bool = True
     anchors: bool = False
     measure: Path | None = None
+    found: Found | None = None

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING
 
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
@@ -18,9 +17,6 @@ from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, find_model
 from tracker.settings import Settings
 from videos.frames import Video
-
-if TYPE_CHECKING:
-    from tracker.clip.outlines import Outlined
 
 
 @dataclass(frozen=True)
@@ -76,23 +72,9 @@ def prepare(job: Job) -> Plan:
     slds = find_model(job.model, video.fps, settings)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
-        points, settings = measured.frames, measured.known_by(settings)
-    else:
-        outline = _outline(video, start, frame, job.stop, settings)
-        points = {} if outline is None else outline.frames
-        settings = settings if outline is None else outline.known_by(settings)
+        settings = measured.known_by(settings)
+    points = {} if measured is None else measured.frames
     return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured, points)
-
-
-def _outline(
-    video: Video, start: Start, frame: int, stop: int | None, settings: Settings
-) -> "Outlined | None":
-    """The outline's joints where the settings ask for them and the film shows them."""
-    if not (settings.outline and settings.templates and settings.mode == "full"):
-        return None
-    from tracker.clip.outlines import outline_points  # slow to import
-
-    return outline_points(video, start, frame, stop)
 
 
 def start_frame(job: Job) -> int:

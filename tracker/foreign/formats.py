@@ -13,6 +13,7 @@ from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError, load_json, opened
 from tracker.tables.keypoints import KEYPOINTS
 
+JSON = ("{", "[")  # how it begins
 LONGEST = 1_000_000  # frames of a file; more is damage
 
 
@@ -57,16 +58,32 @@ def read_points(path: Path, facing: int) -> Points:
     return Points(names, places, likelihood)
 
 
+def is_foreign(path: Path) -> bool:
+    """Whether it looks like another program's file rather than a table of our own."""
+    if path.is_dir():
+        return True
+    try:
+        head = _head(path)
+    except ForeignError:
+        return False
+    deeplabcut = dlc.is_dlc(head) and "bodyparts" in head  # any table may have a column "scorer"
+    return deeplabcut or trc.is_trc(head) or head.startswith(JSON)
+
+
+def _head(path: Path) -> str:
+    with opened(path) as file:
+        return file.read(10_000).lstrip()
+
+
 def _format(path: Path) -> tuple[str, Callable[[Path], People]]:
     if path.is_dir():
         return "OpenPose", openpose.read_people
-    with opened(path) as file:
-        head = file.read(10_000).lstrip()
+    head = _head(path)
     if dlc.is_dlc(head):
         return "DeepLabCut", dlc.read_people
     if trc.is_trc(head):
         return "TRC", trc.read_people
-    content: Any = load_json(path) if head.startswith(("{", "[")) else None
+    content: Any = load_json(path) if head.startswith(JSON) else None
     if openpose.is_openpose(content):
         return "OpenPose", openpose.read_people
     if labelme.is_labelme(content):

@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from kinematics.doubts import doubts
 from kinematics.figure import load_figure
 from kinematics.recover import needed_joints
-from tracker.foreign.formats import read_people
-from tracker.foreign.names import facing_seen, joints_of, parts_of
-from tracker.foreign.people import People, Person, largest
+from tracker.foreign.formats import is_foreign, read_people
+from tracker.foreign.names import Parts, facing_seen, joints_of, parts_of
+from tracker.foreign.people import People, Person, Sighting, largest
 from tracker.foreign.text_files import ForeignError
-from tracker.tables.keypoints import KEYPOINTS, Mark
+from tracker.tables.keypoints import KEYPOINTS, Mark, Marks, read_keypoints
 
 LEAST = 0.1  # confidence below which a point is not taken
 SURE = 0.5  # confidence below which it is taken for an estimate
@@ -28,20 +29,35 @@ class Taken:
     told: str
 
 
-def read_start(path: Path, frame: int | None = None, facing: int | None = None) -> Taken:
+def read_marks(path: Path, frame: int | None, facing: int | None, last: int | None) -> tuple[Marks, str]:
+    """The marks of a table of ours, or those of `read_start`, and what is to be said of these.
+
+    Raises:
+        KeypointsError, ForeignError: a file that cannot be used.
+    """
+    if not is_foreign(path):
+        return read_keypoints(path), ""
+    taken = read_start(path, frame, facing, last)
+    return {taken.frame: dict(taken.marks)}, taken.told
+
+
+def read_start(
+    path: Path, frame: int | None = None, facing: int | None = None, last: int | None = None
+) -> Taken:
     """The marks of one frame of another program's file, told apart by content.
 
     Args:
-        frame: None for the first in which a whole figure was seen. The only frame of a file is taken
-            for whichever is asked for.
+        frame: None for the best: a whole figure that can be right, its ankles far apart, its points likely.
+            The only frame of a file is taken for whichever is asked for.
         facing: +1 right, -1 left, None to see it from the points.
+        last: frame after which the best is not looked for, None for the file's last.
 
     Raises:
         ForeignError: none of these formats, nobody in it, or not in this frame.
     """
     program, people = read_people(path)
     people = {number: seen for number, seen in people.items() if seen}
-    source = _choose_frame(people, frame, path)
+    source = _choose_frame(people, frame, last, path)
     number = largest(people[source])
     parts = parts_of(_likely(people[source][number]))
     way = facing or facing_seen(parts)
@@ -72,19 +88,44 @@ def read_start(path: Path, frame: int | None = None, facing: int | None = None) 
     return Taken(source if frame is None else frame, marks, "; ".join(told) + ". Check every joint.")
 
 
-def _choose_frame(people: People, frame: int | None, path: Path) -> int:
+def _choose_frame(people: People, frame: int | None, last: int | None, path: Path) -> int:
     frames = sorted(people)
-    if frame in people or len(frames) == 1:
-        return frames[0] if frame is None or len(frames) == 1 else frame
-    if frame is not None:
+    if len(frames) == 1:
+        return frames[0]
+    asked = [number for number in frames if frame in (None, number) and (last is None or number <= last)]
+    if not asked:
+        which = f"in frame {frame}" if frame is not None else f"up to frame {last}"
         shown = ", ".join(map(str, frames[:8])) + (", .." if len(frames) > 8 else "")
-        raise ForeignError(f"nobody is marked in frame {frame} of {path}; there is somebody in {shown}")
-    needed = needed_joints(load_figure())
-    for number in frames:
-        for person in people[number]:
-            if set(needed) <= joints_of(parts_of(_likely(person)), 1)[0].keys():
-                return number
-    return frames[0]
+        raise ForeignError(f"nobody is marked {which} of {path}; there is somebody in {shown}")
+    seen = {number: parts_of(_likely(people[number][largest(people[number])])) for number in asked}
+    asked.sort(key=lambda number: _worth(seen[number]), reverse=True)
+    return next((number for number in asked if _can_be(seen[number])), asked[0])
+
+
+def _worth(parts: Parts) -> float:
+    """How far apart the ankles are, shares of the figure's height, times how likely the least likely point
+    is; below 0 of a figure that is not whole.
+    """
+    joints, _ = joints_of(parts, 1)
+    if not _whole(joints):
+        return -1.0
+    if not {"near_ankle", "far_ankle"} <= joints.keys():
+        return 0.0
+    rows = [point.y for point in joints.values()]
+    apart = abs(joints["near_ankle"].x - joints["far_ankle"].x) / max(max(rows) - min(rows), 1.0)
+    return apart * min(point.confidence for point in joints.values())
+
+
+def _can_be(parts: Parts) -> bool:
+    """Whether it is a whole figure that nothing speaks against."""
+    facing = facing_seen(parts)
+    joints, _ = joints_of(parts, facing)
+    places = {name: (point.x, point.y) for name, point in joints.items()}
+    return _whole(joints) and not doubts(load_figure(), places, facing)
+
+
+def _whole(joints: Mapping[str, Sighting]) -> bool:
+    return joints.keys() >= set(needed_joints(load_figure()))
 
 
 def _likely(person: Person) -> Person:

@@ -13,15 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky_banded, solve_banded
-from scipy.optimize import minimize
+from scipy.optimize import fmin_l_bfgs_b
 
 from kinematics.figure import SCALE, STRETCH, Array, Figure
-from tracker.outline.shape import Grid, Shape
+from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.picture.pyramid import Planes
 
 GRID = Grid((-1.3, 1.2), 32.0, (76, 84))
 WEIGHT = 80.0  # nats for a square leg length of log odds
-ROUNDS = 60
+ROUNDS = 40
+REMEMBERED = 6  # steps that L-BFGS takes the curvature from
 ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread about the path's
 PLACE = 0.1  # the same of the hip, leg lengths
 SIZE, LENGTH = 0.05, 0.04  # the same of log lengths
@@ -65,30 +66,32 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
     """
     T, D = q.shape
     figure = shape.figure
-    factors = _factors(figure, T)
+    kinds = _kinds(figure, T)
     error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
     low, high = figure.limits
+    arms = arms_worth(odds)
 
     def poses(z: Array) -> Array:
-        off = z.reshape(T, D).T
-        return q + np.stack([solve_banded((0, 1), *each) for each in zip(factors, off, strict=True)], axis=1)
+        off = z.reshape(T, D).copy()
+        for own, factor in kinds:
+            off[:, own] = solve_banded((0, 1), factor, off[:, own], check_finite=False)
+        return q + off
 
     def cost(z: Array) -> tuple[float, Array]:
         now = poses(z)
-        score, slope = shape.under(now, odds, GRID)
+        score, slope = shape.under(now, odds, arms, GRID)
         off = np.where(marked.known, (now[marked.frame] - marked.q) / error, 0.0)
         over = np.maximum(now - high, 0.0) - np.maximum(low - now, 0.0)
         slope = over / GIVE**2 - WEIGHT * slope
         slope[marked.frame] += off / error
-        columns = [
-            solve_banded((1, 0), _lower(factor), own) for factor, own in zip(factors, slope.T, strict=True)
-        ]
+        for own, factor in kinds:
+            slope[:, own] = solve_banded((1, 0), _lower(factor), slope[:, own], check_finite=False)
         value = -WEIGHT * score.sum() + 0.5 * (off @ off + (over**2).sum() / GIVE**2 + z @ z)
-        return float(value), np.stack(columns, axis=1).ravel() + z
+        return float(value), slope.ravel() + z
 
-    found = minimize(cost, np.zeros(T * D), jac=True, method="L-BFGS-B", options={"maxiter": rounds})
-    best = poses(found.x)
-    return Climbed(best, shape.under(best, odds, GRID)[0], float(found.fun))
+    z, lowest, _ = fmin_l_bfgs_b(cost, np.zeros(T * D), m=REMEMBERED, maxiter=rounds)
+    best = poses(z)
+    return Climbed(best, shape.under(best, odds, arms, GRID)[0], float(lowest))
 
 
 def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:
@@ -101,18 +104,20 @@ def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: flo
     return np.array([value(name) for name in figure.freedoms])
 
 
-def _factors(figure: Figure, T: int) -> list[Array]:
-    """For each freedom the upper Cholesky factor (2, T), banded, of the prior precision of its path."""
-    spread = _by_kind(figure, ANGLE, ANKLE, PLACE, SIZE, LENGTH)
-    share = _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS)
+def _kinds(figure: Figure, T: int) -> list[tuple[NDArray[np.intp], Array]]:
+    """Freedoms of a kind, and the banded upper Cholesky factor (2, T) of their paths' prior precision."""
+    spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, SIZE, LENGTH)
+    shares = _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS)
     ends = np.full(T, 2.0)
     ends[[0, -1]] -= 1.0
     found = []
-    for own, changes in zip(spread, share * spread, strict=True):
+    for spread in np.unique(spreads):
+        own = np.flatnonzero(spreads == spread)
+        change = shares[own[0]] * spread
         banded = np.zeros((2, T))
-        banded[1] = 1.0 / own**2 + ends * (T > 1) / changes**2
-        banded[0, 1:] = -1.0 / changes**2
-        found.append(cholesky_banded(banded))
+        banded[1] = 1.0 / spread**2 + ends * (T > 1) / change**2
+        banded[0, 1:] = -1.0 / change**2
+        found.append((own, cholesky_banded(banded)))
     return found
 
 

@@ -8,9 +8,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from kinematics.figure import SCALE, Array
 from kinematics.recover import Start
-from kinematics.spm import joints
-from tracker.outline.climb import GRID, Climbed, Marked, climb
+from kinematics.spm import joints, skeleton
+from tracker.outline.climb import GRID, ROUNDS, Marked, climb
 from tracker.outline.cycles import NECK, TRUNK, Cycles, columns_of, poses
+from tracker.outline.near import nearness
 from tracker.outline.phase import Phases, phases
 from tracker.outline.place import walk
 from tracker.outline.shape import Shape
@@ -20,6 +21,10 @@ from tracker.picture.pyramid import Planes
 LEAST = 0.3  # log odds under the outline, nats times square leg lengths; a figure in full sight has 1 to 1.5
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
 AROUND = 6  # frames either way of the marked one that tell which leg is near
+ALONG = np.linspace(0.1, 0.9, 9)  # places on the axis of a link, shares of its length
+MOSTLY = 0.65  # of them stand out where a link does
+MARGIN = 10.0  # nats of two climbs that count as one: neighbouring pixels err together
+NEARER = 1.5  # log odds for a standard error of which leg lies in front
 SMOOTH_LEAN = 3.0  # the same of its lean
 
 
@@ -27,58 +32,79 @@ SMOOTH_LEAN = 3.0  # the same of its lean
 class Outline:
     """A figure as its outline was seen.
 
+    q      : (T, D) poses, their root beside `hips`
+    hips   : (T, 2) pixels of each frame
+    units  : (T,) pixels in a leg length
     joints : (T, J, 2) pixels of each frame, as `figure.joints` names them
     score  : (T,) log odds under the outline, nats times leg lengths squared
+    shown  : (T, J) whether the link that ends at a joint stands out from the scene
     phases : which gait it was taken for
-    margin : nats by which the legs' names agree better with the marked pose than exchanged
+    named  : log odds that the legs are named rightly
     """
 
+    q: Array
+    hips: Array
+    units: Array
     joints: Array
     score: Array
+    shown: NDArray[np.bool_]
     phases: Phases
-    margin: float
+    named: float
 
     @property
     def seen(self) -> NDArray[np.bool_]:
         """(T,) whether the figure stands out from the scene; nowhere if it does not on the whole."""
-        return (self.score > LEAST) & (np.median(self.score) > LEAST)
+        return _seen(self.score)
 
 
-def outlined(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> Outline:
-    """Fit the outline of the figure marked in a frame.
+def fitted(
+    stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles, rounds: int = ROUNDS
+) -> Outline:
+    """Fit the outline of a figure to every frame.
 
     Args:
-        stage: the film.
-        start: pose marked in `frame`.
+        stage: the film; the figure faces as it says.
+        start: pose in `frame`; where nothing of it is known it tells the place and about the size.
         fps: frames a second.
+        rounds: of climbing at most.
     """
-    figure, view = start.figure, start.view
-    shape = Shape.of(figure)
-    hip = np.asarray(view.origin)
-    hips, units = walk(stage, shape, cycles, hip, view.unit, frame)
-    columns = columns_of(figure)
+    figure, shape, columns = start.figure, Shape.of(start.figure), columns_of(start.figure)
+    hips, units, phase = _gait(stage, start, frame, fps, cycles)
+    axes = units[:, None] * np.array([stage.facing, -1.0])
+    angles = cycles.at(phase.cycle, phase.phase)
+    angles[:, TRUNK] += gaussian_filter1d(phase.lean, SMOOTH_LEAN, mode="nearest")
+    angles[:, NECK] = start.q[columns[NECK]]
+    q = start.q.copy()
+    q[:2] = (np.asarray(start.view.origin) - hips[frame]) / axes[frame]
+    q[figure.index(SCALE)] = np.log(start.view.unit / units[frame])
+    odds = stage.around(hips, units, GRID)
+    path, marks = poses(figure, angles), Marked(frame, q, start.known)
+    path, margin = _as_marked(odds, shape, path, marks) if start.known.any() else (path, 0.0)
+    best = climb(odds, shape, path, marks, rounds)
+    named = margin / MARGIN + NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
+    if named < 0.0:
+        best = climb(odds, shape, path[:, figure.exchanged], marks, rounds)
+    pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
+    shown = _shown(shape, best.q, stage, hips, units)
+    return Outline(best.q, hips, units, pixels, best.score, shown, phase, abs(named))
+
+
+def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> tuple[Array, Array, Phases]:
+    """Hip (T, 2), pixels in a leg length (T,) and phase in every frame."""
+    shape, view, columns = Shape.of(start.figure), start.view, columns_of(start.figure)
+    hip, known = np.asarray(view.origin), bool(start.known.any())
+    hips, units = walk(stage, shape, cycles, hip, view.unit, frame, known)
     marked = np.where(start.known[columns], start.q[columns], np.nan)
     found = phases(stage, shape, cycles, hips, units, marked, frame, fps)
-    axes = units[:, None] * np.array([stage.facing, -1.0])
-    scene = stage.in_scene(hips + axes * found.shift)
+    scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * found.shift)
     hips = stage.in_frames(gaussian_filter1d(scene, SMOOTH, axis=0, mode="nearest"))
-
-    angles = cycles.at(found.cycle, found.phase)
-    angles[:, TRUNK] += gaussian_filter1d(found.lean, SMOOTH_LEAN, mode="nearest")
-    angles[:, NECK] = start.q[columns[NECK]]
-    known, q = start.known.copy(), start.q.copy()
-    q[:2] = (hip - hips[frame]) / axes[frame]
-    q[figure.index(SCALE)] = np.log(view.unit / units[frame])
-    odds = stage.around(hips, units, GRID)
-    best, margin = _named(odds, shape, poses(figure, angles), Marked(frame, q, known))
-    pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
-    return Outline(pixels, best.score, found, margin)
+    return hips, units, found
 
 
-def _named(odds: Planes, shape: Shape, q: Array, marked: Marked) -> tuple[Climbed, float]:
-    """The climb from a path (T, D), or from the same with the legs exchanged, and by how much it is better.
+def _as_marked(odds: Planes, shape: Shape, q: Array, marked: Marked) -> tuple[Array, float]:
+    """The path (T, D) with its legs named as the poses around the marked one go on from it.
 
-    Silhouettes do not tell the legs apart; what tells is that the poses around the marked one go on from it.
+    With it by how much its climb is better than that of the path with the legs exchanged, nats.
     """
     first = max(marked.frame - AROUND, 0)
     part = slice(first, marked.frame + AROUND + 1)
@@ -86,4 +112,20 @@ def _named(odds: Planes, shape: Shape, q: Array, marked: Marked) -> tuple[Climbe
     ways = [q, q[:, shape.figure.exchanged]]
     costs = [climb(odds[part], shape, way[part], here).cost for way in ways]
     better = int(np.argmin(costs))
-    return climb(odds, shape, ways[better], marked), costs[1 - better] - costs[better]
+    return ways[better], costs[1 - better] - costs[better]
+
+
+def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> NDArray[np.bool_]:
+    """(T, J) whether most of the axis of the link that ends at a joint stands out; of the base the trunk."""
+    bones = skeleton(shape.figure, q)
+    along = bones.length[..., None, None] * ALONG[:, None] * bones.direction[:, :, None]
+    places = bones.start[:, :, None] + along
+    T, L, n = places.shape[:3]
+    odds = stage.odds_at(hips, units, places.reshape(T, L * n, 2)).reshape(T, L, n)
+    out = (odds > 0.0).mean(-1) > MOSTLY
+    return np.concatenate([out[:, [shape.trunk]], out], axis=1)
+
+
+def _seen(score: Array) -> NDArray[np.bool_]:
+    """(T,) whether the figure stands out from the scene; nowhere if it does not on the whole."""
+    return (score > LEAST) & (np.median(score) > LEAST)

@@ -149,7 +149,7 @@ def _finer(score: Array, fine: int) -> Array:
     at = np.arange(score.shape[1] * fine) / fine
     low = np.floor(at).astype(int)
     share = at - low
-    return np.asarray((1.0 - share) * score[:, low] + share * score[:, (low + 1) % score.shape[1]])
+    return np.ascontiguousarray((1.0 - share) * score[:, low] + share * score[:, (low + 1) % score.shape[1]])
 
 
 @numba.njit(cache=True)

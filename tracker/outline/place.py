@@ -27,13 +27,14 @@ STEP = 0.6  # nats for a step of one place a frame, along the way; half as far a
 RESIZE = 3.0  # nats for a change to the next size
 REACH = 5  # places a frame at most
 MARKED = 12.0  # nats by which the path is held to the marked place and size, a place or size away
+FOUND = 0.3  # the same where it was found
 SMOOTH, SMOOTH_SIZE = 1.5, 10.0  # frames over which the path's place and size are smoothed
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (10, 9)  # column and row of the hip in it
 
 
 def walk(
-    stage: Stage, shape: Shape, cycles: Cycles, hip: Array, unit: float, frame: int
+    stage: Stage, shape: Shape, cycles: Cycles, hip: Array, unit: float, frame: int, marked: bool
 ) -> tuple[Array, Array]:
     """The path of a figure's hip.
 
@@ -41,24 +42,29 @@ def walk(
         hip: (2,) where it was marked, the film's pixels.
         unit: pixels in a leg length there.
         frame: in which.
+        marked: whether it truly was, or was found and is only near.
 
     Returns:
         (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
     """
     maps, to_map = _maps(stage, unit)
     kernels = _kernels(shape, cycles, stage.facing)
+    if (
+        not marked
+    ):  # then what stands out and is not covered tells the size: it costs as what is covered in vain
+        maps = maps + np.maximum(maps, 0.0)
     score = np.stack([_sums(each, kernels) for each in maps])
     x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
     sizes = np.abs(np.arange(len(SIZES)) - SAME)
-    score[frame] -= MARKED * (away[None] + 4.0 * sizes[:, None, None])
+    score[frame] -= (MARKED if marked else FOUND) * (away[None] + 4.0 * sizes[:, None, None])
     path = best_path(score, STEP, RESIZE, REACH)
     places = gaussian_filter1d(path[:, [2, 1]].astype(np.float64), SMOOTH, axis=0, mode="nearest")
     size = gaussian_filter1d(SIZES[path[:, 0]], SMOOTH_SIZE, mode="nearest")
     back = np.linalg.inv(to_map)
     scene = places @ back[:2, :2].T + back[:2, 2]
-    return stage.in_frames(scene), unit * np.exp(size - size[frame])
+    return stage.in_frames(scene), unit * np.exp(size - (size[frame] if marked else 0.0))
 
 
 def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:

@@ -90,15 +90,15 @@ class Shape:
         arms = painted(grid.shape, corner, 1.0 / grid.density, np.ascontiguousarray(bars[:, -1:]))
         return body, (1.0 - body) * arms
 
-    def under(self, q: Array, odds: Planes, grid: Grid) -> tuple[Array, Array]:
+    def under(self, q: Array, odds: Planes, arms: Planes, grid: Grid) -> tuple[Array, Array]:
         """(T,) log odds (T, *grid.shape) under the outlines of poses (T, D), times square leg lengths.
 
-        With them (T, D) their derivative by the pose.
+        With them (T, D) their derivative by the pose; `arms` are `arms_worth` of the odds.
         """
         bones = skeleton(self.figure, q)
         bars = self._laid(bones)
         moved = np.empty((*bars.shape[:2], 5))
-        score = silhouettes(odds, arms_worth(odds), np.asarray(grid.corner), 1.0 / grid.density, bars, moved)
+        score = silhouettes(odds, arms, np.asarray(grid.corner), 1.0 / grid.density, bars, moved)
         moved[:, self.trunk] += moved[:, -1]
         return score, np.einsum("tlk,tlkd->td", moved[:, :-1], motions(self.figure, bones))
 

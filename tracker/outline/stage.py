@@ -1,6 +1,6 @@
 """The log odds of a whole film, cut out around a figure: what its outline is laid on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -16,18 +16,24 @@ class Stage:
     """The log odds of a film.
 
     odds   : (T, h, w) as `tracker.survey.evidence` stores them
+    light  : (T, h, w) lightness of the same pixels
     up     : (3, 3) from their pixels to the film's
     places : (T, 3, 3) from the film's pixels of each frame to those of the first
     facing : +1 if the figure faces right, -1 left
     """
 
     odds: Image
+    light: Image
     up: Array
     places: Array
     facing: int
 
     def __len__(self) -> int:
         return len(self.odds)
+
+    def part(self, frames: slice) -> "Stage":
+        """Some of its frames."""
+        return replace(self, odds=self.odds[frames], light=self.light[frames], places=self.places[frames])
 
     def around(self, hips: Array, units: Array, grid: Grid) -> Planes:
         """(T, *grid.shape) log odds R, nats.
@@ -47,6 +53,28 @@ class Stage:
             how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
             cut = cv2.warpAffine(source, way[:2], size, flags=how, borderValue=NOTHING)
             found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
+        return found
+
+    def light_at(self, hips: Array, units: Array, places: Array) -> Array:
+        """(T, P) grey levels at places (T, P, 2), body coordinates of figures as `around` has them."""
+        return self._at(self.light, hips, units, places)
+
+    def odds_at(self, hips: Array, units: Array, places: Array) -> Array:
+        """(T, P) log odds R at the same, nats."""
+        return (self._at(self.odds, hips, units, places, NOTHING) - NOTHING) / UNITS
+
+    def _at(
+        self, images: Image, hips: Array, units: Array, places: Array, beyond: int | None = None
+    ) -> Array:
+        """(T, P) values of images at places, and `beyond` them, None for the value at their edge."""
+        pixels = hips[:, None] + places * units[:, None, None] * np.array([self.facing, -1.0])
+        small = (_with_one(pixels) @ np.linalg.inv(self.up)[:2].T).astype(np.float32)
+        found = np.empty(places.shape[:2])
+        for t, at in enumerate(small):
+            x, y = np.ascontiguousarray(at.T)
+            edge = cv2.BORDER_REPLICATE if beyond is None else cv2.BORDER_CONSTANT
+            here = cv2.remap(images[t], x, y, cv2.INTER_LINEAR, borderMode=edge, borderValue=beyond or 0)
+            found[t] = here[:, 0]
         return found
 
     def in_scene(self, pixels: Array) -> Array:

@@ -15,6 +15,7 @@ from tracker.report.drawing import write_overlay
 from tracker.report.page import write_report
 from tracker.run.track import Track
 from tracker.run.write import write_tables
+from tracker.tables.keypoints import write_marks
 
 OVERLAY = "overlay.mp4"
 
@@ -27,6 +28,8 @@ def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") ->
     """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)
+    if finished.job.found is not None:
+        write_marks(folder / "start.keypoints.csv", finished.job.marks)
     write_overlay(finished, folder / OVERLAY, progress)
     told = Chapter.of(finished, folder / OVERLAY)
     if told.gait is not None:
@@ -46,7 +49,11 @@ def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") ->
         "fps": finished.fps,
         "frames": finished.frames,
         "size": finished.size,
-        "start": finished.start,
+        "start": {
+            "frame": finished.start,
+            "marks": "given" if job.found is None else "found",
+            "near_leg": "given" if job.found is None else job.found.near_leg,
+        },
         "rate": round(finished.rate, 2),
         "camera": _camera(finished.track),
         "facing": finished.track.view.side,

@@ -81,14 +81,15 @@ def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
         ValueError: no marked frame after the start, or no leg marked whole.
     """
     frames = [frame for frame in sorted(truth) if frame >= start]
-    if len(frames) < 2:
+    later = [frame for frame in frames if frame > start]
+    if not later:
         raise ValueError(f"the truth marks no frame after frame {start}; mark some or give another --truth")
     leg = leg_length(truth, frames)
-    errors = {frame: _errors(truth[frame], found.get(frame, {}), leg) for frame in frames[1:]}
+    errors = {frame: _errors(truth[frame], found.get(frame, {}), leg) for frame in later}
     means = {frame: float(np.mean(list(error.values()))) for frame, error in errors.items() if error}
     everything = np.concatenate([list(error.values()) for error in errors.values()])
     failure = _first_failure(means)
-    angles = [angle for frame in frames[1:] for angle in _angles(truth[frame], found.get(frame, {}))]
+    angles = [angle for frame in later for angle in _angles(truth[frame], found.get(frame, {}))]
     return Score(
         first_failure_frame=failure,
         frames_followed=sum(1 for frame in means if failure is None or frame < failure),
@@ -96,7 +97,7 @@ def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
         mean_error_leg=float(np.mean(list(means.values()))),
         median_error_leg=float(np.median(everything)),
         pck_02_leg=float(np.mean(everything < 0.2)),
-        swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg) for frame in frames[1:]),
+        swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg) for frame in later),
         angle_median_deg=float(np.median(angles)) if angles else None,
         frame_errors=means,
         mark_errors=tuple(everything.tolist()),

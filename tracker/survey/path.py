@@ -28,6 +28,7 @@ SPREAD = 0.125  # standard deviation of them, shares of the picture's width: les
 BETTER = 1.02  # times as far apart must a frame be from the key frame where the camera is taken to stay
 OTHER = 24.0  # grey levels: of what differs by more nothing is the same
 KEPT = 0.5  # share of a key frame's corners that must be left
+LEFT = 2.0 / 3.0  # share of them, but no more than ENOUGH, that agree, or another key frame may tell more
 STILL = 0.5  # what the noise of video and leaves shift a still scene by
 
 IDENTITY = np.eye(3)
@@ -67,10 +68,11 @@ class Camera:
     def follow(self, image: Image) -> Self:
         """One frame on; image (h, w, 3) RGB, small."""
         grey = _grey(image)
-        key, place = self.key, _place(self.key, grey, self.place)
+        least = min(ENOUGH, LEFT * len(self.key.corners))
+        key, place = self.key, _place(self.key, grey, self.place, least)
         if place is None and self.sure:
             key = _key(self.grey, self.place)
-            place = _place(key, grey, self.place)
+            place = _place(key, grey, self.place, FEWEST)
         if place is None:
             return replace(self, key=key, grey=grey, sure=False)
         moves = self.moves or _farthest(place, grey.shape) > STILL
@@ -101,8 +103,8 @@ def _key(grey: Image, place: Array) -> Key:
     return Key(grey, np.asarray(corners[:, None], dtype=np.float32), place)
 
 
-def _place(key: Key, grey: Image, guess: Array) -> Array | None:
-    """From a frame's pixels to those of the first; None where too few corners tell it."""
+def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
+    """From a frame's pixels to those of the first; None where too few corners tell it, or `least` do not."""
     if len(key.corners) < FEWEST:
         return None
     way = np.linalg.inv(guess) @ key.place  # from the key frame to this one
@@ -126,7 +128,7 @@ def _place(key: Key, grey: Image, guess: Array) -> Array | None:
         return None
     back, agree = np.asarray(similarity, dtype=np.float64), np.ravel(inliers) > 0
     wide = found[seen][agree][..., 0].std() >= SPREAD * grey.shape[1]
-    if agree.sum() < max(FEWEST, KEPT * seen.sum()) or not wide:
+    if agree.sum() < max(FEWEST, least, KEPT * seen.sum()) or not wide:
         return None
     if agree.sum() < ENOUGH:
         back = np.hstack([np.eye(2), np.median((key.corners - found)[seen][agree], axis=0).T])

@@ -39,11 +39,12 @@ class Survey:
         """(3, 3) from the pixels of the small pictures to the film's."""
         return to_film(self.size, self.film)
 
-    def odds(self, images: Iterable[Image]) -> Iterator[Image]:
-        """(h, w) log odds of each of the surveyed frames, as `tracker.survey.evidence` stores them."""
+    def seen(self, images: Iterable[Image]) -> Iterator[tuple[Image, Image]]:
+        """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`."""
         down = np.linalg.inv(self.up)
         for image, place in zip(images, self.places, strict=False):
-            yield evidence(_lab(image, self.size), down @ place @ self.up, self.scene)
+            lab = _lab(image, self.size)
+            yield evidence(lab, down @ place @ self.up, self.scene), lab[..., 0]
 
 
 def survey(images: Iterable[Image], by: float) -> Survey:

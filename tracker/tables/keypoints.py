@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from tracker.tables.table import Layout
+from tracker.tables.table import Layout, write_table
 
 KEYPOINTS = (
     "head_top",
@@ -62,6 +62,16 @@ def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
     if not marks:
         raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
     return marks
+
+
+def write_marks(path: Path, marks: Marks) -> None:
+    """Write such a table."""
+    rows = [
+        (frame, name, f"{mark.x:.2f}", f"{mark.y:.2f}", int(mark.visible))
+        for frame, of_frame in marks.items()
+        for name, mark in of_frame.items()
+    ]
+    write_table(path, (*COLUMNS, "visible"), rows)
 
 
 def points(marks: Mapping[str, Mark]) -> dict[str, tuple[float, float]]:

@@ -48,7 +48,7 @@ def page(address):
 
 
 def test_ctrl_c_before_a_save_leaves_nothing_and_says_so(clip, tmp_path):
-    with running(clip.video, "--out", tmp_path / "k.csv") as (process, _):
+    with running(clip.video, "--out", tmp_path / "k.csv", "--empty") as (process, _):
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=120)
         assert (process.returncode, errors) == (1, "error: interrupted; nothing was written\n")
@@ -57,7 +57,7 @@ def test_ctrl_c_before_a_save_leaves_nothing_and_says_so(clip, tmp_path):
 
 def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
     table = tmp_path / "k.csv"
-    with running(clip.video, "--out", table) as (process, address):
+    with running(clip.video, "--out", table, "--empty") as (process, address):
         assert post(address, "save", {"frames": {"2": told({"hip": Mark(3, 4)})}})["saved"] == str(table)
         process.send_signal(signal.SIGINT)
         out, errors = process.communicate(timeout=120)
@@ -70,7 +70,7 @@ def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
 
 
 def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(clip, tmp_path):
-    with running(clip.video, "--frame", 3, cwd=tmp_path) as (process, address):
+    with running(clip.video, "--frame", 3, "--empty", cwd=tmp_path) as (process, address):
         assert page(address)["frame"]["index"] == 3
         frames = {"0": told({"hip": Mark(1, 2)}), "3": told({"hip": Mark(3, 4)})}
         post(address, "save", {"frames": frames, "close": True, "anyway": True})

@@ -75,7 +75,6 @@ ROW = ("a.mp4", "k.csv", "", "", "")
     [
         (HEADER, (), "has no jobs; write a row"),
         (HEADER, (("", "k.csv", "", "", ""),), "line 2: video is empty"),
-        (HEADER, (("a.mp4", " ", "", "", ""),), "line 2: keypoints is empty"),
         (HEADER, (ROW, ("b.mp4", "k.csv", "-1", "", "")), "line 3: start must be a whole number from 0"),
         (HEADER, (("b.mp4", "k.csv", "٣", "", ""),), "start must be a whole number"),
         (HEADER, ((*ROW, "x"),), "line 2 has more cells than the header"),

@@ -90,7 +90,7 @@ def test_run_json_says_what_was_done(clip, done):
     assert {"seconds_per_frame", "warnings"} <= news.keys()
     assert (news["figtrack"], news["video"], news["model"]) == (__version__, str(clip.video), "cv")
     assert (news["rate"], news["facing"], news["fps"], news["frames"]) == (0.5, "right", 30.0, 8)
-    assert news["seconds_per_frame"].keys() == {"read", "track", "smooth", "write"}
+    assert news["seconds_per_frame"].keys() == {"survey", "read", "track", "smooth", "write"}
     assert news["smooth"] is True
     assert news["warnings"] == []
     assert news["settings"]["mode"] == "full"
@@ -126,7 +126,8 @@ def test_a_quiet_run_is_silent_on_stderr_and_short_on_stdout(done):
 def test_json_progress_is_one_object_a_line(track):
     result = figtrack(*track(more=["--stop", 3, "--progress", "json"]))
     lines = [json.loads(line) for line in result.stderr.splitlines()]
-    assert {"task": "walk.mp4 with cv", "done": 4, "total": 4}.items() <= lines[1].items()
+    wanted = {"task": "walk.mp4 with cv", "done": 4, "total": 4}
+    assert any(wanted.items() <= line.items() for line in lines)
     assert all(isinstance(line, dict) for line in lines)
 
 
@@ -292,7 +293,6 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monk
     [
         ["trak"],
         ["track"],
-        ["track", "walk.mp4"],
         ["track", "walk.mp4", "--keypoints", "k.csv", "--start", "-1"],
         ["track", "walk.mp4", "--keypoints", "k.csv", "--start", "first"],
         ["track", "walk.mp4", "--keypoints", "k.csv", "--rate", "9"],

@@ -7,9 +7,10 @@ import pytest
 
 from tests.tracker.clips import figtrack, write_table
 from tracker.batch.jobs import COLUMNS, read_jobs
-from tracker.clip.job import Facing, Following, Job, options
+from tracker.clip.job import ELSEWHERE, Facing, Following, Job, Nearer, options
 from tracker.progress import Progress
 from tracker.settings import Settings
+from tracker.tables.keypoints import read_keypoints
 
 # Of each option another value than the default, and the cell that says so.
 OTHERS = {
@@ -17,6 +18,8 @@ OTHERS = {
     "stop": (7, "7"),
     "model": ("cv", "cv"),
     "facing": (Facing.LEFT, "left"),
+    "person": (2, "2"),
+    "near": (Nearer.BEHIND, "behind"),
     "anchors": (True, "1"),
     "measure": (Path("net.csv"), "net.csv"),
     "templates": (False, "0"),
@@ -35,7 +38,8 @@ def test_command_line_and_table_have_every_option_with_its_words_and_range():
         least, most = option.about.least, option.about.most
         bounds = "" if least is None else f"[{least}<=x<={most}]" if most else f"[x>={least}]"
         assert "".join(option.about.text.split()) + bounds in shown, option
-    assert {field.name for field in fields(Job)} == names - {"templates"} | {"video", "marks", "called"}
+    own = {"video", "marks", "found", "called"}
+    assert {field.name for field in fields(Job)} == names - set(ELSEWHERE) | own
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -71,11 +75,12 @@ def test_words_and_names_of_files_become_what_they_stand_for():
 def test_a_job_has_the_settings_of_the_file_or_those_given_and_templates_are_one_of_them(clip, tmp_path):
     (tmp_path / "s.toml").write_text("iterations = 3\n")
     asked = Following(settings=tmp_path / "s.toml", facing="left", start=2)
-    job = asked.job(clip.video, clip.keypoints)
+    marks = read_keypoints(clip.keypoints)
+    job = asked.job(clip.video, marks)
     assert (job.settings, job.facing, job.start) == (Settings(iterations=3), -1, 2)
-    given = Following(templates=False).job(clip.video, clip.keypoints, Settings(iterations=4))
+    given = Following(templates=False).job(clip.video, marks, Settings(iterations=4))
     assert given.settings == Settings(iterations=4, templates=False)
-    assert Following().job(clip.video, clip.keypoints) == Job(clip.video, job.marks, "walk-run")
+    assert Following().job(clip.video, marks) == Job(clip.video, marks, "walk-run")
 
 
 def test_the_files_that_are_read_are_told_and_a_shipped_model_is_none(tmp_path):

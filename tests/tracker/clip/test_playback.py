@@ -25,7 +25,13 @@ def played(poses: np.ndarray, rate: float) -> np.ndarray:
     return np.stack([np.interp(times, np.arange(len(poses)), column) for column in poses.T], axis=1)
 
 
-@pytest.mark.parametrize("rate", [0.25, 0.5, 1.0, 2.0])
+@pytest.fixture(scope="module")
+def found(walked: np.ndarray) -> float:
+    """The pace of the walk at half its speed."""
+    return playback_rate("walk-run", played(walked, 0.5), 30.0)
+
+
+@pytest.mark.parametrize("rate", [0.25, 1.0, 2.0])
 def test_slow_and_quick_motion_is_told_from_the_pace_of_the_gait(walked, rate):
     found = playback_rate("walk-run", played(walked, rate), 30.0)
     assert abs(np.log2(found / rate)) <= 0.5
@@ -47,34 +53,26 @@ def test_frames_where_the_figure_was_lost_say_nothing(walked):
     assert abs(np.log2(playback_rate("walk-run", poses, 30.0) / 0.5)) <= 0.5
 
 
-def test_constant_velocity_has_no_pace_of_its_own_and_asks_the_shipped_model(walked):
-    poses = played(walked, 0.5)
-    assert playback_rate("cv", poses, 30.0) == playback_rate("walk-run", poses, 30.0)
+def test_constant_velocity_has_no_pace_of_its_own_and_asks_the_shipped_model(walked, found):
+    assert playback_rate("cv", played(walked, 0.5), 30.0) == found
 
 
-def test_where_the_first_frame_finds_the_figure_does_not_matter(walked):
+def test_where_the_first_frame_finds_the_figure_and_where_the_neck_was_marked_do_not_matter(walked, found):
     """A track's origin is the hip of the marked frame, which need not be its first."""
-    poses = played(walked, 0.5)
-    moved = poses.copy()
+    moved = played(walked, 0.5)
     moved[:, :2] += (-2.0, 0.1)
-    assert playback_rate("walk-run", moved, 30.0) == playback_rate("walk-run", poses, 30.0)
-
-
-def test_where_the_neck_was_marked_does_not_matter(walked):
-    poses = played(walked, 0.5)
-    moved = poses.copy()
     moved[:, 3] += 0.4
-    assert playback_rate("walk-run", moved, 30.0) == playback_rate("walk-run", poses, 30.0)
+    assert playback_rate("walk-run", moved, 30.0) == found
 
 
 def test_speeds_from_a_quarter_to_double_are_tried():
     assert_allclose([min(RATES), max(RATES)], [0.25, 2.0])
 
 
-def test_the_pace_is_that_of_the_frames_after_a_long_loss(walked):
+def test_the_pace_is_that_of_the_frames_after_a_long_loss(walked, found):
     poses = played(walked, 0.5)
     late = np.concatenate([np.full((700, poses.shape[1]), np.nan), poses])
-    assert playback_rate("walk-run", late, 30.0) == playback_rate("walk-run", poses, 30.0)
+    assert playback_rate("walk-run", late, 30.0) == found
 
 
 def test_a_figure_that_is_never_seen_is_taken_to_move_as_filmed(walked):

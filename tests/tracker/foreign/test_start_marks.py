@@ -7,9 +7,9 @@ import pytest
 from tests.tracker import people
 from tests.tracker.people import WALKER, mirrored, moved
 from tracker.foreign.names import CROWN
-from tracker.foreign.start_marks import read_start
+from tracker.foreign.start_marks import read_marks, read_start
 from tracker.foreign.text_files import ForeignError
-from tracker.tables.keypoints import KEYPOINTS, Mark, points
+from tracker.tables.keypoints import KEYPOINTS, KeypointsError, Mark, points
 
 LEGS = {
     f"{ours}_{part}": WALKER[f"{theirs}_{part}"]
@@ -141,10 +141,73 @@ def test_the_frame_asked_for_is_taken(tmp_path):
     assert (taken.frame, taken.marks["hip"].x) == (7, 107.0)
 
 
-def test_unless_told_the_first_frame_with_a_whole_figure_is_taken(tmp_path):
-    half = {name: WALKER[name] for name in ("nose", "left_hip", "right_hip")}
-    path = people.dlc(tmp_path / "a.csv", {"0": {}, "1": half, "2": WALKER, "3": WALKER})
-    assert read_start(path).frame == 2
+def stepping(by):
+    """The walker with the left foot farther ahead."""
+    return WALKER | {name: (WALKER[name][0] + by, WALKER[name][1]) for name in ("left_ankle", "left_toe")}
+
+
+HALF = {name: WALKER[name] for name in ("nose", "left_hip", "right_hip", "left_ankle", "right_ankle")}
+ONE_ANKLE = {name: place for name, place in stepping(12.0).items() if name != "right_ankle"}
+
+
+def test_unless_told_the_first_frame_with_the_ankles_farthest_apart_is_taken(tmp_path):
+    walk = {"1": WALKER, "2": stepping(6.0), "3": stepping(3.0), "4": stepping(6.0)}
+    assert read_start(people.dlc(tmp_path / "a.csv", walk)).frame == 2
+
+
+@pytest.mark.parametrize("worse", [{}, HALF, moved(HALF, size=3.0), ONE_ANKLE], ids=len)
+def test_a_figure_that_is_not_whole_is_no_start_where_another_is(tmp_path, worse):
+    assert read_start(people.dlc(tmp_path / "a.csv", {"0": worse, "1": WALKER})).frame == 1
+
+
+def test_a_figure_larger_in_the_picture_has_not_its_ankles_farther_apart(tmp_path):
+    walk = {"0": moved(WALKER, size=2.0), "1": stepping(4.0)}
+    assert read_start(people.dlc(tmp_path / "a.csv", walk)).frame == 1
+
+
+def test_a_figure_that_cannot_be_right_is_no_start_where_another_can(tmp_path):
+    walk = {"0": stepping(150.0), "1": WALKER, "2": stepping(6.0)}
+    assert read_start(people.dlc(tmp_path / "a.csv", walk)).frame == 2
+    assert read_start(people.dlc(tmp_path / "b.csv", {"0": stepping(150.0), "1": HALF})).frame == 0
+
+
+def test_of_two_figures_the_likelier_is_the_start_unless_its_ankles_are_much_closer(tmp_path):
+    for t, (who, confidence) in enumerate([(WALKER, 0.9), (stepping(6.0), 0.6), (stepping(-10.0), 1.0)]):
+        people.openpose(tmp_path / f"walk_{t:012d}_keypoints.json", [who], confidence=confidence)
+    assert read_start(tmp_path).frame == 0
+
+
+def test_the_start_is_looked_for_no_further_than_told(tmp_path):
+    path = people.dlc(tmp_path / "a.csv", {"3": WALKER, "5": stepping(6.0)})
+    assert (read_start(path, last=5).frame, read_start(path, last=4).frame) == (5, 3)
+    with pytest.raises(ForeignError, match=r"up to frame 2 .* somebody in 3, 5"):
+        read_start(path, last=2)
+
+
+@pytest.mark.parametrize("program", [*WRITERS, "TRC"])
+def test_marks_are_one_frame_of_another_programs_file(tmp_path, program):
+    write = people.trc if program == "TRC" else WRITERS[program]
+    path = write(tmp_path / "start.file", [WALKER])
+    taken = read_start(path)
+    assert read_marks(path, None, None, None) == ({taken.frame: taken.marks}, taken.told)
+
+
+def test_marks_are_every_frame_of_a_table_of_ours(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("scorer,frame,keypoint,x,y\nme,4,hip,1,2\nme,2,neck,3,4\n")
+    wanted = {4: {"hip": Mark(1, 2)}, 2: {"neck": Mark(3, 4)}}
+    assert read_marks(path, 2, None, None) == (wanted, "")
+
+
+def test_marks_of_neither_are_refused_as_tables_are(tmp_path):
+    with pytest.raises(KeypointsError, match="no keypoints file"):
+        read_marks(tmp_path / "a.csv", None, None, None)
+    (tmp_path / "a.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(KeypointsError, match="column 'frame' is missing"):
+        read_marks(tmp_path / "a.csv", None, None, None)
+    (tmp_path / "a.json").write_text('{"mine": 1}')
+    with pytest.raises(ForeignError, match="none of the files"):
+        read_marks(tmp_path / "a.json", None, None, None)
 
 
 def test_the_only_frame_of_a_file_stands_for_any_that_is_asked_for(tmp_path):

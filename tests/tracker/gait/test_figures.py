@@ -107,10 +107,10 @@ def test_the_error_of_a_stance_is_what_independent_noise_does_to_it(rng):
         told(replace(track, q=track.q + rng.normal(scale=sigma, size=track.q.shape)))[
             "stance share"
         ].near.mean
-        for _ in range(600)
+        for _ in range(200)
     ]
-    # 600 draws tell a spread to 3 %; linearising it costs some more.
-    assert np.std(found) == pytest.approx(value.error, rel=0.1)
+    # 200 draws tell a spread to 5 %; linearising it costs some more.
+    assert np.std(found) == pytest.approx(value.error, rel=0.17)
 
 
 def test_errors_of_both_legs_and_of_their_symmetry_come_from_the_legs_own():

@@ -62,10 +62,8 @@ def prior_about(q, sd=0.05):
 def minus_log_points(q, found, view=VIEW, settings=FULL):
     """Of the points in a pose, as scipy has it."""
     at, shape = pixels_of(q, view), settings.point**2 * np.eye(2)
-    away = [
-        (pixel - at[WALKER.joints[j]]) / view.unit for j, pixel in zip(found.joint, found.pixels, strict=True)
-    ]
-    return -sum(multivariate_t.logpdf(each, shape=shape, df=FREEDOM) for each in away)
+    away = (found.pixels - [at[WALKER.joints[j]] for j in found.joint]) / view.unit
+    return -multivariate_t.logpdf(away, shape=shape, df=FREEDOM).sum()
 
 
 def minus_log_density(q, found, prior, view=VIEW, settings=FULL):
@@ -122,7 +120,7 @@ def test_a_joint_without_a_point_measures_nothing():
     assert (spread[near] > 100.0).all()
 
 
-def evidence(way, prior, settings, freedoms, reach, steps=17):
+def evidence(way, prior, settings, freedoms, reach, steps=13):
     """Minus the log of the points' probability, summed over a grid of two freedoms; the others are known."""
     grid = np.linspace(-reach, reach, steps)
     total = 0.0

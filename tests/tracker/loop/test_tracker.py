@@ -54,7 +54,7 @@ def start_of(places, facing, without=()):
 @pytest.fixture(scope="module")
 def scene():
     """A walker whom no shrub hides."""
-    return render(5, frames=90, size=(480, 270), shrubs=False)
+    return render(5, frames=72, size=(480, 270), shrubs=False)
 
 
 @pytest.fixture(scope="module")
@@ -630,9 +630,9 @@ def followed(scene, images, name="walk-run"):
 def disturbed(request, long_walk):
     """Ten frames and more behind a wall, which comes all at once or step by step."""
     scene, low, high = long_walk
-    hidden = slice(20, 30) if "curtain" in request.param else slice(40, 50)
+    hidden = slice(10, 20) if "curtain" in request.param else slice(30, 40)
     first, last = int(low[hidden].min()), int(np.ceil(high[hidden].max()))
-    T = 45 if "curtain" in request.param else 90
+    T = 30 if "curtain" in request.param else 72
     there = np.zeros(T, dtype=bool)
     there[hidden if "curtain" in request.param else slice(None)] = True
     images = [
@@ -683,15 +683,15 @@ def test_a_figure_in_the_open_before_a_wall_is_neither_lost_nor_found(disturbed)
 def test_a_figure_that_leaves_the_picture_is_outside_within_three_frames_and_stays_so(long_walk):
     scene, _, _ = long_walk
     assert scene.facing == -1
-    edge = int(scene.joints["hip"][40, 0])  # the picture begins where the hip is in this frame
-    cut = [np.ascontiguousarray(image[:, edge:]) for image in scene.images[:75]]
+    edge = int(scene.joints["hip"][30, 0])  # the picture begins where the hip is in this frame
+    cut = [np.ascontiguousarray(image[:, edge:]) for image in scene.images[:60]]
     places = {name: at - [edge, 0] for name, at in scene.joints.items()}
     estimates, away = followed(replace(scene, joints=places), cut)
     outcomes = [e.outcome for e in estimates]
-    x = np.stack([at[:75, 0] for at in places.values()])
+    x = np.stack([at[:60, 0] for at in places.values()])
     share = (x >= 0).mean(0)
     gone = int((share < Settings().least_inside).argmax())
-    assert 40 <= gone < 60
+    assert 30 <= gone < 50
     assert not any(outcome.measured for outcome in outcomes[gone + 3 :])
     assert "outside" in outcomes[gone : gone + 4]
     assert set(outcomes[: int((share < 1.0).argmax())]) <= {"ok", "hidden"}

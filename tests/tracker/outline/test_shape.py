@@ -50,14 +50,15 @@ def test_the_sum_is_of_log_odds_under_the_silhouette_and_what_arms_are_worth_bes
     q, odds = random_poses(rng, 3), blobs(rng, 3)
     body, arms = SHAPE.painted(q, GRID)
     want = (odds * body + arms_worth(odds) * arms).sum((1, 2)) / GRID.density**2
-    np.testing.assert_allclose(SHAPE.under(q, odds, GRID)[0], want, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(SHAPE.under(q, odds, arms_worth(odds), GRID)[0], want, rtol=1e-5, atol=1e-6)
 
 
 def test_the_gradient_is_the_derivative_by_every_freedom(rng):
     q, odds = random_poses(rng, 1), blobs(rng, 1)
-    want = central_difference(lambda q: SHAPE.under(q[None], odds, GRID)[0], q[0], step=1e-5)
+    arms = arms_worth(odds)
+    want = central_difference(lambda q: SHAPE.under(q[None], odds, arms, GRID)[0], q[0], step=1e-5)
     # The second derivative jumps where a place enters the soft edge: step times that jump is left.
-    np.testing.assert_allclose(SHAPE.under(q, odds, GRID)[1][0], want[0], atol=1e-5)
+    np.testing.assert_allclose(SHAPE.under(q, odds, arms, GRID)[1][0], want[0], atol=1e-5)
 
 
 def test_where_arms_may_be_log_odds_are_those_of_a_mixture():

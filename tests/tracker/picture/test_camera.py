@@ -37,17 +37,18 @@ class Waves:
         self.contrast = contrast
 
     def picture(self, shift=(0.0, 0.0), size=(640, 480)):
-        """(H, W, 3) grey levels of the scene that lies this much further right and down."""
+        """(H, W) grey levels of the scene that lies this much further right and down."""
         x, y = (np.arange(n) - d for n, d in zip(size, shift, strict=True))
         across, down = (np.outer(a, k) for a, k in zip((x, y), self.number, strict=True))
         wave = np.exp(1j * (down + self.phase)) @ np.exp(1j * across).T
-        return np.repeat((125.0 + self.contrast * wave.real)[..., None], 3, axis=-1)
+        return 125.0 + self.contrast * wave.real
 
 
 def stored(picture, *, noise=0.0, rng=None):
+    """(H, W, 3) uint8."""
     if noise > 0.0:
-        picture = picture + rng.normal(scale=noise, size=picture.shape[:2])[..., None]
-    return np.clip(np.round(picture), 0, 255).astype(np.uint8)
+        picture = picture + rng.normal(scale=noise, size=picture.shape)
+    return np.repeat(np.clip(np.round(picture), 0, 255).astype(np.uint8)[..., None], 3, axis=-1)
 
 
 def walker(picture, t, *, x=None, size=(90, 260)):
@@ -55,7 +56,7 @@ def walker(picture, t, *, x=None, size=(90, 260)):
     left, (width, height) = int(60 + 11 * t if x is None else x), size
     squares = 230.0 * ((np.arange(height)[:, None] // 12 + np.arange(width) // 12) % 2)
     out, top = picture.copy(), 410 - height
-    out[top:410, left : left + width] = squares[..., None][:, : out.shape[1] - left]
+    out[top:410, left : left + width] = squares[:, : out.shape[1] - left]
     return out, (left - 15.0, top - 15.0, left + width + 15.0, 425.0)
 
 
@@ -91,7 +92,7 @@ def shake(T, deviation):
     return way - way[0]
 
 
-@pytest.mark.parametrize("speed", [0.3, 2.0, 8.0, 14.0], ids="{} px a frame".format)
+@pytest.mark.parametrize("speed", [0.3, 2.0, 14.0], ids="{} px a frame".format)
 def test_a_pan_is_measured_to_parts_of_pixels_behind_a_walker(speed, scene, rng):
     truth = sway(40, speed, 40)
     pictures = (walker(scene.picture(shift), t) for t, shift in enumerate(truth))
@@ -102,7 +103,7 @@ def test_a_pan_is_measured_to_parts_of_pixels_behind_a_walker(speed, scene, rng)
 
 
 def test_a_long_pan_takes_few_key_frames_and_does_not_lose_its_way(scene):
-    truth = np.outer(np.arange(80), (7.3, -0.4))
+    truth = np.outer(np.arange(50), (11.7, -0.6))
     found = cameras((stored(scene.picture(shift)), NOWHERE) for shift in truth)
     assert_allclose([camera.shift for camera in found], truth, atol=NEAR)
     # Of the first picture nearly nothing is left at the end.
@@ -120,23 +121,23 @@ def test_a_scene_seen_through_gaps_in_a_bare_wall_is_enough(scene, rng):
     assert np.abs(shifts(frames) - truth)[3:].max() < 2.0 * NEAR
 
 
-@pytest.mark.parametrize("noise", [0.0, 3.0, 10.0])
+@pytest.mark.parametrize("noise", [0.0, 10.0])
 def test_a_still_camera_reads_exactly_zero_whoever_walks_by(noise, scene, rng):
     still = scene.picture()
-    pictures = (walker(still, t) for t in range(40))
+    pictures = (walker(still, t) for t in range(30))
     found = shifts((stored(picture, noise=noise, rng=rng), box) for picture, box in pictures)
     assert_array_equal(found, 0.0)
 
 
-@pytest.mark.parametrize("noise", [0.0, 2.0, 10.0, 40.0])
+@pytest.mark.parametrize("noise", [0.0, 2.0, 40.0])
 def test_a_flat_wall_and_pure_noise_read_exactly_zero(noise, rng):
-    wall = np.full((480, 640, 3), 150.0)
+    wall = np.full((480, 640), 150.0)
     pictures = (walker(wall, t) for t in range(40))
     assert_array_equal(shifts((stored(p, noise=noise, rng=rng), box) for p, box in pictures), 0.0)
 
 
 def test_a_figure_before_a_flat_wall_is_no_camera_even_where_it_is_not_expected():
-    wall = np.full((480, 640, 3), 150.0)
+    wall = np.full((480, 640), 150.0)
     assert_array_equal(shifts((stored(walker(wall, t)[0]), NOWHERE) for t in range(40)), 0.0)
 
 
@@ -151,7 +152,7 @@ def test_a_soft_shadow_on_a_bare_wall_is_no_camera(rng):
     frames = []
     for t in range(40):
         away = ((x - 100 - 9 * t) / 60.0) ** 2 + ((y - 300) / 160.0) ** 2
-        wall = (170.0 - 25.0 * np.exp(-0.5 * away))[..., None].repeat(3, axis=-1)
+        wall = 170.0 - 25.0 * np.exp(-0.5 * away)
         frames.append((stored(wall, noise=3.0, rng=rng), NOWHERE))
     assert_array_equal(shifts(frames), 0.0)
 
@@ -296,7 +297,7 @@ def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, data_dir, mon
     carry = {t: {n: carried(m, way[t] + 110.0) for n, m in of_frame.items()} for t, of_frame in marks.items()}
     shifted = replace(still, marks=carry)
     assert error(shifted) < settled + 0.005
-    assert error(replace(shifted, settings=Settings(camera=False))) > settled + 0.05
+    assert error(replace(shifted, settings=Settings(camera=False, outline=False))) > settled + 0.05
 
 
 def moved(image, shift, *, border):

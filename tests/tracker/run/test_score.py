@@ -191,6 +191,13 @@ def test_a_quarter_turn_either_way_is_as_far():
         assert score(marks(range(2), hidden=hidden), {1: turned}, 0).angle_median_deg == pytest.approx(45.0)
 
 
+def test_every_frame_after_a_start_that_the_truth_has_not_counts():
+    turned = STANDING | {"near_ankle": (59.0, 50.0)}
+    found = {1: turned, 2: STANDING}
+    assert score(marks(range(1, 3)), found, 0).truth_frames == 2
+    assert score(marks(range(3)), {0: STANDING} | found, 0).truth_frames == 2
+
+
 def test_a_truth_without_later_frames_or_whole_legs_is_refused():
     with pytest.raises(ValueError, match="no frame after frame 4"):
         score(marks([1, 4]), {}, 4)

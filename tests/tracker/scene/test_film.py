@@ -11,14 +11,14 @@ from tracker.scene.film import KEYPOINTS, STRIDES, Scene, compress, render, trut
 Array = NDArray[np.float64]
 
 
-@pytest.fixture(scope="module", params=[1, 2], ids=["seed 1", "seed 2"])
-def scene(request: pytest.FixtureRequest) -> Scene:
-    return render(request.param, shrubs=False)
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return render(2, frames=50, shrubs=False)
 
 
 @pytest.fixture(scope="module")
 def short() -> Scene:
-    return render(5, frames=12, size=(480, 270))
+    return render(5, frames=8, size=(240, 135))
 
 
 def length(scene: Scene, a: str, b: str) -> Array:
@@ -36,19 +36,17 @@ def distance_to_near_leg(scene: Scene, name: str) -> Array:
     return np.min([np.linalg.norm(scene.joints[name] - p, axis=1) for p in points], axis=0)
 
 
-def test_the_two_seeds_tested_here_face_both_ways():
-    assert {render(seed, frames=1).facing for seed in (1, 2)} == {-1, 1}
+def test_the_same_seed_gives_the_same_pictures_and_another_seed_does_not():
+    one, again, other = (render(seed, frames=2, size=(160, 90)) for seed in (5, 5, 6))
+    assert all(np.array_equal(a, b) for a, b in zip(one.images, again.images, strict=True))
+    assert truth_table(one) == truth_table(again)
+    assert not np.array_equal(one.images[0], other.images[0])
 
 
-def test_the_same_seed_gives_the_same_pictures_and_another_seed_does_not(short):
-    again = render(5, frames=12, size=(480, 270))
-    assert all(np.array_equal(a, b) for a, b in zip(short.images, again.images, strict=True))
-    assert truth_table(short) == truth_table(again)
-    other = render(6, frames=12, size=(480, 270))
-    assert not np.array_equal(short.images[0], other.images[0])
-
-
-def test_joints_are_the_pose_carried_through_the_figure(scene):
+@pytest.mark.parametrize(("facing", "name"), [(1, "scene"), (-1, "short")])
+def test_joints_are_the_pose_carried_through_the_figure(facing, name, request):
+    scene = request.getfixturevalue(name)
+    assert scene.facing == facing
     forward, up = np.array([scene.facing, 0.0]), np.array([0.0, -1.0])
 
     def link(a: str, b: str, angle_from_up: Array) -> Array:
@@ -140,13 +138,13 @@ def test_a_far_joint_behind_the_near_leg_is_flagged_hidden_and_one_in_the_open_v
     open_ankle = distance_to_near_leg(scene, "far_ankle") > 0.2 * scene.leg_px  # no arm reaches so low
     assert scene.visible["far_ankle"][open_ankle].all()
     assert open_ankle.sum() > len(scene.images) // 3
-    assert crossings >= 5
+    assert crossings >= 3
     for name in ("head_top", "near_knee", "near_ankle", "near_toe"):
         assert scene.visible[name].mean() > 0.9
 
 
 def test_shrubs_hide_both_legs_for_a_while_and_leave_the_head_free():
-    behind = render(1, size=(320, 180))
+    behind = render(1, size=(240, 135))
     for name in ("near_ankle", "far_ankle", "near_knee"):
         assert 4 <= (~behind.visible[name]).sum() <= len(behind.images) // 2
     assert behind.visible["head_top"].all()
@@ -209,7 +207,7 @@ def test_both_trouser_legs_look_alike_and_the_far_one_is_darker(scene):
 
 def test_the_table_has_a_row_for_every_keypoint_of_every_frame(short):
     rows = truth_table(short)
-    assert [row[:2] for row in rows] == [(t, name) for t in range(12) for name in KEYPOINTS]
+    assert [row[:2] for row in rows] == [(t, name) for t in range(8) for name in KEYPOINTS]
     t, name, x, y, visible = rows[len(KEYPOINTS) * 7 + 2]
     assert (t, name) == (7, "hip")
     assert [x, y] == list(short.joints["hip"][7])
@@ -217,8 +215,8 @@ def test_the_table_has_a_row_for_every_keypoint_of_every_frame(short):
 
 
 def test_pictures_are_uint8_rgb_of_the_size_asked_for(short):
-    assert len(short.images) == 12
-    assert {(image.shape, image.dtype.name) for image in short.images} == {((270, 480, 3), "uint8")}
+    assert len(short.images) == 8
+    assert {(image.shape, image.dtype.name) for image in short.images} == {((135, 240, 3), "uint8")}
 
 
 def test_compression_changes_pixels_little_and_less_at_a_higher_quality(rng):

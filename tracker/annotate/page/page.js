@@ -120,6 +120,23 @@ function skip() {
   changed();
 }
 
+/** The joint of the other leg, or the joint itself where it is of none. */
+function twin(name) {
+  return name.startsWith("near_") ? name.replace("near_", "far_") : name.replace("far_", "near_");
+}
+
+function exchangeLegs() {
+  if (!hasLegs()) return;
+  const exchanged = Object.entries(here()).map(([name, mark]) => [twin(name), mark]);
+  marks.replace(shown.index, Object.fromEntries(exchanged));
+  skipped.set(shown.index, new Set([...left()].map(twin)));
+  changed();
+}
+
+function hasLegs() {
+  return Object.keys(here()).some((name) => twin(name) !== name);
+}
+
 function undo(way) {
   const name = way === "redo" ? marks.redo(shown.index) : marks.undo(shown.index);
   if (!name) return;
@@ -141,6 +158,7 @@ const KEYS = {
   Backspace: remove,
   h: toggleHidden,
   s: skip,
+  x: exchangeLegs,
   n: () => choose(names[(names.indexOf(chosen) + 1) % names.length]),
   b: () => choose(names[(names.indexOf(chosen) + names.length - 1 + (chosen ? 0 : 1)) % names.length]),
   "+": () => picture.zoom(1.25),
@@ -185,6 +203,7 @@ const BUTTONS = {
   hidden: toggleHidden,
   delete: remove,
   skip,
+  legs: exchangeLegs,
   closer: () => picture.zoom(1.5),
   farther: () => picture.zoom(1 / 1.5),
   fit: () => picture.fit(),

@@ -31,6 +31,7 @@ function refresh() {
   $("redo").disabled = !marks.canRedo(shown.index);
   $("hidden").disabled = $("skip").disabled = !chosen;
   $("delete").disabled = !here()[chosen];
+  $("legs").disabled = !hasLegs();
   $("hidden").setAttribute("aria-pressed", String(here()[chosen] ? !here()[chosen].visible : hides));
   showMarkedFrames();
   const open = Object.keys(marks.changed()).length;

@@ -1,0 +1,202 @@
+"""What the marking page opens with where nobody has marked anything."""
+
+import json
+import re
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+
+from tests.tracker.annotate.test_launch import annotate, page, running
+from tests.tracker.annotate.test_page import Page, near, session_page
+from tests.tracker.annotate.test_server import told
+from tests.tracker.clips import figtrack, write_video
+from tests.tracker.outline.films import WALKER, a_walk
+from tests.tracker.processes import started
+from tracker.annotate import suggested as module
+from tracker.annotate.marks import Table
+from tracker.annotate.suggested import suggested
+from tracker.clip.found import TURNED, people, suggestion_path
+from tracker.foreign.start_marks import Taken
+from tracker.progress import Progress
+from tracker.tables.keypoints import Mark, points, read_keypoints, write_marks
+from videos.frames import Video
+
+QUIET = Progress("quiet")
+FIRST, BEST = 5, 12  # the film begins within a stride; its ankles are farthest apart in frame 12
+WITHIN = 2.0  # pixels of a leg of 40; people are marked with longer trunks than the walker was painted with
+LEFT = {6: {"hip": Mark(100.0, 90.0), "near_knee": Mark(101.0, 110.0)}}
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
+    """Who walks to the right, for 27 frames; not to be written to."""
+    path = tmp_path_factory.mktemp("film") / "walk.mp4"
+    write_video(path, a_walk().images[FIRST:])
+    return path
+
+
+@pytest.fixture(scope="module")
+def walker(film):
+    (one,) = people(Video(film), QUIET)
+    return one
+
+
+@pytest.fixture
+def truth():
+    """The joints of the frame that is suggested."""
+    return dict(zip(WALKER.joints, map(tuple, a_walk().joints[FIRST + BEST]), strict=True))
+
+
+@pytest.fixture
+def table(tmp_path):
+    return tmp_path / "k.csv"
+
+
+@contextmanager
+def command(video, table):
+    """The command at work, what it says of a suggestion, and the page's address."""
+    process = started("annotate", video, "--out", table, "--no-browser", "--quiet")
+    try:
+        told = process.stdout.readline()
+        yield process, told, re.search(r"http://\S+", process.stdout.readline())[0]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_the_suggestion_is_who_walks_through_the_film_with_the_ankles_apart(film, table, truth):
+    taken = suggested(film, Table(table), QUIET)
+    assert taken.frame == BEST
+    assert taken.marks.keys() == truth.keys()
+    for name, place in points(taken.marks).items():
+        assert near(place, truth[name], WITHIN), name
+    assert "faces right, the near leg behind; check every joint, and which leg is nearer" in taken.told
+
+
+def test_what_is_not_sure_is_suggested_all_the_same_and_said(film, walker, table, monkeypatch):
+    unsure = replace(walker, turned=0.9 * TURNED, outline=replace(walker.outline, named=0.1))
+    monkeypatch.setattr(module, "people", lambda *_: [unsure, walker])
+    taken = suggested(film, Table(table), QUIET)
+    assert "the surest of 2 people who walk through the film" in taken.told
+    assert "faces right (not sure), the near leg behind (not sure)" in taken.told
+
+
+def test_what_track_left_beside_the_table_is_suggested_without_a_look_at_the_film(film, table, monkeypatch):
+    def nobody_looks(*_):
+        raise AssertionError("the film was looked at")
+
+    monkeypatch.setattr(module, "people", nobody_looks)
+    write_marks(suggestion_path(table.parent, film), LEFT)
+    taken = suggested(film, Table(table), QUIET)
+    assert {taken.frame: taken.marks} == LEFT
+    assert "the suggestion of walk.suggested.keypoints.csv" in taken.told
+
+
+def test_where_nobody_is_found_the_page_opens_without_marks_and_it_is_said(clip, table):
+    with command(clip.video, table) as (_, told, address):
+        opening = page(address)
+    assert told.startswith("nobody was found")
+    assert (opening["taken"], opening["marks"], opening["frame"]["index"]) == (None, {}, 0)
+
+
+@pytest.mark.parametrize(
+    ("options", "frame", "taken"),
+    [
+        ((), 6, LEFT[6]),
+        (("--frame", 6), 6, LEFT[6]),
+        (("--frame", 2), 2, None),
+        (("--empty",), 0, None),
+        (("--empty", "--frame", 6), 6, None),
+    ],
+)
+def test_the_page_opens_with_the_suggestion_unless_it_is_told_otherwise(film, table, options, frame, taken):
+    write_marks(suggestion_path(table.parent, film), LEFT)
+    with running(film, "--out", table, *options) as (_, address):
+        opening = page(address)
+    assert opening["frame"]["index"] == frame
+    assert (opening["taken"] and opening["taken"]["marks"]) == (taken and told(taken))
+    assert opening["marks"] == {}
+    assert not table.exists()
+
+
+def test_a_table_with_marks_opens_without_a_suggestion_unless_it_is_begun_anew(film, table):
+    write_marks(suggestion_path(table.parent, film), LEFT)
+    write_marks(table, {1: {"neck": Mark(3.0, 4.0)}})
+    with running(film, "--out", table) as (_, address):
+        opening = page(address)
+    assert (opening["taken"], opening["frame"]["index"]) == (None, 1)
+    with running(film, "--out", table, "--overwrite") as (_, address):
+        assert page(address)["taken"]["frame"] == 6
+
+
+def test_a_suggestion_of_a_frame_that_the_film_has_not_is_said_in_one_line(film, table):
+    write_marks(suggestion_path(table.parent, film), {99: LEFT[6]})
+    assert "ends with frame 26" in annotate(film, table)
+
+
+def test_the_suggestion_is_dragged_right_its_legs_are_exchanged_and_track_takes_it(
+    browser, film, table, truth
+):
+    browser.errors.clear()
+    with command(film, table) as (process, told, address):
+        assert told.startswith(f"frame {BEST} has a suggestion")
+        page = Page(browser, address)
+        page.turn_to(BEST)
+        assert "check every joint" in browser.text("#saved")
+        suggestion = page.points()
+        for name, place in truth.items():
+            assert near(suggestion[name], place, WITHIN), name
+        assert not table.exists()
+
+        wanted = (suggestion["head_top"][0] + 1.5, suggestion["head_top"][1] - 1.0)
+        page.drag(suggestion["head_top"], (40.0, 40.0), wanted)
+        browser.push("#legs")
+        browser.push("#close")
+        browser.wait("document.querySelector('.over')")
+        _, errors = process.communicate(timeout=120)
+        assert (process.returncode, errors, browser.errors) == (0, "", [])
+
+    marks = points(read_keypoints(table)[BEST])
+    assert near(marks.pop("head_top"), wanted)
+    for name, place in marks.items():
+        other = name.replace("near", "far") if "near" in name else name.replace("far", "near")
+        assert near(place, suggestion[other]), name
+
+    out = table.parent / "followed"
+    result = figtrack("track", film, "--keypoints", table, "--model", "cv", "--stop", BEST + 1, "--out", out)
+    assert result.exit_code == 0, result.stderr
+    assert json.loads((out / "run.json").read_text())["start"]["frame"] == BEST
+
+
+def test_legs_are_exchanged_by_the_keyboard_undone_and_done_again(browser, film, table):
+    marks = {"hip": (100, 90), "near_knee": (101, 110), "near_ankle": (99, 130), "far_knee": (104, 109)}
+    other = {"hip": (100, 90), "far_knee": (101, 110), "far_ankle": (99, 130), "near_knee": (104, 109)}
+    taken = Taken(0, {name: Mark(*place, "ankle" not in name) for name, place in marks.items()}, "taken")
+    with session_page(browser, film, table, taken=taken) as page:
+        page.press("x")
+        assert page.points() == other
+        page.press("Control+z")
+        assert page.points() == marks
+        page.press("Control+y")
+        assert page.points() == other
+        page.save()
+        saved = read_keypoints(table)[0]
+        assert (points(saved), [name for name in saved if not saved[name].visible]) == (other, ["far_ankle"])
+        page.press(".")
+        page.turn_to(1)
+        assert browser.value("document.querySelector('#legs').disabled")
+        page.press("x")
+        assert page.points() == {}
+    assert browser.errors == []
+
+
+def test_a_joint_that_was_left_out_is_left_out_of_the_other_leg_when_they_are_exchanged(browser, film, table):
+    taken = Taken(0, {"near_knee": Mark(101.0, 110.0)}, "taken")
+    with session_page(browser, film, table, taken=taken) as page:
+        browser.push("button[data-joint=near_ankle]")
+        page.press("s", "x")
+        left = "document.querySelector('button[data-joint={}] .state').textContent"
+        assert browser.value(left.format("far_ankle")) == "left out"
+        assert browser.value(left.format("near_ankle")) == ""
+    assert browser.errors == []

@@ -1,0 +1,181 @@
+"""figtrack find, and commands that start without a mark."""
+
+import pytest
+
+from tests.tracker.clips import (
+    RUN_FILES,
+    everything,
+    figtrack,
+    read_csv,
+    read_json,
+    refused,
+    write_table,
+    write_video,
+)
+from tests.tracker.outline.films import MIDDLE, UNIT, WALKER, a_walk, film
+from tracker.batch.jobs import read_jobs
+from tracker.batch.run_all import DONE, run_row
+from tracker.clip import found
+from tracker.clip.found import TURNED, nearer
+from tracker.progress import Progress
+from tracker.tables.keypoints import read_keypoints
+
+STOP = 19  # the last frame that is followed, for speed
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    path = tmp_path_factory.mktemp("film") / "walk.mp4"
+    write_video(path, a_walk().images)
+    return path
+
+
+@pytest.fixture
+def seen(monkeypatch, tmp_path):
+    """Have these people found in every film; results go into an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def see(*people):
+        monkeypatch.setattr(found, "people", lambda *_: list(people))
+
+    return see
+
+
+@pytest.fixture
+def unseen(monkeypatch, tmp_path):
+    """Nobody may be looked for."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(found, "people", None)
+
+
+def test_a_film_alone_is_followed_and_the_run_has_what_it_started_from(video, tmp_path):
+    out = tmp_path / "out"
+    result = figtrack("track", video, "--model", "cv", "--stop", STOP, "--out", out, "--progress", "plain")
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in out.iterdir()} == RUN_FILES | {"start.keypoints.csv"}
+    news = read_json(out / "run.json")
+    frame = news["start"]["frame"]
+    assert news["start"] == {"frame": frame, "marks": "found", "near_leg": "sure"}
+    assert (news["facing"], news["frames"], news["warnings"]) == ("right", STOP + 1, [])
+    marks = read_keypoints(out / "start.keypoints.csv")
+    assert list(marks) == [frame]
+    followed = {row["keypoint"]: row for row in read_csv(out / "keypoints.csv") if row["frame"] == str(frame)}
+    for name, place in zip(WALKER.joints, a_walk().joints[frame], strict=True):
+        for x, y in ((marks[frame][name].x, marks[frame][name].y), tuple(map(float, _xy(followed[name])))):
+            assert (x - place[0]) ** 2 + (y - place[1]) ** 2 < (0.15 * UNIT) ** 2
+    assert f"walk.mp4 with cv: {STOP + 1} of {STOP + 1} in" in result.stderr
+
+
+def _xy(row):
+    return row["x"], row["y"]
+
+
+def test_find_writes_table_and_picture_and_says_a_line_a_person(seen, video, tmp_path):
+    seen(a_walk().person())
+    result = figtrack("find", video)
+    assert (result.exit_code, result.stdout.count("\n")) == (0, 1)
+    assert result.stdout.startswith("person 1: frames 0 to ")
+    assert {path.name for path in tmp_path.iterdir()} == {"walk-people.csv", "walk-people.png"}
+    assert len(read_csv(tmp_path / "walk-people.csv")) == 1
+
+
+def test_nobody_is_an_answer_of_find_and_no_start_for_track(tmp_path, rng, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_video(tmp_path / "empty.mp4", film(rng, frames=20, walker=False).images)
+    result = figtrack("find", "empty.mp4", "--quiet")
+    assert (result.exit_code, result.output) == (0, "nobody walks through empty.mp4\n")
+    assert read_csv(tmp_path / "empty-people.csv") == []
+    monkeypatch.setattr(found, "people", lambda *_: [])
+    assert "nobody was found who walks through the film" in refused("track", "empty.mp4")
+    assert {path.name for path in tmp_path.iterdir()} == {"empty.mp4", "empty-people.csv"}
+
+
+def test_a_film_too_short_to_know_the_scene_is_refused_in_one_line(clip, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert len(clip) < 20
+    assert "nobody was found" in refused("track", clip.video)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_of_several_one_must_be_named(seen, video, tmp_path):
+    walk = a_walk()
+    seen(walk.person(frame=12), walk.person(frame=17))
+    said = refused("track", video)
+    assert "2 people walk through the film; name one with --person N, as 'figtrack find' lists them" in said
+    suggested = tmp_path / "walk.suggested.keypoints.csv"
+    assert suggested.name in said
+    assert [path.name for path in tmp_path.iterdir()] == [suggested.name]
+    assert list(read_keypoints(suggested)) == [12]
+    assert "there is no person 3; found are 2" in refused("track", video, "--person", 3)
+
+
+def test_a_start_that_is_refused_leaves_its_marks_beside_where_the_run_would_lie(seen, video, tmp_path):
+    one = a_walk().person(turned=0.5 * TURNED)
+    seen(one)
+    out = tmp_path / "runs" / "out"
+    assert "not sure which way the figure faces" in refused("track", video, "--out", out)
+    suggested = tmp_path / "runs" / "walk.suggested.keypoints.csv"
+    assert [path.name for path in out.parent.iterdir()] == [suggested.name]
+    marks = read_keypoints(suggested)[MIDDLE]
+    assert [(mark.x, mark.y) for mark in marks.values()] == pytest.approx(one.joints, abs=0.01)
+
+
+def test_a_nearer_leg_that_is_given_is_the_one_that_is_followed_as_near(seen, video, tmp_path):
+    one = a_walk().person(named=0.5)
+    seen(one)
+    words = ("--near", nearer(one).other, "--model", "cv", "--stop", STOP, "--quiet")
+    result = figtrack("track", video, *words)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert read_json(tmp_path / "walk-track" / "run.json")["start"]["near_leg"] == "given"
+    marks = read_keypoints(tmp_path / "walk-track" / "start.keypoints.csv")[MIDDLE]
+    knee = WALKER.joints.index("far_knee")
+    assert marks["near_knee"].x == pytest.approx(one.joints[knee, 0], abs=0.01)
+
+
+def test_results_that_are_there_are_refused_before_anybody_is_looked_for(unseen, video, tmp_path):
+    (tmp_path / "walk-track").mkdir()
+    (tmp_path / "walk-track" / "run.json").write_text('{"figtrack": "0"}')
+    (tmp_path / "walk-compare").mkdir()
+    (tmp_path / "walk-compare" / "compare.json").write_text('{"models": []}')
+    (tmp_path / "walk-people.csv").write_text("mine")
+    write_table(tmp_path / "k.csv", [(MIDDLE, "hip", 120, 100, 1)])
+    before = everything(tmp_path)
+    assert "walk-track holds a complete run" in refused("track", video)
+    assert "walk-compare holds a complete run" in refused("compare", video, "--truth", "k.csv")
+    assert "walk-people.csv exists" in refused("find", video)
+    assert everything(tmp_path) == before
+
+
+def test_marks_win_over_who_would_be_found(unseen, clip, tmp_path):
+    words = ("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 3)
+    assert figtrack(*words, "--quiet").exit_code == 0
+    assert read_json(tmp_path / "walk-track" / "run.json")["start"]["marks"] == "given"
+    assert not (tmp_path / "walk-track" / "start.keypoints.csv").exists()
+    assert "leave them or the keypoints out" in refused(*words, "--person", 1, "--overwrite")
+
+
+def test_models_are_compared_by_marks_that_they_do_not_start_from(seen, video, tmp_path):
+    walk = a_walk()
+    seen(walk.person(frame=3))
+    rows = [(9, name, *place, 1) for name, place in zip(WALKER.joints, walk.joints[9], strict=True)]
+    write_table(tmp_path / "truth.csv", rows)
+    words = ("--truth", "truth.csv", "--model", "cv", "--stop", 9, "--quiet")
+    result = figtrack("compare", video, *words)
+    assert result.exit_code == 0, result.output
+    assert "1 of 1" in result.stdout  # frame 9, which is not the start
+    assert figtrack("compare", video, "--model", "cv").exit_code == 2
+
+
+def test_a_row_of_a_batch_needs_no_marks_and_its_folder_says_what_is_not_sure(seen, video, tmp_path):
+    one = a_walk().person(named=0.5)
+    seen(one)
+    write_table(tmp_path / "jobs.csv", [(video, "", "cv", STOP)], ("video", "keypoints", "model", "stop"))
+    (row,) = read_jobs(tmp_path / "jobs.csv", tmp_path, Progress("quiet"))
+    assert row.keypoints is None
+    ending = run_row(row, overwrite=False)
+    assert (ending.status, ending.frames, ending.error) == (DONE, STOP + 1, "")
+    other = nearer(one).other
+    assert ending.warnings.startswith("it is not sure which leg is the nearer one")
+    assert ending.warnings.endswith(f"in frame {MIDDLE}, give --near {other}")
+    start = read_json(row.out / "run.json")["start"]
+    assert start == {"frame": MIDDLE, "marks": "found", "near_leg": "unsure"}

@@ -1,0 +1,214 @@
+"""Who is found in a film file, and the start that comes of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.clips import write_table, write_video
+from tests.tracker.outline.films import MIDDLE, UNIT, WALKER, a_walk, film
+from tracker import follow
+from tracker.clip import found as found_module
+from tracker.clip import staged as staged_module
+from tracker.clip.found import TURNED, FoundError, asked, nearer, people, start_of, sure_of_leg
+from tracker.clip.job import Following, Nearer
+from tracker.clip.plan import prepare
+from tracker.clip.staged import FEWEST
+from tracker.progress import Progress
+from videos.frames import Video
+
+QUIET = Progress("quiet")
+
+
+def as_video(images, folder):
+    write_video(folder / "film.mp4", np.ascontiguousarray(images))
+    return Video(folder / "film.mp4")
+
+
+@pytest.fixture
+def walk():
+    return a_walk()
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    return as_video(a_walk().images, tmp_path_factory.mktemp("walk"))
+
+
+@pytest.fixture(scope="module")
+def found(video):
+    return people(video, QUIET)
+
+
+def test_the_walker_of_a_film_is_found_where_the_walker_is(found, walk):
+    (one,) = found
+    assert (one.first, one.last) == (0, len(walk.q) - 1)
+    assert (one.facing, one.direction, one.runs) == (1, 1, False)
+    assert np.hypot(*(one.joints - walk.joints[one.frame]).T).mean() < 0.06 * UNIT
+    assert one.outline.units == pytest.approx(UNIT, rel=0.2)
+    assert one.turned > 2.0 * TURNED
+    assert sure_of_leg(one)
+
+
+def test_a_start_is_what_was_found(found, walk, video):
+    start = start_of(found, Following(), video)
+    places = np.array([[start.marks[name].x, start.marks[name].y] for name in WALKER.joints])
+    assert np.hypot(*(places - walk.joints[start.frame]).T).mean() < 0.06 * UNIT
+    assert (start.frame, start.facing, start.near_leg) == (found[0].frame, 1, "sure")
+    assert set(start.points) == set(range(len(walk.q)))
+    assert start.wrong < 0.05
+
+
+@pytest.mark.whole
+def test_of_two_people_who_cross_one_is_seen_throughout_and_one_before_and_after(tmp_path):
+    one = film(np.random.default_rng(20), frames=60)
+    found = people(as_video(one.behind(one.mirrored()).images, tmp_path), QUIET)
+    assert [(each.facing, each.direction) for each in found] == [(1, 1), (-1, -1), (-1, -1)]
+    assert all(each.turned > TURNED for each in found)
+    throughout, *others = found
+    assert (throughout.first, throughout.last) == (0, 59)
+    before, after = sorted(others, key=lambda each: each.first)
+    assert (before.first, after.last) == (0, 59)
+    assert before.last < 30 < after.first
+
+
+def test_where_nobody_walks_nobody_is_found_though_the_camera_moves(rng, tmp_path):
+    empty = film(rng, frames=FEWEST, camera=(1.2, 0.3, 0.0, 0.001), walker=False)
+    assert people(as_video(empty.images, tmp_path), QUIET) == []
+
+
+def test_where_the_light_changes_nobody_is_found(rng, tmp_path):
+    empty = film(rng, frames=FEWEST, walker=False).images
+    ramp = np.linspace(1.0, 0.7, len(empty))[:, None, None, None]
+    ramp = np.where(np.arange(len(empty))[:, None, None, None] > 12, 0.6, ramp)  # and jumps
+    assert people(as_video(np.rint(empty * ramp).astype(np.uint8), tmp_path), QUIET) == []
+
+
+def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):
+    monkeypatch.setattr(found_module, "paths", None)
+    assert people(video, QUIET, FEWEST - 2) == []
+
+
+def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video, monkeypatch):
+    parts = []
+
+    def paths(stage, *rest):
+        parts.append(len(stage))
+        return ["path"] * (len(parts) - 1)
+
+    monkeypatch.setattr(staged_module, "FEWEST", 12)
+    monkeypatch.setattr(found_module, "WINDOW", 16)
+    monkeypatch.setattr(found_module, "paths", paths)
+    monkeypatch.setattr(found_module, "alone", lambda stage, *_: stage)
+    monkeypatch.setattr(found_module, "person", lambda *_: walk.person(frame=5))
+    (one,) = people(video, QUIET)
+    assert parts == [16, 16]
+    assert (one.first, one.frame) == (16, 21)
+
+
+def test_nobody_is_no_start(video):
+    with pytest.raises(FoundError, match="nobody was found who walks") as said:
+        start_of([], Following(), video)
+    assert said.value.suggested is None
+
+
+def test_of_several_one_must_be_named(walk, video):
+    both = [walk.person(frame=12), walk.shifted(44).person(frame=20)]
+    with pytest.raises(FoundError, match="2 people walk through the film; name one with --person N") as said:
+        start_of(both, Following(), video)
+    assert list(said.value.suggested) == [12]
+    start = start_of(both, Following(person=2), video)
+    assert (start.frame, start.marks["hip"].x) == (20, pytest.approx(both[1].joints[0, 0], abs=0.01))
+    with pytest.raises(FoundError, match="there is no person 3; found are 2"):
+        start_of(both, Following(person=3), video)
+
+
+def test_a_facing_that_is_not_sure_is_no_start(walk, video):
+    one = walk.person(turned=0.9 * TURNED)
+    with pytest.raises(FoundError, match=f"not sure which way the figure faces in frame {MIDDLE}") as said:
+        start_of([one], Following(), video)
+    assert said.value.suggested[MIDDLE].keys() == set(WALKER.joints)
+    assert start_of([walk.person(turned=1.1 * TURNED)], Following(), video).facing == 1
+
+
+def test_a_pose_that_no_body_has_is_no_start(walk, video):
+    one = walk.person()
+    joints = one.outline.joints.copy()
+    joints[:, WALKER.joints.index("near_ankle")] += (0.0, 60.0)
+    bent = replace(one, outline=replace(one.outline, joints=joints))
+    with pytest.raises(FoundError, match=r"pose found in frame 16 may be wrong: .*; mark its joints") as said:
+        start_of([bent], Following(), video)
+    assert MIDDLE in said.value.suggested
+
+
+def test_the_nearer_leg_may_be_given(walk, video):
+    one = walk.person(named=1.0)
+    seen = start_of([one], Following(), video)
+    same = start_of([one], Following(near=nearer(one)), video)
+    other = start_of([one], Following(near=nearer(one).other), video)
+    assert (seen.near_leg, same.near_leg, other.near_leg) == ("unsure", "given", "given")
+    assert (seen.nearer, same.nearer, other.nearer) == (nearer(one), nearer(one), nearer(one).other)
+    assert seen.wrong == pytest.approx(1.0 / (1.0 + np.e))
+    assert (same.wrong, other.wrong) == (0.0, 0.0)
+    assert seen.marks == same.marks
+    assert other.marks["near_knee"] == seen.marks["far_knee"]
+    np.testing.assert_array_equal(other.points[3].pixels[1:3], seen.points[3].pixels[1:3])
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("frame", [2, 8, 17])
+def test_the_leg_ahead_is_the_one_further_on_where_the_figure_faces(mirrored, frame, walk):
+    one = (walk.mirrored() if mirrored else walk).person(frame=frame)
+    hip, near, far = (one.joints[WALKER.joints.index(name), 0] for name in ("hip", "near_ankle", "far_ankle"))
+    ahead = one.facing * (near - hip) > one.facing * (far - hip)
+    assert nearer(one) is (Nearer.AHEAD if ahead else Nearer.BEHIND)
+    assert nearer(one.exchanged) is nearer(one).other
+
+
+@pytest.fixture
+def seen(monkeypatch, walk):
+    """Who is found in whatever film, and how many films were looked through."""
+    looked = []
+
+    def people(video, progress, *how):
+        looked.append(how)
+        return [walk.person()]
+
+    monkeypatch.setattr(found_module, "people", people)
+    return looked
+
+
+def test_a_job_without_marks_starts_from_who_is_found_as_it_faces(seen, video, walk):
+    job = asked(Following(model="cv", stop=25, facing="right"), video.path, None, None, QUIET)
+    assert seen == [(25, 1)]
+    assert (list(job.marks), job.facing, job.found.frame) == ([MIDDLE], 1, MIDDLE)
+    plan = prepare(job)
+    assert plan.start.q == pytest.approx(walk.start().q, abs=0.05)
+
+
+def test_marks_win_and_nobody_is_looked_for(seen, video, walk, tmp_path):
+    rows = [(3, name, *place, 1) for name, place in zip(WALKER.joints, walk.joints[3], strict=True)]
+    write_table(tmp_path / "k.csv", rows)
+    job = asked(Following(), video.path, tmp_path / "k.csv", None, QUIET)
+    assert (seen, list(job.marks), job.found) == ([], [3], None)
+    for options in ({"person": 1}, {"near": "ahead"}):
+        with pytest.raises(ValueError, match="leave them or the keypoints out"):
+            asked(Following(**options), video.path, tmp_path / "k.csv", None, QUIET)
+
+
+@pytest.mark.parametrize("options", [{"start": 3}, {"anchors": True}])
+def test_marked_frames_are_not_asked_for_where_nothing_is_marked(options, seen, video):
+    with pytest.raises(ValueError, match="start and anchors are of marked frames"):
+        asked(Following(**options), video.path, None, None, QUIET)
+    assert seen == []
+
+
+def test_in_python_a_film_alone_is_followed_and_doubts_are_warnings(monkeypatch, video, walk):
+    monkeypatch.setattr(found_module, "people", lambda *_: [walk.person(named=0.5)])
+    other = nearer(walk.person()).other
+    with pytest.warns(UserWarning, match=f"if it is the one {other} in frame {MIDDLE}, give --near {other}"):
+        track = follow(video.path, model="cv", stop=MIDDLE)
+    ankles = [track.figure.joints.index(name) for name in ("near_ankle", "far_ankle")]
+    off = np.hypot(*np.moveaxis(track.joints()[:, ankles] - walk.joints[: MIDDLE + 1, ankles], -1, 0))
+    assert len(track) == MIDDLE + 1
+    assert np.median(off) < 0.1 * UNIT

@@ -1,0 +1,145 @@
+"""The outline's joints as points of a plan, and when there are none."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.tracker.clips import write_table, write_video
+from tests.tracker.outline.films import MIDDLE, SIZE, WALKER, a_walk
+from tracker.clip import outlines
+from tracker.clip.job import Job
+from tracker.clip.outlines import EXCHANGE, MOST, POINT, outlined
+from tracker.clip.plan import prepare
+from tracker.clip.staged import FEWEST
+from tracker.progress import Progress
+from tracker.settings import Settings
+from tracker.tables.keypoints import read_keypoints
+
+QUIET = Progress("quiet")
+WIDTH = 160  # of the film: at its end the walker is partly out of sight
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    """The film with its middle frame marked."""
+    folder, walk = tmp_path_factory.mktemp("film"), a_walk()
+    write_video(folder / "walk.mp4", np.ascontiguousarray(walk.images[:, :, :WIDTH]))
+    marks = zip(WALKER.joints, walk.joints[MIDDLE], strict=True)
+    write_table(folder / "walk.csv", [(MIDDLE, name, *place, 1) for name, place in marks])
+    return Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), "cv", facing=1)
+
+
+@pytest.fixture(scope="module")
+def plan(job):
+    return prepare(job)
+
+
+@pytest.fixture(scope="module")
+def found(plan):
+    return outlined(plan, QUIET)
+
+
+def test_the_points_of_every_frame_are_the_walkers_joints(found):
+    walk = a_walk()
+    away = [
+        np.hypot(*(each.pixels - walk.joints[t][each.joint]).T) / walk.units[t]
+        for t, each in found.points.items()
+    ]
+    assert sorted(found.points) == list(range(len(walk.images)))
+    assert np.mean(np.concatenate(away)) < 0.07
+    settings = found.tracker.settings
+    assert settings.point == POINT
+    assert EXCHANGE <= settings.exchange < 0.1
+
+
+def test_joints_beyond_the_picture_are_no_points(found):
+    pixels = np.concatenate([each.pixels for each in found.points.values()])
+    assert np.all((pixels >= 0.0) & (pixels <= (WIDTH - 1, SIZE[1] - 1)))
+    assert len(found.points[MIDDLE].joint) == len(WALKER.joints)
+    out = a_walk().joints[-1, :, 0] > WIDTH + 5
+    assert 0 < out.sum() < len(out)
+    assert not out[found.points[len(a_walk().images) - 1].joint].any()
+
+
+@pytest.fixture
+def as_if(monkeypatch):
+    """Have every film's outline seen alike: which frames show it, and how sure the legs' names are."""
+
+    def fit(seen=lambda t: t >= 0, named=9.0):
+        def fitted(stage, start, *rest):
+            times = np.arange(len(stage))
+            joints = np.broadcast_to(start.view.origin, (len(times), len(WALKER.joints), 2))
+            shown = np.ones(joints.shape[:2], bool)
+            return SimpleNamespace(joints=joints, shown=shown, seen=seen(times), named=named)
+
+        monkeypatch.setattr(outlines, "fitted", fitted)
+
+    return fit
+
+
+def test_no_frame_after_the_last_asked_for_has_points(plan, as_if):
+    as_if()
+    stopped = outlined(replace(plan, job=replace(plan.job, stop=24)), QUIET)
+    assert sorted(stopped.points) == list(range(25))
+
+
+def test_frames_beyond_reach_of_the_marked_one_have_no_points(plan, as_if, monkeypatch):
+    as_if()
+    monkeypatch.setattr(outlines, "REACH", 11)
+    assert sorted(outlined(plan, QUIET).points) == list(range(MIDDLE - 11, MIDDLE + 12))
+
+
+def test_frames_in_which_the_outline_is_not_seen_have_no_points(plan, as_if):
+    as_if(seen=lambda t: t % 3 == 1)
+    stopped = outlined(replace(plan, job=replace(plan.job, stop=24)), QUIET)
+    assert sorted(stopped.points) == list(range(1, 25, 3))
+
+
+@pytest.mark.parametrize(
+    ("named", "exchange"), [(0.0, MOST), (2.0, 1.0 / (1.0 + np.exp(2.0))), (99.0, EXCHANGE)]
+)
+def test_the_legs_names_are_doubted_as_the_fit_says_within_bounds(named, exchange, plan, as_if):
+    as_if(named=named)
+    stopped = outlined(replace(plan, job=replace(plan.job, stop=20)), QUIET)
+    assert stopped.tracker.settings.exchange == pytest.approx(exchange)
+
+
+def test_a_film_of_too_few_frames_leaves_the_plan_as_it_is(plan):
+    short = replace(plan, job=replace(plan.job, stop=FEWEST - 2))
+    assert outlined(short, QUIET) is short
+
+
+@pytest.mark.parametrize("frame", [len(a_walk().images) + 5, 900])
+@pytest.mark.parametrize("hint", [True, False])
+def test_a_start_past_the_films_end_leaves_the_plan_as_it_is(frame, hint, plan, monkeypatch):
+    if not hint:
+        monkeypatch.setattr(plan.video, "count_hint", None)
+    late = replace(plan, frame=frame)
+    assert outlined(late, QUIET) is late
+
+
+def test_a_film_in_which_nobody_stands_out_leaves_the_plan_as_it_is(plan, as_if):
+    as_if(seen=lambda t: t < 0)
+    stopped = replace(plan, job=replace(plan.job, stop=20))
+    assert outlined(stopped, QUIET) is stopped
+
+
+@pytest.mark.parametrize("change", [{"outline": False}, {"templates": False}, {"mode": "classic"}])
+def test_settings_that_want_no_outline_leave_the_plan_as_it_is(change, plan, monkeypatch):
+    monkeypatch.setattr(outlines, "staged", None)  # not even looked at
+    settings = plan.tracker.settings.model_copy(update=change)
+    other = replace(plan, tracker=replace(plan.tracker, settings=settings))
+    assert outlined(other, QUIET) is other
+
+
+def test_points_that_are_given_stay(plan, monkeypatch):
+    monkeypatch.setattr(outlines, "staged", None)
+    given = replace(plan, measured=object())
+    assert outlined(given, QUIET) is given
+
+
+def test_an_outline_is_wanted_unless_told_otherwise():
+    settings = Settings()
+    assert (settings.outline, settings.templates, settings.mode) == (True, True, "full")

@@ -1,0 +1,96 @@
+"""Paths of bodies through a film in which nobody is marked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import CYCLES, FPS, SHAPE, UNIT, film
+from tracker.outline.bodies import LARGEST, Path, alone, paths
+from tracker.outline.stage import Stage
+from tracker.survey.evidence import NOTHING
+from tracker.survey.surveyed import survey
+
+NEAR = 0.25  # leg lengths: places lie an eighth of one apart, and no body is the mean one
+
+
+def found_in(stage):
+    return paths(stage, SHAPE, CYCLES, FPS)
+
+
+def surveyed(film):
+    """The film with the log odds that a survey gives it."""
+    seen = survey(iter(film.images), 1.0)
+    odds, light = map(np.stack, zip(*seen.seen(film.images), strict=True))
+    return Stage(odds, light, seen.up, seen.places, 1)
+
+
+def away(path, walk):
+    """Leg lengths from a walker's hip in each of the path's frames."""
+    return np.hypot(*(path.hips - walk.hips[path.first : path.last + 1]).T) / UNIT
+
+
+def test_a_walker_is_one_path_from_the_first_frame_to_the_last(walk):
+    (path,) = found_in(surveyed(walk))
+    assert (path.first, path.last) == (0, len(walk.q) - 1)
+    assert away(path, walk).max() < NEAR
+    assert np.all((path.units > 0.75 * UNIT) & (path.units < 1.15 * UNIT))
+    assert len(path.score) == len(path.hips)
+
+
+def test_a_path_is_told_in_the_pixels_of_each_frame_where_the_camera_moves(rng):
+    panned = film(rng, frames=20, camera=(2.0, 0.5, 0.0, 0.0))
+    (path,) = found_in(panned.stage(rng))
+    assert (
+        np.ptp(panned.hips[:, 0]) < 0.3 * UNIT < 0.9 * UNIT < np.ptp(panned.hips[:, 0] + 2.0 * np.arange(20))
+    )
+    assert away(path, panned).max() < NEAR
+
+
+def test_a_path_begins_where_its_walker_appears_and_ends_where_the_walker_is_gone(walk, rng):
+    cover = walk.cover.copy()
+    cover[:6], cover[28:] = 0.0, 0.0
+    (path,) = found_in(replace(walk, cover=cover).stage(rng))
+    # Every other frame is looked at.
+    assert abs(path.first - 6) <= 1
+    assert abs(path.last - 27) <= 1
+
+
+def test_two_who_walk_apart_are_two_paths(walk, rng):
+    left, right = (walk.shifted(by).part(slice(8, 28)) for by in (-44, 44))
+    found = found_in(left.behind(right).stage(rng))
+    assert len(found) == 2
+    assert found[0].score.sum() >= found[1].score.sum()
+    one, other = sorted(found, key=lambda path: path.hips[0, 0])
+    assert max(away(one, left).max(), away(other, right).max()) < NEAR
+
+
+def test_alone_nothing_is_known_about_the_others_but_all_about_oneself(walk, rng):
+    left, right = (walk.shifted(by).part(slice(8, 28)) for by in (-44, 44))
+    stage = left.behind(right).stage(rng)
+    one, other = (Path(0, each.hips, each.units, np.ones(20)) for each in (left, right))
+    found = alone(stage, one, [one, other]).odds
+    own, theirs = left.cover > 0.5, right.cover > 0.9
+    np.testing.assert_array_equal(found[own], stage.odds[own])
+    assert (found[theirs] == NOTHING).mean() > 0.95
+    near = replace(other, hips=one.hips + np.array([0.9 * UNIT, 0.0]))  # the two cover each other
+    np.testing.assert_array_equal(alone(stage, one, [one, near]).odds, stage.odds)
+
+
+@pytest.mark.parametrize("mean", [-2.0, -0.5])
+def test_what_stands_out_here_and_there_is_nobody(mean, walk, rng):
+    shape = 20, *walk.cover.shape[1:]
+    noise = replace(walk.part(slice(20)), cover=0.5 + (mean + rng.normal(size=shape)) / 5.0)
+    assert found_in(noise.stage(rng)) == []
+
+
+def test_what_stands_out_everywhere_is_nobody(walk, rng):
+    lit = walk.part(slice(20))
+    assert found_in(replace(lit, cover=np.ones_like(lit.cover)).stage(rng)) == []
+
+
+def test_who_is_too_large_for_the_picture_is_not_looked_for(walk, stage):
+    cut = slice(60, 120)  # of rows: the leg is two thirds of what is left
+    assert LARGEST * (cut.stop - cut.start) < 0.85 * UNIT
+    low = Stage(stage.odds[:, cut], stage.light[:, cut], stage.up, stage.places, 1)
+    assert all(path.units.max() < 0.85 * UNIT for path in found_in(low))

@@ -1,0 +1,78 @@
+"""The whole fit, from a mark in the middle of a film."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, WALK, WALKER, film
+from tracker.outline.cycles import NECK, Cycles, columns_of
+from tracker.outline.fit import fitted
+
+NEAR = 0.05  # leg lengths, in the mean
+FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
+
+
+def fit(film, stage, start=None, frame=MIDDLE):
+    return fitted(stage, start or film.start(frame), frame, FPS, FEW)
+
+
+def errors(found, film):
+    """(T, J) leg lengths from the true joints."""
+    return np.hypot(*np.moveaxis(found - film.joints, -1, 0)) / film.units[:, None]
+
+
+def exchanged(start):
+    """The same marks with the legs' names exchanged."""
+    return replace(start, q=start.q[WALKER.exchanged])
+
+
+@pytest.fixture(scope="module")
+def found(walk, stage):
+    return fit(walk, stage)
+
+
+def test_every_joint_is_found_in_every_frame(walk, found):
+    away = errors(found.joints, walk)
+    assert away.mean() < 0.5 * NEAR
+    assert away.max() < 2.0 * NEAR
+    assert found.seen.all()
+    assert found.phases.cycle == 1
+    assert found.named > 3.0
+
+
+def test_the_head_is_held_at_the_marked_angle_to_the_trunk(walk, stage, found):
+    neck = columns_of(WALKER)[NECK]
+    start = walk.start()
+    bowed = start.q.copy()
+    bowed[neck] += np.radians(25.0)
+    more = fit(walk, stage, replace(start, q=bowed)).q[:, neck] - found.q[:, neck]
+    assert np.all(more > np.radians(2.0))
+
+
+def test_a_mark_near_an_end_is_as_good_and_a_figure_may_face_left(walk, rng):
+    left = walk.mirrored()
+    assert errors(fit(left, left.stage(rng), frame=2).joints, left).mean() < NEAR
+
+
+def test_exchanged_marks_give_way_to_which_leg_is_seen_in_front(walk, stage):
+    found = fit(walk, stage, exchanged(walk.start()))
+    assert errors(found.joints, walk).mean() < NEAR
+    assert found.named > 0.0
+
+
+def test_exchanged_marks_hold_where_both_legs_look_the_same_though_the_camera_moves(rng):
+    alike = film(rng, camera=(1.5, 0.3, 0.0, -0.003), alike=True)
+    found = fit(alike, alike.stage(rng), exchanged(alike.start()))
+    assert errors(found.joints[:, WALKER.joint_twins], alike).mean() < NEAR
+
+
+def test_where_nobody_walks_nothing_is_seen(walk, stage, rng):
+    empty = replace(walk, cover=np.zeros_like(walk.cover))
+    assert not fit(walk, empty.stage(rng)).seen.any()
+
+
+def test_a_frame_of_low_score_is_not_seen_and_none_is_if_most_score_low(found):
+    score = np.where(np.arange(len(found.score)) % 3 > 0, 1.0, 0.1)
+    np.testing.assert_array_equal(replace(found, score=score).seen, score > 0.5)
+    assert not replace(found, score=np.roll(score, 1) * score).seen.any()

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import SHAPE, WALKER, film
+from tracker.outline.near import nearness
+
+
+def told(film, stage, *, q=None, seen=None):
+    seen = np.ones(len(film.q), bool) if seen is None else seen
+    return nearness(SHAPE, film.q if q is None else q, stage, film.hips, film.units, seen)
+
+
+@pytest.mark.parametrize("facing", [1, -1])
+def test_the_leg_in_front_is_told_from_the_leg_behind(facing, walk, rng):
+    film = walk if facing > 0 else walk.mirrored()
+    assert told(film, film.stage(rng)) > 4.0
+
+
+def test_with_the_legs_exchanged_the_same_speaks_against_the_names(walk, stage):
+    exchanged = walk.q[:, WALKER.exchanged]
+    assert told(walk, stage, q=exchanged) == pytest.approx(-told(walk, stage), rel=1e-9)
+
+
+def test_a_pose_that_is_off_by_a_few_degrees_is_told_from_as_well(walk, stage, rng):
+    off = walk.q + np.radians(3.0) * rng.normal(size=walk.q.shape[1])
+    off[:, WALKER.index("scale") :] = 0.0
+    assert told(walk, stage, q=off) > 2.0
+
+
+def test_two_legs_of_one_colour_tell_nothing(rng):
+    alike = film(rng, alike=True)
+    assert abs(told(alike, alike.stage(rng))) < 2.0
+
+
+def test_frames_in_which_nothing_is_seen_are_not_heard(walk, stage):
+    seen = np.zeros(len(walk.q), bool)
+    assert told(walk, stage, seen=seen) == 0.0
+    seen[:15] = True
+    spoiled = stage.light.copy()
+    spoiled[18:] = 255 - spoiled[18:]  # beyond the frames that tell a look
+    other = type(stage)(stage.odds, spoiled, stage.up, stage.places, stage.facing)
+    assert told(walk, other, seen=seen) == told(walk, stage, seen=seen) != 0.0

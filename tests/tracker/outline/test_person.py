@@ -1,0 +1,114 @@
+"""Who was found on a path: which way the person faces and goes, and where to start."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import CYCLES, FPS, SIZE, UNIT, WALK, WALKER, a_walk
+from tracker.clip.found import TURNED
+from tracker.outline.bodies import Path
+from tracker.outline.cycles import Cycles
+from tracker.outline.person import GOES, person
+
+FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
+ANKLES = [WALKER.joints.index(name) for name in ("near_ankle", "far_ankle")]
+
+
+def path_of(film, first=0):
+    """A path along the walker, as large as it is found to be."""
+    T = len(film.q)
+    return Path(first, film.hips, film.units / 1.1, np.where(np.arange(T) == T // 2, 30.0, 20.0))
+
+
+def found_in(film, rng):
+    return person(film.stage(rng), WALKER, path_of(film), FPS, FEW)
+
+
+def apart(joints):
+    """(T,) columns between the ankles."""
+    return np.abs(np.diff(joints[:, ANKLES, 0], axis=1))[:, 0]
+
+
+@pytest.mark.parametrize(
+    ("paint", "facing", "direction"),
+    [(lambda: a_walk().mirrored(), -1, -1), (lambda: a_walk().backwards(), 1, -1)],
+)
+def test_which_way_somebody_faces_and_goes_are_told_apart(paint, facing, direction, rng):
+    film = paint().part(slice(4, 28))
+    found = found_in(film, rng)
+    assert (found.facing, found.direction, found.runs) == (facing, direction, False)
+    assert found.turned > TURNED
+    assert (found.first, found.last) == (0, 23)
+    away = np.hypot(*np.moveaxis(found.outline.joints - film.joints, -1, 0)) / UNIT
+    assert min(away.mean(), away[:, WALKER.joint_twins].mean()) < 0.1
+    assert apart(film.joints)[found.frame] > 0.9 * apart(film.joints).max()
+
+
+def test_a_start_is_taken_only_where_every_joint_is_in_the_picture(walk, rng):
+    out = walk.shifted(-84).part(slice(0, 28))  # in its first frames the walker is partly out of sight
+    cover = out.cover.copy()
+    cover[:, :, SIZE[0] - 60 :] = 0.0  # what came back in on the other side
+    out = replace(out, cover=cover)
+    inside = (out.joints[..., 0] > 0.0).all(1)
+    assert 0 < inside.sum() < len(inside)
+    found = found_in(out, rng)
+    assert inside[found.frame]
+    widest = apart(out.joints)
+    assert widest[found.frame] > 0.9 * widest[inside].max()
+
+
+def test_who_is_never_in_sight_as_a_whole_is_nobody(walk, rng):
+    stage = walk.part(slice(8, 28)).stage(rng)
+    cut = slice(0, 136)  # of rows: the feet are below
+    low = replace(stage, odds=stage.odds[:, cut], light=stage.light[:, cut])
+    assert person(low, WALKER, path_of(walk.part(slice(8, 28))), FPS, FEW) is None
+
+
+def test_who_steps_on_the_spot_goes_nowhere(walk, rng):
+    """The scene moves under a walker who stays: a treadmill, or a camera that goes along."""
+    film = walk.part(slice(4, 28))
+    by = np.rint(film.hips[:, 0] - film.hips[12, 0]).astype(int)
+    spot = replace(
+        film,
+        cover=np.stack([np.roll(each, -x, axis=1) for each, x in zip(film.cover, by, strict=True)]),
+        images=np.stack([np.roll(each, -x, axis=1) for each, x in zip(film.images, by, strict=True)]),
+        hips=film.hips - np.stack([by, 0 * by], axis=1),
+    )
+    assert np.ptp(spot.hips[:, 0]) < GOES * UNIT < np.ptp(film.hips[:, 0])
+    found = found_in(spot, rng)
+    assert (found.facing, found.direction) == (1, 0)
+
+
+def test_who_is_mostly_in_one_place_is_one_person_and_who_only_passes_is_not(walk):
+    one = walk.person()
+    again = walk.part(slice(6, 20)).person(frame=3).later(6)
+    assert one.same(again)
+    assert again.same(one)
+    assert one.same(walk.shifted(10).person())
+    assert not one.same(walk.shifted(30).person())
+    assert not one.same(walk.mirrored().person())  # the two meet in the middle
+    assert not one.same(again.later(one.last))
+
+
+def test_a_facing_that_is_given_is_taken(walk, rng):
+    film = walk.part(slice(8, 28))
+    found = person(film.stage(rng), WALKER, path_of(film), FPS, FEW, facing=-1)
+    assert (found.facing, found.direction, found.turned) == (-1, 1, np.inf)
+
+
+def test_a_person_of_a_later_part_of_a_film_has_its_own_frames(walk):
+    one = walk.person(frame=5)
+    later = one.later(600)
+    assert (later.first, later.last, later.frame) == (600, 600 + one.last, 605)
+    np.testing.assert_array_equal(later.joints, one.joints)
+
+
+def test_exchanged_legs_are_the_same_figure_with_other_names(walk):
+    one = walk.person(named=2.5)
+    other = one.exchanged
+    near, far = ANKLES
+    np.testing.assert_array_equal(other.joints[near], one.joints[far])
+    np.testing.assert_array_equal(other.joints[0], one.joints[0])
+    assert other.outline.named == -2.5
+    np.testing.assert_array_equal(other.exchanged.outline.q, one.outline.q)

@@ -1,0 +1,80 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, PERIOD, SHAPE, WALK, WALKER
+from tracker.outline.cycles import PHASES, columns_of
+from tracker.outline.phase import phases
+
+NOT_MARKED = np.full(len(columns_of(WALKER)), np.nan)
+
+
+def found(film, stage, *, hips=None, marked=None, fps=FPS):
+    angles = film.q[MIDDLE, columns_of(WALKER)] if marked is None else marked
+    hips = film.hips if hips is None else hips
+    return phases(stage, SHAPE, CYCLES, hips, film.units, angles, MIDDLE, fps)
+
+
+def late(film, phase):
+    """(T,) by how much phases come after the true ones."""
+    return (phase - film.phase + PHASES / 2) % PHASES - PHASES / 2
+
+
+@pytest.mark.parametrize("facing", [1, -1])
+def test_the_walkers_own_cycle_phase_and_period_are_found(facing, walk, rng):
+    film = walk if facing > 0 else walk.mirrored()
+    seen = found(film, film.stage(rng))
+    assert (seen.cycle, seen.way) == (WALK, 1)
+    assert np.abs(late(film, seen.phase)).max() < 1.5
+    assert seen.period == pytest.approx(PERIOD, rel=0.1)
+
+
+@pytest.mark.parametrize("facing", [1, -1])
+def test_for_who_walks_backwards_time_runs_back_in_the_cycle(facing, walk, rng):
+    film = walk.backwards() if facing > 0 else walk.mirrored().backwards()
+    seen = found(film, film.stage(rng))
+    assert (seen.cycle, seen.way) == (WALK, -1)
+    assert np.abs(late(film, seen.phase)).max() < 1.5
+    assert seen.period == pytest.approx(PERIOD, rel=0.1)
+
+
+def test_of_who_stays_in_one_place_the_poses_alone_tell_that_they_run_back(walk, rng):
+    # As on a treadmill.
+    seen = walk.backwards()
+    hips = np.tile(seen.hips[MIDDLE], (len(seen.hips), 1))
+    odds = seen.stage(rng)
+    columns = np.rint(seen.hips[:, 0] - hips[:, 0]).astype(int)
+    rolled = np.stack([np.roll(each, -x, axis=1) for each, x in zip(odds.odds, columns, strict=True)])
+    assert found(seen, replace(odds, odds=rolled), hips=hips).way == -1
+
+
+def test_with_the_legs_marked_the_other_way_round_the_phase_is_half_a_stride_off(walk, stage):
+    exchanged = walk.q[MIDDLE, WALKER.exchanged][columns_of(WALKER)]
+    seen = found(walk, stage, marked=exchanged)
+    assert np.abs(np.abs(late(walk, seen.phase)) - PHASES / 2).max() < 2.0
+
+
+def test_the_period_counts_frames_whatever_their_rate(walk, stage):
+    assert found(walk, stage, fps=2.0 * FPS).period == pytest.approx(PERIOD, rel=0.1)
+
+
+def test_the_shift_leads_from_where_the_hip_was_put_to_where_it_is(walk, rng):
+    film = walk.mirrored()
+    off = np.array([0.12, -0.06])  # ahead and up, leg lengths
+    hips = film.hips - off * film.units[:, None] * (film.facing, -1.0)
+    shift = found(film, film.stage(rng), hips=hips, marked=NOT_MARKED).shift
+    np.testing.assert_allclose(np.median(shift, axis=0), off, atol=1.0 / 16.0)
+
+
+def test_a_trunk_that_leans_further_than_the_cycles_is_found_to_lean(walk, stage):
+    upright = replace(CYCLES, pose=CYCLES.pose[[WALK]], period=CYCLES.period[[WALK]])
+    back = upright.pose.copy()
+    back[..., 0] -= np.radians(30.0)
+    angles = walk.q[MIDDLE, columns_of(WALKER)]
+    leans = [
+        phases(stage, SHAPE, each, walk.hips, walk.units, angles, MIDDLE, FPS).lean
+        for each in (upright, replace(upright, pose=back))
+    ]
+    assert np.all(leans[0] == 0.0)
+    assert np.median(leans[1]) == pytest.approx(np.radians(30.0))

@@ -1,0 +1,133 @@
+import weakref
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import BORDER, SIZE, UNIT, a_walk, film, moved
+from tracker.survey import mosaic, surveyed
+from tracker.survey.evidence import NOTHING
+from tracker.survey.mosaic import FEWEST, LARGEST, NOISE, scene_of
+from tracker.survey.surveyed import survey
+
+
+@pytest.fixture(scope="module")
+def still():
+    return a_walk()
+
+
+@pytest.fixture(scope="module")
+def panned():
+    return film(np.random.default_rng(20), camera=(-1.3, -0.5, 0.0, 0.0))
+
+
+def odds(found, images):
+    return np.stack([each for each, _ in found.seen(images)]).astype(float) - NOTHING
+
+
+def lab(picture):
+    return cv2.cvtColor(np.rint(picture).astype(np.uint8), cv2.COLOR_RGB2Lab).astype(float)
+
+
+def test_the_scene_is_the_painted_one_without_who_walks_through(panned):
+    found = survey(iter(panned.images), 1.0).scene
+    x, y = (BORDER + found.corner).astype(int)
+    h, w = found.known.shape
+    off = np.abs(found.lab - lab(panned.scene)[y : y + h, x : x + w])[found.known]
+    assert np.median(off) < 1.5
+    assert np.quantile(off, 0.99) < 6.0
+
+
+def test_log_odds_are_positive_on_the_walker_and_negative_beside(still):
+    found = odds(survey(iter(still.images), 1.0), still.images)
+    assert (found[still.cover > 0.98] > 0.0).mean() > 0.98
+    assert (found[still.cover == 0.0] < 0.0).mean() > 0.999
+
+
+def test_of_a_place_that_too_few_frames_show_nothing_is_told(panned):
+    found = survey(iter(panned.images), 1.0)
+    scene = found.scene
+    x, y = np.meshgrid(*(np.arange(n) for n in scene.known.shape[::-1]))
+    pixels = np.stack([x, y], axis=-1).reshape(-1, 2) + scene.corner
+    back = moved(np.linalg.inv(panned.places), pixels)
+    number = ((back >= -0.5) & (back <= np.array(SIZE) - 0.5)).all(-1).sum(0).reshape(x.shape)
+    assert np.all(scene.known[number >= FEWEST + 2])
+    assert not scene.known[number <= FEWEST - 2].any()
+    last = odds(found, panned.images)[-1]
+    assert np.all(last[:, :3] == 0.0)
+    assert (last[:, 100:] != 0.0).mean() > 0.9
+
+
+def test_a_shadow_that_goes_along_is_not_taken_for_a_figure(still):
+    images = still.images.astype(float)
+    x, y = np.meshgrid(*(np.arange(n) for n in SIZE))
+    away = np.stack([x, y], axis=-1) - (still.hips + np.array([30.0, UNIT]))[:, None, None]
+    ground = ((away / (25.0, 6.0)) ** 2).sum(-1) < 1.0
+    shadow = ground & (still.cover == 0.0)
+    images[shadow] *= 0.6
+    images = np.rint(images).astype(np.uint8)
+    found = odds(survey(iter(images), 1.0), images)
+    assert (found[shadow] > 0.0).mean() < 0.25
+    assert (found[still.cover > 0.98] > 0.0).mean() > 0.95
+
+
+def test_a_light_that_comes_and_goes_is_not_taken_for_a_figure(still):
+    light = 1.0 + 0.12 * np.sin(0.3 * np.arange(len(still.images)))
+    images = np.clip(np.rint(still.images * light[:, None, None, None]), 0, 255).astype(np.uint8)
+    found = odds(survey(iter(images), 1.0), images)
+    assert (found[still.cover == 0.0] > 0.0).mean() < 0.005
+    assert (found[still.cover > 0.98] > 0.0).mean() > 0.95
+
+
+def test_small_pictures_change_no_place_and_lie_where_the_films_pixels_do(panned):
+    found = survey(iter(panned.images), 2.0)
+    assert found.size == (SIZE[0] // 2, SIZE[1] // 2)
+    np.testing.assert_allclose(found.places, survey(iter(panned.images), 1.0).places)
+    cover = np.stack([cv2.resize(each, found.size, interpolation=cv2.INTER_AREA) for each in panned.cover])
+    seen = odds(found, panned.images)
+    assert (seen[cover > 0.98] > 0.0).mean() > 0.95
+    assert (seen[cover == 0.0] > 0.0).mean() < 0.01
+    np.testing.assert_allclose(found.up @ (0.0, 0.0, 1.0), (0.5, 0.5, 1.0))
+
+
+def test_a_film_is_read_once_and_few_of_its_frames_are_held(monkeypatch, rng):
+    counts, made, held = [], [], []
+
+    def frames():
+        for _ in range(40):
+            image = rng.integers(0, 255, (24, 32, 3)).astype(np.uint8)
+            made.append(weakref.ref(image))
+            yield image
+            del image
+            held.append(sum(each() is not None for each in made))
+
+    def counted(views, places):
+        counts.append(len(views))
+        return scene_of(views, places)
+
+    monkeypatch.setattr(surveyed, "VIEWS", 12)
+    monkeypatch.setattr(surveyed, "scene_of", counted)
+    assert len(survey(frames(), 1.0).places) == 40
+    assert counts == [10]  # every fourth
+    assert max(held) <= 2
+
+
+def test_a_scene_is_no_larger_than_its_most_and_what_lies_further_is_unknown():
+    images = np.full((30, 10, 20, 3), 90, np.uint8)
+    places = np.tile(np.eye(3), (30, 1, 1))
+    places[:, 0, 2] = 8.0 * np.arange(30)
+    scene = scene_of(images, places)
+    assert scene.known.size <= LARGEST * 200
+    assert scene.known.shape[1] > 0.8 * LARGEST * 20
+    np.testing.assert_array_equal(scene.corner, [0.0, 0.0])
+
+
+def test_the_spread_is_of_what_frames_differ_by_and_grows_along_edges(rng):
+    images = np.full((25, 20, 30, 3), 100, np.uint8)
+    images[:, :, 20:] = 180
+    images[:, 5:10, 3:12, 0] = np.clip(rng.normal(100.0, 12.0, (25, 5, 9)), 0, 255)
+    scene = scene_of(images, np.tile(np.eye(3), (25, 1, 1)))
+    np.testing.assert_allclose(scene.spread[15, 5], NOISE)
+    assert np.median(scene.spread[5:10, 3:12, 0]) == pytest.approx(np.hypot(12.0, NOISE[0]), rel=0.15)
+    slope = 40.0  # grey levels a pixel at the edge
+    np.testing.assert_allclose(scene.spread[15, 20, 0], np.hypot(NOISE[0], mosaic.SLIP * slope), rtol=1e-4)

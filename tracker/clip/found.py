@@ -1,0 +1,140 @@
+"""Who walks through a film, and a start that nobody marked."""
+
+from pathlib import Path
+
+from scipy.special import expit
+
+from tracker.clip.job import Following, Found, Job, Nearer, towards
+from tracker.clip.staged import detections, staged
+from tracker.clip.start import objections
+from tracker.foreign.start_marks import read_marks
+from tracker.outline.bodies import alone, paths
+from tracker.outline.cycles import Cycles
+from tracker.outline.person import Person, person, seen_figure
+from tracker.outline.shape import Shape
+from tracker.progress import Progress
+from tracker.settings import Settings
+from tracker.tables.keypoints import Mark, Marks, points
+from videos.frames import Video
+
+WINDOW = 600  # frames that are looked at together: memory is bounded
+SURE = 0.95  # probability of the nearer leg from which it counts as sure
+TURNED = 0.05  # nats times square leg lengths a frame by which one facing must be the better
+
+
+class FoundError(ValueError):
+    """No start can be had from the film.
+
+    suggested : marks of a start that is not sure
+    """
+
+    def __init__(self, text: str, suggested: Marks | None = None) -> None:
+        super().__init__(text)
+        self.suggested = suggested
+
+
+def asked(
+    how: Following, video: Path, keypoints: Path | None, settings: Settings | None, progress: Progress
+) -> Job:
+    """The job as it is asked for, started from what is marked or, without marks, from who is found.
+
+    Raises:
+        FoundError: no start can be had from the film.
+        KeypointsError, ForeignError: a file of marks that cannot be used.
+        VideoError: the film cannot be read.
+        ValueError: as `Following.job`.
+    """
+    if keypoints is not None:
+        marks, taken = read_marks(keypoints, how.start, towards(how.facing), how.stop)
+        if taken:
+            progress.note(taken)
+        return how.job(video, marks, settings)
+    if how.start is not None or how.anchors:
+        raise ValueError("start and anchors are of marked frames; give keypoints, or leave them out")
+    film = Video(video)
+    found = start_of(people(film, progress, how.stop, towards(how.facing)), how, film)
+    return how.job(video, found, settings)
+
+
+def people(
+    video: Video, progress: Progress, stop: int | None = None, facing: int | None = None
+) -> list[Person]:
+    """Everybody who walks through the first part of a film in which somebody does, the surest first.
+
+    Args:
+        stop: the last frame that is looked at, None for the film's last.
+        facing: which way they face, +1 right, -1 left, None to see it.
+    """
+    figure, cycles = seen_figure(), Cycles.load()
+    first = 0
+    while True:
+        last = first + WINDOW - 1 if stop is None else min(first + WINDOW - 1, stop)
+        stage = staged(video, first, last, 1.0, 1, progress)
+        if stage is None:
+            return []
+        seen: list[Person] = []
+        everybody = paths(stage, Shape.of(figure), cycles, video.fps)
+        for path in everybody:
+            one = person(alone(stage, path, everybody), figure, path, video.fps, cycles, facing)
+            if one is not None and not any(one.same(other) for other in seen):
+                seen.append(one)
+        if seen:
+            return [one.later(first) for one in seen]
+        first += len(stage)
+
+
+def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
+    """The start of the one that is asked for, or of the only one.
+
+    Raises:
+        FoundError: nobody, several and none named, or one whose facing or pose is not sure.
+    """
+    number, near = how.person, how.near
+    if not everybody:
+        raise FoundError("nobody was found who walks through the film; mark the joints of one frame")
+    if number is None and len(everybody) > 1:
+        raise FoundError(
+            f"{len(everybody)} people walk through the film; name one with --person N, as 'figtrack find' "
+            "lists them",
+            {everybody[0].frame: marks_of(everybody[0])},
+        )
+    if number is not None and number > len(everybody):
+        raise FoundError(f"there is no person {number}; found are {len(everybody)}")
+    one = everybody[(number or 1) - 1]
+    if doubted := _doubted(one):
+        raise FoundError(f"{doubted}mark its joints there", {one.frame: marks_of(one)})
+    if near is not None and near is not nearer(one):
+        one = one.exchanged
+    told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
+    doubt = float(expit(-one.outline.named)) if near is None else 0.0
+    seen = detections(one.outline, one.first, video)
+    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, seen, doubt)
+
+
+def sure_of_leg(one: Person) -> bool:
+    return bool(expit(one.outline.named) >= SURE)
+
+
+def nearer(one: Person) -> Nearer:
+    """Which ankle the leg named near has in the frame to start from."""
+    near, far = (one.joints[one.figure.joints.index(name), 0] for name in ("near_ankle", "far_ankle"))
+    return Nearer.AHEAD if one.facing * (near - far) > 0.0 else Nearer.BEHIND
+
+
+def _doubted(one: Person) -> str:
+    """Why nothing should be started from a person, and what to do but marking; "" if all is well."""
+    if one.turned < TURNED:
+        return f"it is not sure which way the figure faces in frame {one.frame}; give --facing, or "
+    wrong = objections(one.figure, points(marks_of(one)), one.facing)
+    return f"the pose found in frame {one.frame} may be wrong: {'; '.join(wrong)}; " if wrong else ""
+
+
+def marks_of(one: Person) -> dict[str, Mark]:
+    """Its joints in the frame to start from."""
+    places = dict(zip(one.figure.joints, one.joints.round(2).tolist(), strict=True))
+    return {name: Mark(x, y) for name, (x, y) in places.items()}
+
+
+def suggestion_path(folder: Path, video: Path) -> Path:
+    """Where marks of a start that is not sure are left and looked for: beside other results."""
+    return folder / f"{video.absolute().stem}.suggested.keypoints.csv"

@@ -1,0 +1,236 @@
+"""Who walks through a film: paths of bodies that stand out from the scene, found without a mark.
+
+Every small map of log odds R is correlated with the mean body of the gait, at many sizes. With m the mean
+silhouette, zero where arms may be, and o the places close around it,
+
+    S = WEIGHT (sum R m - AROUND sum max(R, 0) o),
+
+per square leg length: what stands out inside speaks for a body, what stands out around it against. Viterbi
+goes through the best places of every frame. A path may begin and end anywhere; it is worth the sum of S less
+BASE a frame, times its size, and less what its steps and changes of size cost. The best path is taken, its
+places are struck out, and so on.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.figure import Array
+from tracker.outline.cycles import TRUNK, Cycles, poses
+from tracker.outline.shape import Grid, Shape
+from tracker.outline.stage import Stage
+from tracker.picture.pyramid import Planes
+from tracker.survey.evidence import NOTHING, UNITS
+
+DENSITY = 8.0  # places in a leg length
+GRID = Grid((-1.375, 1.25), DENSITY, (21, 23))
+HIP = (11, 10)  # column and row of the hip in it
+SMALLEST, LARGEST, RATIO = 1.0 / 14.0, 0.55, 1.18  # leg lengths, shares of the picture's height
+SHORTEST = 14.0  # pixels of a small picture in a leg that is seen at all
+EVERY = 4  # so manieth phase of a cycle is part of the mean body
+WEIGHT = 25.0  # nats for a square leg length of log odds
+OFTEN = 15.0  # frames a second are looked at
+PLACES = 4  # best ones of a size in a frame
+NUDGES = np.array([[0, 0], [0, 1], [0, -1], [1, 0], [-1, 0]])  # rows and columns by which these are shifted
+LEANS = np.radians([0.0, 25.0])  # of the trunk beyond the cycles'
+AROUND = 0.8  # what stands out around a body costs so much of what it earns inside
+BASE = 8.0  # nats a frame that a body must be better than nothing
+STEP = 0.6  # nats for an eighth of a leg in a thirtieth of a second
+RESIZE = 3.0  # nats for a change to the next size
+FAR = 1.0  # leg lengths in a step at most
+LEAST = 60.0  # nats of a path
+BROAD = 1.2  # leg lengths, of a body's columns
+APART = 1.4  # leg lengths of the one found first between two people
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where a body was seen.
+
+    first : its first frame; hips, units and score are of this and those after
+    hips  : (n, 2) the film's pixels of each frame
+    units : (n,) pixels in a leg length
+    score : (n,) nats
+    """
+
+    first: int
+    hips: Array
+    units: Array
+    score: Array
+
+    @property
+    def last(self) -> int:
+        return self.first + len(self.hips) - 1
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a frame may show a body.
+
+    scene : (n, 2) pixels of the first frame
+    size  : (n,) position among the sizes
+    score : (n,) nats
+    """
+
+    scene: Array
+    size: NDArray[np.intp]
+    score: Array
+
+
+def paths(stage: Stage, shape: Shape, cycles: Cycles, fps: float) -> list[Path]:
+    """Everybody who is seen, the surest first.
+
+    Args:
+        fps: frames a second.
+    """
+    units, every = _units(stage), max(round(fps / OFTEN), 1)
+    bodies = _Bodies.of(shape, cycles)
+    places = [_places(stage, t, units, bodies) for t in range(0, len(stage), every)]
+    found = []
+    while (path := _best(places, units, fps / every, LEAST / every)) is not None:
+        first, picked = path
+        scene = np.stack([places[i].scene[k] for i, k in enumerate(picked, first)])
+        size = units[[places[i].size[k] for i, k in enumerate(picked, first)]]
+        score = np.array([places[i].score[k] for i, k in enumerate(picked, first)])
+        found.append(_path(stage, first * every, every, np.column_stack([scene, size, score])))
+        for i, (here, unit) in enumerate(zip(scene, size, strict=True), first):
+            free = np.hypot(*(places[i].scene - here).T) > APART * unit
+            places[i] = Places(places[i].scene[free], places[i].size[free], places[i].score[free])
+    return found
+
+
+def _path(stage: Stage, first: int, every: int, seen: Array) -> Path:
+    """The path of places in the scene, sizes and scores (n, 4), seen from a frame on in every so manieth."""
+    last = first + (len(seen) - 1) * every
+    last = len(stage) - 1 if last + every >= len(stage) else last
+    times = np.arange(first, last + 1)
+    x, y, size, score = (np.interp(times, first + every * np.arange(len(seen)), each) for each in seen.T)
+    hips = stage.part(slice(first, last + 1)).in_frames(np.column_stack([x, y]))
+    return Path(first, hips, size, score)
+
+
+def alone(stage: Stage, path: Path, everybody: list[Path]) -> Stage:
+    """The film with nothing known of where others are.
+
+    Args:
+        path: of somebody, about whom all stays known.
+        everybody: the paths of all; who is closer than a leg length is left.
+    """
+    odds, down = stage.odds.copy(), np.linalg.inv(stage.up)
+    columns = np.arange(odds.shape[2])
+    for other in everybody:
+        for t in range(max(path.first, other.first), min(path.last, other.last) + 1):
+            unit = max(path.units[t - path.first], other.units[t - other.first])
+            own, theirs = path.hips[t - path.first, 0], other.hips[t - other.first, 0]
+            if abs(own - theirs) > unit:
+                about = np.abs(columns - (down[0, 0] * theirs + down[0, 2])) < 0.5 * BROAD * down[0, 0] * unit
+                odds[t][:, about] = NOTHING
+    return replace(stage, odds=odds)
+
+
+def _units(stage: Stage) -> Array:
+    """(S,) leg lengths that are looked for, the film's pixels."""
+    pixel = stage.up[0, 0]
+    height = stage.odds.shape[1] * pixel
+    least = max(SMALLEST * height, SHORTEST * pixel)
+    count = int(np.log(LARGEST * height / least) / np.log(RATIO)) + 1
+    return np.asarray(least * RATIO ** np.arange(count))
+
+
+@dataclass(frozen=True)
+class _Bodies:
+    """Silhouettes of the gait, and the places around them.
+
+    mean   : two kernels, the mean of all
+    masks  : (2 h w, n) all of them, inside over around, both facings
+    """
+
+    mean: tuple[Planes, Planes]
+    masks: Planes
+
+    @classmethod
+    def of(cls, shape: Shape, cycles: Cycles) -> "_Bodies":
+        angles = np.tile(cycles.halves(0.0, EVERY), (len(LEANS), 1, 1, 1))
+        angles[..., TRUNK] += LEANS[:, None, None]
+        q = poses(shape.figure, angles)
+        body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
+        body, arms = (np.concatenate([each, each[..., ::-1]]) for each in (body, arms))
+        inside, around = (WEIGHT / DENSITY**2 * each for each in (body, AROUND * (1.0 - body - arms)))
+        masks = np.concatenate([inside.reshape(len(body), -1), -around.reshape(len(body), -1)], axis=1)
+        return cls((inside.mean(0), around.mean(0)), np.ascontiguousarray(masks.T, dtype=np.float32))
+
+    def at(self, odds: Planes) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+        """Rows and columns of the best places of a map, and the best silhouette's sum there, nats."""
+        both = odds, np.maximum(odds, 0.0)
+        inside, around = map(_under, both, self.mean)
+        sums = inside - around
+        rows, columns = np.nonzero((sums == cv2.dilate(sums, np.ones((5, 5)))) & (inside > 0.0))
+        order = np.argsort(-sums[rows, columns])[:PLACES]
+        rows, columns = rows[order][:, None] + NUDGES[:, 0], columns[order][:, None] + NUDGES[:, 1]
+        parts = np.concatenate([_around(each, rows, columns) for each in both], axis=-1)
+        score = (parts @ self.masks).max(-1)
+        each, best = np.arange(len(score)), score.argmax(1)
+        return rows[each, best], columns[each, best], score[each, best].astype(np.float64)
+
+
+def _places(stage: Stage, t: int, units: Array, bodies: _Bodies) -> Places:
+    """The best places of every size in a frame."""
+    h, w = stage.odds.shape[1:]
+    scene, size, score = [], [], []
+    for s, unit in enumerate(units):
+        by = unit / stage.up[0, 0] / DENSITY
+        shape = max(round(w / by), 1), max(round(h / by), 1)
+        small = cv2.resize(stage.odds[t], shape, interpolation=cv2.INTER_AREA)
+        rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS)
+        x = (np.stack([columns, rows], axis=1) + 0.5) * [w / small.shape[1], h / small.shape[0]] - 0.5
+        film = x * stage.up[0, 0] + stage.up[:2, 2]
+        scene.append(film @ stage.places[t, :2, :2].T + stage.places[t, :2, 2])
+        size.append(np.full(len(sums), s))
+        score.append(sums)
+    return Places(np.concatenate(scene), np.concatenate(size), np.concatenate(score))
+
+
+def _around(odds: Planes, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Planes:
+    """(..., h w) what a map shows on GRID around hips at these places (...)."""
+    h, w = GRID.shape
+    wide = np.pad(odds, ((HIP[1] + 1, h), (HIP[0] + 1, w)))  # as hips may lie one place outside
+    views = np.lib.stride_tricks.sliding_window_view(wide, (h, w))[rows + 1, columns + 1]
+    return np.asarray(views.reshape(*rows.shape, h * w))
+
+
+def _under(odds: Planes, kernel: Planes) -> Planes:
+    return np.asarray(cv2.filter2D(odds, -1, kernel, anchor=HIP, borderType=cv2.BORDER_CONSTANT))
+
+
+def _best(places: list[Places], units: Array, fps: float, least: float) -> tuple[int, list[int]] | None:
+    """The first frame of the best path, and its place in each; None where no path is worth `least`."""
+    step = STEP * DENSITY * fps / 30.0
+    worth = units / np.sqrt(units[0] * units[-1])
+    value: list[Array] = []
+    before: list[NDArray[np.intp]] = []
+    for t, here in enumerate(places):
+        gain = (here.score - BASE) * worth[here.size]
+        come = np.zeros(len(gain))
+        back = np.full(len(gain), -1)
+        if t > 0 and len(value[-1]) and len(gain):
+            last = places[t - 1]
+            unit = np.maximum(units[here.size][:, None], units[last.size][None])
+            away = np.hypot(*np.moveaxis(here.scene[:, None] - last.scene[None], -1, 0)) / unit
+            cost = step * away + RESIZE * np.abs(here.size[:, None] - last.size[None])
+            reached = np.where(away <= FAR, value[-1] - cost, -np.inf)
+            best = reached.argmax(1)
+            top = reached[np.arange(len(gain)), best]
+            come, back = np.maximum(top, 0.0), np.where(top > 0.0, best, -1)
+        value.append(gain + come)
+        before.append(back)
+    ends = [each.max(initial=-np.inf) for each in value]
+    t = int(np.argmax(ends))
+    if ends[t] < least:
+        return None
+    picked = [int(value[t].argmax())]
+    while before[t][picked[-1]] >= 0:
+        picked.append(int(before[t][picked[-1]]))
+        t -= 1
+    return t, picked[::-1]

@@ -1,0 +1,137 @@
+"""Which leg is the nearer one: where both cover a place, the picture there looks as that leg does.
+
+Places on either leg go with its links. How a place looks is known from the frames just before and after in
+which the other leg leaves it free. Where the legs overlap, a pixel x shows a place of each, and
+
+    e = min(|x - look of the far leg's|, MOST) - min(|x - look of the near leg's|, MOST)
+
+is positive where the legs are named rightly. What tells is its mean over a film's frames, in standard errors.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
+from scipy.spatial import KDTree
+
+from kinematics.figure import Array
+from kinematics.sides import exchanged, on_side
+from kinematics.spm import Skeleton, skeleton
+from tracker.outline.shape import Shape
+from tracker.outline.stage import Stage
+
+LINKS = ("thigh", "shank")
+ALONG = np.linspace(0.15, 0.95, 9)  # places along a link, shares of its length
+ACROSS = np.linspace(-0.7, 0.7, 5)  # and across it, shares of its half width
+FREE = 0.03  # leg lengths from the other leg's outline
+AROUND = np.exp(-0.5 * (np.arange(-3, 4) / 1.5) ** 2)  # weights of the frames around in a look
+ENOUGH = 0.3  # of that weight must be of frames that show the place
+MOST = 40.0  # grey levels: what differs by more is something else
+SAME = 0.08  # leg lengths between two places that one pixel shows
+FEWEST = 5  # pixels that a frame is heard by
+TOGETHER = 3.0  # neighbouring frames that err together
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Places (P,) on a leg, in one frame or in all.
+
+    place  : (..., P, 2) body coordinates
+    value  : (..., P) grey level that is seen there
+    look   : (..., P) grey level of the leg itself; NaN where no frame around shows it
+    shared : (..., P) whether the other leg lies there too
+    """
+
+    place: Array
+    value: Array
+    look: Array
+    shared: NDArray[np.bool_]
+
+    def at(self, frame: int) -> "Leg":
+        return Leg(self.place[frame], self.value[frame], self.look[frame], self.shared[frame])
+
+
+def nearness(
+    shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
+) -> float:
+    """How surely the leg named near is in front, standard errors; negative where the far one is.
+
+    Args:
+        q: (T, D) poses.
+        hips, units: as `Stage.around`.
+        seen: (T,) whether the outline is.
+    """
+    near, far = _legs(shape, q, stage, hips, units, seen)
+    frames = [_told(near.at(t), far.at(t)) for t in np.flatnonzero(seen).tolist()]
+    told = np.array([each.mean() for each in frames if len(each) >= FEWEST])
+    if len(told) < TOGETHER:
+        return 0.0
+    return float(told.mean() / (told.std() * np.sqrt(TOGETHER / len(told)) + 1e-9))
+
+
+def _legs(
+    shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
+) -> tuple[Leg, Leg]:
+    """The legs named near and far in all frames."""
+    names = [link.name for link in shape.figure.links]
+    near = [i for i, name in enumerate(names) if on_side(name, "near") and name.startswith(LINKS)]
+    sides = near, exchanged(names)[near].tolist()
+    bones, legs = skeleton(shape.figure, q), []
+    for own, other in (sides, sides[::-1]):
+        place = _places(shape, bones, own)
+        depth = _depth(shape, bones, other, place)
+        value = stage.light_at(hips, units, place)
+        legs.append(Leg(place, value, _looks(value, seen[:, None] & (depth < -FREE)), depth > 0.0))
+    return legs[0], legs[1]
+
+
+def _told(near: Leg, far: Leg) -> Array:
+    """(n,) what each pixel of a frame says for these names, grey levels."""
+    return np.concatenate([_less_alike(near, far), -_less_alike(far, near)])
+
+
+def _less_alike(own: Leg, other: Leg) -> Array:
+    """(n,) by how much the pixels of a leg's shared places look less like the other leg."""
+    places = np.flatnonzero(own.shared & np.isfinite(own.look))
+    others = np.flatnonzero(np.isfinite(other.look))
+    if not len(places) or not len(others):
+        return np.zeros(0)
+    away, nearest = map(np.asarray, KDTree(other.place[others]).query(own.place[places]))
+    places, at = places[away < SAME], others[nearest[away < SAME]]
+    value = own.value[places]
+    as_own, as_other = np.abs(value - own.look[places]), np.abs(value - other.look[at])
+    return np.asarray(np.minimum(as_other, MOST) - np.minimum(as_own, MOST))
+
+
+def _places(shape: Shape, bones: Skeleton, links: list[int]) -> Array:
+    """(T, P, 2) places on links, body coordinates."""
+    first, last, start, tip = shape.bars[links].T[:, :, None, None]
+    along = bones.length[:, links, None, None] * ALONG[:, None]
+    half = (start + (tip - start) * (ALONG[:, None] - first) / (last - first)) * ACROSS
+    across = bones.size[:, None, None, None] * half
+    found = bones.start[:, links, None, None]
+    found = found + along[..., None] * bones.direction[:, links, None, None]
+    found = found + across[..., None] * bones.normal[:, links, None, None]
+    return np.asarray(found.reshape(len(found), -1, 2))
+
+
+def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Array:
+    """(T, P) how deep places (T, P, 2) lie within the outline of some links, leg lengths."""
+    deepest = np.full(places.shape[:2], -np.inf)
+    for link in links:
+        first, last, start, tip = shape.bars[link]
+        off, length = places - bones.start[:, None, link], bones.length[:, None, link]
+        u = np.einsum("tpk,tk->tp", off, bones.direction[:, link])
+        v = np.einsum("tpk,tk->tp", off, bones.normal[:, link])
+        nearest = np.clip(u, first * length, last * length)
+        half = bones.size[:, None] * (start + (tip - start) * (nearest / length - first) / (last - first))
+        deepest = np.maximum(deepest, half - np.hypot(u - nearest, v))
+    return deepest
+
+
+def _looks(value: Array, free: NDArray[np.bool_]) -> Array:
+    """(T, P) mean of the values (T, P) that are free in the frames around; NaN where too few are."""
+    weight = convolve1d(free.astype(np.float64), AROUND, axis=0, mode="constant")
+    total = convolve1d(np.where(free, value, 0.0), AROUND, axis=0, mode="constant")
+    return np.where(weight > ENOUGH, total / np.maximum(weight, ENOUGH), np.nan)

@@ -1,0 +1,184 @@
+"""A person found in a film: how they go, which way they face, and the frame to start from."""
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Self
+
+import numpy as np
+
+from kinematics.figure import Array, Figure, load_figure
+from kinematics.recover import Start
+from kinematics.spm import View
+from tracker.outline.bodies import Path
+from tracker.outline.climb import GRID
+from tracker.outline.cycles import Cycles
+from tracker.outline.fit import Outline, fitted
+from tracker.outline.shape import Shape
+from tracker.outline.stage import Stage
+
+SEEN = {
+    "torso": 0.67,
+    "head": 0.35,
+}  # leg lengths; in captures the hip joints lie higher, the neck's base lower
+LARGER = (1.0, 1.25)  # times as large as the mean body is found best, somebody may be
+AROUND = 25  # frames either way of the best one that tell which way a person faces
+FEW = 15  # rounds of climbing that tell it
+AHEAD = (
+    0.04  # nats times square leg lengths a frame by which walking ahead is the likelier before all is seen
+)
+EXPLAINED = 0.8  # of the median log odds under the outline has a frame to start from
+GOES = 0.5  # leg lengths over the scene from which it has a direction
+SAME = 0.5  # leg lengths between the hips of what is one person found twice
+EDGE = 0.02  # shares of the picture within which no joint of it may lie
+
+
+@dataclass(frozen=True)
+class Person:
+    """Somebody who walks through a film.
+
+    first   : frame; the outline is of this and those after
+    frame   : to start from
+    facing  : +1 right, -1 left
+    direction : +1 goes right, -1 left, 0 neither
+    runs    : whether it runs
+    turned  : by how much the other facing explains the picture worse, nats times square leg lengths a frame;
+        infinite where the facing was given
+    outline : in every frame from the first on
+    """
+
+    figure: Figure
+    first: int
+    frame: int
+    facing: int
+    direction: int
+    runs: bool
+    turned: float
+    outline: Outline
+
+    @property
+    def last(self) -> int:
+        return self.first + len(self.outline.q) - 1
+
+    def later(self, frames: int) -> Self:
+        """The same where the film begins so many frames earlier."""
+        return replace(self, first=self.first + frames, frame=self.frame + frames)
+
+    def same(self, other: "Person") -> bool:
+        """Whether two of one film are one: where both are seen they are mostly in one place."""
+        shared = range(max(self.first, other.first), min(self.last, other.last) + 1)
+        if not shared:
+            return False
+        hips, units = self._in(shared)
+        others, _ = other._in(shared)
+        return bool(np.median(np.hypot(*(hips - others).T) / units) < SAME)
+
+    def _in(self, frames: range) -> tuple[Array, Array]:
+        """Hips and pixels in a leg length in some frames."""
+        part = slice(frames.start - self.first, frames.stop - self.first)
+        return self.outline.hips[part], self.outline.units[part]
+
+    @property
+    def exchanged(self) -> Self:
+        """The same with the legs named the other way round."""
+        outline = self.outline
+        twins = self.figure.joint_twins
+        other = replace(
+            outline,
+            joints=outline.joints[:, twins],
+            shown=outline.shown[:, twins],
+            q=outline.q[:, self.figure.exchanged],
+            named=-outline.named,
+        )
+        return replace(self, outline=other)
+
+    @property
+    def joints(self) -> Array:
+        """(J, 2) pixels in the frame to start from."""
+        return np.asarray(self.outline.joints[self.frame - self.first])
+
+
+def seen_figure() -> Figure:
+    """The walking figure in the proportions that people are marked in on films."""
+    figure = load_figure()
+    links = (replace(link, length=SEEN.get(link.name, link.length)) for link in figure.links)
+    return replace(figure, links=tuple(links))
+
+
+def person(
+    stage: Stage, figure: Figure, path: Path, fps: float, cycles: Cycles, facing: int | None = None
+) -> Person | None:
+    """Who went along a path; None who is never in sight as a whole.
+
+    Args:
+        stage: the film.
+        fps: frames a second.
+        facing: +1 right, -1 left, None to see it.
+    """
+    part = stage.part(slice(path.first, path.last + 1))
+    best = int(np.argmax(path.score))
+    ways = (1, -1) if facing is None else (facing,)
+    facing, larger, margin = _fits(part, figure, path, ways, fps, cycles)
+    faced, start = replace(part, facing=facing), _start(figure, path, best, facing, larger)
+    outline = fitted(faced, start, best, fps, cycles)
+    frame = _clearest(faced, outline, figure)
+    if frame is None:
+        return None
+    return Person(
+        figure=figure,
+        first=path.first,
+        frame=path.first + frame,
+        facing=facing,
+        direction=_direction(faced, outline),
+        runs=bool(cycles.runs[outline.phases.cycle] > 0.5),
+        turned=margin / float(np.median(outline.units)) ** 2,
+        outline=outline,
+    )
+
+
+def _fits(
+    part: Stage, figure: Figure, path: Path, ways: tuple[int, ...], fps: float, cycles: Cycles
+) -> tuple[int, float, float]:
+    """Which way somebody faces, how much larger than found, and by how much another facing fits worse."""
+    best = int(np.argmax(path.score))
+    near = slice(max(best - AROUND, 0), best + AROUND + 1)
+    trials = {}
+    for facing, larger in product(ways, LARGER):
+        faced, start = replace(part.part(near), facing=facing), _start(figure, path, best, facing, larger)
+        outline = fitted(faced, start, best - near.start, fps, cycles, FEW)
+        ahead = AHEAD * (outline.phases.way > 0) * float(np.median(outline.units)) ** 2
+        trials[facing, larger] = _explained(faced, outline, figure) + ahead
+    better, size = max(trials, key=lambda trial: trials[trial])
+    other = max((trials[trial] for trial in trials if trial[0] != better), default=-np.inf)
+    return better, size, trials[better, size] - other
+
+
+def _start(figure: Figure, path: Path, t: int, facing: int, larger: float) -> Start:
+    """Somebody on the path, of whose pose nothing is known."""
+    x, y = path.hips[t].tolist()
+    D = len(figure.freedoms)
+    view = View(origin=(x, y), unit=larger * float(np.median(path.units)), facing=facing)
+    return Start(figure, view, np.zeros(D), np.zeros(D, bool))
+
+
+def _explained(stage: Stage, outline: Outline, figure: Figure) -> float:
+    """Log odds under the outline less those of what stands out around it, a frame, times square pixels."""
+    odds = stage.around(outline.hips, outline.units, GRID)
+    body, arms = Shape.of(figure).painted(outline.q, GRID)
+    worth = odds * body - np.maximum(odds, 0.0) * (1.0 - body - arms)
+    return float((worth.sum((1, 2)) * outline.units**2).mean() / GRID.density**2)
+
+
+def _direction(stage: Stage, outline: Outline) -> int:
+    """Which way it goes over the scene."""
+    x = stage.in_scene(outline.hips)[[0, -1], 0]
+    return int(np.sign(x[1] - x[0])) if abs(x[1] - x[0]) > GOES * np.median(outline.units) else 0
+
+
+def _clearest(stage: Stage, outline: Outline, figure: Figure) -> int | None:
+    """The frame in which the ankles are farthest apart among those that show the whole figure well."""
+    size = np.array(stage.odds.shape[:0:-1]) * np.diag(stage.up)[:2]
+    shown = np.all((outline.joints > EDGE * size) & (outline.joints < (1.0 - EDGE) * size), axis=(1, 2))
+    shown &= outline.score > EXPLAINED * np.median(outline.score)
+    ankles = [figure.joints.index(name) for name in ("near_ankle", "far_ankle")]
+    apart = np.abs(np.diff(outline.joints[:, ankles, 0], axis=1))[:, 0] / outline.units
+    return int(np.where(shown, apart, -1.0).argmax()) if shown.any() else None

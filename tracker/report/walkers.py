@@ -1,0 +1,89 @@
+"""Who walks through a film, as a table, a line each and a picture."""
+
+from collections.abc import Sequence
+from itertools import islice
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from tracker.clip.found import nearer, sure_of_leg
+from tracker.outline.person import Person
+from tracker.tables.table import write_table
+from videos.frames import Video
+from videos.overlay import FAR, NEAR, TRUNK, Segment, draw
+
+COLUMNS = ("person", "first", "last", "frame", "x0", "y0", "x1", "y1", "facing", "direction", "motion")
+SURENESS = ("score", "margin", "near_leg", "near_sure")
+HEIGHT = 360  # pixels of the picture's tiles
+
+
+def write_people(path: Path, people: Sequence[Person]) -> None:
+    """A row a person: frames, box in the one to start from, which way, walk or run, and how sure that is."""
+    rows = [
+        (number, one.first, one.last, one.frame, *box(one), *_ways(one), *_sureness(one))
+        for number, one in enumerate(people, 1)
+    ]
+    write_table(path, COLUMNS + SURENESS, rows)
+
+
+def told(people: Sequence[Person], name: str) -> str:
+    """A line a person."""
+    if not people:
+        return f"nobody walks through {name}"
+    lines = []
+    for number, one in enumerate(people, 1):
+        facing, direction, motion = _ways(one)
+        leg = "" if sure_of_leg(one) else " (not sure)"
+        backwards = "" if direction in (facing, "none") else " backwards"
+        lines.append(
+            f"person {number}: frames {one.first} to {one.last}, {motion}{backwards}, faces {facing}; "
+            f"in frame {one.frame} the nearer leg is {nearer(one)}{leg}"
+        )
+    return "\n".join(lines)
+
+
+def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
+    """One frame a person, the figure drawn on it."""
+    tiles = []
+    for number, one in enumerate(people, 1):
+        image = next(islice(video, one.frame, None)).image
+        drawn = draw(image, _segments(one), caption=f"person {number}, frame {one.frame}")
+        width = round(drawn.shape[1] * HEIGHT / drawn.shape[0])
+        tiles.append(cv2.resize(drawn, (width, HEIGHT), interpolation=cv2.INTER_AREA))
+    _, data = cv2.imencode(".png", cv2.cvtColor(np.hstack(tiles), cv2.COLOR_RGB2BGR))
+    path.write_bytes(data.tobytes())
+
+
+def box(one: Person) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom pixel of the joints in the frame to start from."""
+    low, high = one.joints.min(0).round().astype(int), one.joints.max(0).round().astype(int)
+    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+
+def _ways(one: Person) -> tuple[str, str, str]:
+    """Where the person faces and goes, and in which motion."""
+    return _side(one.facing), _side(one.direction), "run" if one.runs else "walk"
+
+
+def _side(way: int) -> str:
+    return {1: "right", -1: "left", 0: "none"}[way]
+
+
+def _sureness(one: Person) -> tuple[str, str, str, int]:
+    score = f"{float(np.median(one.outline.score)):.2f}"
+    return score, f"{one.turned:.2f}", str(nearer(one)), int(sure_of_leg(one))
+
+
+def _segments(one: Person) -> list[Segment]:
+    figure = one.figure
+    colours = {"near": NEAR, "far": FAR}
+    order = sorted(range(len(figure.links)), key=lambda i: figure.links[i].layer)
+    found = []
+    for i in order:
+        parent = figure.parents[i]
+        start = one.joints[1 + parent if parent >= 0 else 0]
+        side = next((word for word in figure.links[i].name.split("_") if word in colours), "")
+        width = max(float(np.median(one.outline.units)) / 30.0, 1.5)
+        found.append(Segment(start, one.joints[1 + i], colours.get(side, TRUNK), width))
+    return found
