@@ -52,12 +52,9 @@ def follow(
     from tracker.settings import Settings
 
     marks, shown = None if keypoints is None else Path(keypoints), Progress(progress)
-    if isinstance(settings, Settings):
-        job = asked(Following(**options), Path(video), marks, settings, shown)
-    else:
-        file = None if settings is None else Path(settings)
-        job = asked(Following(settings=file, **options), Path(video), marks, None, shown)
-    run = follow_clip(job, shown)
+    chosen = settings if isinstance(settings, Settings) else None
+    file = Path(settings) if isinstance(settings, (str, PathLike)) else None
+    run = follow_clip(asked(Following(settings=file, **options), Path(video), marks, chosen, shown), shown)
     for warning in run.warnings:
         warnings.warn(warning, stacklevel=2)
     return run.track

@@ -48,9 +48,9 @@ class Row:
     how: Following
 
     @property
-    def inputs(self) -> list[Path]:
-        """The files that the work reads."""
-        return [self.video, *([] if self.keypoints is None else [self.keypoints]), *self.how.inputs]
+    def inputs(self) -> list[Path | None]:
+        """The files that the work reads, None for none."""
+        return [self.video, self.keypoints, *self.how.inputs]
 
     def job(self) -> Job:
         """What to follow, and how; raises as `tracker.clip.found.asked`."""

@@ -75,7 +75,7 @@ def track(
     from tracker.run.folder import fresh_folder
 
     shown, folder = common.shown(), out or beside(video, "track")
-    inputs = [video, *([] if keypoints is None else [keypoints]), *how.inputs]
+    inputs = [video, keypoints, *how.inputs]
     with fresh_folder(folder, overwrite=common.overwrite, inputs=inputs) as aside:
         with suggestion(video, folder):
             job = asked(how, video, keypoints, None, shown)
@@ -119,8 +119,7 @@ def compare(
     marks = read_keypoints(against)
     names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
     files = [Path(name) for name in names if Path(name).is_file()]
-    given = [each for each in (keypoints, truth) if each is not None]
-    inputs = [video, *given, *how.inputs, *files]
+    inputs = [video, keypoints, truth, *how.inputs, *files]
     with fresh_folder(folder, overwrite=common.overwrite, inputs=inputs) as aside:
         with suggestion(video, folder):
             job = asked(how, video, keypoints, None, shown)

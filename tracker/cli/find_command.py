@@ -29,11 +29,13 @@ def find(
 
     table = out or Path(f"{beside(video, 'people')}.csv")
     film = Film(video)
+    picture = table.with_suffix(".png")
     with fresh_file(table, overwrite=common.overwrite, inputs=[video]) as aside:
         everybody = people(film, common.shown())
         write_people(aside, everybody)
+        if not everybody and common.overwrite:
+            picture.unlink(missing_ok=True)  # of an earlier table
         if everybody:
-            picture = table.with_suffix(".png")
             with fresh_file(picture, overwrite=common.overwrite, inputs=[video]) as drawn:
                 write_picture(drawn, everybody, film)
     print(told(everybody, video.name))

@@ -8,6 +8,7 @@ from tracker.clip.job import Following, Found, Job, Nearer, towards
 from tracker.clip.staged import detections, staged
 from tracker.clip.start import objections
 from tracker.foreign.start_marks import read_marks
+from tracker.models.find import find_model
 from tracker.outline.bodies import alone, paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.person import Person, person, seen_figure
@@ -52,6 +53,7 @@ def asked(
     if how.start is not None or how.anchors:
         raise ValueError("start and anchors are of marked frames; give keypoints, or leave them out")
     film = Video(video)
+    find_model(how.model, film.fps, how.tuned(settings))  # or fails before the film is looked through
     found = start_of(people(film, progress, how.stop, towards(how.facing)), how, film)
     return how.job(video, found, settings)
 

@@ -102,10 +102,21 @@ class Following:
                 object.__setattr__(self, option.name, option.checked(value))
 
     @property
-    def inputs(self) -> list[Path]:
-        """The files that are read; a model may also be a mere name."""
-        files = [self.measure, self.settings, Path(self.model) if Path(self.model).is_file() else None]
-        return [path for path in files if path is not None]
+    def inputs(self) -> list[Path | None]:
+        """The files that are read, None for none; a model may also be a mere name."""
+        return [self.measure, self.settings, Path(self.model) if Path(self.model).is_file() else None]
+
+    def tuned(self, settings: "Settings | None" = None) -> "Settings":
+        """The settings given, or else the file's or the usual ones, as the options change them.
+
+        Raises:
+            ValueError: as `read_settings`.
+        """
+        from tracker.settings import Settings, read_settings
+
+        if settings is None:
+            settings = Settings() if self.settings is None else read_settings(self.settings)
+        return settings if self.templates else settings.model_copy(update={"templates": False})
 
     def job(
         self,
@@ -122,20 +133,14 @@ class Following:
             start: marks as they were given, or a start from the film itself.
             settings: in place of those of the file.
         """
-        from tracker.settings import Settings, read_settings
-
         if isinstance(start, Found):
             found, marks = start, {start.frame: dict(start.marks)}
         elif self.person is not None or self.near is not None:
             raise ValueError("person and near are for films without marks; leave them or the keypoints out")
         else:
             found, marks = None, start
-        if settings is None:
-            settings = Settings() if self.settings is None else read_settings(self.settings)
-        if not self.templates:
-            settings = settings.model_copy(update={"templates": False})
         facing = towards(self.facing) if found is None else found.facing
-        read = {"video": video, "marks": marks, "settings": settings, "facing": facing}
+        read = {"video": video, "marks": marks, "settings": self.tuned(settings), "facing": facing}
         asked = {name: value for name, value in vars(self).items() if name not in ELSEWHERE}
         return Job(**asked | read | {"found": found})
 

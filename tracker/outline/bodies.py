@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from tracker.outline.cycles import TRUNK, Cycles, poses
+from tracker.outline.cycles import Cycles, poses
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
@@ -152,9 +152,7 @@ class _Bodies:
 
     @classmethod
     def of(cls, shape: Shape, cycles: Cycles) -> "_Bodies":
-        angles = np.tile(cycles.halves(0.0, EVERY), (len(LEANS), 1, 1, 1))
-        angles[..., TRUNK] += LEANS[:, None, None]
-        q = poses(shape.figure, angles)
+        q = poses(shape.figure, cycles.halves(0.0, EVERY, leans=LEANS))
         body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
         body, arms = (np.concatenate([each, each[..., ::-1]]) for each in (body, arms))
         inside, around = (WEIGHT / DENSITY**2 * each for each in (body, AROUND * (1.0 - body - arms)))

@@ -17,6 +17,7 @@ COLUMNS = ("torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far", "ank
 TRUNK, NECK = COLUMNS.index("torso"), COLUMNS.index("neck")
 COUNTED = [0, 2, 3, 4, 5]  # columns that tell kinds of stride apart
 PHASES = 40
+UPRIGHT = np.zeros(1)  # leans, radians
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,16 @@ class Cycles:
         pose = self.pose[cycle]
         return np.asarray((1.0 - share) * pose[low % PHASES] + share * pose[(low + 1) % PHASES])
 
-    def halves(self, neck: float, every: int = 1) -> Array:
-        """(C, n, 8) angles of the first half of every cycle, the neck at an angle of its own."""
-        angles = self.pose[:, : PHASES // 2 : every].copy()
+    def halves(self, neck: float, every: int = 1, leans: Array = UPRIGHT) -> Array:
+        """(n, C, P, 8) angles of the first half of every cycle, its trunk leaning further forward.
+
+        Args:
+            neck: an angle of its own, radians.
+            every: so manieth phase.
+            leans: (n,) radians added to the trunk's.
+        """
+        angles = np.tile(self.pose[:, : PHASES // 2 : every], (len(leans), 1, 1, 1))
+        angles[..., TRUNK] += leans[:, None, None]
         angles[..., NECK] = neck
         return angles
 

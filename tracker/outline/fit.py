@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from kinematics.figure import SCALE, Array
 from kinematics.recover import Start
-from kinematics.spm import joints, skeleton
+from kinematics.spm import joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
 from tracker.outline.cycles import NECK, TRUNK, Cycles, columns_of, poses
 from tracker.outline.near import nearness
@@ -117,11 +117,10 @@ def _as_marked(odds: Planes, shape: Shape, q: Array, marked: Marked) -> tuple[Ar
 
 def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> NDArray[np.bool_]:
     """(T, J) whether most of the axis of the link that ends at a joint stands out; of the base the trunk."""
-    bones = skeleton(shape.figure, q)
-    along = bones.length[..., None, None] * ALONG[:, None] * bones.direction[:, :, None]
-    places = bones.start[:, :, None] + along
-    T, L, n = places.shape[:3]
-    odds = stage.odds_at(hips, units, places.reshape(T, L * n, 2)).reshape(T, L, n)
+    links = len(shape.figure.links)
+    link, along = np.repeat(np.arange(links), len(ALONG)), np.tile(ALONG, links)
+    places = surface(skeleton(shape.figure, q), link, along, np.zeros(len(link)))
+    odds = stage.odds_at(hips, units, places).reshape(len(q), links, len(ALONG))
     out = (odds > 0.0).mean(-1) > MOSTLY
     return np.concatenate([out[:, [shape.trunk]], out], axis=1)
 

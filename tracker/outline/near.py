@@ -17,7 +17,7 @@ from scipy.spatial import KDTree
 
 from kinematics.figure import Array
 from kinematics.sides import exchanged, on_side
-from kinematics.spm import Skeleton, skeleton
+from kinematics.spm import Skeleton, skeleton, surface
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 
@@ -106,14 +106,10 @@ def _less_alike(own: Leg, other: Leg) -> Array:
 
 def _places(shape: Shape, bones: Skeleton, links: list[int]) -> Array:
     """(T, P, 2) places on links, body coordinates."""
-    first, last, start, tip = shape.bars[links].T[:, :, None, None]
-    along = bones.length[:, links, None, None] * ALONG[:, None]
-    half = (start + (tip - start) * (ALONG[:, None] - first) / (last - first)) * ACROSS
-    across = bones.size[:, None, None, None] * half
-    found = bones.start[:, links, None, None]
-    found = found + along[..., None] * bones.direction[:, links, None, None]
-    found = found + across[..., None] * bones.normal[:, links, None, None]
-    return np.asarray(found.reshape(len(found), -1, 2))
+    link, along, share = (each.ravel() for each in np.meshgrid(links, ALONG, ACROSS, indexing="ij"))
+    first, last, start, tip = shape.bars[link].T
+    half = start + (tip - start) * (along - first) / (last - first)
+    return surface(bones, link, along, share * half)
 
 
 def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Array:

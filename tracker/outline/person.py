@@ -16,16 +16,11 @@ from tracker.outline.fit import Outline, fitted
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 
-SEEN = {
-    "torso": 0.67,
-    "head": 0.35,
-}  # leg lengths; in captures the hip joints lie higher, the neck's base lower
+SEEN = {"torso": 0.67, "head": 0.35}  # leg lengths; captured hip joints lie higher, the neck's base lower
 LARGER = (1.0, 1.25)  # times as large as the mean body is found best, somebody may be
 AROUND = 25  # frames either way of the best one that tell which way a person faces
 FEW = 15  # rounds of climbing that tell it
-AHEAD = (
-    0.04  # nats times square leg lengths a frame by which walking ahead is the likelier before all is seen
-)
+AHEAD = 0.04  # nats times square leg lengths a frame by which walking ahead is the likelier beforehand
 EXPLAINED = 0.8  # of the median log odds under the outline has a frame to start from
 GOES = 0.5  # leg lengths over the scene from which it has a direction
 SAME = 0.5  # leg lengths between the hips of what is one person found twice
@@ -100,8 +95,7 @@ class Person:
 def seen_figure() -> Figure:
     """The walking figure in the proportions that people are marked in on films."""
     figure = load_figure()
-    links = (replace(link, length=SEEN.get(link.name, link.length)) for link in figure.links)
-    return replace(figure, links=tuple(links))
+    return figure.with_lengths([SEEN.get(link.name, link.length) for link in figure.links])
 
 
 def person(

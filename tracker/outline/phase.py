@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from tracker.outline.cycles import COUNTED, NECK, PHASES, TRUNK, Cycles, poses
+from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.outline.stage import Stage
 
@@ -110,9 +110,7 @@ def _compared(
     stage: Stage, shape: Shape, cycles: Cycles, hips: Array, units: Array, neck: float
 ) -> tuple[Array, Array, Array]:
     """(T, C, PHASES / 2) nats of each half cycle's silhouettes, at which shift (.., 2), with which lean."""
-    angles = np.tile(cycles.halves(neck), (len(LEANS), 1, 1, 1))
-    angles[..., TRUNK] += LEANS[:, None, None]
-    q = poses(shape.figure, angles)
+    q = poses(shape.figure, cycles.halves(neck, leans=LEANS))
     body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
     masks = np.concatenate([body.reshape(len(body), -1), arms.reshape(len(arms), -1)], axis=1)
     (h, w), edge = GRID.shape, (int(COLUMNS_OFF.max()), int(ROWS_OFF.max()))

@@ -90,7 +90,7 @@ def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
 
 def _kernels(shape: Shape, cycles: Cycles, facing: int) -> list[list[Planes]]:
     """For each size the mean silhouettes of some phases."""
-    q = poses(shape.figure, cycles.halves(0.0, EVERY))
+    q = poses(shape.figure, cycles.halves(0.0, EVERY)[0])
     found = []
     for size in SIZES:
         q[..., shape.figure.index(SCALE)] = size

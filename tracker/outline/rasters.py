@@ -84,16 +84,9 @@ def painted(shape: tuple[int, int], corner: Array, step: float, bars: Array) -> 
 def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
     """Multiply `clear` (h, w) by 1 - m of one bar."""
     i0, i1, j0, j1 = _window(clear.shape, corner, step, bar)
-    start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
     for i in range(i0, i1):
-        y = corner[1] - i * step - start_y
         for j in range(j0, j1):
-            x = corner[0] + j * step - start_x
-            u = x * along_x + y * along_y
-            v = y * along_x - x * along_y
-            nearest = min(max(u, first), last)
-            over = u - nearest
-            edge = (half + slope * (nearest - first) - np.sqrt(over * over + v * v)) / soft
+            _, _, _, _, edge = _within(corner[0] + j * step, corner[1] - i * step, bar)
             edge = min(max(edge, -1.0), 1.0)
             clear[i, j] *= 1.0 - SURE * (0.5 + 0.25 * edge * (3.0 - edge * edge))
 
@@ -108,17 +101,11 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
         pull: (h, w) what one more of m is worth; times 1 - m if `shared`.
     """
     i0, i1, j0, j1 = _window(pull.shape, corner, step, bar)
-    start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
+    slope, soft = bar[7], bar[8]
     for i in range(i0, i1):
-        y = corner[1] - i * step - start_y
         for j in range(j0, j1):
-            x = corner[0] + j * step - start_x
-            u = x * along_x + y * along_y
-            v = y * along_x - x * along_y
-            nearest = min(max(u, first), last)
+            u, v, nearest, far, edge = _within(corner[0] + j * step, corner[1] - i * step, bar)
             over = u - nearest
-            far = np.sqrt(over * over + v * v)
-            edge = (half + slope * (nearest - first) - far) / soft
             if not -1.0 < edge < 1.0:
                 continue
             weight = pull[i, j] * SURE * 0.75 * (1.0 - edge * edge) / soft
@@ -135,6 +122,17 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
             motion[3] -= weight * (u * by_v - v * by_u)
             # The soft edge grows as well, so s over it changes as if the place came nearer.
             motion[4] -= weight * (u * by_u + v * by_v)
+
+
+@numba.njit(cache=True, fastmath=True, error_model="numpy", inline="always")
+def _within(x: float, y: float, bar: Array) -> tuple[float, float, float, float, float]:
+    """A place as a bar sees it: u, v, w, its distance from the axis, and s over the soft edge."""
+    start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
+    x, y = x - start_x, y - start_y
+    u, v = x * along_x + y * along_y, y * along_x - x * along_y
+    nearest = min(max(u, first), last)
+    far = np.sqrt((u - nearest) ** 2 + v * v)
+    return u, v, nearest, far, (half + slope * (nearest - first) - far) / soft
 
 
 @numba.njit(cache=True, fastmath=True, error_model="numpy")

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.spm import skeleton
+from kinematics.figure import Array, Figure
+from kinematics.spm import View, skeleton
 from tracker.clip.follow import Run
 from tracker.loop.outcome import Outcome
 from tracker.progress import Progress
@@ -21,12 +22,19 @@ Image = NDArray[np.uint8]
 SMALL = 500  # frames lower than this are drawn twice as large
 
 
-def colours(track: Track) -> list[tuple[int, int, int]]:
+def colours(figure: Figure) -> list[tuple[int, int, int]]:
     """One colour a link: far legs, trunk, near legs."""
-    layers = [link.layer for link in track.figure.links]
+    layers = [link.layer for link in figure.links]
     by_rank = {layer: rank for rank, layer in enumerate(sorted(set(layers)))}
     palette = (FAR, TRUNK, NEAR) if len(by_rank) > 2 else (FAR, NEAR)
     return [palette[min(by_rank[layer], len(palette) - 1)] for layer in layers]
+
+
+def segments(figure: Figure, q: Array, view: View) -> list[Segment]:
+    """The links as a pose (D,) lays them, the farthest first."""
+    bones, shades, width = skeleton(figure, q), colours(figure), max(view.unit / 30.0, 1.5)
+    starts, tips = view.to_pixels(bones.start), view.to_pixels(bones.tip)
+    return [Segment(starts[i], tips[i], shades[i], width) for i in _by_layer(figure)]
 
 
 def enlargement(height: int) -> int:
@@ -41,14 +49,12 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     if not 0 <= t < len(track):
         return draw(image, caption=f"{title}frame {frame}: not tracked", scale=scale)
     places, covs = _joints_at(track, t)
-    starts = track.view_at(t).to_pixels(skeleton(track.figure, track.q[t]).start)
-    order = sorted(range(len(track.figure.links)), key=lambda i: track.figure.links[i].layer)
-    shades = colours(track)
-    segments = [Segment(starts[i], places[i + 1], shades[i], max(track.view.unit / 30.0, 1.5)) for i in order]
-    ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in order]
+    figure, shades = track.figure, colours(track.figure)
+    ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in _by_layer(figure)]
     state = f"  {track.labels[track.s[t]]} state {track.s[t]}" if len(track.labels) > 1 else ""
     outcome = "" if track.outcome[t] is Outcome.OK else f"  {track.outcome[t]}"
-    return draw(image, segments, ellipses, f"{title}frame {frame}{state}{outcome}", scale=scale)
+    limbs = segments(figure, track.q[t], track.view_at(t))
+    return draw(image, limbs, ellipses, f"{title}frame {frame}{state}{outcome}", scale=scale)
 
 
 def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
@@ -62,6 +68,11 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
         for frame, moment in zip(islice(video, finished.frames), finished.track.times, strict=True):
             writer.write(paint(frame.image, finished.track, frame.index, f"{job.model}  "), float(moment))
             advance()
+
+
+def _by_layer(figure: Figure) -> list[int]:
+    """Positions of the links, the farthest first."""
+    return sorted(range(len(figure.links)), key=lambda i: figure.links[i].layer)
 
 
 def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

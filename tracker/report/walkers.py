@@ -7,11 +7,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from kinematics.spm import View
 from tracker.clip.found import nearer, sure_of_leg
 from tracker.outline.person import Person
+from tracker.report.drawing import segments
 from tracker.tables.table import write_table
 from videos.frames import Video
-from videos.overlay import FAR, NEAR, TRUNK, Segment, draw
+from videos.overlay import Segment, draw
 
 COLUMNS = ("person", "first", "last", "frame", "x0", "y0", "x1", "y1", "facing", "direction", "motion")
 SURENESS = ("score", "margin", "near_leg", "near_sure")
@@ -48,7 +50,7 @@ def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
     tiles = []
     for number, one in enumerate(people, 1):
         image = next(islice(video, one.frame, None)).image
-        drawn = draw(image, _segments(one), caption=f"person {number}, frame {one.frame}")
+        drawn = draw(image, _limbs(one), caption=f"person {number}, frame {one.frame}")
         width = round(drawn.shape[1] * HEIGHT / drawn.shape[0])
         tiles.append(cv2.resize(drawn, (width, HEIGHT), interpolation=cv2.INTER_AREA))
     _, data = cv2.imencode(".png", cv2.cvtColor(np.hstack(tiles), cv2.COLOR_RGB2BGR))
@@ -75,15 +77,7 @@ def _sureness(one: Person) -> tuple[str, str, str, int]:
     return score, f"{one.turned:.2f}", str(nearer(one)), int(sure_of_leg(one))
 
 
-def _segments(one: Person) -> list[Segment]:
-    figure = one.figure
-    colours = {"near": NEAR, "far": FAR}
-    order = sorted(range(len(figure.links)), key=lambda i: figure.links[i].layer)
-    found = []
-    for i in order:
-        parent = figure.parents[i]
-        start = one.joints[1 + parent if parent >= 0 else 0]
-        side = next((word for word in figure.links[i].name.split("_") if word in colours), "")
-        width = max(float(np.median(one.outline.units)) / 30.0, 1.5)
-        found.append(Segment(start, one.joints[1 + i], colours.get(side, TRUNK), width))
-    return found
+def _limbs(one: Person) -> list[Segment]:
+    t, outline = one.frame - one.first, one.outline
+    x, y = outline.hips[t].tolist()
+    return segments(one.figure, outline.q[t], View((x, y), float(outline.units[t]), one.facing))

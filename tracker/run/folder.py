@@ -39,7 +39,7 @@ def fresh_folder(
     path: Path,
     *,
     overwrite: bool,
-    inputs: Iterable[Path] = (),
+    inputs: Iterable[Path | None] = (),
     replaceable: Callable[[Path], bool] = holds_run,
 ) -> Iterator[Path]:
     """A new folder to write into, which becomes `path` when the block ends well or vanishes if it does not.
@@ -47,7 +47,7 @@ def fresh_folder(
     Args:
         path: the final place; a link is followed.
         overwrite: whether a complete run may be replaced. Anything else is never replaced.
-        inputs: files that the work reads, which must not lie in the folder that is replaced.
+        inputs: files that the work reads, None for none, which must not lie in the folder that is replaced.
         replaceable: tells a complete run.
 
     Raises:
@@ -56,7 +56,10 @@ def fresh_folder(
     """
     _check_folder(path, overwrite, replaceable)
     place = _real(path)
-    for kept, what in [(Path.cwd(), "the folder you are in"), *((Path(i), str(i)) for i in inputs)]:
+    for kept, what in [
+        (Path.cwd(), "the folder you are in"),
+        *((each, str(each)) for each in inputs if each is not None),
+    ]:
         if _real(kept).is_relative_to(place):
             raise FolderError(f"{path} would be replaced, and with it {what}; choose another --out")
     with _workshop(place) as workshop:
@@ -68,20 +71,20 @@ def fresh_folder(
 
 
 @contextmanager
-def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path] = ()) -> Iterator[Path]:
+def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = ()) -> Iterator[Path]:
     """A name to write to, which becomes `path` when the block ends well or vanishes if it does not.
 
     Args:
         path: the final place; a link is followed.
         overwrite: whether a file that is there may be replaced.
-        inputs: files that the work reads, none of which is replaced.
+        inputs: files that the work reads, None for none; not one is replaced.
 
     Raises:
         FolderError: a folder, a device or an input in its place, a folder that cannot be written, or a file
             without `overwrite`.
     """
     place = _real(path)
-    if place.exists() and place in map(_real, inputs):
+    if place.exists() and place in [_real(each) for each in inputs if each is not None]:
         raise FolderError(f"{path} is what the work reads; choose another --out")
     _check_file(path, overwrite)
     with _workshop(place) as workshop:

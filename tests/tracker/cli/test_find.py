@@ -146,6 +146,22 @@ def test_results_that_are_there_are_refused_before_anybody_is_looked_for(unseen,
     assert everything(tmp_path) == before
 
 
+def test_a_model_or_settings_that_cannot_be_are_told_before_anybody_is_looked_for(unseen, video, tmp_path):
+    (tmp_path / "wrong.toml").write_text("blur = 1\n")
+    assert "nosuch" in refused("track", video, "--model", "nosuch")
+    assert "blur" in refused("track", video, "--settings", "wrong.toml")
+
+
+def test_a_picture_of_people_who_are_no_longer_found_goes(seen, video, tmp_path):
+    seen(a_walk().person())
+    figtrack("find", video)
+    seen()
+    assert "walk-people.csv exists" in refused("find", video)
+    assert (tmp_path / "walk-people.png").exists()
+    assert figtrack("find", video, "--overwrite").stdout == "nobody walks through walk.mp4\n"
+    assert {path.name for path in tmp_path.iterdir()} == {"walk-people.csv"}
+
+
 def test_marks_win_over_who_would_be_found(unseen, clip, tmp_path):
     words = ("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 3)
     assert figtrack(*words, "--quiet").exit_code == 0

@@ -119,9 +119,7 @@ def test_the_frame_itself_stays_as_it_was(track):
 
 @pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
 def test_far_and_near_limbs_never_share_a_colour(track, figure):
-    shades = dict(
-        zip([link.name for link in figure.links], colours(replace(track, figure=figure)), strict=True)
-    )
+    shades = dict(zip([link.name for link in figure.links], colours(figure), strict=True))
     layers = {link.name: link.layer for link in figure.links}
     far, near = min(layers.values()), max(layers.values())
     assert {shade for name, shade in shades.items() if layers[name] == far} == {FAR}
