@@ -14,11 +14,9 @@ from typing import Self
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from tracker.picture.corners import Corners, sharpest, sharpness
 from tracker.picture.pyramid import Array, Box, Image
-
-Corners = NDArray[np.float32]
 
 # Lengths are in pixels of the small picture.
 SIZE = 160  # of its longer side at most
@@ -115,20 +113,13 @@ def _scene(image: Image, box: Box, shift: Array) -> tuple[Scene, int]:
 
 def _key(scene: Scene) -> Key:
     """The sharpest corner of every cell that has one."""
-    # OpenCV's derivative is twice the slope, its measure a mean square over the window: hence the 4 below.
-    sharp = cv2.cornerMinEigenVal(scene.image.astype(np.float32), WINDOW)
+    sharp = sharpness(scene.image, WINDOW)
     edge = WINDOW // 2
     inner = np.zeros_like(sharp)
     inner[edge:-edge, edge:-edge] = sharp[edge:-edge, edge:-edge]
     x0, y0, x1, y1 = (int(np.clip(side, 0.0, SIZE)) for side in scene.box)
     inner[y0 : y1 + 1, x0 : x1 + 1] = 0.0
-    rows, columns = (n // CELL for n in sharp.shape)
-    grid = inner[: rows * CELL, : columns * CELL].reshape(rows, CELL, columns, CELL)
-    cells = grid.swapaxes(1, 2).reshape(rows * columns, CELL * CELL)
-    best = cells.argmax(1)
-    row, column = np.divmod(np.arange(len(cells)), columns)
-    corners = np.stack([column * CELL + best % CELL, row * CELL + best // CELL], axis=1)
-    return Key(scene, np.asarray(corners[cells.max(1) > 4.0 * CONTRAST**2], dtype=np.float32))
+    return Key(scene, sharpest(inner, CELL, CONTRAST))
 
 
 def _way(key: Key, now: Scene, factor: int) -> Array | None:

@@ -14,6 +14,7 @@ from typing import Self
 import cv2
 import numpy as np
 
+from tracker.picture.corners import sharpest, sharpness
 from tracker.picture.pyramid import Array, Image, Planes
 
 # Lengths are pixels of the small picture.
@@ -91,16 +92,8 @@ def _grey(image: Image) -> Image:
 
 def _key(grey: Image, place: Array) -> Key:
     """The sharpest corner of every cell that has one."""
-    # OpenCV's derivative is twice the slope, its measure a mean square over the window: hence the 4 below.
-    sharp = cv2.cornerMinEigenVal(grey.astype(np.float32), WINDOW // 2)
-    rows, columns = (n // CELL for n in sharp.shape)
-    grid = sharp[: rows * CELL, : columns * CELL].reshape(rows, CELL, columns, CELL)
-    cells = grid.swapaxes(1, 2).reshape(rows * columns, CELL * CELL)
-    best = cells.argmax(1)
-    row, column = np.divmod(np.arange(len(cells)), columns)
-    corners = np.stack([column * CELL + best % CELL, row * CELL + best // CELL], axis=1)
-    corners = corners[cells.max(1) > 4.0 * CONTRAST**2]
-    return Key(grey, np.asarray(corners[:, None], dtype=np.float32), place)
+    corners = sharpest(sharpness(grey, WINDOW // 2), CELL, CONTRAST)
+    return Key(grey, corners[:, None], place)
 
 
 def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
