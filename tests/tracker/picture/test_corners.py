@@ -9,7 +9,7 @@ from tracker.picture.corners import sharpest, sharpness
 def test_sharpness_is_the_mean_square_of_the_slope_along_the_weaker_direction():
     a = 0.5
     x, y = np.meshgrid(np.arange(-10.0, 11.0), np.arange(-10.0, 11.0))
-    # The slope of 128 + a x y is a (y, x); over a 5 x 5 block at the middle x^2 and y^2 are 2 in the mean, x y 0.
+    # The slope of 128 + a x y is a (y, x); over 5 x 5 pixels about 0 the mean of x^2 and y^2 is 2, of x y 0.
     assert sharpness(128.0 + a * x * y, 5)[10, 10] == pytest.approx(2.0 * a * a, rel=1e-5)
 
 
