@@ -1,6 +1,7 @@
 """The outline of a marked figure fitted to every frame of a surveyed film."""
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,19 @@ class Outline:
     def seen(self) -> NDArray[np.bool_]:
         """(T,) whether the figure stands out from the scene; nowhere if it does not on the whole."""
         return _seen(self.score)
+
+    def around(self, inner: slice) -> slice:
+        """The frames of `inner` and those before and after it up to the first in which it is not seen."""
+        unseen = np.flatnonzero(self.score < LEAST)
+        before, after = unseen[unseen < inner.start], unseen[unseen >= inner.stop]
+        start = int(before[-1]) + 1 if len(before) else 0
+        return slice(start, int(after[0]) if len(after) else len(self.score))
+
+    def part(self, frames: slice) -> Self:
+        """Some of the frames."""
+        rows = ("q", "hips", "units", "joints", "score", "shown")
+        some = {name: getattr(self, name)[frames] for name in rows}
+        return replace(self, **some, phases=self.phases.part(frames))
 
 
 def fitted(

@@ -18,6 +18,7 @@ from tracker.outline.stage import Stage
 
 SEEN = {"torso": 0.67, "head": 0.35}  # leg lengths; captured hip joints lie higher, the neck's base lower
 LARGER = (1.0, 1.25)  # times as large as the mean body is found best, somebody may be
+BEYOND = 1.0  # seconds before and after a path in which who went along it may be seen as well
 AROUND = 25  # frames either way of the best one that tell which way a person faces
 FEW = 15  # rounds of climbing that tell it
 AHEAD = 0.04  # nats times square leg lengths a frame by which walking ahead is the likelier beforehand
@@ -108,19 +109,24 @@ def person(
         fps: frames a second.
         facing: +1 right, -1 left, None to see it.
     """
-    part = stage.part(slice(path.first, path.last + 1))
     best = int(np.argmax(path.score))
     ways = (1, -1) if facing is None else (facing,)
-    facing, larger, margin = _fits(part, figure, path, ways, fps, cycles)
-    faced, start = replace(part, facing=facing), _start(figure, path, best, facing, larger)
-    outline = fitted(faced, start, best, fps, cycles)
+    within = stage.part(slice(path.first, path.last + 1))
+    facing, larger, margin = _fits(within, figure, path, ways, fps, cycles)
+    first, beyond = max(path.first - round(BEYOND * fps), 0), path.last + round(BEYOND * fps)
+    faced = replace(stage.part(slice(first, beyond + 1)), facing=facing)
+    start = _start(figure, path, best, facing, larger)
+    outline = fitted(faced, start, path.first + best - first, fps, cycles)
+    inner = outline.around(slice(path.first - first, path.last + 1 - first))
+    faced, first = faced.part(inner), first + inner.start
+    outline = outline.part(inner)
     frame = _clearest(faced, outline, figure)
     if frame is None:
         return None
     return Person(
         figure=figure,
-        first=path.first,
-        frame=path.first + frame,
+        first=first,
+        frame=first + frame,
         facing=facing,
         direction=_direction(faced, outline),
         runs=bool(cycles.runs[outline.phases.cycle] > 0.5),

@@ -6,7 +6,8 @@ other half cycle looks the same; only the marked pose tells the two apart. Viter
 its own, with time ahead and, for who walks backwards, back; the best of all wins.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numba
 import numpy as np
@@ -55,6 +56,11 @@ class Phases:
     lean: Array
     period: float
     score: float
+
+    def part(self, frames: slice) -> Self:
+        """Some of the frames."""
+        some = {name: getattr(self, name)[frames] for name in ("phase", "shift", "lean")}
+        return replace(self, **some)
 
 
 def phases(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, WALK, WALKER, film
 from tracker.outline.cycles import NECK, Cycles, columns_of
@@ -70,6 +71,18 @@ def test_exchanged_marks_hold_where_both_legs_look_the_same_though_the_camera_mo
 def test_where_nobody_walks_nothing_is_seen(walk, stage, rng):
     empty = replace(walk, cover=np.zeros_like(walk.cover))
     assert not fit(walk, empty.stage(rng)).seen.any()
+
+
+def test_the_frames_around_some_end_where_the_figure_is_not_seen(found):
+    score = np.ones(len(found.score))
+    score[[2, 9]] = 0.0
+    doubted = replace(found, score=score)
+    assert doubted.around(slice(5, 7)) == slice(3, 9)
+    assert doubted.around(slice(1, 12)) == slice(0, len(score))
+    some = doubted.part(slice(3, 9))
+    assert_array_equal(some.score, 1.0)
+    assert_array_equal(some.phases.phase, found.phases.phase[3:9])
+    assert len(some.joints) == 6
 
 
 def test_a_frame_of_low_score_is_not_seen_and_none_is_if_most_score_low(found):

@@ -65,6 +65,19 @@ def test_who_is_never_in_sight_as_a_whole_is_nobody(walk, rng):
     assert person(low, WALKER, path_of(walk.part(slice(8, 28))), FPS, FEW) is None
 
 
+def test_who_is_seen_before_and_after_a_path_is_followed_there_too(walk, rng):
+    film = walk.part(slice(4, 28))
+    whole, cut = path_of(film), slice(6, 18)
+    path = Path(cut.start, whole.hips[cut], whole.units[cut], whole.score[cut])
+    cover = film.cover.copy()
+    cover[:2] = 0.0  # nobody is there yet
+    found = person(replace(film, cover=cover).stage(rng), WALKER, path, FPS, FEW)
+    assert (found.first, found.last) == (2, 23)
+    away = np.hypot(*np.moveaxis(found.outline.joints - film.joints[2:], -1, 0)) / UNIT
+    assert min(away.mean(), away[:, WALKER.joint_twins].mean()) < 0.1
+    assert apart(film.joints)[found.frame] > 0.9 * apart(film.joints[2:]).max()
+
+
 def test_who_steps_on_the_spot_goes_nowhere(walk, rng):
     """The scene moves under a walker who stays: a treadmill, or a camera that goes along."""
     film = walk.part(slice(4, 28))
