@@ -10,7 +10,7 @@ What the state x holds is told in `dynamics.layout`; at second order only the po
 Poses are in body units: leg lengths and radians.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -82,6 +82,12 @@ class SLDS:
         pose = tuple(name for name in self.names if name not in self.drifts)
         order = (self.A.shape[-1] - len(self.drifts)) // len(pose)
         return Layout(pose, self.travelling, order, self.drifts)
+
+    @property
+    def shift(self) -> Array:
+        """(N, M) matrix of what a state changes by when its poses, and the measured drifts, shift alike."""
+        measured = np.isin(self.drifts, self.names)
+        return self.layout.shift[:, np.r_[np.full(self.layout.d, True), measured.astype(bool)]]
 
     @property
     def order(self) -> int:
@@ -156,6 +162,19 @@ class SLDS:
             names=(*self.names, *names),
             drifts=(*self.drifts, *names),
         )
+
+    def with_constants(self, spreads: Mapping[str, float]) -> Self:
+        """The same system whose measurements are off by unknown constants.
+
+        Args:
+            spreads: standard deviation of each constant by the freedom that it is added to.
+        """
+        n, names = len(spreads), [f"constant_{name}" for name in spreads]
+        wide = self.with_drifts(names, np.ones(n), np.zeros(n), np.array(list(spreads.values())))
+        C = wide.C[:-n].copy()
+        for i, name in enumerate(spreads):
+            C[self.names.index(name), i - n] = 1.0
+        return replace(wide, C=C, R=self.R, names=self.names)
 
 
 def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: float) -> SLDS:

@@ -117,6 +117,9 @@ class Settings(BaseModel):
     free_place: float = Field(
         0.02, gt=0, le=10, description="such a motion: change of the root's speed a frame, leg lengths"
     )
+    lean: float = Field(
+        10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"
+    )
     scale_drift: float = Field(0.001, ge=0, le=1, description="of the common log scale, a frame")
     breathing: float = Field(0.06, gt=0, le=1, description="spread of a link's log length")
     ankle: float = Field(

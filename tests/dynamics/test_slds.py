@@ -256,6 +256,16 @@ def test_a_system_with_drifts_knows_its_order_and_its_place(order, rng):
         assert_array_equal(wide.travels, [True, False, False] + [False] * n)
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_shift_is_measured_as_such_and_leaves_constants_alone(order, rng):
+    slds = random_slds(2, order=order, rng=rng).with_constants({"b": 2.0})
+    wide = slds.with_drifts(("scale",), np.ones(1), np.ones(1), np.ones(1))
+    assert_array_equal(wide.C @ wide.shift, np.eye(3))
+    assert_array_equal(wide.shift[order * 2], 0.0)
+    if order == 2:  # both poses alike
+        assert_array_equal(wide.shift[:2], wide.shift[2:4])
+
+
 def test_a_state_of_no_known_layout_is_refused(rng):
     wide = random_slds(2, order=2, rng=rng).with_drifts(("scale",), np.ones(1), np.ones(1), np.ones(1))
     with pytest.raises(ValueError, match=r"1 or 2 poses of 3 freedoms and 0 that drift; it has 5 entries"):

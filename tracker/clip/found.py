@@ -108,9 +108,8 @@ def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
     if near is not None and near is not nearer(one):
         one = one.exchanged
     told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
-    doubt = float(expit(-one.outline.named)) if near is None else 0.0
     seen = detections(one.outline, one.first, video)
-    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, seen, doubt)
+    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, seen)
 
 
 def sure_of_leg(one: Person) -> bool:

@@ -158,7 +158,6 @@ class Found:
     nearer   : where the leg named near is in it
     near_leg : whether that is "sure", "unsure" or "given"
     points   : the outline's joints by frame
-    wrong    : probability that these name the legs wrongly
     """
 
     frame: int
@@ -167,7 +166,6 @@ class Found:
     nearer: Nearer
     near_leg: str
     points: "Mapping[int, Detections]"
-    wrong: float
 
 
 @dataclass(frozen=True)

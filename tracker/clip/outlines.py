@@ -17,6 +17,7 @@ LEG = 40.0  # small pictures show a leg of so many pixels, or less
 POINT = 0.06  # spread of an outline's joint, leg lengths
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
+ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
 
 
 def outlined(plan: Plan, progress: Progress) -> Plan:
@@ -31,14 +32,14 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
     if not points:
         return plan
     exchange = min(max(wrong, EXCHANGE), MOST)
-    settings = settings.model_copy(update={"point": POINT, "exchange": exchange})
+    settings = settings.model_copy(update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG})
     return replace(plan, points=points, tracker=replace(plan.tracker, settings=settings))
 
 
 def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], float]:
-    """Joints of the outline by frame, and the probability that they name the legs wrongly."""
+    """Joints of the outline by frame, and the probability that they name other legs than the start does."""
     if plan.job.found is not None:
-        return plan.job.found.points, plan.job.found.wrong
+        return plan.job.found.points, 0.0
     video, start, frame, stop = plan.video, plan.start, plan.frame, plan.job.stop
     first = max(frame - REACH, 0)
     last = frame + REACH if stop is None else min(frame + REACH, stop)

@@ -81,7 +81,7 @@ def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[
     like = tracker.pose(state.belief.merged()).mean
     q = _marked_pose(tracker, anchor, like)
     mean, cov = slds.mean0.copy(), slds.cov0.copy()
-    both = slds.layout.shift
+    both = slds.shift
     root = both[:, : len(ROOT)]
     cov += PLACE**2 * root @ root.T
     at = both[:, size].argmax()
@@ -96,7 +96,7 @@ def _loosened(tracker: Tracker, belief: Belief) -> Belief:
     """The belief when templates may have slid."""
     slide = np.full(len(tracker.offset), SLIDE)
     slide[len(ROOT) : tracker.figure.index(SCALE)] = TURN
-    spread = tracker.slds.layout.shift * slide
+    spread = tracker.slds.shift * slide
     states = belief.states
     return replace(belief, states=Gaussian(states.mean, states.cov + spread @ spread.T))
 

@@ -211,11 +211,13 @@ def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
             f"{', '.join(figure.pose_freedoms)}; learn a model for this figure"
         )
     learned = slds.labels != ("cv",)
-    full = _with_drifts(slds, figure.freedoms[len(slds.names) :], settings)
     offset = np.zeros(len(figure.freedoms))
     if learned and "neck" in figure.freedoms:
         # Where "the neck" lies differs between skeletons; models know the head's deviation only.
         offset[figure.index("neck")] = start.q[figure.index("neck")]
+    if learned and "torso" in slds.names:
+        slds = slds.with_constants({"torso": np.radians(settings.lean)})
+    full = _with_drifts(slds, figure.freedoms[len(slds.names) :], settings)
     return Tracker(figure, start.view, full, offset, settings)
 
 

@@ -113,7 +113,7 @@ def label_all(
         return classify_hmm(model, [y[:, picked] for y in ys])
     slds = whole_pose(model, "classify")
     if use is Use.ALL:
-        slds = with_constants(slds, UNKNOWN_PLACE)
+        slds = slds.with_constants(UNKNOWN_PLACE)
     weight = POSE if pose_weight is None else pose_weight
     with progress.task("classifying", CLASSIFY_TICKS) as tick:
         return classify(slds, ys, infer=INFERENCES[inference], pose=weight, tick=tick)
@@ -133,7 +133,7 @@ def forecast_all(
     """
     starts = [_first_measured(sequence) for sequence in sequences]
     places = [_place(sequence) for sequence in sequences]
-    free = with_constants(slds, UNKNOWN_PLACE | UNKNOWN_NECK)
+    free = slds.with_constants(UNKNOWN_PLACE | UNKNOWN_NECK)
     ys = [s.y[start:] - place for s, start, place in zip(sequences, starts, places, strict=True)]
     with progress.task("predicting", predict_ticks(ys)) as tick:
         expected = predict(free, ys, horizon, tick)
@@ -182,7 +182,7 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Prog
         _first_measured(sequence)
     ys = [s.y - _place(s) - _neck(s) for s in sequences]
     with progress.task("measuring the noise", SEARCHES) as tick:
-        return replace(slds, R=at_noise(with_constants(slds, UNKNOWN_PLACE), ys, tick).R)
+        return replace(slds, R=at_noise(slds.with_constants(UNKNOWN_PLACE), ys, tick).R)
 
 
 def of_motion(slds: SLDS, label: str | None) -> SLDS:
@@ -201,21 +201,6 @@ def of_motion(slds: SLDS, label: str | None) -> SLDS:
         labels=(label,) * len(states),
         **{name: getattr(slds, name)[states] for name in ("A", "b", "Q", "mean0", "cov0")},
     )
-
-
-def with_constants(slds: SLDS, spreads: Mapping[str, float]) -> SLDS:
-    """The same system whose measurements are off by unknown constants.
-
-    Args:
-        spreads: standard deviation of each constant by the freedom that it is added to.
-    """
-    n = len(spreads)
-    names = [f"constant_{name}" for name in spreads]
-    wide = slds.with_drifts(names, np.ones(n), np.zeros(n), np.array(list(spreads.values())))
-    C = wide.C[:-n].copy()
-    for i, name in enumerate(spreads):
-        C[slds.names.index(name), i - n] = 1.0
-    return replace(wide, C=C, R=slds.R, names=slds.names)
 
 
 def _evidence(sequence: PoseSequence, use: Use) -> Array:

@@ -10,7 +10,7 @@ from tests.tracker.clips import write_table, write_video
 from tests.tracker.outline.films import MIDDLE, SIZE, WALKER, a_walk
 from tracker.clip import outlines
 from tracker.clip.job import Job
-from tracker.clip.outlines import EXCHANGE, MOST, POINT, outlined
+from tracker.clip.outlines import EXCHANGE, MOST, ONE_LEG, POINT, outlined
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.progress import Progress
@@ -50,7 +50,7 @@ def test_the_points_of_every_frame_are_the_walkers_joints(found):
     assert sorted(found.points) == list(range(len(walk.images)))
     assert np.mean(np.concatenate(away)) < 0.07
     settings = found.tracker.settings
-    assert settings.point == POINT
+    assert (settings.point, settings.one_leg) == (POINT, ONE_LEG)
     assert EXCHANGE <= settings.exchange < 0.1
 
 

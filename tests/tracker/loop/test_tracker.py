@@ -142,7 +142,7 @@ def field_of(tracker: Tracker, templates: Templates, state: State, image) -> Fie
 
 def switches(slds: SLDS, h: Hypothesis, j: int) -> np.ndarray:
     """(K,) probability of each state after state j: Pi, times how usual the belief's pace is in the state."""
-    lagged = slds.A.shape[-1] - len(slds.names)  # what drifts stands in a state once, the rest twice
+    lagged = sum(name not in slds.drifts for name in slds.names)  # poses stand in a state twice, drifts once
     pace = np.zeros((2, slds.A.shape[-1]))
     pace[[0, 1], [0, 1]], pace[[0, 1], [lagged, lagged + 1]] = 1.0, -1.0
     usual = [
@@ -246,6 +246,20 @@ def test_a_switch_that_cannot_be_is_never_made(walk, models):
     stuck = replace(slds, Pi=np.eye(slds.K), pi0=np.eye(slds.K)[1])
     tracker = make_tracker(walk.start, stuck, FULL)
     assert {estimate.s for estimate in run(tracker, walk.start, walk.images[:3])} == {1}
+
+
+def test_who_leans_more_than_any_model_knows_starts_as_marked(walk, models):
+    q = walk.start.q.copy()
+    q[WALKER.index("torso")] = np.radians(45.0)
+    marked = replace(walk.start, q=q)
+
+    def torso(lean):
+        tracker = make_tracker(marked, models["walk-run"], FULL.model_copy(update={"lean": lean}))
+        belief = start_belief(tracker, marked)
+        return np.degrees(tracker.pose(belief.merged()).mean[WALKER.index("torso")])
+
+    assert torso(0.01) < 30.0  # without it the model's own lean wins
+    assert torso(FULL.lean) > 38.0
 
 
 def still(figure, q):

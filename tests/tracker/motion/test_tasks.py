@@ -20,7 +20,6 @@ from tracker.motion.tasks import (
     label_all,
     of_motion,
     whole_pose,
-    with_constants,
 )
 from tracker.tables.poses import PosesError
 
@@ -210,7 +209,7 @@ def test_an_unknown_constant_is_integrated_out(rng):
     carried = np.eye(8)[NECK]
     offsets = np.arange(-0.6, 0.6, step)
     each = [viterbi(one, y - c * carried).log_evidence + norm.logpdf(c, scale=spread) for c in offsets]
-    found = viterbi(with_constants(one, {"neck": spread}), y).log_evidence
+    found = viterbi(one.with_constants({"neck": spread}), y).log_evidence
     # The evidence is a Gaussian of the constant, some steps wide: a sum over a grid is its integral.
     assert found == pytest.approx(np.logaddexp.reduce(each) + np.log(step), abs=1e-6)
 
