@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from tracker.annotate.marks import Table
-from tracker.clip.found import TURNED, marks_of, nearer, people, suggestion_path, sure_of_leg
+from tracker.clip.found import TURNED, people, suggestion_path
+from tracker.clip.naming import marks_of, nearer, sure_of_leg
 from tracker.foreign.start_marks import Taken
 from tracker.outline.person import Person
 from tracker.progress import Progress

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from scipy.special import expit
-
-from tracker.clip.job import Following, Found, Job, Nearer, towards
-from tracker.clip.staged import detections, staged
+from tracker.clip.job import Following, Found, Job, towards
+from tracker.clip.naming import borne_out, marks_of, nearer, start_from, sure_of_leg
+from tracker.clip.staged import staged
 from tracker.clip.start import objections
 from tracker.foreign.start_marks import read_marks
 from tracker.models.find import find_model
@@ -15,11 +14,10 @@ from tracker.outline.person import Person, person, seen_figure
 from tracker.outline.shape import Shape
 from tracker.progress import Progress
 from tracker.settings import Settings
-from tracker.tables.keypoints import Mark, Marks, points
+from tracker.tables.keypoints import Marks, points
 from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
-SURE = 0.95  # probability of the nearer leg from which it counts as sure
 TURNED = 0.05  # nats times square leg lengths a frame by which one facing must be the better
 
 
@@ -81,8 +79,13 @@ def people(
             if one is not None and not any(one.same(other) for other in seen):
                 seen.append(one)
         if seen:
-            return [one.later(first) for one in seen]
+            return [_heard(one.later(first), video) for one in seen]
         first += len(stage)
+
+
+def _heard(one: Person, video: Video) -> Person:
+    """The person, its legs named as templates bear out where the outline alone is not sure."""
+    return one if sure_of_leg(one) or _doubted(one) else borne_out(one, video)
 
 
 def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
@@ -108,18 +111,7 @@ def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
     if near is not None and near is not nearer(one):
         one = one.exchanged
     told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
-    seen = detections(one.outline, one.first, video)
-    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, seen)
-
-
-def sure_of_leg(one: Person) -> bool:
-    return bool(expit(one.outline.named) >= SURE)
-
-
-def nearer(one: Person) -> Nearer:
-    """Which ankle the leg named near has in the frame to start from."""
-    near, far = (one.joints[one.figure.joints.index(name), 0] for name in ("near_ankle", "far_ankle"))
-    return Nearer.AHEAD if one.facing * (near - far) > 0.0 else Nearer.BEHIND
+    return start_from(one, video, told)
 
 
 def _doubted(one: Person) -> str:
@@ -128,12 +120,6 @@ def _doubted(one: Person) -> str:
         return f"it is not sure which way the figure faces in frame {one.frame}; give --facing, or "
     wrong = objections(one.figure, points(marks_of(one)), one.facing)
     return f"the pose found in frame {one.frame} may be wrong: {'; '.join(wrong)}; " if wrong else ""
-
-
-def marks_of(one: Person) -> dict[str, Mark]:
-    """Its joints in the frame to start from."""
-    places = dict(zip(one.figure.joints, one.joints.round(2).tolist(), strict=True))
-    return {name: Mark(x, y) for name, (x, y) in places.items()}
 
 
 def suggestion_path(folder: Path, video: Path) -> Path:

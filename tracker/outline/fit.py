@@ -12,7 +12,7 @@ from kinematics.recover import Start
 from kinematics.spm import joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
 from tracker.outline.cycles import NECK, TRUNK, Cycles, columns_of, poses
-from tracker.outline.near import nearness
+from tracker.outline.near import NEARER, nearness
 from tracker.outline.phase import Phases, phases
 from tracker.outline.place import walk
 from tracker.outline.shape import Shape
@@ -25,7 +25,6 @@ AROUND = 6  # frames either way of the marked one that tell which leg is near
 ALONG = np.linspace(0.1, 0.9, 9)  # places on the axis of a link, shares of its length
 MOSTLY = 0.65  # of them stand out where a link does
 MARGIN = 10.0  # nats of two climbs that count as one: neighbouring pixels err together
-NEARER = 1.5  # log odds for a standard error of which leg lies in front
 SMOOTH_LEAN = 3.0  # the same of its lean
 
 

@@ -31,6 +31,7 @@ MOST = 40.0  # grey levels: what differs by more is something else
 SAME = 0.08  # leg lengths between two places that one pixel shows
 FEWEST = 5  # pixels that a frame is heard by
 TOGETHER = 3.0  # neighbouring frames that err together
+NEARER = 1.5  # log odds for a standard error of which leg is in front
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,11 @@ def nearness(
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
     frames = [_told(near.at(t), far.at(t)) for t in np.flatnonzero(seen).tolist()]
-    told = np.array([each.mean() for each in frames if len(each) >= FEWEST])
+    return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]))
+
+
+def in_standard_errors(told: Array) -> float:
+    """The mean of what frames (n,) tell, neighbours of which err together; 0 where they are too few."""
     if len(told) < TOGETHER:
         return 0.0
     return float(told.mean() / (told.std() * np.sqrt(TOGETHER / len(told)) + 1e-9))

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from kinematics.spm import View
-from tracker.clip.found import nearer, sure_of_leg
+from tracker.clip.naming import nearer, sure_of_leg
 from tracker.outline.person import Person
 from tracker.report.drawing import segments
 from tracker.tables.table import write_table

@@ -16,7 +16,8 @@ from tests.tracker.outline.films import MIDDLE, UNIT, WALKER, a_walk, film
 from tracker.batch.jobs import read_jobs
 from tracker.batch.run_all import DONE, run_row
 from tracker.clip import found
-from tracker.clip.found import TURNED, nearer
+from tracker.clip.found import TURNED
+from tracker.clip.naming import nearer
 from tracker.progress import Progress
 from tracker.tables.keypoints import read_keypoints
 

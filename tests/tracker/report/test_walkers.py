@@ -6,7 +6,7 @@ import pytest
 
 from tests.tracker.clips import read_csv, write_video
 from tests.tracker.outline.films import MIDDLE, UNIT, a_walk
-from tracker.clip.found import nearer
+from tracker.clip.naming import nearer
 from tracker.report.walkers import COLUMNS, HEIGHT, SURENESS, box, told, write_people, write_picture
 from videos.frames import Video
 

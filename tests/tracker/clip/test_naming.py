@@ -1,0 +1,54 @@
+"""Which leg is the nearer one, as templates bear it out; and the start that a person makes."""
+
+import numpy as np
+import pytest
+
+from tests.tracker.clips import write_video
+from tests.tracker.outline.films import MIDDLE, WALKER, a_walk, film
+from tracker.clip.naming import borne_out, marks_of, start_from, sure_of_leg
+from videos.frames import Video
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    path = tmp_path_factory.mktemp("walk") / "film.mp4"
+    write_video(path, a_walk().images)
+    return Video(path)
+
+
+def near_knees(one):
+    return one.outline.joints[:, WALKER.joints.index("near_knee")]
+
+
+@pytest.mark.parametrize("frame", [0, MIDDLE])
+def test_names_that_are_right_are_borne_out_and_wrong_ones_exchanged(video, frame):
+    right = a_walk().person(frame, named=0.5)
+    heard = borne_out(right, video)
+    assert heard.outline.named > 3.0
+    assert sure_of_leg(heard)
+    np.testing.assert_array_equal(near_knees(heard), near_knees(right))
+    mended = borne_out(a_walk().person(frame, named=-0.5).exchanged, video)  # sure of wrong names, a little
+    assert mended.outline.named > 2.0
+    np.testing.assert_array_equal(near_knees(mended), near_knees(right))
+
+
+def test_what_the_outline_heard_counts_too(video):
+    one, other = (borne_out(a_walk().person(named=named), video).outline.named for named in (0.5, 2.5))
+    assert other - one == pytest.approx(2.0)
+
+
+def test_legs_that_look_the_same_stay_unsure(tmp_path):
+    alike = film(np.random.default_rng(4), alike=True)
+    write_video(tmp_path / "film.mp4", alike.images)
+    heard = borne_out(alike.person(named=0.0), Video(tmp_path / "film.mp4"))
+    assert not sure_of_leg(heard)
+
+
+def test_a_start_has_the_marks_and_the_points_of_its_person(video):
+    one = a_walk().person(MIDDLE)
+    start = start_from(one, video, "unsure")
+    assert (start.frame, start.facing, start.near_leg) == (MIDDLE, 1, "unsure")
+    assert start.marks == marks_of(one)
+    for name, place in zip(WALKER.joints, a_walk().joints[MIDDLE], strict=True):
+        assert (start.marks[name].x, start.marks[name].y) == pytest.approx(place, abs=0.006)
+    assert set(start.points) == set(range(len(a_walk().q)))

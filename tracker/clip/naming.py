@@ -1,0 +1,99 @@
+"""The names of a found figure's legs: what start they make, and whether templates bear them out.
+
+The nearer leg hides the other. With the names exchanged templates are cut from the wrong leg and laid the
+wrong way round where legs pass, so that they fit worse: by how much, in the frames around the start, is a
+mean in standard errors. It counts beside the one of `tracker.outline.near`, which hears single pixels.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+from scipy.special import expit
+
+from kinematics.figure import Array
+from tracker.clip.job import Following, Found, Nearer
+from tracker.clip.outlines import outlined
+from tracker.clip.pictures import Reel, Toned
+from tracker.clip.plan import Plan, prepare
+from tracker.clip.staged import detections
+from tracker.loop.begin import begin, start_curve
+from tracker.outline.near import NEARER, in_standard_errors
+from tracker.outline.person import Person
+from tracker.picture.pyramid import Image
+from tracker.progress import Progress
+from tracker.settings import Settings
+from tracker.tables.keypoints import Mark
+from videos.frames import Video
+
+SURE = 0.95  # probability of the nearer leg from which it counts as sure
+AROUND = 2.0 / 3.0  # seconds before and after the start in which templates are laid
+FEW = Settings(hypotheses=3)  # are enough for so long
+
+
+def sure_of_leg(one: Person) -> bool:
+    """Whether the leg named near surely is the nearer one."""
+    return bool(expit(one.outline.named) >= SURE)
+
+
+def nearer(one: Person) -> Nearer:
+    """Which ankle the leg named near has in the frame to start from."""
+    near, far = (one.joints[one.figure.joints.index(name), 0] for name in ("near_ankle", "far_ankle"))
+    return Nearer.AHEAD if one.facing * (near - far) > 0.0 else Nearer.BEHIND
+
+
+def marks_of(one: Person) -> dict[str, Mark]:
+    """Its joints in the frame to start from."""
+    places = dict(zip(one.figure.joints, one.joints.round(2).tolist(), strict=True))
+    return {name: Mark(x, y) for name, (x, y) in places.items()}
+
+
+def start_from(one: Person, video: Video, told: str) -> Found:
+    """The start that a person makes, its near leg "sure", "unsure" or "given"."""
+    points = detections(one.outline, one.first, video)
+    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, points)
+
+
+def borne_out(one: Person, video: Video) -> Person:
+    """The person with the legs named as templates fit better, and as surely as they tell."""
+    ours, others = _misfits(one, video).T
+    named = one.outline.named + NEARER * in_standard_errors(others - ours)
+    heard = replace(one, outline=replace(one.outline, named=named))
+    return heard if named >= 0.0 else heard.exchanged
+
+
+def _misfits(one: Person, video: Video) -> Array:
+    """(n, 2) how badly templates fit the frames around the start, the legs named as found and exchanged."""
+    plans = [_plan(each, video) for each in (one, one.exchanged)]
+    around = round(AROUND * video.fps)
+    reel = Reel(video, one.frame + around)
+    images = reel.ahead()
+    marked = next(islice(images, one.frame, None))
+    pictures = Toned(reel, start_curve(plans[0].tracker, plans[0].start, marked))
+    start = pictures.shown(marked)
+    found = _one_way(plans, 1, start, map(pictures.shown, images))
+    if one.frame > 0:
+        found += _one_way(plans, -1, start, pictures.span(one.frame - 1, max(one.frame - around, 0)))
+    return np.array(found).reshape(-1, 2)
+
+
+def _plan(one: Person, video: Video) -> Plan:
+    job = Following().job(video.path, start_from(one, video, "unsure"), FEW)
+    return outlined(prepare(job), Progress("quiet"))
+
+
+def _one_way(plans: list[Plan], way: int, start: Image, images: Iterable[Image]) -> list[list[float]]:
+    """The misfits of both plans in every picture after the start, or before it."""
+    trackers = [plan.tracker if way > 0 else plan.back for plan in plans]
+    states = [begin(tracker, plan.start, start)[0] for tracker, plan in zip(trackers, plans, strict=True)]
+    found = []
+    for t, image in enumerate(images, 1):
+        frame = plans[0].frame + way * t
+        steps = [
+            tracker.step(state, image, plan.points.get(frame))
+            for tracker, state, plan in zip(trackers, states, plans, strict=True)
+        ]
+        states = [state for state, _ in steps]
+        found.append([estimate.misfit for _, estimate in steps])
+    return found
