@@ -45,7 +45,6 @@ ARM = (
 
 WHITE = np.ones(3, np.float32)  # under parts that bring their own colours
 SOLE = np.array([176.0, 172.0, 164.0], np.float32)
-FAR_SHADE = np.array([0.66, 0.68, 0.74], np.float32)  # the far side of the body, in its own shade
 # What is drawn later hides what was drawn before; a mark is hidden only by a later rank than its own.
 FAR_ARM, FAR_LEG, NEAR_LEG, TRUNK_RANK, NEAR_ARM = range(5)
 MARK_RANKS = {
@@ -79,6 +78,7 @@ class Painter:
         self.wear = wardrobe
         self.leg_px = leg_px
         self.shape = shape
+        self.leg = tuple((place, wardrobe.loose * front, wardrobe.loose * back) for place, front, back in LEG)
 
     def parts(self, joints: dict[str, Array], phase: float) -> list[Part]:
         """Everything to draw at one moment, far to near.
@@ -99,7 +99,7 @@ class Painter:
         hip, knee, ankle = joints["hip"], joints[f"{side}_knee"], joints[f"{side}_ankle"]
         px = self.leg_px
         bend = _turn(hip, knee, ankle)
-        tube = tube_around([hip, knee, ankle], LEG, px, self.shape, spare=0.1)
+        tube = tube_around([hip, knee, ankle], self.leg, px, self.shape, spare=0.1)
         from_knee = (tube.u - self.build.thigh * px) / (0.16 * px)
         near_knee = np.exp(-0.5 * from_knee**2)
         # A bent knee draws the cloth tight over its front and gathers it behind.
@@ -212,7 +212,7 @@ class Painter:
     def _part(self, rank: int, window: Window, base: Image, tone: Any, signed: Array) -> Part:
         colour = np.clip(base * tone, 0.0, 255.0).astype(np.float32)
         if rank in (FAR_ARM, FAR_LEG):
-            colour *= FAR_SHADE
+            colour *= np.array(self.wear.far_shade, np.float32)
         return Part(rank, window, colour, np.clip(0.5 - signed, 0.0, 1.0).astype(np.float32))
 
 

@@ -31,6 +31,8 @@ class Wardrobe:
     denim, pattern : textures of trousers and shirt; folds, (256, 256), of both
     hair_end : how far the hair reaches down, legs from the top of the head; past 0.25 it hangs free
     light : (3,) unit vector to the light: x right, y down, z towards the camera
+    loose : width of the trouser legs, 1 as usual
+    far_shade : (3,) share of the light that the far arm and leg get, in the body's own shade
     """
 
     skin: Image
@@ -44,6 +46,8 @@ class Wardrobe:
     hair_end: float
     long_sleeves: bool
     light: Array
+    loose: float = 1.0
+    far_shade: tuple[float, float, float] = (0.66, 0.68, 0.74)
 
     @classmethod
     def choose(cls, rng: np.random.Generator) -> "Wardrobe":
@@ -154,6 +158,8 @@ def value_noise(rng: np.random.Generator, shape: tuple[int, int], scales: tuple[
 
 
 def look_up(texture: Image, x: Array, y: Array) -> Image:
+    if x.size == 0:  # a part beyond the picture's edge
+        return np.zeros((*x.shape, *texture.shape[2:]), np.float32)
     maps = x.astype(np.float32) % texture.shape[1], y.astype(np.float32) % texture.shape[0]
     return np.asarray(cv2.remap(texture, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP), np.float32)
 

@@ -120,16 +120,16 @@ def render(
     for t, moment in enumerate(moments):
         window = gait.at(moment + np.array(SHUTTER))
         layer, visible_now = _expose(painter, window, start)
-        ground = background * _shadow(layer[..., 3], start[1], shadow)[..., None]
+        ground = background * shadow_on(layer[..., 3], start[1], shadow)[..., None]
         picture = ground * (1.0 - layer[..., 3:]) + layer[..., :3]
         picture = picture * (1.0 - front[..., 3:]) + front[..., :3]
         picture *= cv2.resize(light[t], size, interpolation=cv2.INTER_LINEAR)[..., None]
-        images.append(_develop(picture[:, ::facing], rng))
+        images.append(develop(picture[:, ::facing], rng))
         visible.append(visible_now)
         advance()
 
-    places = _pixels(joint_places(build, gait.at(moments)), leg_px, start)
-    covered = {name: _under(front[..., 3], at) for name, at in places.items()}
+    places = in_pixels(joint_places(build, gait.at(moments)), leg_px, start)
+    covered = {name: under(front[..., 3], at) for name, at in places.items()}
     if facing < 0:
         places = {
             name: np.array([width - 1, 0.0]) + np.array([-1.0, 1.0]) * at for name, at in places.items()
@@ -176,33 +176,19 @@ def truth_table(scene: Scene) -> list[tuple[int, str, float, float, int]]:
     ]
 
 
-def _pixels(places: dict[str, Array], leg_px: float, start: Array) -> dict[str, Array]:
+def in_pixels(places: dict[str, Array], leg_px: float, start: Array) -> dict[str, Array]:
     """Body units, y up from the floor, to pixels of a picture in which the walker faces right."""
     return {name: start + leg_px * np.array([1.0, -1.0]) * at for name, at in places.items()}
 
 
-def _under(cover: Image, places: Array) -> NDArray[np.bool_]:
+def under(cover: Image, places: Array) -> NDArray[np.bool_]:
     """(T,) whether something in front covers each place (T, 2)."""
     rows = np.clip(np.round(places[:, 1]).astype(int), 0, cover.shape[0] - 1)
     columns = np.clip(np.round(places[:, 0]).astype(int), 0, cover.shape[1] - 1)
     return np.asarray(cover[rows, columns] > 0.5)
 
 
-def _expose(painter: Painter, gait: Gait, start: Array) -> tuple[Image, dict[str, bool]]:
-    """The walker's layer averaged over the shutter's moments, and which marks show at the middle one."""
-    places = _pixels(joint_places(painter.build, gait), painter.leg_px, start)
-    layer = np.zeros((*painter.shape, 4), np.float32)
-    visible: dict[str, bool] = {}
-    for i in range(len(gait.phase)):
-        joints = {name: at[i] for name, at in places.items()}
-        parts = painter.parts(joints, float(gait.phase[i]))
-        layer += compose(parts, painter.shape) / len(gait.phase)
-        if i == len(gait.phase) // 2:
-            visible = seen(parts, joints)
-    return layer, visible
-
-
-def _shadow(alpha: Image, floor: float, slant: Array) -> Image:
+def shadow_on(alpha: Image, floor: float, slant: Array) -> Image:
     """How much light the walker leaves on the ground: the outline laid down towards the camera, softened."""
     # Of a place y above the floor the shadow falls slant[1] as far below it, slant[0] as far aside.
     flipped = np.array([[1.0, -slant[0], slant[0] * floor], [0.0, -slant[1], floor * (1.0 + slant[1])]])
@@ -217,8 +203,22 @@ def _shadow(alpha: Image, floor: float, slant: Array) -> Image:
     )
 
 
-def _develop(picture: Image, rng: np.random.Generator) -> Picture:
-    """Lens and sensor."""
+def develop(picture: Image, rng: np.random.Generator, noise: float = NOISE) -> Picture:
+    """Lens and sensor; noise in grey levels."""
     soft = cv2.GaussianBlur(np.ascontiguousarray(picture), (0, 0), 0.65)
-    noisy = soft + NOISE * rng.standard_normal(soft.shape, dtype=np.float32)
+    noisy = soft + noise * rng.standard_normal(soft.shape, dtype=np.float32)
     return np.asarray(np.clip(np.round(noisy), 0.0, 255.0), np.uint8)
+
+
+def _expose(painter: Painter, gait: Gait, start: Array) -> tuple[Image, dict[str, bool]]:
+    """The walker's layer averaged over the shutter's moments, and which marks show at the middle one."""
+    places = in_pixels(joint_places(painter.build, gait), painter.leg_px, start)
+    layer = np.zeros((*painter.shape, 4), np.float32)
+    visible: dict[str, bool] = {}
+    for i in range(len(gait.phase)):
+        joints = {name: at[i] for name, at in places.items()}
+        parts = painter.parts(joints, float(gait.phase[i]))
+        layer += compose(parts, painter.shape) / len(gait.phase)
+        if i == len(gait.phase) // 2:
+            visible = seen(parts, joints)
+    return layer, visible
