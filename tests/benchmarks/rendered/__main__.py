@@ -1,0 +1,41 @@
+"""Write docs/rendered.md: rendered films whose truth is known, followed with and without marks.
+
+    python -m tests.benchmarks.rendered TRIALS docs/rendered.md [--films N] [--first SEED] [--without-marks]
+
+TRIALS is the table of captures. Settings may be chosen by the films of seeds 0 to 199; those of the report,
+from 200 on, are for the report alone. Two processes, of one thread each where the environment says so as in
+`make rendered`; about a minute and a half a film and process.
+"""
+
+import argparse
+from pathlib import Path
+
+from tests.benchmarks.processes import each, spawned
+from tests.benchmarks.rendered.measure import case
+from tests.benchmarks.rendered.page import page
+from tracker.progress import Progress
+
+FIRST, FILMS = 200, 100
+
+
+def main() -> None:
+    """Make and measure every film and write the page."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.rendered", description=__doc__)
+    parser.add_argument("trials", type=Path, help="table of captures")
+    parser.add_argument("out", type=Path, help="the page, Markdown")
+    parser.add_argument("--films", type=int, default=FILMS, help="how many")
+    parser.add_argument("--first", type=int, default=FIRST, help="the first one's seed")
+    parser.add_argument("--without-marks", action="store_true", help="follow none of them from its marks")
+    parser.add_argument("--processes", type=int, default=2, help="at a time")
+    asked = parser.parse_args()
+    seeds = range(asked.first, asked.first + asked.films)
+    with spawned(asked.processes) as pool:
+        items = [(seed, asked.trials, not asked.without_marks) for seed in seeds]
+        cases = each(pool, case, items, Progress(), "rendered films")
+    whole = (asked.first, asked.films) == (FIRST, FILMS) and not asked.without_marks
+    told = "" if whole else f"**A try: not the {FILMS} films from seed {FIRST} on, both ways.**"
+    asked.out.write_text(page(cases, "rendered", told), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+"""A film followed from its true marks and without any, and how far from the truth that is."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from kinematics.mocap import read_trials
+from kinematics.recover import PoseError
+from kinematics.sides import other_side
+from tests.benchmarks.evaluation.calibration import distance, inside, nees
+from tests.benchmarks.rendered.filming import Film, film
+from tests.benchmarks.rendered.plans import planned
+from tracker.clip.follow import follow
+from tracker.clip.found import FoundError, people, start_of
+from tracker.clip.job import Following, Found, Job
+from tracker.clip.start import StartError
+from tracker.models.find import FREE
+from tracker.outline.person import Person
+from tracker.progress import Progress
+from tracker.run.score import LEGS, SCORED, places, score
+from tracker.run.track import Track
+from tracker.tables.keypoints import Mark
+from videos.frames import Video
+
+QUIET = Progress("quiet")
+AWAY = 0.25  # leg lengths; joints found farther from the truth are not those of the figure
+FROM_FIRST = -1  # a start before every frame: all of them are compared
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A track against every true joint of every frame, hidden ones too.
+
+    error     : mean over the frames, leg lengths
+    lost      : frame, None where it never was
+    exchanged : frames in which the legs are named wrongly, of `frames`
+    nees, inside : normalised errors of visible joints, 2 is right; share within two sigma, 0.865 is right
+    label     : of most frames
+    """
+
+    error: float
+    lost: int | None
+    exchanged: int
+    frames: int
+    nees: float
+    inside: float
+    label: str
+
+
+@dataclass(frozen=True)
+class Start:
+    """A start that was found, and what of it is right; `sure` is what was said of the nearer leg."""
+
+    person: bool
+    facing: bool
+    near: bool
+    sure: bool
+
+    @property
+    def wrong_though_sure(self) -> bool:
+        """Whether it misleads: what was not refused is right but for a leg of which a warning tells."""
+        return not (self.person and self.facing and (self.near or not self.sure))
+
+
+@dataclass(frozen=True)
+class Case:
+    """One film both ways; a track is a line of text where the start was refused.
+
+    start : that was found, None where none was
+    """
+
+    seed: int
+    capture: str
+    label: str
+    kinds: Mapping[str, str]
+    marked: Followed | str | None
+    start: Start | None
+    unmarked: Followed | str
+
+
+def case(seed: int, trials: Path, with_marks: bool = True) -> Case:
+    """The film of a seed, made, followed and measured.
+
+    Args:
+        trials: table of captures.
+        with_marks: whether it is followed from its marks, too.
+    """
+    plan = planned(seed, read_trials(trials))
+    made = film(plan)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mp4"
+        made.write(path)
+        marked = from_marks(made, path) if with_marks else None
+        start, unmarked = without_marks(made, path)
+    lead = plan.walkers[0]
+    return Case(seed, lead.name, lead.label, plan.kinds, marked, start, unmarked)
+
+
+def from_marks(made: Film, path: Path) -> Followed | str:
+    """Followed from the true joints of one frame, or why not."""
+    frame = start_frame(made)
+    return _followed(made, Job(path, {frame: made.marks[frame]}, Following().model))
+
+
+def without_marks(made: Film, path: Path) -> tuple[Start | None, Followed | str]:
+    """What was found, and followed from there; or why not.
+
+    Where several people are found, the one that is meant is named, as a user would.
+    """
+    video = Video(path)
+    everybody = people(video, QUIET)
+    how = Following(person=_meant(everybody, made) if len(everybody) > 1 else None)
+    try:
+        found = start_of(everybody, how, video)
+    except FoundError as refused:
+        return None, str(refused)
+    return judged(made, found), _followed(made, how.job(path, found))
+
+
+def start_frame(made: Film) -> int:
+    """Where the ankles are farthest apart among frames that show all of both legs."""
+
+    def apart(frame: int) -> float:
+        return abs(made.marks[frame]["near_ankle"].x - made.marks[frame]["far_ankle"].x)
+
+    whole = [t for t, row in made.marks.items() if all(row[name].visible for name in LEGS)]
+    return max(whole or made.marks, key=apart)
+
+
+def judged(made: Film, found: Found) -> Start:
+    """A start against the truth of its frame."""
+    truth = made.marks[found.frame]
+    lead = made.plan.walkers[0]
+    named = _error(truth, found.marks, LEGS)
+    exchanged = _error(truth, {other_side(name): mark for name, mark in found.marks.items()}, LEGS)
+    trunk = _error(truth, found.marks, ("head_top", "neck", "hip"))
+    return Start(
+        person=bool(max(trunk, min(named, exchanged)) < AWAY * lead.leg_px),
+        facing=found.facing == lead.facing,
+        near=named <= exchanged,
+        sure=found.near_leg == "sure",
+    )
+
+
+def _meant(everybody: Sequence[Person], made: Film) -> int:
+    """The number of the one whose hips are where the first walker's are."""
+
+    def away(one: Person) -> float:
+        hips = [made.marks[t]["hip"] for t in range(one.first, one.last + 1)]
+        return float(np.median(np.hypot(*(one.outline.hips - [(hip.x, hip.y) for hip in hips]).T)))
+
+    return 1 + min(range(len(everybody)), key=lambda i: away(everybody[i]))
+
+
+def _followed(made: Film, job: Job) -> Followed | str:
+    try:
+        track = follow(job, QUIET).track
+    except (StartError, PoseError) as refused:
+        return str(refused)
+    found = score(made.marks, places(track), FROM_FIRST)
+    spread = _distances(made, track)
+    labels = Counter(label for label in (track.labels[s] for s in track.s) if label != FREE)
+    return Followed(
+        error=found.mean_error_leg,
+        lost=found.first_failure_frame,
+        exchanged=found.swaps,
+        frames=found.truth_frames,
+        nees=nees(spread),
+        inside=inside(spread),
+        label=labels.most_common(1)[0][0] if labels else FREE,
+    )
+
+
+def _distances(made: Film, track: Track) -> np.ndarray:
+    """(M,) squared errors of visible joints, in standard deviations; the truth has none of its own."""
+    column = {name: j for j, name in enumerate(track.figure.joints)}
+    return np.array(
+        [
+            distance(np.array([row[name].x, row[name].y]) - at[column[name]], covs[column[name]])
+            for row, at, covs in zip(made.marks.values(), track.joints(), track.joint_covs(), strict=True)
+            for name in SCORED
+            if row[name].visible
+        ]
+    )
+
+
+def _error(truth: Mapping[str, Mark], found: Mapping[str, Mark], names: Sequence[str]) -> float:
+    """Mean distance of these joints, pixels."""
+    return float(
+        np.mean([np.hypot(truth[name].x - found[name].x, truth[name].y - found[name].y) for name in names])
+    )

@@ -1,0 +1,193 @@
+"""The page of the rendered films."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from tests.benchmarks.page import Claim, claim_table, table, written
+from tests.benchmarks.rendered.measure import Case, Followed
+
+WORST = 10
+METHOD = """\
+Films are drawn from a seed each: who walks or runs, which way, in what clothes and light, past what,
+before which camera, and how it is played and compressed. Motion is that of the open captures, some of
+which the shipped model was learned from; what is held out is the picture, not the person. Every joint
+of every frame is known exactly, and all of head top, neck, hip, knees and ankles are compared, hidden
+ones too, in leg lengths as in [results.md](results.md).
+
+With marks: from the true joints of the frame in which the ankles are farthest apart, of those that show
+both legs whole. Without: as `figtrack track` does when no joint is marked; where several people are
+found, the one that is meant is named by its number. Settings are the defaults everywhere.
+"""
+KINDS = """\
+Exchanged is the share of frames in which the legs are named the wrong way round. Inside is the share of
+visible joints within two sigma of the track; 86.5 % is right. Wrong though sure are starts of the wrong
+person, facing the wrong way, or with the legs exchanged and no warning.
+"""
+HEADER = (
+    "",
+    "films",
+    "followed",
+    "median error",
+    "worst",
+    "exchanged",
+    "NEES",
+    "inside",
+    "gait named",
+    "found",
+    "facing right",
+    "near leg right",
+    "wrong though sure",
+    "followed unmarked",
+    "median error unmarked",
+)
+
+
+def page(cases: Sequence[Case], command: str, tried: str = "") -> str:
+    """The whole text.
+
+    Args:
+        tried: a line that says why the figures are not those of the report; empty where they are.
+    """
+    seeds = [each.seed for each in cases]
+    return "\n".join(
+        [
+            "# Rendered films",
+            "",
+            f"{written(command)}, seeds {min(seeds)} to {max(seeds)}.",
+            *([tried] if tried else []),
+            "",
+            METHOD,
+            "## What is wanted",
+            "",
+            *claim_table(claims(cases)),
+            "## By kind of film",
+            "",
+            KINDS,
+            *table(HEADER, by_kind(cases)),
+            f"## The {WORST} worst",
+            "",
+            *table(("seed", "capture", "film", "with marks", "without"), worst(cases)),
+        ]
+    )
+
+
+def claims(cases: Sequence[Case]) -> list[Claim]:
+    """What is wanted of these films; counts as if there were a hundred."""
+    share = 100.0 / len(cases)
+    starts = [each.start for each in cases if each.start is not None]
+    facing = sum(start.person and start.facing for start in starts)
+    wanted = [
+        Claim("found and rightly facing, of 100", share * facing, 100.0, 95.0),
+        Claim("wrong though sure, of 100", share * sum(start.wrong_though_sure for start in starts), 2.0),
+    ]
+    if any(each.marked is None for each in cases):
+        return wanted
+    tracks = marked(cases)
+    return [
+        Claim("followed, of 100", share * kept(tracks), 100.0, 97.0),
+        Claim("median error, leg lengths", median(tracks), 0.03),
+        Claim("frames with exchanged legs", 100.0 * exchanged(tracks), 1.0, unit=" %"),
+        *wanted,
+    ]
+
+
+def by_kind(cases: Sequence[Case]) -> list[list[str]]:
+    """Rows under HEADER: all films, then those of each kind."""
+    rows = [["**all**", *_cells(cases)]]
+    for what in cases[0].kinds:
+        for kind in sorted({each.kinds[what] for each in cases}):
+            rows.append([f"{what}: {kind}", *_cells([each for each in cases if each.kinds[what] == kind])])
+    return rows
+
+
+def worst(cases: Sequence[Case]) -> list[list[str]]:
+    """Rows of the films with the largest errors, refused and lost ones first."""
+    ranked = sorted(cases, key=lambda each: max(_badness(each.marked), _badness(each.unmarked)), reverse=True)
+    return [
+        [
+            str(each.seed),
+            each.capture,
+            ", ".join(kind for kind in each.kinds.values() if kind != "none"),
+            _told(each.marked),
+            _start(each) + _told(each.unmarked),
+        ]
+        for each in ranked[:WORST]
+    ]
+
+
+def marked(cases: Sequence[Case]) -> list[Followed]:
+    """Tracks from marks, where the marks were taken."""
+    return [each.marked for each in cases if isinstance(each.marked, Followed)]
+
+
+def kept(tracks: Sequence[Followed]) -> int:
+    """How many were never lost."""
+    return sum(track.lost is None for track in tracks)
+
+
+def median(tracks: Sequence[Followed]) -> float:
+    """Of the films' mean errors, leg lengths."""
+    return _of(np.median, [track.error for track in tracks])
+
+
+def exchanged(tracks: Sequence[Followed]) -> float:
+    """Share of all frames with exchanged legs."""
+    frames = sum(track.frames for track in tracks)
+    return sum(track.exchanged for track in tracks) / frames if frames else np.nan
+
+
+def _cells(cases: Sequence[Case]) -> list[str]:
+    tracks = marked(cases)
+    unmarked = [each.unmarked for each in cases if isinstance(each.unmarked, Followed)]
+    starts = [each.start for each in cases if each.start is not None]
+    named = sum(isinstance(each.marked, Followed) and each.marked.label == each.label for each in cases)
+    return [
+        str(len(cases)),
+        str(kept(tracks)),
+        f"{median(tracks):.3f}",
+        f"{_of(max, [track.error for track in tracks]):.3f}",
+        f"{100.0 * exchanged(tracks):.1f} %",
+        f"{_of(np.median, [track.nees for track in tracks]):.1f}",
+        f"{100.0 * _of(np.mean, [track.inside for track in tracks]):.0f} %",
+        str(named),
+        str(len(starts)),
+        str(sum(start.person and start.facing for start in starts)),
+        str(sum(start.person and start.near for start in starts)),
+        str(sum(start.wrong_though_sure for start in starts)),
+        str(kept(unmarked)),
+        f"{median(unmarked):.3f}",
+    ]
+
+
+def _of(function: Callable[[list[float]], float], values: list[float]) -> float:
+    return float(function(values)) if values else np.nan
+
+
+def _badness(track: Followed | str | None) -> float:
+    if track is None:
+        return 0.0
+    return 2.0 if isinstance(track, str) else track.error + (track.lost is not None)
+
+
+def _start(each: Case) -> str:
+    """What is wrong with the start that was found."""
+    if each.start is None:
+        return ""
+    start = each.start
+    wrong = [
+        "" if start.person else "another person",
+        "" if start.facing else "facing the wrong way",
+        "" if start.near else f"legs exchanged, {'sure' if start.sure else 'with a warning'}",
+    ]
+    return "".join(f"{text}; " for text in wrong if text)
+
+
+def _told(track: Followed | str | None) -> str:
+    if track is None:
+        return "-"
+    if isinstance(track, str):
+        return f"refused: {track}"
+    lost = "" if track.lost is None else f", lost in frame {track.lost}"
+    swapped = f", exchanged in {track.exchanged} of {track.frames}" if track.exchanged else ""
+    return f"{track.error:.3f}{lost}{swapped}"
