@@ -72,7 +72,9 @@ def differences(one, other):
 def test_a_foot_that_stands_is_on_the_floor_and_stays_there_whoever_walks_so(seed):
     build = random_build(np.random.default_rng(seed))
     times = np.arange(0.5, 3.5, 1.0 / 120.0)
-    gait = gait_of(a_motion(), build, times)
+    floating = a_motion()
+    floating.y[:, :2] += np.outer(np.linspace(0.0, 1.0, len(floating.y)), (-1.2, 0.1))
+    gait = gait_of(floating, build, times)
     places, low, slides = joint_places(build, gait), [], []
     for side, name in enumerate(("near", "far")):
         pitch, ankle = gait.foot[:, side], places[f"{name}_ankle"]
@@ -91,6 +93,7 @@ def test_a_foot_that_stands_is_on_the_floor_and_stays_there_whoever_walks_so(see
 
 def test_a_motion_goes_on_without_a_jump_and_as_fast():
     short = a_motion(seconds=1.7)
+    short.y[:, 2] += np.linspace(0.0, 0.2, len(short.y))
     longer = short.prolonged(6.0)
     assert longer.seconds >= 6.0
     steps = [np.abs(np.diff(np.c_[motion.y, motion.feet], axis=0)).max(axis=0) for motion in (short, longer)]

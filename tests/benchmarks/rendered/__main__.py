@@ -1,10 +1,11 @@
-"""Write docs/rendered.md: rendered films whose truth is known, followed with and without marks.
+r"""Write docs/rendered.md: rendered films whose truth is known, followed with and without marks.
 
-    python -m tests.benchmarks.rendered TRIALS docs/rendered.md [--films N] [--first SEED] [--without-marks]
+    python -m tests.benchmarks.rendered TRIALS docs/rendered.md \
+        [--films N] [--first SEED] [--without-marks] [--processes N]
 
 TRIALS is the table of captures. Settings may be chosen by the films of seeds 0 to 199; those of the report,
 from 200 on, are for the report alone. Two processes, of one thread each where the environment says so as in
-`make rendered`; about a minute and a half a film and process.
+`make rendered`; about forty seconds a film and process.
 """
 
 import argparse
