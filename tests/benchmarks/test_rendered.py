@@ -4,20 +4,22 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from kinematics.mocap import Trial
 from tests.benchmarks.rendered import plans
 from tests.benchmarks.rendered.captures import GAITS, Motion, gait_of
-from tests.benchmarks.rendered.filming import film
+from tests.benchmarks.rendered.filming import Film, film
 from tests.benchmarks.rendered.measure import Case, Followed, Start, judged, start_frame
 from tests.benchmarks.rendered.page import by_kind, claims, worst
-from tests.benchmarks.rendered.plans import BEFORE, BEHIND, MOMENTS, POST, SHRUB, Casting, planned
+from tests.benchmarks.rendered.plans import BEFORE, BEHIND, HEIGHT, MOMENTS, POST, SHRUB, Casting, planned
 from tracker.clip.job import Found, Nearer
 from tracker.run.score import LEGS, SCORED
 from tracker.scene.steps import joint_places, random_build, walk
 from tracker.tables.keypoints import Mark
+from videos.frames import Video
 
 FPS = 60.0
 TRIALS = [
@@ -117,6 +119,21 @@ def test_the_same_seed_gives_the_same_film_and_another_seed_does_not():
     assert np.array_equal(one.images, again.images)
     assert one.marks == again.marks
     assert other.marks != one.marks
+
+
+@pytest.mark.parametrize("width", sorted(set(plans.WIDTHS)))
+def test_a_film_is_written_the_same_every_time(width, tmp_path):
+    rng = np.random.default_rng(0)
+    grain = cv2.GaussianBlur(rng.uniform(0.0, 255.0, (HEIGHT, width, 3)).astype(np.float32), (0, 0), 3.0)
+    shift = [np.roll(grain, 3 * t, axis=1) + rng.normal(0.0, 3.0, grain.shape) for t in range(12)]
+    images = [np.clip(image, 0.0, 255.0).astype(np.uint8) for image in shift]
+    shown = Film(replace(planned(0, TRIALS), size=(width, HEIGHT)), images, {})
+    seen = []
+    for _ in range(3):
+        shown.write(tmp_path / "film.mp4")
+        seen.append([frame.image for frame in Video(tmp_path / "film.mp4")])
+    assert np.array_equal(seen[0], seen[1])
+    assert np.array_equal(seen[0], seen[2])
 
 
 @pytest.mark.parametrize("camera", ["still", "drift", "pan", "shake"])
