@@ -253,7 +253,7 @@ def test_a_start_misleads_unless_all_is_right_or_a_warning_is_given_of_the_leg(
     found = Found(0, marks, facing, Nearer.AHEAD, told, {}, 0.0)
     start = judged(a_film(a=row(60.0)), found)
     assert start.wrong_though_sure is wrong
-    assert (start.person, start.facing) == (moved == 0.0, facing == 1)
+    assert (start.placed, start.facing) == (moved == 0.0, facing == 1)
 
 
 def a_case(seed, error=0.02, lost=None, exchanged=0, label="walk", gait="walk", start=(True,) * 4):

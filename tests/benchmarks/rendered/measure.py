@@ -27,7 +27,7 @@ from tracker.tables.keypoints import Mark
 from videos.frames import Video
 
 QUIET = Progress("quiet")
-AWAY = 0.25  # leg lengths; joints found farther from the truth are not those of the figure
+AWAY = 0.25  # leg lengths; a start whose joints are farther from the truth is misplaced
 FROM_FIRST = -1  # a start before every frame: all of them are compared
 
 
@@ -53,9 +53,12 @@ class Followed:
 
 @dataclass(frozen=True)
 class Start:
-    """A start that was found, and what of it is right; `sure` is what was said of the nearer leg."""
+    """A start that was found, and what of it is right; `sure` is what was said of the nearer leg.
 
-    person: bool
+    placed : whether its joints are about where the figure's are, whatever the legs are called
+    """
+
+    placed: bool
     facing: bool
     near: bool
     sure: bool
@@ -63,7 +66,7 @@ class Start:
     @property
     def wrong_though_sure(self) -> bool:
         """Whether it misleads: what was not refused is right but for a leg of which a warning tells."""
-        return not (self.person and self.facing and (self.near or not self.sure))
+        return not (self.placed and self.facing and (self.near or not self.sure))
 
 
 @dataclass(frozen=True)
@@ -139,7 +142,7 @@ def judged(made: Film, found: Found) -> Start:
     exchanged = _error(truth, {other_side(name): mark for name, mark in found.marks.items()}, LEGS)
     trunk = _error(truth, found.marks, ("head_top", "neck", "hip"))
     return Start(
-        person=bool(max(trunk, min(named, exchanged)) < AWAY * lead.leg_px),
+        placed=bool(max(trunk, min(named, exchanged)) < AWAY * lead.leg_px),
         facing=found.facing == lead.facing,
         near=named <= exchanged,
         sure=found.near_leg == "sure",

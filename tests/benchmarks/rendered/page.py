@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tests.benchmarks.page import Claim, claim_table, table, written
-from tests.benchmarks.rendered.measure import Case, Followed
+from tests.benchmarks.rendered.measure import AWAY, Case, Followed
 
 WORST = 10
 METHOD = """\
@@ -21,8 +21,9 @@ found, the one that is meant is named by its number. Settings are the defaults e
 """
 KINDS = """\
 Exchanged is the share of frames in which the legs are named the wrong way round. Inside is the share of
-visible joints within two sigma of the track; 86.5 % is right. Wrong though sure are starts of the wrong
-person, facing the wrong way, or with the legs exchanged and no warning.
+visible joints within two sigma of the track; 86.5 % is right. Facing and leg are of starts whose joints
+are off by at most 0.25 at the mean, whatever the legs are called; wrong though sure are all others, those
+that face the wrong way, and those with the legs exchanged and no warning.
 """
 HEADER = (
     "",
@@ -76,7 +77,7 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
     """What is wanted of these films; counts as if there were a hundred."""
     share = 100.0 / len(cases)
     starts = [each.start for each in cases if each.start is not None]
-    facing = sum(start.person and start.facing for start in starts)
+    facing = sum(start.placed and start.facing for start in starts)
     wanted = [
         Claim("found and rightly facing, of 100", share * facing, 100.0, 95.0),
         Claim("wrong though sure, of 100", share * sum(start.wrong_though_sure for start in starts), 2.0),
@@ -152,8 +153,8 @@ def _cells(cases: Sequence[Case]) -> list[str]:
         f"{100.0 * _of(np.mean, [track.inside for track in tracks]):.0f} %",
         str(named),
         str(len(starts)),
-        str(sum(start.person and start.facing for start in starts)),
-        str(sum(start.person and start.near for start in starts)),
+        str(sum(start.placed and start.facing for start in starts)),
+        str(sum(start.placed and start.near for start in starts)),
         str(sum(start.wrong_though_sure for start in starts)),
         str(kept(unmarked)),
         f"{median(unmarked):.3f}",
@@ -176,7 +177,7 @@ def _start(each: Case) -> str:
         return ""
     start = each.start
     wrong = [
-        "" if start.person else "another person",
+        "" if start.placed else f"joints off by more than {AWAY:g}",
         "" if start.facing else "facing the wrong way",
         "" if start.near else f"legs exchanged, {'sure' if start.sure else 'with a warning'}",
     ]
