@@ -18,6 +18,7 @@ import av
 import cv2
 import numpy as np
 from av.container import InputContainer
+from av.sidedata.sidedata import SideDataContainer
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
@@ -217,7 +218,8 @@ def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFr
 def _upright(picture: VideoFrame) -> Image:
     """The picture as RGB, turned or mirrored by the nearest right angle of its display matrix."""
     image = picture.to_ndarray(format="rgb24")
-    matrix = picture.side_data.get("DISPLAYMATRIX")
+    # A frame's own side data refers back to it, so that frames would pile up until the garbage is collected.
+    matrix = SideDataContainer(picture).get("DISPLAYMATRIX")  # type: ignore[call-arg]
     if matrix is not None:
         # Stored row by row as (a b u; c d v; x y w): a pixel goes to (a x + c y, b x + d y).
         a, b, _, c, d = np.frombuffer(cast("bytes", matrix), np.int32, count=5)

@@ -1,5 +1,6 @@
 """Clips are made here, small, and then cut, turned or spoiled."""
 
+import gc
 import wave
 from fractions import Fraction
 from pathlib import Path
@@ -118,6 +119,18 @@ def test_frames_without_times_follow_each_other_at_the_nominal_rate(tmp_path):
     steps = np.diff([frame.time for frame in video])
     assert_allclose(steps, 1 / video.fps, rtol=1e-6)
     assert video.count_hint is None
+
+
+def test_pictures_do_not_pile_up_in_memory(tmp_path):
+    path = make_clip(tmp_path / "a.mp4", [picture(t) for t in range(20)])
+    gc.collect()
+    gc.disable()
+    try:
+        for _ in Video(path):
+            pass
+        assert len([held for held in gc.get_objects() if isinstance(held, av.VideoFrame)]) <= 1
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize(
