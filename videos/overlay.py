@@ -92,7 +92,7 @@ def draw(
     Args:
         image: (H, W, 3) uint8 RGB; stays as it is.
         caption: a line or two of text ("\\n" between them) for the top left corner.
-        scale: enlarges frame and drawing; worth 2 for frames less than 360 pixels high.
+        scale: enlarges frame and drawing; worth 2 for frames less than 300 pixels high.
 
     Returns:
         (scale H, scale W, 3) uint8 RGB.

@@ -15,14 +15,15 @@ def two_halves(height, width):
     return image
 
 
-def write_clip(path, count=6, size=(64, 48), fps=25.0):
-    with Writer(path, fps, size) as writer:
+def write_clip(path, count=6, size=(64, 48), fps=25.0, quick=False):
+    with Writer(path, fps, size, quick=quick) as writer:
         for _ in range(count):
             writer.write(two_halves(size[1], size[0]))
 
 
-def test_what_is_written_is_read_back(tmp_path):
-    write_clip(tmp_path / "overlay.mp4", count=12)
+@pytest.mark.parametrize("quick", [False, True])
+def test_what_is_written_is_read_back(tmp_path, quick):
+    write_clip(tmp_path / "overlay.mp4", count=12, quick=quick)
     video = Video(tmp_path / "overlay.mp4")
     frames = list(video)
     assert (video.fps, video.width, video.height, len(frames)) == (25.0, 64, 48, 12)
@@ -32,13 +33,22 @@ def test_what_is_written_is_read_back(tmp_path):
     assert_allclose(frames[5].image[10:40, 40:60].mean((0, 1)), BLUE, atol=6)
 
 
-def test_the_file_plays_in_a_browser(tmp_path):
-    write_clip(tmp_path / "overlay.mp4")
+@pytest.mark.parametrize("quick", [False, True])
+def test_the_file_plays_in_a_browser(tmp_path, quick):
+    write_clip(tmp_path / "overlay.mp4", quick=quick)
     with av.open(str(tmp_path / "overlay.mp4")) as container:
         codec = container.streams.video[0].codec_context
         assert (codec.name, codec.pix_fmt) == ("h264", "yuv420p")
     stored = (tmp_path / "overlay.mp4").read_bytes()
     assert stored.index(b"moov") < stored.index(b"mdat")
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_quick_encoding_looks_ahead_at_no_frames_and_takes_one_thread(tmp_path, quick):
+    write_clip(tmp_path / "a.mp4", size=(64, 240), quick=quick)
+    stored = (tmp_path / "a.mp4").read_bytes()  # x264 leaves its settings in the stream
+    assert (b" rc_lookahead=" not in stored) is quick
+    assert (b" threads=1 " in stored) is quick
 
 
 def test_odd_sizes_grow_by_their_last_column_and_row(tmp_path):

@@ -19,7 +19,7 @@ from videos.writer import Writer
 
 Image = NDArray[np.uint8]
 
-SMALL = 500  # frames lower than this are drawn twice as large
+SMALL = 300  # frames lower than this are drawn twice as large
 
 
 def colours(figure: Figure) -> list[tuple[int, int, int]]:
@@ -64,7 +64,7 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
     scale = enlargement(video.height)
     size = (video.width * scale, video.height * scale)
     drawing = progress.task(f"{job.video.name} overlay", finished.frames)
-    with drawing as advance, Writer(path, finished.fps, size) as writer:
+    with drawing as advance, Writer(path, finished.fps, size, quick=True) as writer:
         for frame, moment in zip(islice(video, finished.frames), finished.track.times, strict=True):
             writer.write(paint(frame.image, finished.track, frame.index, f"{job.model}  "), float(moment))
             advance()
