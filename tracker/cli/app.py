@@ -60,6 +60,10 @@ def track(
     *,
     keypoints: Keypoints = None,
     how: Following,
+    overlay: Annotated[
+        bool, typer.Option("--overlay/--no-overlay", help="Draw the figure on the clip: overlay.mp4.")
+    ] = True,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-track].")] = None,
     common: Common,
 ) -> None:
@@ -68,6 +72,8 @@ def track(
     Example: figtrack track walk.mp4
 
     Or: figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates
+
+    Or, for numbers alone: figtrack track walk.mp4 --no-overlay --no-report
     """
     from tracker.clip.follow import follow
     from tracker.clip.found import asked
@@ -80,7 +86,7 @@ def track(
         with suggestion(video, folder):
             job = asked(how, video, keypoints, None, shown)
         finished = follow(job, shown)
-        write_run(finished, aside, shown)
+        write_run(finished, aside, shown, overlay=overlay, report=report)
     for warning in finished.warnings:
         shown.warn(warning)
     counts = Counter(finished.track.outcome)
@@ -88,7 +94,8 @@ def track(
     print(f"{finished.frames} frames of {video.name} with {job.model}: {outcomes}")
     if finished.points is not None:
         print(finished.points)
-    print(f"see {folder / 'report.html'}, {folder / 'keypoints.csv'}, {folder / 'pose.csv'}")
+    files = ["report.html"] * report + ["keypoints.csv", "pose.csv"]
+    print(f"see {', '.join(str(folder / name) for name in files)}")
 
 
 def compare(

@@ -40,7 +40,7 @@ class Chapter:
 
     name     : of the model
     video    : what the clip is called
-    overlay  : the drawn clip
+    overlay  : the drawn clip, None where none was drawn
     frames   : how many frames it has
     fps      : frames a second
     rate     : playback speed, as given or found
@@ -51,7 +51,7 @@ class Chapter:
 
     name: str
     video: str
-    overlay: Path
+    overlay: Path | None
     track: Track
     frames: int
     fps: float
@@ -61,7 +61,7 @@ class Chapter:
     warnings: Sequence[str]
 
     @classmethod
-    def of(cls, finished: Run, overlay: Path) -> Self:
+    def of(cls, finished: Run, overlay: Path | None) -> Self:
         """That of a finished run."""
         job = finished.job
         return cls(

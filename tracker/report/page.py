@@ -69,7 +69,7 @@ def _write(
     parts: dict[str, Iterable[str]] = {
         "title": [html.escape(video)],
         "style": [_read("style.css")],
-        "several": ["several" if len(chapters) > 1 else "single"],
+        "kind": [_kind(chapters)],
         "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in notes],
         "warnings": [f"<p class='warning'>{html.escape(text)}</p>" for text in warnings],
         "table": [table],
@@ -87,9 +87,18 @@ def _write(
             file.writelines(parts[piece] if i % 2 else [piece])
 
 
+def _kind(chapters: Sequence[Chapter]) -> str:
+    """What the page's style is to know: whether it is of several runs, and whether there is a film."""
+    films = any(chapter.overlay is not None for chapter in chapters)
+    return f"{'several' if len(chapters) > 1 else 'single'} {'films' if films else 'still'}"
+
+
 def _clips(path: Path, chapters: Sequence[Chapter]) -> Iterator[str]:
-    linked = sum(chapter.overlay.stat().st_size for chapter in chapters) > LARGEST
+    drawn = [chapter.overlay for chapter in chapters if chapter.overlay is not None]
+    linked = sum(overlay.stat().st_size for overlay in drawn) > LARGEST
     for number, chapter in enumerate(chapters):
+        if chapter.overlay is None:
+            continue
         yield f"<figure data-chapter='{number}'><video muted playsinline preload='auto' src='"
         if linked:
             yield quote(chapter.overlay.relative_to(path.parent).as_posix())

@@ -20,22 +20,34 @@ from tracker.tables.keypoints import write_marks
 OVERLAY = "overlay.mp4"
 
 
-def write_run(finished: Run, folder: Path, progress: Progress, key: str = "") -> Chapter:
+def write_run(
+    finished: Run,
+    folder: Path,
+    progress: Progress,
+    key: str = "",
+    *,
+    overlay: bool = True,
+    report: bool = True,
+) -> Chapter:
     """Tables, overlay.mp4, gait.json, report.html and, last, run.json; what the report tells.
 
     Args:
         key: tells a batch's job.
+        overlay: whether overlay.mp4 is drawn; the report does without.
+        report: whether report.html is written.
     """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)
     if finished.job.found is not None:
         write_marks(folder / "start.keypoints.csv", finished.job.marks)
-    write_overlay(finished, folder / OVERLAY, progress)
-    told = Chapter.of(finished, folder / OVERLAY)
+    if overlay:
+        write_overlay(finished, folder / OVERLAY, progress)
+    told = Chapter.of(finished, folder / OVERLAY if overlay else None)
     if told.gait is not None:
         figures = json.dumps(told.gait.summary(), indent=2)
         (folder / "gait.json").write_text(figures + "\n", encoding="utf-8")
-    write_report(folder / "report.html", told)
+    if report:
+        write_report(folder / "report.html", told)
     write = (time.perf_counter() - began) / finished.frames
     job = finished.job
     news = {

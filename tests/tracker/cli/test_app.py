@@ -66,6 +66,23 @@ def test_a_run_leaves_the_files_it_promises_and_no_others(done):
     assert [path.name for path in out.parent.iterdir()] == ["out"]
 
 
+@pytest.mark.parametrize(
+    ("more", "left_out"),
+    [
+        (["--no-overlay"], {"overlay.mp4"}),
+        (["--no-report"], {"report.html"}),
+        (["--no-overlay", "--no-report"], {"overlay.mp4", "report.html"}),
+    ],
+)
+def test_what_is_not_wanted_is_not_written(track, tmp_path, more, left_out):
+    result = figtrack(*track(more=["--stop", 3, *more]))
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in (tmp_path / "out").iterdir()} == RUN_FILES - left_out
+    assert ("report.html" in result.stdout) is ("report.html" not in left_out)
+    if left_out == {"overlay.mp4"}:
+        assert "<video" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
 def test_keypoints_hold_every_joint_of_every_frame(clip, done):
     rows = read_csv(done[0] / "keypoints.csv")
     assert list(rows[0]) == [*HEADER, "time_s", "sxx", "sxy", "syy"]

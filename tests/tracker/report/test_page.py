@@ -294,6 +294,33 @@ def test_a_clip_of_one_frame_is_a_page_too(browser, tmp_path):
     assert "Too short for gait figures" in browser.text("article")
 
 
+def test_a_page_without_a_film_has_all_else(browser, tmp_path):
+    track = stroll(SECONDS)
+    path = tmp_path / "report.html"
+    write_report(path, chapter(track, overlay=None))
+    report = Report(browser, path)
+    sight = (
+        "[...document.querySelectorAll('video, figure, #play, #pace')].filter(one => one.checkVisibility())"
+    )
+    assert browser.value(f"{sight}.length") == 0
+    words = browser.text("body")
+    assert "in the picture" not in words
+    assert "Space plays" not in words
+    report.slide(41)
+    browser.press("ArrowRight")
+    browser.press(" ")
+    report.shows(42)
+    assert report.cursor() == pytest.approx(42 / (len(track) - 1), abs=0.005)
+    assert report.values(0)[0].startswith("near ")
+
+
+def test_a_page_with_a_film_has_its_controls(browser, tmp_path):
+    Report(browser, made(tmp_path))
+    for control in ("video", "#play", "#pace"):
+        assert browser.value(f"document.querySelector('{control}').checkVisibility()")
+    assert "Space plays" in browser.text("body")
+
+
 def test_names_and_warnings_are_no_html(browser, tmp_path):
     name = "</script><b>&\"'.mp4"
     Report(browser, made(tmp_path, video=name, name=name, warnings=["<i>nothing</i> matched"]))

@@ -33,6 +33,7 @@ class Player {
   }
 
   async play() {
+    if (this.videos.length === 0) return;
     // Half a frame before its end, not every browser takes a clip for ended and starts it anew.
     if (this.frame === this.times.length - 1) this.show(0);
     this.playing = true;
