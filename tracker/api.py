@@ -45,8 +45,8 @@ def follow(
         VideoError, ModelError: a file that cannot be used.
         ValueError: marks, settings or options that cannot be used, or no pose to start from.
     """
+    from tracker.clip.asked import asked
     from tracker.clip.follow import follow as follow_clip
-    from tracker.clip.found import asked
     from tracker.clip.job import Following
     from tracker.progress import Progress
     from tracker.settings import Settings

@@ -4,7 +4,6 @@ import warnings
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.cluster.vq import kmeans2
 
 from dynamics.gaussian import Array
 
@@ -23,6 +22,8 @@ def scaled(values: Array, size: Array) -> Array:
 
 def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -> NDArray[np.intp]:
     """(T,) the cluster of each of the points (T, n), the tightest K of some tries; 0 where too few differ."""
+    from scipy.cluster.vq import kmeans2  # as slow to import as all that following needs of scipy
+
     distinct = np.unique(points, axis=0)
     if K == 1 or points.shape[1] == 0 or len(distinct) < K:
         return np.zeros(len(points), dtype=np.intp)

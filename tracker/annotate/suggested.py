@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from tracker.annotate.marks import Table
-from tracker.clip.found import TURNED, people, suggestion_path
+from tracker.clip.asked import suggestion_path
+from tracker.clip.found import TURNED, people
 from tracker.clip.naming import marks_of, nearer, sure_of_leg
 from tracker.foreign.start_marks import Taken
 from tracker.outline.person import Person

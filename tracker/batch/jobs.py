@@ -8,7 +8,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from tracker.clip.found import asked
+from tracker.clip.asked import asked
 from tracker.clip.job import Following, Job, Option, options
 from tracker.progress import Progress
 from tracker.tables.table import Layout
@@ -53,7 +53,7 @@ class Row:
         return [self.video, self.keypoints, *self.how.inputs]
 
     def job(self) -> Job:
-        """What to follow, and how; raises as `tracker.clip.found.asked`."""
+        """What to follow, and how; raises as `tracker.clip.asked.asked`."""
         return asked(self.how, self.video, self.keypoints, None, Progress("quiet"))
 
 

@@ -75,8 +75,8 @@ def track(
 
     Or, for numbers alone: figtrack track walk.mp4 --no-overlay --no-report
     """
+    from tracker.clip.asked import asked
     from tracker.clip.follow import follow
-    from tracker.clip.found import asked
     from tracker.report.results import write_run
     from tracker.run.folder import fresh_folder
 
@@ -114,7 +114,7 @@ def compare(
 
     Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
     """
-    from tracker.clip.found import asked
+    from tracker.clip.asked import asked
     from tracker.report.comparison import compare_models
     from tracker.run.folder import fresh_folder
     from tracker.tables.keypoints import read_keypoints

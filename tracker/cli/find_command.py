@@ -44,7 +44,8 @@ def find(
 @contextmanager
 def suggestion(video: Path, folder: Path) -> Iterator[None]:
     """Where no start can be had for sure, the marks of one that may be right are left beside the results."""
-    from tracker.clip.found import FoundError, suggestion_path
+    from tracker.clip.asked import suggestion_path
+    from tracker.clip.start import FoundError
     from tracker.run.folder import fresh_file
     from tracker.tables.keypoints import write_marks
 

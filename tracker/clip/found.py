@@ -1,59 +1,19 @@
 """Who walks through a film, and a start that nobody marked."""
 
-from pathlib import Path
-
-from tracker.clip.job import Following, Found, Job, towards
+from tracker.clip.job import Following, Found
 from tracker.clip.naming import borne_out, marks_of, nearer, start_from, sure_of_leg
 from tracker.clip.staged import staged
-from tracker.clip.start import objections
-from tracker.foreign.start_marks import read_marks
-from tracker.models.find import find_model
+from tracker.clip.start import FoundError, objections
 from tracker.outline.bodies import alone, paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.person import Person, person, seen_figure
 from tracker.outline.shape import Shape
 from tracker.progress import Progress
-from tracker.settings import Settings
-from tracker.tables.keypoints import Marks, points
+from tracker.tables.keypoints import points
 from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
 TURNED = 0.05  # nats times square leg lengths a frame by which one facing must be the better
-
-
-class FoundError(ValueError):
-    """No start can be had from the film.
-
-    suggested : marks of a start that is not sure
-    """
-
-    def __init__(self, text: str, suggested: Marks | None = None) -> None:
-        super().__init__(text)
-        self.suggested = suggested
-
-
-def asked(
-    how: Following, video: Path, keypoints: Path | None, settings: Settings | None, progress: Progress
-) -> Job:
-    """The job as it is asked for, started from what is marked or, without marks, from who is found.
-
-    Raises:
-        FoundError: no start can be had from the film.
-        KeypointsError, ForeignError: a file of marks that cannot be used.
-        VideoError: the film cannot be read.
-        ValueError: as `Following.job`.
-    """
-    if keypoints is not None:
-        marks, taken = read_marks(keypoints, how.start, towards(how.facing), how.stop)
-        if taken:
-            progress.note(taken)
-        return how.job(video, marks, settings)
-    if how.start is not None or how.anchors:
-        raise ValueError("start and anchors are of marked frames; give keypoints, or leave them out")
-    film = Video(video)
-    find_model(how.model, film.fps, how.tuned(settings))  # or fails before the film is looked through
-    found = start_of(people(film, progress, how.stop, towards(how.facing)), how, film)
-    return how.job(video, found, settings)
 
 
 def people(
@@ -120,8 +80,3 @@ def _doubted(one: Person) -> str:
         return f"it is not sure which way the figure faces in frame {one.frame}; give --facing, or "
     wrong = objections(one.figure, points(marks_of(one)), one.facing)
     return f"the pose found in frame {one.frame} may be wrong: {'; '.join(wrong)}; " if wrong else ""
-
-
-def suggestion_path(folder: Path, video: Path) -> Path:
-    """Where marks of a start that is not sure are left and looked for: beside other results."""
-    return folder / f"{video.absolute().stem}.suggested.keypoints.csv"

@@ -10,7 +10,6 @@ from dataclasses import replace
 from itertools import islice
 
 import numpy as np
-from scipy.special import expit
 
 from kinematics.figure import Array
 from tracker.clip.job import Following, Found, Nearer
@@ -34,7 +33,7 @@ FEW = Settings(hypotheses=3)  # are enough for so long
 
 def sure_of_leg(one: Person) -> bool:
     """Whether the leg named near surely is the nearer one."""
-    return bool(expit(one.outline.named) >= SURE)
+    return 1.0 - one.outline.wrong >= SURE
 
 
 def nearer(one: Person) -> Nearer:

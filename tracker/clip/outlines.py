@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from scipy.special import expit
-
 from tracker.clip.plan import Plan
 from tracker.clip.staged import detections, staged
 from tracker.loop.detections import Detections
@@ -47,4 +45,4 @@ def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], f
     if stage is None or frame - first >= len(stage):
         return {}, 0.0
     outline = fitted(stage, start, frame - first, video.fps, Cycles.load())
-    return detections(outline, first, video), float(expit(-outline.named))
+    return detections(outline, first, video), outline.wrong

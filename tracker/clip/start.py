@@ -14,6 +14,17 @@ class StartError(ValueError):
     """A start pose that this clip cannot be followed from."""
 
 
+class FoundError(ValueError):
+    """No start can be had from the film.
+
+    suggested : marks of a start that is not sure
+    """
+
+    def __init__(self, text: str, suggested: Marks | None = None) -> None:
+        super().__init__(text)
+        self.suggested = suggested
+
+
 def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, int]) -> Start:
     """The start pose of a marked frame of a clip.
 

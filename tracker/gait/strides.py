@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.sides import Side
@@ -107,13 +108,11 @@ class _Foot:
 
 def _found(foot: _Foot) -> list[Stride]:
     """Every stride, in order; rows of the track."""
-    from scipy.signal import find_peaks  # with scipy.stats, a sixth of a run's memory
-
     ahead, measured = foot.ahead, foot.track.measured
     swing = float(np.ptp(np.percentile(ahead[measured], (5, 95)))) if measured.any() else 0.0
     if swing < REACH:
         return []
-    strikes, leavings = (find_peaks(s * ahead, prominence=PROMINENCE * swing)[0] for s in (1.0, -1.0))
+    strikes, leavings = (_peaks(s * ahead, PROMINENCE * swing) for s in (1.0, -1.0))
     length = float(np.median(np.diff(strikes))) if len(strikes) > 1 else 0.0
     half = max(round(WINDOW * length), 2)
     inside = range(half, len(ahead) - half)
@@ -123,6 +122,27 @@ def _found(foot: _Foot) -> list[Stride]:
     speed = np.gradient(ahead) if len(ahead) > 1 else ahead
     fast = SWEEP * float(np.percentile(speed[measured], 10))
     return _runners(foot, speed - fast, _joined(first, last))
+
+
+def _peaks(values: Array, prominence: float) -> NDArray[np.intp]:
+    """Rows at which values (T,) turn down, the middle one where several are alike, that stand out.
+
+    Args:
+        prominence: how far the values fall on either side, at least, before they are higher than the peak.
+    """
+    first = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
+    last = np.append(first[1:], len(values)) - 1
+    level = values[first]
+    turns = np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:])) + 1
+    return np.array([t for t in ((first + last) // 2)[turns] if _stands_out(values, t, prominence)], np.intp)
+
+
+def _stands_out(values: Array, t: int, prominence: float) -> bool:
+    higher = np.flatnonzero(values > values[t])
+    i = np.searchsorted(higher, t)
+    start = higher[i - 1] if i > 0 else 0
+    end = higher[i] + 1 if i < len(higher) else len(values)
+    return bool(values[t] - max(values[start:t].min(), values[t:end].min()) >= prominence)
 
 
 def _extreme(foot: _Foot, t: int, half: int) -> Event:

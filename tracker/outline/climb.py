@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky_banded, solve_banded
 from scipy.optimize import fmin_l_bfgs_b
 
 from kinematics.figure import SCALE, STRETCH, Array, Figure
+from tracker.outline.chain import Chain
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.picture.pyramid import Planes
 
@@ -66,16 +66,13 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
     """
     T, D = q.shape
     figure = shape.figure
-    kinds = _kinds(figure, T)
+    chain = _chain(figure, T)
     error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
     low, high = figure.limits
     arms = arms_worth(odds)
 
     def poses(z: Array) -> Array:
-        off = z.reshape(T, D).copy()
-        for own, factor in kinds:
-            off[:, own] = solve_banded((0, 1), factor, off[:, own], check_finite=False)
-        return q + off
+        return q + chain.paths(z.reshape(T, D))
 
     def cost(z: Array) -> tuple[float, Array]:
         now = poses(z)
@@ -84,10 +81,8 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
         over = np.maximum(now - high, 0.0) - np.maximum(low - now, 0.0)
         slope = over / GIVE**2 - WEIGHT * slope
         slope[marked.frame] += off / error
-        for own, factor in kinds:
-            slope[:, own] = solve_banded((1, 0), _lower(factor), slope[:, own], check_finite=False)
         value = -WEIGHT * score.sum() + 0.5 * (off @ off + (over**2).sum() / GIVE**2 + z @ z)
-        return float(value), slope.ravel() + z
+        return float(value), chain.slopes(slope).ravel() + z
 
     z, lowest, _ = fmin_l_bfgs_b(cost, np.zeros(T * D), m=REMEMBERED, maxiter=rounds)
     best = poses(z)
@@ -104,25 +99,7 @@ def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: flo
     return np.array([value(name) for name in figure.freedoms])
 
 
-def _kinds(figure: Figure, T: int) -> list[tuple[NDArray[np.intp], Array]]:
-    """Freedoms of a kind, and the banded upper Cholesky factor (2, T) of their paths' prior precision."""
+def _chain(figure: Figure, T: int) -> Chain:
+    """The prior of the freedoms' paths."""
     spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, SIZE, LENGTH)
-    shares = _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS)
-    ends = np.full(T, 2.0)
-    ends[[0, -1]] -= 1.0
-    found = []
-    for spread in np.unique(spreads):
-        own = np.flatnonzero(spreads == spread)
-        change = shares[own[0]] * spread
-        banded = np.zeros((2, T))
-        banded[1] = 1.0 / spread**2 + ends * (T > 1) / change**2
-        banded[0, 1:] = -1.0 / change**2
-        found.append((own, cholesky_banded(banded)))
-    return found
-
-
-def _lower(factor: Array) -> Array:
-    """The transpose of an upper factor, banded."""
-    lower = np.zeros_like(factor)
-    lower[0], lower[1, :-1] = factor[1], factor[0, 1:]
-    return lower
+    return Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS))

@@ -5,7 +5,6 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from kinematics.figure import SCALE, Array
 from kinematics.recover import Start
@@ -16,6 +15,7 @@ from tracker.outline.near import NEARER, nearness
 from tracker.outline.phase import Phases, phases
 from tracker.outline.place import walk
 from tracker.outline.shape import Shape
+from tracker.outline.smooth import smooth
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
 
@@ -52,6 +52,11 @@ class Outline:
     named: float
 
     @property
+    def wrong(self) -> float:
+        """Probability that the legs are named wrongly."""
+        return float(0.5 - 0.5 * np.tanh(0.5 * self.named))
+
+    @property
     def seen(self) -> NDArray[np.bool_]:
         """(T,) whether the figure stands out from the scene; nowhere if it does not on the whole."""
         return _seen(self.score)
@@ -85,7 +90,7 @@ def fitted(
     hips, units, phase = _gait(stage, start, frame, fps, cycles)
     axes = units[:, None] * np.array([stage.facing, -1.0])
     angles = cycles.at(phase.cycle, phase.phase)
-    angles[:, TRUNK] += gaussian_filter1d(phase.lean, SMOOTH_LEAN, mode="nearest")
+    angles[:, TRUNK] += smooth(phase.lean, SMOOTH_LEAN)
     angles[:, NECK] = start.q[columns[NECK]]
     q = start.q.copy()
     q[:2] = (np.asarray(start.view.origin) - hips[frame]) / axes[frame]
@@ -110,7 +115,7 @@ def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) ->
     marked = np.where(start.known[columns], start.q[columns], np.nan)
     found = phases(stage, shape, cycles, hips, units, marked, frame, fps)
     scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * found.shift)
-    hips = stage.in_frames(gaussian_filter1d(scene, SMOOTH, axis=0, mode="nearest"))
+    hips = stage.in_frames(smooth(scene, SMOOTH))
     return hips, units, found
 
 

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d
-from scipy.spatial import KDTree
 
 from kinematics.figure import Array
 from kinematics.sides import exchanged, on_side
 from kinematics.spm import Skeleton, skeleton, surface
 from tracker.outline.shape import Shape
+from tracker.outline.smooth import sums_around
 from tracker.outline.stage import Stage
 
 LINKS = ("thigh", "shank")
@@ -102,8 +101,9 @@ def _less_alike(own: Leg, other: Leg) -> Array:
     others = np.flatnonzero(np.isfinite(other.look))
     if not len(places) or not len(others):
         return np.zeros(0)
-    away, nearest = map(np.asarray, KDTree(other.place[others]).query(own.place[places]))
-    places, at = places[away < SAME], others[nearest[away < SAME]]
+    apart = np.square(own.place[places][:, None] - other.place[others]).sum(-1)
+    nearest, near = apart.argmin(1), apart.min(1) < SAME**2
+    places, at = places[near], others[nearest[near]]
     value = own.value[places]
     as_own, as_other = np.abs(value - own.look[places]), np.abs(value - other.look[at])
     return np.asarray(np.minimum(as_other, MOST) - np.minimum(as_own, MOST))
@@ -133,6 +133,6 @@ def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Ar
 
 def _looks(value: Array, free: NDArray[np.bool_]) -> Array:
     """(T, P) mean of the values (T, P) that are free in the frames around; NaN where too few are."""
-    weight = convolve1d(free.astype(np.float64), AROUND, axis=0, mode="constant")
-    total = convolve1d(np.where(free, value, 0.0), AROUND, axis=0, mode="constant")
+    weight = sums_around(free.astype(np.float64), AROUND)
+    total = sums_around(np.where(free, value, 0.0), AROUND)
     return np.where(weight > ENOUGH, total / np.maximum(weight, ENOUGH), np.nan)

@@ -9,11 +9,11 @@ import cv2
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 from kinematics.figure import SCALE, Array
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.shape import Grid, Shape
+from tracker.outline.smooth import smooth
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING, UNITS
@@ -60,8 +60,8 @@ def walk(
     sizes = np.abs(np.arange(len(SIZES)) - SAME)
     score[frame] -= (MARKED if marked else FOUND) * (away[None] + 4.0 * sizes[:, None, None])
     path = best_path(score, STEP, RESIZE, REACH)
-    places = gaussian_filter1d(path[:, [2, 1]].astype(np.float64), SMOOTH, axis=0, mode="nearest")
-    size = gaussian_filter1d(SIZES[path[:, 0]], SMOOTH_SIZE, mode="nearest")
+    places = smooth(path[:, [2, 1]].astype(np.float64), SMOOTH)
+    size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE)
     back = np.linalg.inv(to_map)
     scene = places @ back[:2, :2].T + back[:2, 2]
     return stage.in_frames(scene), unit * np.exp(size - (size[frame] if marked else 0.0))

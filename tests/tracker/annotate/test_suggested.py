@@ -16,7 +16,8 @@ from tests.tracker.processes import started
 from tracker.annotate import suggested as module
 from tracker.annotate.marks import Table
 from tracker.annotate.suggested import suggested
-from tracker.clip.found import TURNED, people, suggestion_path
+from tracker.clip.asked import suggestion_path
+from tracker.clip.found import TURNED, people
 from tracker.foreign.start_marks import Taken
 from tracker.progress import Progress
 from tracker.tables.keypoints import Mark, points, read_keypoints, write_marks

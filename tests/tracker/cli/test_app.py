@@ -350,6 +350,53 @@ def test_the_command_line_itself_imports_nothing_slow():
     assert ran.stdout == "[]\n"
 
 
+def test_before_the_film_is_read_nothing_is_imported_that_marks_do_not_need(clip, tmp_path):
+    # Where it would be read the command ends, and says what has been imported so far.
+    heavy = ("scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.special", "scipy.stats", "matplotlib")
+    heavy += ("tracker.outline", "tracker.survey", "tracker.annotate", "tracker.experiments")
+    code = f"""
+import sys, videos.frames
+def read(self, *_):
+    print([name for name in {heavy} if name in sys.modules])
+    sys.exit()
+videos.frames.Video.__init__ = read
+from tracker.cli.app import main
+sys.argv = ["figtrack", "track", {str(clip.video)!r}, "--keypoints", {str(clip.keypoints)!r}, "--out", "out"]
+main()"""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert said.stdout == "[]\n"
+
+
+def test_following_imports_no_more_of_scipy_than_it_needs(clip, tmp_path):
+    code = f"""
+import sys
+from tracker.cli.app import main
+sys.argv = ["figtrack", "track", {str(clip.video)!r}, "--keypoints", {str(clip.keypoints)!r}, "--out", "out"]
+try:
+    main()
+finally:
+    heavy = ("scipy.stats", "scipy.signal", "scipy.ndimage", "scipy.cluster", "matplotlib")
+    print([name for name in heavy if name in sys.modules])"""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    said = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert said.stdout.splitlines()[-1] == "[]"
+
+
 @pytest.mark.speed
 def test_help_answers_at_once():
     def seconds():

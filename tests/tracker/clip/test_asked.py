@@ -7,7 +7,7 @@ import pytest
 from tests.tracker import people
 from tests.tracker.clips import figtrack, write_table
 from tracker.batch.jobs import read_jobs
-from tracker.clip.found import asked
+from tracker.clip.asked import asked
 from tracker.clip.job import Following
 from tracker.progress import Progress
 from tracker.tables.keypoints import points, read_keypoints

@@ -10,11 +10,13 @@ from tests.tracker.outline.films import MIDDLE, UNIT, WALKER, a_walk, film
 from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
-from tracker.clip.found import TURNED, FoundError, asked, people, start_of
+from tracker.clip.asked import asked
+from tracker.clip.found import TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
+from tracker.clip.start import FoundError
 from tracker.progress import Progress
 from videos.frames import Video
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 from tests.tracker.clips import write_table, write_video
 from tests.tracker.outline.films import MIDDLE, SIZE, WALKER, a_walk
@@ -72,7 +73,7 @@ def as_if(monkeypatch):
             times = np.arange(len(stage))
             joints = np.broadcast_to(start.view.origin, (len(times), len(WALKER.joints), 2))
             shown = np.ones(joints.shape[:2], bool)
-            return SimpleNamespace(joints=joints, shown=shown, seen=seen(times), named=named)
+            return SimpleNamespace(joints=joints, shown=shown, seen=seen(times), wrong=expit(-named))
 
         monkeypatch.setattr(outlines, "fitted", fitted)
 

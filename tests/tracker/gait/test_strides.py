@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import find_peaks
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.strolls import stroll, track_of
-from tracker.gait.strides import strides_of
+from tracker.gait.strides import _peaks, strides_of
 
 FPS, PERIOD, DUTY, START = 30.0, 1.1, 0.6, 0.3
 # Frames: ahead of an extreme the foot is not slowed quite as it is quickened after it, and no parabola knows.
@@ -165,3 +166,13 @@ def test_an_extremes_error_weighs_every_frame_by_what_it_does_to_the_moment(name
     error = getattr(strides_of(track, "near").sound[0], name).error
     assert abs(event.at - round(event.at)) > 0.1
     assert error == pytest.approx(np.sqrt(variance), rel=1e-5)  # second order of a step
+
+
+@pytest.mark.parametrize("count", [2, 3, 40, 400])
+def test_peaks_are_those_that_scipy_finds(count, rng):
+    for steps in (3, 1000):  # with values alike, and without
+        values = rng.integers(0, steps, count) / steps
+        for prominence in (0.1, 0.5):
+            assert (
+                _peaks(values, prominence).tolist() == find_peaks(values, prominence=prominence)[0].tolist()
+            )

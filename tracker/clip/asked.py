@@ -1,0 +1,41 @@
+"""The job that is asked for: marks read, or a start found."""
+
+from pathlib import Path
+
+from tracker.clip.job import Following, Job, towards
+from tracker.foreign.start_marks import read_marks
+from tracker.models.find import find_model
+from tracker.progress import Progress
+from tracker.settings import Settings
+from videos.frames import Video
+
+
+def asked(
+    how: Following, video: Path, keypoints: Path | None, settings: Settings | None, progress: Progress
+) -> Job:
+    """The job as it is asked for, started from what is marked or, without marks, from who is found.
+
+    Raises:
+        FoundError: no start can be had from the film.
+        KeypointsError, ForeignError: a file of marks that cannot be used.
+        VideoError: the film cannot be read.
+        ValueError: as `Following.job`.
+    """
+    if keypoints is not None:
+        marks, taken = read_marks(keypoints, how.start, towards(how.facing), how.stop)
+        if taken:
+            progress.note(taken)
+        return how.job(video, marks, settings)
+    if how.start is not None or how.anchors:
+        raise ValueError("start and anchors are of marked frames; give keypoints, or leave them out")
+    from tracker.clip.found import people, start_of  # slow to import
+
+    film = Video(video)
+    find_model(how.model, film.fps, how.tuned(settings))  # or fails before the film is looked through
+    found = start_of(people(film, progress, how.stop, towards(how.facing)), how, film)
+    return how.job(video, found, settings)
+
+
+def suggestion_path(folder: Path, video: Path) -> Path:
+    """Where marks of a start that is not sure are left and looked for: beside other results."""
+    return folder / f"{video.absolute().stem}.suggested.keypoints.csv"

@@ -1,0 +1,36 @@
+"""Values of frames averaged with those of the frames around."""
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from kinematics.figure import Array
+
+REACH = 4.0  # spreads of a Gaussian beyond which it counts as nothing
+
+
+def smooth(values: Array, spread: float) -> Array:
+    """(T, ...) means under a Gaussian; beyond the ends stands the value there.
+
+    Args:
+        values: (T, ...) of frames.
+        spread: the Gaussian's, frames.
+    """
+    reach = round(REACH * spread)
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / spread) ** 2)
+    ends = [(reach, reach)] + [(0, 0)] * (values.ndim - 1)
+    return _summed(np.pad(values, ends, mode="edge"), weights / weights.sum())
+
+
+def sums_around(values: Array, weights: Array) -> Array:
+    """(T, ...) weighted sums of each frame's value and those around it, nothing beyond the ends.
+
+    Args:
+        values: (T, ...) of frames.
+        weights: (2 R + 1,) from R frames before to R frames after.
+    """
+    reach = len(weights) // 2
+    return _summed(np.pad(values, [(reach, reach)] + [(0, 0)] * (values.ndim - 1)), weights)
+
+
+def _summed(padded: Array, weights: Array) -> Array:
+    return np.asarray(sliding_window_view(padded, len(weights), axis=0) @ weights)
