@@ -1,7 +1,8 @@
 """A part of a film surveyed for outlines, and the joints of an outline as points."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import chain, islice
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from tracker.survey.small import SIDE
 from tracker.survey.surveyed import survey
 from videos.frames import Image, Video
 
+T = TypeVar("T")
 FEWEST = 20  # frames: in fewer a walker covers most places in half of them
 
 
@@ -25,22 +27,25 @@ def staged(video: Video, first: int, last: int, by: float, facing: int, progress
     """
     total = None if video.count_hint is None else min(last + 1, video.count_hint) - first
 
-    def images(doing: str) -> Iterator[Image]:
+    def images() -> Iterator[Image]:
+        return (each.image for each in islice(video, first, last + 1))
+
+    def told(items: Iterable[T], doing: str) -> Iterator[T]:
         with progress.task(f"{video.path.name} {doing}", total) as advance:
-            for each in islice(video, first, last + 1):
-                yield each.image
+            for each in items:
+                yield each
                 advance()
 
     if total is not None and total <= 0:
         return None
-    pictures = images("surveyed")
+    pictures = told(images(), "surveyed")
     begin = next(pictures, None)  # none where the film is shorter than it says
     if begin is None:
         return None
     seen = survey(chain([begin], pictures), max(max(video.width, video.height) / SIDE, by))
     if len(seen.places) < FEWEST:
         return None
-    odds, light = map(np.stack, zip(*seen.seen(images("outlined")), strict=True))
+    odds, light = map(np.stack, zip(*told(seen.seen(images()), "outlined"), strict=True))
     return Stage(odds, light, seen.up, seen.places, facing)
 
 

@@ -118,22 +118,20 @@ def _compared(
     """(T, C, PHASES / 2) nats of each half cycle's silhouettes, at which shift (.., 2), with which lean."""
     q = poses(shape.figure, cycles.halves(neck, leans=LEANS))
     body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
-    masks = np.concatenate([body.reshape(len(body), -1), arms.reshape(len(arms), -1)], axis=1)
+    masks = np.stack([body, arms], axis=1).reshape(len(body), -1)
+    used = np.flatnonzero(masks.any(0))
+    masks = np.ascontiguousarray(masks[:, used])
     (h, w), edge = GRID.shape, (int(COLUMNS_OFF.max()), int(ROWS_OFF.max()))
     corner = GRID.corner[0] - edge[0] / DENSITY, GRID.corner[1] + edge[1] / DENSITY
-    wide = stage.around(hips, units, Grid(corner, DENSITY, (h + 2 * edge[1], w + 2 * edge[0])))
+    around = Grid(corner, DENSITY, (h + 2 * edge[1], w + 2 * edge[0]))
+    wide, places = stage.around(hips, units, around), _shifted(used, around, edge)
     shifts = np.array([(x, -y) for y in ROWS_OFF for x in COLUMNS_OFF]) / DENSITY
     rare = 0.5 * ((shifts / SPREAD) ** 2).sum(1)
     score = np.empty((len(stage), len(masks)))
     shift = np.empty((len(stage), len(masks), 2))
     for t, odds in enumerate(wide):
-        both = [odds, arms_worth(odds)]
-        seen = [
-            np.concatenate([_part(each, edge[0] + x, edge[1] + y) for each in both])
-            for y in ROWS_OFF.tolist()
-            for x in COLUMNS_OFF.tolist()
-        ]
-        sums = masks @ np.stack(seen, axis=1) * (WEIGHT / DENSITY**2) - rare
+        seen = np.stack([odds, arms_worth(odds)]).ravel()[places]
+        sums = masks @ seen * (WEIGHT / DENSITY**2) - rare
         best = sums.argmax(1)
         score[t], shift[t] = sums[np.arange(len(sums)), best], shifts[best]
     kinds = len(stage), *q.shape[:3]
@@ -143,9 +141,17 @@ def _compared(
     return score.max(1), shift, LEANS[leans]
 
 
-def _part(odds: Array, x: int, y: int) -> Array:
-    h, w = GRID.shape
-    return odds[y : y + h, x : x + w].ravel()
+def _shifted(used: NDArray[np.intp], around: Grid, edge: tuple[int, int]) -> NDArray[np.intp]:
+    """(P, shifts) where places lie in two layers of a wider grid, laid out flat, under every shift.
+
+    Args:
+        used: (P,) the places in two layers of GRID, laid out flat.
+        edge: columns and rows by which the grid is wider.
+    """
+    layer, row, column = (each[:, None, None] for each in np.unravel_index(used, (2, *GRID.shape)))
+    rows, columns = row + ROWS_OFF[:, None] + edge[1], column + COLUMNS_OFF + edge[0]
+    flat = np.ravel_multi_index(np.broadcast_arrays(layer, rows, columns), (2, *around.shape))
+    return np.asarray(flat.reshape(len(used), -1))
 
 
 def _finer(score: Array, fine: int) -> Array:
@@ -185,11 +191,12 @@ def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tupl
                     cost = 0.5 * ((speeds[s] - step) / slip) ** 2
                     if other != s:
                         cost += change
+                    here = -step % P
                     for p in range(P):
-                        here = (p - step) % P
                         if value[other, here] - cost > now[s, p]:
                             now[s, p] = value[other, here] - cost
                             before[t, s, p] = other * P + here
+                        here = here + 1 if here + 1 < P else 0
             now[s] += score[t]
         value = now
     path = np.empty((T, 2), np.intp)

@@ -46,13 +46,18 @@ def silhouettes(odds: Planes, arms: Planes, corner: Array, step: float, bars: Ar
     total = np.zeros(T)
     clear, beside, pull = np.empty((h, w)), np.empty((h, w)), np.empty((h, w))
     for t in range(T):
-        clear[:] = 1.0
-        beside[:] = 1.0
+        i0, i1, j0, j1 = _window(odds.shape[1:], corner, step, bars[t, L])
+        for link in range(L):
+            a0, a1, b0, b1 = _window(odds.shape[1:], corner, step, bars[t, link])
+            i0, i1, j0, j1 = min(i0, a0), max(i1, a1), min(j0, b0), max(j1, b1)
+        # Beyond all bars there is nothing to sum.
+        clear[i0:i1, j0:j1] = 1.0
+        beside[i0:i1, j0:j1] = 1.0
         for link in range(L):
             _cover(clear, corner, step, bars[t, link])
         _cover(beside, corner, step, bars[t, L])
-        for i in range(h):
-            for j in range(w):
+        for i in range(i0, i1):
+            for j in range(j0, j1):
                 arm = (1.0 - beside[i, j]) * arms[t, i, j]
                 total[t] += odds[t, i, j] - clear[i, j] * (odds[t, i, j] - arm)
                 pull[i, j] = (odds[t, i, j] - arm) * clear[i, j]

@@ -20,6 +20,7 @@ from tracker.survey.mosaic import Scene
 MOST = 2.5  # nats
 UNITS = 50.0  # steps that a nat is stored as
 NOTHING = 128  # what log odds of 0 are stored as
+LEAST = np.uint8(NOTHING - UNITS * MOST)  # what those of -MOST are
 COLOURS = float(np.log(200.0 * 50.0 * 50.0))  # log of how many colours clothes and skin may have
 SHADED = 0.05  # of places that show the scene, share that lies in a new shadow
 DARKEST = 0.4  # of the light is left in a shadow
@@ -56,7 +57,7 @@ def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
 def _odds(image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes) -> Image:
     h, w = known.shape
     found = np.full((h, w), NOTHING, np.uint8)
-    half = 0.5 * np.log(2.0 * np.pi)
+    half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(SHADED)
     for i in range(h):
         for j in range(w):
             if known[i, j] == 0:
@@ -66,14 +67,17 @@ def _odds(image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], l
             b1 = lab[i, j, 1] + light[1] - 128.0
             b2 = lab[i, j, 2] + light[2] - 128.0
             x0, x1, x2 = float(image[i, j, 0]), image[i, j, 1] - 128.0, image[i, j, 2] - 128.0
-            norm = np.log(s1 * s2) + 2.0 * half
             away = ((x0 - b0) / s0) ** 2 + ((x1 - b1) / s1) ** 2 + ((x2 - b2) / s2) ** 2
-            scene = -0.5 * away - norm - np.log(s0) - half
+            scene = -0.5 * away - np.log(s0 * s1 * s2) - 3.0 * half
+            # Most places show the scene as it is, and no shadow can lower R further.
+            if scene > MOST - COLOURS:
+                found[i, j] = LEAST
+                continue
             # In a shadow chroma shrinks with the light.
             share = min(max(x0 / b0, DARKEST), 1.0)
             off = ((x1 - share * b1) / s1) ** 2 + ((x2 - share * b2) / s2) ** 2
             off += ((x0 - share * b0) / s0) ** 2
-            shade = np.log(SHADED) - 0.5 * off - norm - np.log((1.0 - DARKEST) * b0 + 2.5 * s0)
+            shade = log_shaded - 0.5 * off - np.log(s1 * s2 * ((1.0 - DARKEST) * b0 + 2.5 * s0)) - 2.0 * half
             more = max(scene, shade)
             behind = more + np.log1p(np.exp(min(scene, shade) - more))
             found[i, j] = np.uint8(NOTHING + np.rint(UNITS * min(max(-COLOURS - behind, -MOST), MOST)))

@@ -1,6 +1,9 @@
-"""A film surveyed: camera and scene in a first pass, the log odds of every frame in a second one."""
+"""A film surveyed: camera and scene in a first pass, the log odds of every frame in a second one.
 
-from collections.abc import Iterable, Iterator
+Small pictures are held from the first pass for the second; those of a long film are read again.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -14,6 +17,7 @@ from tracker.survey.path import Camera, first_camera
 from tracker.survey.small import reduced, small_size, to_film
 
 VIEWS = 60  # pictures that the scene is the median of, at most
+HELD = 64 * 2**20  # bytes of small pictures that are held
 GREY_SIDE = 320  # pixels of the longer side of pictures that tell the camera's path
 
 
@@ -26,6 +30,7 @@ class Survey:
     places : (T, 3, 3) from the pixels of each frame to those of the first, the film's own pixels
     scene  : in pixels of the small pictures
     sure   : (T,) whether enough corners told the camera's place
+    held   : the T small pictures in Lab, none where they are more than HELD bytes
     """
 
     size: tuple[int, int]
@@ -33,6 +38,7 @@ class Survey:
     places: Array
     scene: Scene
     sure: NDArray[np.bool_]
+    held: Sequence[Image]
 
     @property
     def up(self) -> Array:
@@ -40,11 +46,15 @@ class Survey:
         return to_film(self.size, self.film)
 
     def seen(self, images: Iterable[Image]) -> Iterator[tuple[Image, Image]]:
-        """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`."""
+        """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`.
+
+        Args:
+            images: as surveyed, which are gone through only where no small pictures are held.
+        """
         down = np.linalg.inv(self.up)
-        for image, place in zip(images, self.places, strict=False):
-            lab = _lab(image, self.size)
-            yield evidence(lab, down @ place @ self.up, self.scene), lab[..., 0]
+        labs = self.held or (_lab(image, self.size) for image in images)
+        for lab, place in zip(labs, self.places, strict=False):
+            yield evidence(lab, down @ place @ self.up, self.scene), lab[..., 0].copy()
 
 
 def survey(images: Iterable[Image], by: float) -> Survey:
@@ -55,6 +65,7 @@ def survey(images: Iterable[Image], by: float) -> Survey:
         by: pixels of the film that a pixel of its small pictures is to span.
     """
     views: list[tuple[int, Image]] = []
+    held: list[Image] = []
     places, sure = [], []
     camera: Camera | None = None
     size = film = (0, 0)
@@ -70,15 +81,21 @@ def survey(images: Iterable[Image], by: float) -> Survey:
             camera = camera.follow(reduced(image, grey))
         places.append(up @ camera.place @ np.linalg.inv(up))
         sure.append(camera.sure)
-        if t % every == 0:
-            views.append((t, _lab(image, size)))
+        holds = len(held) == t and (t + 1) * size[0] * size[1] * 3 <= HELD
+        lab = _lab(image, size) if holds or t % every == 0 else None
+        if not holds:
+            held.clear()
+        elif lab is not None:
+            held.append(lab)
+        if lab is not None and t % every == 0:
+            views.append((t, lab))
             if len(views) > VIEWS:
                 every *= 2
                 views = [(i, view) for i, view in views if i % every == 0]
     up = to_film(size, film)
     small = [np.linalg.inv(up) @ places[t] @ up for t, _ in views]
     scene = scene_of([view for _, view in views], small)
-    return Survey(size, film, np.stack(places), scene, np.array(sure))
+    return Survey(size, film, np.stack(places), scene, np.array(sure), held)
 
 
 def _lab(image: Image, size: tuple[int, int]) -> Image:

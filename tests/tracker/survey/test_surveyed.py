@@ -112,6 +112,19 @@ def test_a_film_is_read_once_and_few_of_its_frames_are_held(monkeypatch, rng):
     assert max(held) <= 2
 
 
+def test_a_film_is_read_again_only_where_its_small_pictures_are_too_many_to_hold(still, monkeypatch):
+    found = survey(iter(still.images), 2.0)
+    kept = list(found.seen(iter([])))
+    size = kept[0][0].size * 3
+    monkeypatch.setattr(surveyed, "HELD", size * len(still.images) - 1)
+    read_again = survey(iter(still.images), 2.0)
+    assert list(read_again.seen(iter([]))) == []
+    again = list(read_again.seen(still.images))
+    assert len(kept) == len(again) == len(still.images)
+    for one, other in zip(kept, again, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_a_scene_is_no_larger_than_its_most_and_what_lies_further_is_unknown():
     images = np.full((30, 10, 20, 3), 90, np.uint8)
     places = np.tile(np.eye(3), (30, 1, 1))
