@@ -99,7 +99,12 @@ def skeleton(figure: Figure, q: Array) -> Skeleton:
 
 def joints(figure: Figure, q: Array) -> Array:
     """(..., 1 + L, 2) body coordinates of the base and of each link's tip, as `figure.joints` names them."""
-    return np.concatenate([q[..., None, :2], skeleton(figure, q).tip], axis=-2)
+    return joints_of(skeleton(figure, q), q)
+
+
+def joints_of(bones: Skeleton, q: Array) -> Array:
+    """The same of links as the poses lay them."""
+    return np.concatenate([q[..., None, :2], bones.tip], axis=-2)
 
 
 def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
@@ -168,8 +173,13 @@ def jacobian(figure: Figure, bones: Skeleton, link: Index, along: Array, across:
 
 def joint_jacobian(figure: Figure, q: Array) -> Array:
     """(..., 1 + L, 2, D) derivative of `joints` by the pose."""
+    return joint_jacobian_of(figure, skeleton(figure, q))
+
+
+def joint_jacobian_of(figure: Figure, bones: Skeleton) -> Array:
+    """The same of links as the poses lay them."""
     L = len(figure.links)
-    tips = jacobian(figure, skeleton(figure, q), np.arange(L), np.ones(L), np.zeros(L))
+    tips = jacobian(figure, bones, np.arange(L), np.ones(L), np.zeros(L))
     base = np.zeros_like(tips[..., :1, :, :])
     base[..., 0, 0, 0] = base[..., 0, 1, 1] = 1.0
     return np.concatenate([base, tips], axis=-3)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian, apply, transpose
 from kinematics.figure import Figure
 from kinematics.sides import SIDES, on_side
-from kinematics.spm import View, joint_jacobian, joints
+from kinematics.spm import View, joint_jacobian_of, joints, joints_of, skeleton
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -97,8 +97,9 @@ class Detector:
         Args:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
-        told = [(self._climb(way, priors), price) for way, price in self._ways(found)]
-        return [replace(each, cost=each.cost + price) for each, price in told]
+        ways, prices = zip(*self._ways(found), strict=True)
+        told = self._climb(np.stack([way.joint for way in ways]), found.pixels, priors)
+        return [replace(each, cost=each.cost + price) for each, price in zip(told, prices, strict=True)]
 
     def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
         """How well the points agree with a pose (D,), legs named as fits best.
@@ -108,14 +109,20 @@ class Detector:
             every joint of the figure has a point that pulls at it.
         """
         ways = [way for way, _ in self._ways(found)]
-        matches = [1.0 / (1.0 + self._squares(way, q) / FREEDOM) for way in ways]
+        places = joints(self.figure, q)
+        away = [self._away(way.joint, found.pixels, places) for way in ways]
+        matches = [1.0 / (1.0 + self._squares(each) / FREEDOM) for each in away]
         best = int(np.argmax([match.sum() for match in matches]))
         whole = len(set(ways[best].joint[matches[best] > PULLS])) == len(self.figure.joints)
         return float(matches[best].sum()) / max(len(found.joint), 1), whole
 
     def misnamed(self, found: Detections, q: Array) -> bool:
         """Whether the points fit a pose (D,) best with near and far leg exchanged."""
-        costs = [self._cost(way, q) + price for way, price in self._ways(found)]
+        places = joints(self.figure, q)
+        costs = [
+            self._cost(self._away(way.joint, found.pixels, places)) + price
+            for way, price in self._ways(found)
+        ]
         return int(np.argmin(costs)) == EXCHANGED
 
     def _ways(self, found: Detections) -> list[tuple[Detections, float]]:
@@ -128,37 +135,50 @@ class Detector:
         rare = [settings.exchange, settings.one_leg / 2.0, settings.one_leg / 2.0]
         return list(zip(ways, -np.log([1.0 - sum(rare), *rare]), strict=True))
 
-    def _climb(self, found: Detections, priors: Gaussian) -> Likelihood:
-        """Gauss-Newton steps from each prior's mean to a mode of its posterior."""
+    def _climb(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> list[Likelihood]:
+        """Gauss-Newton steps from each of H priors' means to a mode of its posterior, for each of W namings.
+
+        Args:
+            joint: (W, J) of the points.
+            pixels: (J, 2) of them.
+        """
         precision: Array = np.asarray(np.linalg.inv(priors.cov), dtype=np.float64)
-        q = priors.mean
+        q, on = np.tile(priors.mean, (len(joint), 1, 1)), np.arange(len(joint))
         for _ in range(ITERATIONS):
-            information, gradient = self._normal_equations(found, q)
-            slope = gradient + apply(precision, q - priors.mean)
+            information, gradient, _ = self._normal_equations(joint[on], pixels, q[on])
+            slope = gradient + apply(precision, q[on] - priors.mean)
             step = -np.linalg.solve(precision + information, slope[..., None])[..., 0]
             longest = np.abs(step).max(-1, keepdims=True)
-            q = q + step * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
-            if longest.max() < SMALL_STEP:
+            q[on] += step * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
+            on = on[longest.max((1, 2)) >= SMALL_STEP]
+            if not len(on):
                 break
-        information, gradient = self._normal_equations(found, q)
-        return Likelihood(q, information, apply(information, q) - gradient, self._cost(found, q))
+        information, gradient, cost = self._normal_equations(joint, pixels, q)
+        vector = apply(information, q) - gradient
+        return [Likelihood(*each) for each in zip(q, information, vector, cost, strict=True)]
 
-    def _normal_equations(self, found: Detections, q: Array) -> tuple[Array, Array]:
-        """J'WJ (H, D, D) and J'Wr (H, D) of the points at poses (H, D)."""
-        H, D = q.shape
-        J = joint_jacobian(self.figure, q)[:, found.joint]
-        weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(found, q)) / self.settings.point**2
-        turned = transpose((weight[..., None, None] * J).reshape(H, -1, D))
-        return turned @ J.reshape(H, -1, D), apply(turned, self._away(found, q).reshape(H, -1))
+    def _normal_equations(
+        self, joint: NDArray[np.intp], pixels: Array, q: Array
+    ) -> tuple[Array, Array, Array]:
+        """J'WJ (W, H, D, D) and J'Wr (W, H, D) of the points at poses (W, H, D), and their cost (W, H)."""
+        W, H, D = q.shape
+        bones = skeleton(self.figure, q)
+        away = self._away(joint[:, None], pixels, joints_of(bones, q))
+        J = joint_jacobian_of(self.figure, bones)
+        J = np.take_along_axis(J, joint[:, None, :, None, None], axis=2).reshape(W, H, -1, D)
+        weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self.settings.point**2
+        turned = transpose(np.repeat(weight, 2, axis=-1)[..., None] * J)
+        return turned @ J, apply(turned, away.reshape(W, H, -1)), self._cost(away)
 
-    def _cost(self, found: Detections, q: Array) -> Array:
-        """(...) minus the log likelihood of the points at poses (..., D), nats."""
-        return np.asarray(0.5 * (FREEDOM + 2.0) * np.log1p(self._squares(found, q) / FREEDOM).sum(-1))
+    def _cost(self, away: Array) -> Array:
+        """(...) minus the log likelihood of points (..., J, 2) away from their joints, nats."""
+        return np.asarray(0.5 * (FREEDOM + 2.0) * np.log1p(self._squares(away) / FREEDOM).sum(-1))
 
-    def _away(self, found: Detections, q: Array) -> Array:
-        """(..., J, 2) from the points to the joints of poses (..., D), leg lengths."""
-        return np.asarray(joints(self.figure, q)[..., found.joint, :] - self.view.to_body(found.pixels))
+    def _away(self, joint: NDArray[np.intp], pixels: Array, places: Array) -> Array:
+        """(..., J, 2) from points (J, 2) to their joints (..., J) of places (..., 1 + L, 2), leg lengths."""
+        own = np.take_along_axis(places, joint[..., None], axis=-2)
+        return np.asarray(own - self.view.to_body(pixels))
 
-    def _squares(self, found: Detections, q: Array) -> Array:
-        """(..., J) the same squared, in units of the spread."""
-        return np.asarray((self._away(found, q) ** 2).sum(-1) / self.settings.point**2)
+    def _squares(self, away: Array) -> Array:
+        """(..., J) squared lengths of (..., J, 2), in units of the spread."""
+        return np.asarray((away**2).sum(-1) / self.settings.point**2)
