@@ -18,6 +18,7 @@ from tracker.models.find import CONSTANT_VELOCITY, by_freedom, switching_model
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
 ENOUGH = 600  # frames: twenty seconds tell the pace
+TRAVEL = 1.0  # leg lengths from which who goes ahead does not walk backwards, nor the other way round
 PLACE, ANGLE = 0.02, float(np.radians(3.0))  # of tracked poses: leg lengths, radians
 OTHERWISE = "walk-run"  # whose pace is asked where the clip was followed without a learned model
 
@@ -41,8 +42,16 @@ def playback_rate(model: str, poses: Array, fps: float) -> float:
             slds = switching_model(name, fps / rate)
         except ValueError:  # further from its own frame rate than the model can go
             continue
-        fits[rate] = max(_evidence(way, poses) for way in (slds, backwards(slds)))
+        fits[rate] = max(_evidence(way, poses) for way in _ways(slds, poses))
     return max(fits, key=lambda rate: fits[rate]) if fits else 1.0
+
+
+def _ways(slds: SLDS, poses: Array) -> list[SLDS]:
+    """The model ahead in time, and back for who may walk backwards."""
+    known = poses[np.isfinite(poses).all(1), 0]
+    travel = float(known[-1] - known[0])
+    ahead = [slds] if travel > -TRAVEL else []
+    return ahead + ([backwards(slds)] if travel < TRAVEL else [])
 
 
 def _evidence(slds: SLDS, poses: Array) -> float:

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from dynamics.motion.rate import backwards
 from dynamics.motion.tasks import synthesise
+from tracker.clip import playback
 from tracker.clip.playback import RATES, playback_rate
 from tracker.models.find import switching_model
 from tracker.motion.tasks import of_motion
@@ -77,3 +79,14 @@ def test_the_pace_is_that_of_the_frames_after_a_long_loss(walked, found):
 
 def test_a_figure_that_is_never_seen_is_taken_to_move_as_filmed(walked):
     assert playback_rate("walk-run", np.full_like(walked, np.nan), 30.0) == 1.0
+
+
+def test_time_running_back_is_tried_for_who_may_walk_backwards_alone(walked, monkeypatch):
+    tried = []
+    monkeypatch.setattr(playback, "backwards", lambda slds: tried.append(slds) or backwards(slds))
+    poses, on_the_spot = played(walked, 0.5), played(walked, 0.5)
+    on_the_spot[:, 0] = 0.0
+    for each, wanted in ((poses, 0), (poses[::-1], len(RATES)), (on_the_spot, len(RATES))):
+        tried.clear()
+        playback_rate("walk-run", each, 30.0)
+        assert len(tried) == wanted
