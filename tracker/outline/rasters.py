@@ -19,6 +19,7 @@ from kinematics.figure import Array
 from tracker.picture.pyramid import Planes
 
 BAR = 9
+LEVEL = 1e-3  # sine of a bar's direction below which it counts as level
 SURE = 0.98  # of a place deep within a bar, or a link under another would be felt no more
 
 
@@ -90,10 +91,13 @@ def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
     """Multiply `clear` (h, w) by 1 - m of one bar."""
     i0, i1, j0, j1 = _window(clear.shape, corner, step, bar)
     for i in range(i0, i1):
-        for j in range(j0, j1):
-            _, _, _, _, edge = _within(corner[0] + j * step, corner[1] - i * step, bar)
+        begin, end = _span(corner[1] - i * step, corner[0], step, bar, j0, j1)
+        # A row by itself, from 0 on, is worked on several places at a time.
+        row, left = clear[i, begin:end], corner[0] + begin * step
+        for k in range(len(row)):
+            _, _, _, _, edge = _within(left + np.int32(k) * step, corner[1] - i * step, bar)
             edge = min(max(edge, -1.0), 1.0)
-            clear[i, j] *= 1.0 - SURE * (0.5 + 0.25 * edge * (3.0 - edge * edge))
+            row[k] *= 1.0 - SURE * (0.5 + 0.25 * edge * (3.0 - edge * edge))
 
 
 @numba.njit(cache=True, fastmath=True, error_model="numpy")
@@ -107,26 +111,30 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
     """
     i0, i1, j0, j1 = _window(pull.shape, corner, step, bar)
     slope, soft = bar[7], bar[8]
+    along, across, longer, turned, larger = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(i0, i1):
-        for j in range(j0, j1):
-            u, v, nearest, far, edge = _within(corner[0] + j * step, corner[1] - i * step, bar)
+        begin, end = _span(corner[1] - i * step, corner[0], step, bar, j0, j1)
+        row, left = pull[i, begin:end], corner[0] + begin * step
+        for k in range(len(row)):
+            u, v, nearest, far, edge = _within(left + np.int32(k) * step, corner[1] - i * step, bar)
             over = u - nearest
-            if not -1.0 < edge < 1.0:
-                continue
-            weight = pull[i, j] * SURE * 0.75 * (1.0 - edge * edge) / soft
+            edge = min(max(edge, -1.0), 1.0)
+            weight = row[k] * SURE * 0.75 * (1.0 - edge * edge) / soft
             if shared:
                 weight /= 1.0 - SURE * (0.5 + 0.25 * edge * (3.0 - edge * edge))
             far = max(far, 1e-9)
             # s at a fixed place: a bar that moves carries its own s along.
             by_u = slope if over == 0.0 else -over / far
             by_v = -v / far
-            motion[0] -= weight * by_u
-            motion[1] -= weight * by_v
+            along -= weight * by_u
+            across -= weight * by_v
             # Longer, the axis' ends move by their own share, and the taper is drawn out.
-            motion[2] += weight * (-slope * u if over == 0.0 else nearest * over / far)
-            motion[3] -= weight * (u * by_v - v * by_u)
+            longer += weight * (-slope * u if over == 0.0 else nearest * over / far)
+            turned -= weight * (u * by_v - v * by_u)
             # The soft edge grows as well, so s over it changes as if the place came nearer.
-            motion[4] -= weight * (u * by_u + v * by_v)
+            larger -= weight * (u * by_u + v * by_v)
+    for way, change in enumerate((along, across, longer, turned, larger)):
+        motion[way] += change
 
 
 @numba.njit(cache=True, fastmath=True, error_model="numpy", inline="always")
@@ -151,4 +159,27 @@ def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> t
     j1 = int(np.ceil((max(ax, bx) + reach - corner[0]) / step)) + 1
     i0 = int(np.floor((corner[1] - max(ay, by) - reach) / step))
     i1 = int(np.ceil((corner[1] - min(ay, by) + reach) / step)) + 1
-    return max(i0, 0), min(i1, shape[0]), max(j0, 0), min(j1, shape[1])
+    return (*_part(i0, i1, 0, shape[0]), *_part(j0, j1, 0, shape[1]))
+
+
+@numba.njit(cache=True, fastmath=True, error_model="numpy")
+def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> tuple[int, int]:
+    """Columns of j0 .. j1 - 1 that are no further across a bar than it reaches, in a row at body height y.
+
+    Args:
+        left: of the grid's first column, body coordinates.
+    """
+    start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
+    if abs(along_y) < LEVEL:
+        return j0, j1
+    reach = (max(half, half + slope * (last - first)) + soft) / abs(along_y)
+    middle = start_x + (y - start_y) * along_x / along_y - left
+    begin, end = np.floor((middle - reach) / step), np.ceil((middle + reach) / step)
+    return _part(int(begin), int(end) + 1, j0, j1)
+
+
+@numba.njit(cache=True)
+def _part(begin: int, end: int, least: int, most: int) -> tuple[int, int]:
+    """What of begin .. end - 1 lies in least .. most - 1; where nothing does, two ends that are alike."""
+    begin = min(max(begin, least), most)
+    return begin, max(min(end, most), begin)

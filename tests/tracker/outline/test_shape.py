@@ -5,7 +5,7 @@ import pytest
 from kinematics.figure import load_figure
 from kinematics.spm import skeleton
 from tests.oracles import central_difference
-from tracker.outline.rasters import SURE
+from tracker.outline.rasters import SURE, _span, _window
 from tracker.outline.shape import ARM_SHARE, SOFT, Grid, Shape, arms_worth
 
 WALKER = load_figure()
@@ -51,6 +51,39 @@ def test_the_sum_is_of_log_odds_under_the_silhouette_and_what_arms_are_worth_bes
     body, arms = SHAPE.painted(q, GRID)
     want = (odds * body + arms_worth(odds) * arms).sum((1, 2)) / GRID.density**2
     np.testing.assert_allclose(SHAPE.under(q, odds, arms_worth(odds), GRID)[0], want, rtol=1e-5, atol=1e-6)
+
+
+def test_no_row_of_a_bar_leaves_the_grid_wherever_the_bar_lies(rng):
+    step, corner, (h, w) = 1.0 / GRID.density, np.asarray(GRID.corner), GRID.shape
+    for q in rng.normal(size=(40, len(WALKER.freedoms))) * 2.0:
+        bars = SHAPE._laid(skeleton(WALKER, q[None]))[0]
+        bars[0, 2:4] = 1.0, 0.0  # one lies level
+        for bar in bars:
+            i0, i1, j0, j1 = _window((h, w), corner, step, bar)
+            assert 0 <= i0 <= i1 <= h
+            assert 0 <= j0 <= j1 <= w
+            for i in range(i0, i1):
+                begin, end = _span(corner[1] - i * step, corner[0], step, bar, j0, j1)
+                assert j0 <= begin <= end <= j1
+
+
+@pytest.mark.parametrize("shift", [(-1.4, 0.2), (1.5, 0.0), (0.1, -1.6), (0.0, 2.2), (-2.0, -2.0)])
+def test_a_figure_that_is_partly_beyond_the_grid_is_cut_at_its_edge(shift, rng):
+    q, odds = random_poses(rng, 4), blobs(rng, 4)
+    q[:, :2] += shift
+    more, inside = 4 * int(GRID.density), slice(4 * int(GRID.density), -4 * int(GRID.density))
+    rows, columns = GRID.shape
+    wide = Grid(
+        (GRID.corner[0] - 4.0, GRID.corner[1] + 4.0), GRID.density, (rows + 2 * more, columns + 2 * more)
+    )
+    body, arms = (each[:, inside, inside] for each in SHAPE.painted(q, wide))
+    np.testing.assert_allclose(SHAPE.painted(q, GRID)[0], body, atol=1e-6)
+    want = (odds * body + arms_worth(odds) * arms).sum((1, 2)) / GRID.density**2
+    found, slope = SHAPE.under(q, odds, arms_worth(odds), GRID)
+    np.testing.assert_allclose(found, want, rtol=1e-5, atol=1e-6)
+    worth = arms_worth(odds)
+    steep = central_difference(lambda z: SHAPE.under(z[None], odds[:1], worth[:1], GRID)[0], q[0], step=1e-5)
+    np.testing.assert_allclose(slope[0], steep[0], atol=1e-5)
 
 
 def test_the_gradient_is_the_derivative_by_every_freedom(rng):
