@@ -15,9 +15,9 @@ from tests.benchmarks.evaluation.calibration import distance, inside, nees
 from tests.benchmarks.rendered.filming import Film, film
 from tests.benchmarks.rendered.plans import planned
 from tracker.clip.follow import follow
-from tracker.clip.found import FoundError, people, start_of
+from tracker.clip.found import people, start_of
 from tracker.clip.job import Following, Found, Job
-from tracker.clip.start import StartError
+from tracker.clip.start import FoundError, StartError
 from tracker.models.find import FREE
 from tracker.outline.person import Person
 from tracker.progress import Progress
