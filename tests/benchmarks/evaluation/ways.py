@@ -30,12 +30,15 @@ COMPARED: dict[str, tuple[str, Changes]] = {
     ONE_STATE: (ONE_STATE, {}),
     ALONE: (ONE_STATE, {"rates": (1.0,), "turn": 0.0, "surprise": 0.0}),
     CV: (CV, {}),
+    f"{CV}, no outline": (CV, {"outline": False}),
     f"{DEFAULT}, classic": (DEFAULT, CLASSIC),
     f"{CV}, classic": (CV, CLASSIC),
 }
 
 # A name for the row: what is changed in the settings of the default model.
 WITHOUT: dict[str, Changes] = {
+    "no outline": {"outline": False},
+    "no lean of one's own": {"lean": 0.01},
     "no free state": {"surprise": 0.0},
     "as filmed only": {"rates": (1.0,)},
     "ahead only": {"turn": 0.0},
