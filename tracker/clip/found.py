@@ -7,13 +7,16 @@ from tracker.clip.start import FoundError, objections
 from tracker.outline.bodies import alone, paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.person import Person, person, seen_figure
+from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
+from tracker.outline.stage import Stage
 from tracker.progress import Progress
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
-TURNED = 0.05  # nats times square leg lengths a frame by which one facing must be the better
+PLAIN = 0.5  # of clothes are about grey where shadow and clothes are hard to tell apart
+TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
 
 
 def people(
@@ -21,26 +24,39 @@ def people(
 ) -> list[Person]:
     """Everybody who walks through the first part of a film in which somebody does, the surest first.
 
+    Where all who are found are doubted, dark grey clothes may have been taken for shadow: the film is looked
+    through again with such clothes expected.
+
     Args:
         stop: the last frame that is looked at, None for the film's last.
         facing: which way they face, +1 right, -1 left, None to see it.
     """
-    figure, cycles = seen_figure(), Cycles.load()
     first = 0
     while True:
         last = first + WINDOW - 1 if stop is None else min(first + WINDOW - 1, stop)
         stage = staged(video, first, last, 1.0, 1, progress)
         if stage is None:
             return []
-        seen: list[Person] = []
-        everybody = paths(stage, Shape.of(figure), cycles, video.fps)
-        for path in everybody:
-            one = person(alone(stage, path, everybody), figure, path, video.fps, cycles, facing)
-            if one is not None and not any(one.same(other) for other in seen):
-                seen.append(one)
+        seen = _before(stage, video.fps, facing)
+        if seen and all(map(_doubted, seen)):
+            again = staged(video, first, last, 1.0, 1, progress, PLAIN)
+            other = [] if again is None else _before(again, video.fps, facing)
+            seen = seen if all(map(_doubted, other)) else other
         if seen:
             return [_heard(one.later(first), video) for one in seen]
         first += len(stage)
+
+
+def _before(stage: Stage, fps: float, facing: int | None) -> list[Person]:
+    """Everybody who walks before a scene, the surest first."""
+    figure, cycles = seen_figure(), Cycles.load()
+    seen: list[Person] = []
+    everybody = joined(stage, paths(stage, Shape.of(figure), cycles, fps), fps)
+    for path in everybody:
+        one = person(alone(stage, path, everybody), figure, path, fps, cycles, facing)
+        if one is not None and not any(one.same(other) for other in seen):
+            seen.append(one)
+    return seen
 
 
 def _heard(one: Person, video: Video) -> Person:

@@ -19,11 +19,14 @@ T = TypeVar("T")
 FEWEST = 20  # frames: in fewer a walker covers most places in half of them
 
 
-def staged(video: Video, first: int, last: int, by: float, facing: int, progress: Progress) -> Stage | None:
+def staged(
+    video: Video, first: int, last: int, by: float, facing: int, progress: Progress, plain: float = 0.0
+) -> Stage | None:
     """The log odds of a film's frames from `first` to `last`; None where they are too few to know the scene.
 
     Args:
         by: pixels of the film that a pixel of its small pictures is to span, at least.
+        plain: share of clothes that are about grey.
     """
     total = None if video.count_hint is None else min(last + 1, video.count_hint) - first
 
@@ -45,7 +48,7 @@ def staged(video: Video, first: int, last: int, by: float, facing: int, progress
     seen = survey(chain([begin], pictures), max(max(video.width, video.height) / SIDE, by))
     if len(seen.places) < FEWEST:
         return None
-    odds, light = map(np.stack, zip(*told(seen.seen(images()), "outlined"), strict=True))
+    odds, light = map(np.stack, zip(*told(seen.seen(images(), plain), "outlined"), strict=True))
     return Stage(odds, light, seen.up, seen.places, facing)
 
 

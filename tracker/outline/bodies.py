@@ -64,6 +64,11 @@ class Path:
     def last(self) -> int:
         return self.first + len(self.hips) - 1
 
+    @property
+    def worth(self) -> float:
+        """How surely somebody went along it, nats times leg lengths."""
+        return float(((self.score - BASE) * self.units).sum())
+
 
 @dataclass(frozen=True)
 class Places:

@@ -22,17 +22,20 @@ UNITS = 50.0  # steps that a nat is stored as
 NOTHING = 128  # what log odds of 0 are stored as
 LEAST = np.uint8(NOTHING - UNITS * MOST)  # what those of -MOST are
 COLOURS = float(np.log(200.0 * 50.0 * 50.0))  # log of how many colours clothes and skin may have
+GREY = 6.0  # spread of the chroma of what is about grey
+GREYER = 50.0 * 50.0 / (2.0 * np.pi * GREY**2)  # times as likely a grey is there as among all colours
 SHADED = 0.05  # of places that show the scene, share that lies in a new shadow
 DARKEST = 0.4  # of the light is left in a shadow
 SOME = 17  # a change of light is taken from every so manieth row
 
 
-def evidence(image: Image, place: Array, scene: Scene) -> Image:
+def evidence(image: Image, place: Array, scene: Scene, plain: float = 0.0) -> Image:
     """(h, w) log odds R of a small picture, stored as NOTHING + UNITS R.
 
     Args:
         image: (h, w, 3) Lab, uint8.
         place: (3, 3) from its pixels to those of the first frame.
+        plain: share of clothes that are about grey, others having any colour: the larger, the less is shadow.
     """
     h, w = image.shape[:2]
     way = place.copy()
@@ -42,7 +45,7 @@ def evidence(image: Image, place: Array, scene: Scene) -> Image:
     known = np.asarray(cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest), np.uint8)
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
     light = np.median(apart, axis=0) if len(apart) else np.zeros(3)
-    return np.asarray(_odds(image, lab, spread, known, light.astype(np.float32)))
+    return np.asarray(_odds(image, lab, spread, known, light.astype(np.float32), plain))
 
 
 def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
@@ -54,8 +57,12 @@ def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
 
 
 @numba.njit(cache=True, fastmath=True, error_model="numpy")
-def _odds(image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes) -> Image:
+def _odds(
+    image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes, plain: float
+) -> Image:
     h, w = known.shape
+    least, greyer = np.log(1.0 - plain) - COLOURS, plain / (1.0 - plain) * GREYER
+    most = least + np.log1p(greyer)
     found = np.full((h, w), NOTHING, np.uint8)
     half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(SHADED)
     for i in range(h):
@@ -70,7 +77,7 @@ def _odds(image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], l
             away = ((x0 - b0) / s0) ** 2 + ((x1 - b1) / s1) ** 2 + ((x2 - b2) / s2) ** 2
             scene = -0.5 * away - np.log(s0 * s1 * s2) - 3.0 * half
             # Most places show the scene as it is, and no shadow can lower R further.
-            if scene > MOST - COLOURS:
+            if scene > MOST + most:
                 found[i, j] = LEAST
                 continue
             # In a shadow chroma shrinks with the light.
@@ -80,5 +87,8 @@ def _odds(image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], l
             shade = log_shaded - 0.5 * off - np.log(s1 * s2 * ((1.0 - DARKEST) * b0 + 2.5 * s0)) - 2.0 * half
             more = max(scene, shade)
             behind = more + np.log1p(np.exp(min(scene, shade) - more))
-            found[i, j] = np.uint8(NOTHING + np.rint(UNITS * min(max(-COLOURS - behind, -MOST), MOST)))
+            something = least
+            if plain > 0.0:
+                something += np.log1p(greyer * np.exp(-0.5 * (x1 * x1 + x2 * x2) / GREY**2))
+            found[i, j] = np.uint8(NOTHING + np.rint(UNITS * min(max(something - behind, -MOST), MOST)))
     return found

@@ -45,16 +45,17 @@ class Survey:
         """(3, 3) from the pixels of the small pictures to the film's."""
         return to_film(self.size, self.film)
 
-    def seen(self, images: Iterable[Image]) -> Iterator[tuple[Image, Image]]:
+    def seen(self, images: Iterable[Image], plain: float = 0.0) -> Iterator[tuple[Image, Image]]:
         """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`.
 
         Args:
             images: as surveyed, which are gone through only where no small pictures are held.
+            plain: share of clothes that are about grey.
         """
         down = np.linalg.inv(self.up)
         labs = self.held or (_lab(image, self.size) for image in images)
         for lab, place in zip(labs, self.places, strict=False):
-            yield evidence(lab, down @ place @ self.up, self.scene), lab[..., 0].copy()
+            yield evidence(lab, down @ place @ self.up, self.scene, plain), lab[..., 0].copy()
 
 
 def survey(images: Iterable[Image], by: float) -> Survey:

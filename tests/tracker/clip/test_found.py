@@ -11,7 +11,7 @@ from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
 from tracker.clip.asked import asked
-from tracker.clip.found import TURNED, people, start_of
+from tracker.clip.found import PLAIN, TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.plan import prepare
@@ -86,6 +86,24 @@ def test_where_the_light_changes_nobody_is_found(rng, tmp_path):
     assert people(as_video(np.rint(empty * ramp).astype(np.uint8), tmp_path), QUIET) == []
 
 
+@pytest.mark.parametrize("surer", [True, False])
+def test_who_is_doubted_is_looked_for_again_with_grey_clothes_expected(surer, walk, video, monkeypatch):
+    looks = []
+
+    def staged(*rest):
+        looks.append(rest[6:])
+        return staged_module.staged(*rest)
+
+    def before(*_):
+        return [walk.person(turned=0.3 if surer and len(looks) == 2 else 0.01, frame=3 + len(looks))]
+
+    monkeypatch.setattr(found_module, "staged", staged)
+    monkeypatch.setattr(found_module, "_before", before)
+    (one,) = people(video, QUIET)
+    assert looks == [(), (PLAIN,)]
+    assert (one.frame, one.turned) == ((5, 0.3) if surer else (4, 0.01))
+
+
 def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):
     monkeypatch.setattr(found_module, "paths", None)
     assert people(video, QUIET, FEWEST - 2) == []
@@ -101,6 +119,7 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video,
     monkeypatch.setattr(staged_module, "FEWEST", 12)
     monkeypatch.setattr(found_module, "WINDOW", 16)
     monkeypatch.setattr(found_module, "paths", paths)
+    monkeypatch.setattr(found_module, "joined", lambda _, paths, fps: paths)
     monkeypatch.setattr(found_module, "alone", lambda stage, *_: stage)
     monkeypatch.setattr(found_module, "person", lambda *_: walk.person(frame=5))
     (one,) = people(video, QUIET)

@@ -7,6 +7,7 @@ from tracker.survey.mosaic import Scene
 
 SHAPE = (40, 50)
 GREY = np.array([0.0, 128.0, 128.0])  # Lab without chroma
+CHROMA = 6.0  # spread of the chroma of grey clothes
 ANY = 1.0 / (200.0 * 50.0 * 50.0)  # density of a colour of which nothing is known
 
 
@@ -30,7 +31,7 @@ def some_image(scene, rng):
     return np.clip(np.rint(image + GREY), 0, 255).astype(np.uint8)
 
 
-def written_out(image, scene, light):
+def written_out(image, scene, light, plain=0.0):
     """R of every pixel, from the densities."""
     x, b, spread = image - GREY, scene.lab + light - GREY, scene.spread.astype(float)
     b[..., 0] = np.maximum(b[..., 0], 1.0)
@@ -40,18 +41,21 @@ def written_out(image, scene, light):
     off = (x - left * b)[..., 0] / spread[..., 0]
     lightness = np.exp(-0.5 * off**2) / ((1.0 - DARKEST) * b[..., 0] + 2.5 * spread[..., 0])
     shadow = lightness * norm.pdf(x, left * b, spread)[..., 1:].prod(-1)
-    found = np.log(ANY) - np.log(unshaded + SHADED * shadow + 1e-300)
+    # A share of clothes has a chroma about 0, and any of 200 steps of lightness.
+    something = (1.0 - plain) * ANY + plain / 200.0 * norm.pdf(x[..., 1:], scale=CHROMA).prod(-1)
+    found = np.log(something) - np.log(unshaded + SHADED * shadow + 1e-300)
     return np.where(scene.known, np.clip(found, -MOST, MOST), 0.0)
 
 
-def test_log_odds_are_what_the_densities_say(rng):
+@pytest.mark.parametrize("plain", [0.0, 0.5])
+def test_log_odds_are_what_the_densities_say(plain, rng):
     scene = some_scene(rng)
     image = some_image(scene, rng)
     told = (slice(None, None, SOME), slice(None, None, 3))
     light = np.median((image - scene.lab)[told][scene.known[told]], axis=0)
-    want = written_out(image, scene, light)
+    want = written_out(image, scene, light, plain)
     assert (np.abs(want) < MOST).mean() > 0.1
-    found = (evidence(image, np.eye(3), scene).astype(float) - NOTHING) / UNITS
+    found = (evidence(image, np.eye(3), scene, plain).astype(float) - NOTHING) / UNITS
     np.testing.assert_allclose(found, want, atol=0.51 / UNITS)
 
 

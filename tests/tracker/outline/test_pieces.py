@@ -1,0 +1,63 @@
+"""Pieces of a path: which are of one person, and the path that they make."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import FPS, UNIT, film
+from tracker.outline.bodies import Path
+from tracker.outline.pieces import ALIKE, LONGEST, NEAR, SPEED, joined
+
+SPAN = 90  # frames
+STEP = 1.6 * UNIT / FPS  # pixels a frame of who walks
+
+
+@pytest.fixture(scope="module")
+def stage():
+    """A scene over which the camera goes; nothing of the pictures is looked at."""
+    few = film(np.random.default_rng(3), frames=4, walker=False).stage(np.random.default_rng(4))
+    places = np.tile(np.eye(3), (SPAN, 1, 1))
+    places[:, 0, 2] = 0.7 * np.arange(SPAN)
+    return replace(few, odds=np.tile(few.odds[:1], (SPAN, 1, 1)), light=few.odds[:1], places=places)
+
+
+def piece(stage, first, last, *, x=10.0, step=STEP, size=1.0, score=20.0):
+    """Somebody who was, or would have been, at x in frame 0 and goes on evenly over the scene."""
+    times = np.arange(first, last + 1)
+    scene = np.column_stack([x + step * times, np.full(len(times), 90.0)])
+    hips = replace(stage, places=stage.places[first : last + 1]).in_frames(scene)
+    return Path(first, hips, np.full(len(times), size * UNIT), np.full(len(times), score))
+
+
+def test_who_was_hidden_for_a_while_is_one_path_straight_between(stage):
+    whole = piece(stage, 0, 80)
+    (path,) = joined(stage, [piece(stage, 0, 30), piece(stage, 50, 80)], FPS)
+    assert (path.first, path.last) == (0, 80)
+    np.testing.assert_allclose(path.hips, whole.hips, atol=1e-9)
+    np.testing.assert_allclose(path.units, UNIT)
+    assert np.all(path.score[31:50] == 0.0)
+
+
+def test_three_pieces_are_one_and_the_surest_comes_first(stage):
+    pieces = [piece(stage, 50, 70), piece(stage, 0, 20), piece(stage, 30, 40)]
+    other = piece(stage, 10, 60, x=-3.0 * UNIT, score=90.0)
+    surest, one = joined(stage, [*pieces, other], FPS)
+    assert (surest.first, surest.last) == (10, 60)
+    assert (one.first, one.last) == (0, 70)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"first": 32 + round(LONGEST * FPS)},  # hidden too long
+        {"x": 10.0 + 1.1 * NEAR * UNIT},  # somewhere else
+        {"x": 10.0 + 80.0 * STEP, "step": -STEP},  # the other way, from where the first went to
+        {"x": 10.0 - 40.0 * 1.1 * SPEED * UNIT / FPS, "step": STEP + 1.1 * SPEED * UNIT / FPS},  # faster
+        {"size": 1.05 * ALIKE},
+        {"first": 25},  # at the same time
+    ],
+)
+def test_who_cannot_be_the_same_stays_another(other, stage):
+    second = piece(stage, **{"first": 50, "last": 85} | other)
+    assert len(joined(stage, [piece(stage, 0, 30), second], FPS)) == 2
