@@ -1,6 +1,7 @@
 """What the figures of the documentation rest on: claims, scores, calibration, disturbances, fair rivals."""
 
 import math
+import tomllib
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.viterbi import viterbi
 from kinematics.figure import load_figure
 from kinematics.recover import start_pose
+from tests.benchmarks import mutations
 from tests.benchmarks.evaluation.calibration import distances, inside, mark_noise, nees
 from tests.benchmarks.evaluation.cases import Outcome, band_error
 from tests.benchmarks.evaluation.disturbances import DISTURBANCES, Film, every_second, guessed, moved
@@ -231,3 +233,10 @@ def test_stride_and_spectrum_of_a_swing_are_its_period_and_its_frequency():
     assert stride([y]) == pytest.approx(32.0, abs=0.05)
     # Bins of 30 / 64 Hz without the constant: 30 / 32 Hz is the second.
     assert spectrum([[y]])[:, 2].argmax() == 1
+
+
+def test_every_formula_that_is_broken_to_try_the_tests_still_stands_there():
+    for entry in tomllib.loads(mutations.LIST.read_text(encoding="utf-8"))["mutations"]:
+        mutation = mutations.Mutation(**entry)
+        mutation.made((mutations.ROOT / mutation.file).read_text(encoding="utf-8"))
+        assert all((mutations.ROOT / tests).exists() for tests in mutation.tests)
