@@ -12,7 +12,7 @@ from tracker.outline.stage import Stage
 
 LONGEST = 1.5  # seconds that somebody may be hidden
 NEAR = 0.7  # leg lengths by which the two may miss each other
-SPEED = 1.0  # leg lengths a second by which they may have gone differently fast
+SPEED = 1.0  # leg lengths a second by which they may have gone differently fast across the picture
 ALIKE = 1.35  # times as large may one be seen as the other
 LATELY = 1.0  # seconds before and after the time between that tell how the person went
 
@@ -35,13 +35,14 @@ def _one(stage: Stage, before: Path, after: Path, fps: float) -> bool:
     between = after.first - before.last
     if not 0 < between <= LONGEST * fps:
         return False
-    n, unit = max(round(LATELY * fps), 2), 0.5 * float(before.units[-1] + after.units[0])
+    n = max(round(LATELY * fps), 2)
     come, gone = _scene(stage, before)[-n:], _scene(stage, after)[:n]
     ways = [(each[-1] - each[0]) / max(len(each) - 1, 1) for each in (come, gone)]
     miss = (come[-1] + 0.5 * between * ways[0]) - (gone[0] - 0.5 * between * ways[1])
-    size = abs(np.log(before.units[-1] / after.units[0]))
-    fast = np.hypot(*(ways[0] - ways[1])) * fps
-    return bool(np.hypot(*miss) < NEAR * unit and fast < SPEED * unit and size < np.log(ALIKE))
+    sizes = np.array([np.median(before.units[-n:]), np.median(after.units[:n])])
+    unit, faster = float(sizes.mean()), abs(ways[0][0] - ways[1][0]) * fps
+    alike = sizes.max() < ALIKE * sizes.min()
+    return bool(alike and np.hypot(*miss) < NEAR * unit and faster < SPEED * unit)
 
 
 def _both(stage: Stage, before: Path, after: Path) -> Path:
