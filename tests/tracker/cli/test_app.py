@@ -344,10 +344,16 @@ def test_it_also_runs_as_a_module():
     assert ended("--version") == (0, f"figtrack {__version__}\n", "")
 
 
+def printed_by(code, folder):
+    """The lines that a fresh interpreter prints, in a folder."""
+    words, environment = [sys.executable, "-c", code], os.environ | {"PYTHONPATH": str(ROOT)}
+    said = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+    return said.stdout.splitlines()
+
+
 def test_the_command_line_itself_imports_nothing_slow():
     code = f"import sys, tracker.cli; print([name for name in {SLOW} if name in sys.modules])"
-    ran = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert ran.stdout == "[]\n"
+    assert printed_by(code, ROOT) == ["[]"]
 
 
 def test_before_the_film_is_read_nothing_is_imported_that_marks_do_not_need(clip, tmp_path):
@@ -363,16 +369,7 @@ videos.frames.Video.__init__ = read
 from tracker.cli.app import main
 sys.argv = ["figtrack", "track", {str(clip.video)!r}, "--keypoints", {str(clip.keypoints)!r}, "--out", "out"]
 main()"""
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    said = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert said.stdout == "[]\n"
+    assert printed_by(code, tmp_path) == ["[]"]
 
 
 def test_following_imports_no_more_of_scipy_than_it_needs(clip, tmp_path):
@@ -385,16 +382,7 @@ try:
 finally:
     heavy = ("scipy.stats", "scipy.signal", "scipy.ndimage", "scipy.cluster", "matplotlib")
     print([name for name in heavy if name in sys.modules])"""
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    said = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert said.stdout.splitlines()[-1] == "[]"
+    assert printed_by(code, tmp_path)[-1] == "[]"
 
 
 @pytest.mark.speed
