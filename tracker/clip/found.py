@@ -4,8 +4,9 @@ from tracker.clip.job import Following, Found
 from tracker.clip.naming import borne_out, marks_of, nearer, start_from, sure_of_leg
 from tracker.clip.staged import staged
 from tracker.clip.start import FoundError, objections
-from tracker.outline.bodies import alone, paths
+from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
+from tracker.outline.others import without_others
 from tracker.outline.person import Person, person, seen_figure
 from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
@@ -24,8 +25,8 @@ def people(
 ) -> list[Person]:
     """Everybody who walks through the first part of a film in which somebody does, the surest first.
 
-    Where all who are found are doubted, dark grey clothes may have been taken for shadow: the film is looked
-    through again with such clothes expected.
+    Of who is doubted dark grey clothes may have been taken for shadow: the film is looked through again with
+    such clothes expected.
 
     Args:
         stop: the last frame that is looked at, None for the film's last.
@@ -38,10 +39,10 @@ def people(
         if stage is None:
             return []
         seen = _before(stage, video.fps, facing)
-        if seen and all(map(_doubted, seen)):
+        if any(map(_doubted, seen)):
             again = staged(video, first, last, 1.0, 1, progress, PLAIN)
             other = [] if again is None else _before(again, video.fps, facing)
-            seen = seen if all(map(_doubted, other)) else other
+            seen = [_undoubted(one, other) for one in seen]
         if seen:
             return [_heard(one.later(first), video) for one in seen]
         first += len(stage)
@@ -53,10 +54,16 @@ def _before(stage: Stage, fps: float, facing: int | None) -> list[Person]:
     seen: list[Person] = []
     everybody = joined(stage, paths(stage, Shape.of(figure), cycles, fps), fps)
     for path in everybody:
-        one = person(alone(stage, path, everybody), figure, path, fps, cycles, facing)
+        one = person(without_others(stage, path, everybody, fps), figure, path, fps, cycles, facing)
         if one is not None and not any(one.same(other) for other in seen):
             seen.append(one)
     return seen
+
+
+def _undoubted(one: Person, again: list[Person]) -> Person:
+    """The person as seen again, if then there is no doubt and was."""
+    better = [other for other in again if one.same(other) and not _doubted(other)]
+    return better[0] if better and _doubted(one) else one
 
 
 def _heard(one: Person, video: Video) -> Person:

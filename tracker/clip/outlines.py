@@ -3,11 +3,19 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
+from kinematics.recover import Start
 from tracker.clip.plan import Plan
 from tracker.clip.staged import detections, staged
 from tracker.loop.detections import Detections
+from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.fit import fitted
+from tracker.outline.others import path_of, without_others
+from tracker.outline.pieces import joined
+from tracker.outline.shape import Shape
+from tracker.outline.stage import Stage
 from tracker.progress import Progress
 
 REACH = 600  # frames either way of the marked one: memory is bounded
@@ -44,5 +52,14 @@ def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], f
     stage = staged(video, first, last, start.view.unit / LEG, start.view.facing, progress)
     if stage is None or frame - first >= len(stage):
         return {}, 0.0
+    stage = _alone(stage, start, frame - first, video.fps)
     outline = fitted(stage, start, frame - first, video.fps, Cycles.load())
     return detections(outline, first, video), outline.wrong
+
+
+def _alone(stage: Stage, start: Start, frame: int, fps: float) -> Stage:
+    """The film with nothing known of where others than the marked figure are, where these are seen."""
+    hip, unit = np.asarray(start.view.origin), start.view.unit
+    everybody = joined(stage, paths(stage, Shape.of(start.figure), Cycles.load(), fps, unit), fps)
+    own = path_of(hip, unit, frame, everybody)
+    return stage if own is None else without_others(stage, own, everybody, fps)

@@ -11,7 +11,7 @@ BASE a frame, times its size, and less what its steps and changes of size cost. 
 places are struck out, and so on.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -41,7 +41,7 @@ STEP = 0.6  # nats for an eighth of a leg in a thirtieth of a second
 RESIZE = 3.0  # nats for a change to the next size
 FAR = 1.0  # leg lengths in a step at most
 LEAST = 60.0  # nats of a path
-BROAD = 1.2  # leg lengths, of a body's columns
+ABOUT = (0.45, 1.35)  # of how large somebody is, as how large they may be found
 APART = 1.4  # leg lengths of the one found first between two people
 
 
@@ -69,6 +69,11 @@ class Path:
         """How surely somebody went along it, nats times leg lengths."""
         return float(((self.score - BASE) * self.units).sum())
 
+    def part(self, frames: slice) -> "Path":
+        """Some of its frames."""
+        first = self.first + (frames.start or 0)
+        return Path(first, self.hips[frames], self.units[frames], self.score[frames])
+
 
 @dataclass(frozen=True)
 class Places:
@@ -84,13 +89,16 @@ class Places:
     score: Array
 
 
-def paths(stage: Stage, shape: Shape, cycles: Cycles, fps: float) -> list[Path]:
+def paths(stage: Stage, shape: Shape, cycles: Cycles, fps: float, about: float | None = None) -> list[Path]:
     """Everybody who is seen, the surest first.
 
     Args:
         fps: frames a second.
+        about: the film's pixels in a leg length of who is looked for, None for everybody.
     """
     units, every = _units(stage), max(round(fps / OFTEN), 1)
+    if about is not None:
+        units = units[(units > ABOUT[0] * about) & (units < ABOUT[1] * about)]
     bodies = _Bodies.of(shape, cycles)
     places = [_places(stage, t, units, bodies) for t in range(0, len(stage), every)]
     found = []
@@ -114,25 +122,6 @@ def _path(stage: Stage, first: int, every: int, seen: Array) -> Path:
     x, y, size, score = (np.interp(times, first + every * np.arange(len(seen)), each) for each in seen.T)
     hips = stage.part(slice(first, last + 1)).in_frames(np.column_stack([x, y]))
     return Path(first, hips, size, score)
-
-
-def alone(stage: Stage, path: Path, everybody: list[Path]) -> Stage:
-    """The film with nothing known of where others are.
-
-    Args:
-        path: of somebody, about whom all stays known.
-        everybody: the paths of all; who is closer than a leg length is left.
-    """
-    odds, down = stage.odds.copy(), np.linalg.inv(stage.up)
-    columns = np.arange(odds.shape[2])
-    for other in everybody:
-        for t in range(max(path.first, other.first), min(path.last, other.last) + 1):
-            unit = max(path.units[t - path.first], other.units[t - other.first])
-            own, theirs = path.hips[t - path.first, 0], other.hips[t - other.first, 0]
-            if abs(own - theirs) > unit:
-                about = np.abs(columns - (down[0, 0] * theirs + down[0, 2])) < 0.5 * BROAD * down[0, 0] * unit
-                odds[t][:, about] = NOTHING
-    return replace(stage, odds=odds)
 
 
 def _units(stage: Stage) -> Array:

@@ -1,7 +1,8 @@
 """Pieces of one person's path, parted by what hid the person for a while, made one again.
 
 Two pieces are of one person where, gone on with as each of them went, they meet in the middle of the time
-between them, went about as fast the same way, and were seen about as large.
+between them, went about as fast the same way, and were seen about as large. Where two people meet, a path may
+go there with one and back with the other, so paths are first cut where they turn.
 """
 
 import numpy as np
@@ -11,16 +12,19 @@ from tracker.outline.bodies import Path
 from tracker.outline.stage import Stage
 
 LONGEST = 1.5  # seconds that somebody may be hidden
-NEAR = 0.7  # leg lengths by which the two may miss each other
+NEAR, HIGHER = 0.5, 1.0  # leg lengths along and up by which the two may miss each other
 SPEED = 1.0  # leg lengths a second by which they may have gone differently fast across the picture
-ALIKE = 1.35  # times as large may one be seen as the other
+ALIKE = 1.5  # times as large may one be seen as the other
 LATELY = 1.0  # seconds before and after the time between that tell how the person went
+TURN = 0.4  # seconds before and after a turn that tell of one
+SLOW = 0.3  # leg lengths a second below which nobody has a direction
 
 
 def joined(stage: Stage, paths: list[Path], fps: float) -> list[Path]:
     """The paths with those of one person joined, the surest first."""
     found: list[Path] = []
-    for path in sorted(paths, key=lambda each: each.first):
+    pieces = [piece for path in paths for piece in _straight(stage, path, fps)]
+    for path in sorted(pieces, key=lambda each: each.first):
         before = [each for each in found if _one(stage, each, path, fps)]
         if before:
             nearest = max(before, key=lambda each: each.last)
@@ -36,19 +40,44 @@ def _one(stage: Stage, before: Path, after: Path, fps: float) -> bool:
     if not 0 < between <= LONGEST * fps:
         return False
     n = max(round(LATELY * fps), 2)
-    come, gone = _scene(stage, before)[-n:], _scene(stage, after)[:n]
-    ways = [(each[-1] - each[0]) / max(len(each) - 1, 1) for each in (come, gone)]
-    miss = (come[-1] + 0.5 * between * ways[0]) - (gone[0] - 0.5 * between * ways[1])
+    (come, ahead), (gone, back) = line(in_scene(stage, before)[-n:]), line(in_scene(stage, after)[:n][::-1])
+    along, up = np.abs(come - gone + [0.5 * between * (ahead - back), 0.0])
     sizes = np.array([np.median(before.units[-n:]), np.median(after.units[:n])])
-    unit, faster = float(sizes.mean()), abs(ways[0][0] - ways[1][0]) * fps
+    unit, faster = float(sizes.mean()), abs(ahead + back) * fps
     alike = sizes.max() < ALIKE * sizes.min()
-    return bool(alike and np.hypot(*miss) < NEAR * unit and faster < SPEED * unit)
+    return bool(alike and along < NEAR * unit and up < HIGHER * unit and faster < SPEED * unit)
+
+
+def line(scene: Array) -> tuple[Array, float]:
+    """Where places (n, 2) lead to in the last frame, and how far along they go in one, whatever a few do.
+
+    Up and down they go nowhere: hips bob, and whose legs are hidden is seen higher.
+    """
+    n = len(scene)
+    apart = max(n // 2, 1)
+    way = float(np.median(scene[apart:, 0] - scene[:-apart, 0])) / apart if n > 1 else 0.0
+    return np.median(scene + np.outer(np.arange(n)[::-1] * way, [1.0, 0.0]), axis=0), way
+
+
+def _straight(stage: Stage, path: Path, fps: float) -> list[Path]:
+    """The path, cut where it turns back."""
+    n = max(round(TURN * fps), 2)
+    if len(path.hips) <= 2 * n:
+        return [path]
+    x, slow = in_scene(stage, path)[:, 0], SLOW * np.median(path.units) * n / fps
+    come, gone = x[n:-n] - x[: -2 * n], x[2 * n :] - x[n:-n]
+    turns = (np.minimum(abs(come), abs(gone)) > slow) & (come * gone < 0.0)
+    if not turns.any():
+        return [path]
+    cut = n + int(np.where(turns, abs(gone - come), 0.0).argmax())
+    parts = path.part(slice(cut)), path.part(slice(cut, None))
+    return [piece for part in parts for piece in _straight(stage, part, fps)]
 
 
 def _both(stage: Stage, before: Path, after: Path) -> Path:
     """One path of two, straight over the scene between them."""
     between = np.arange(before.last + 1, after.first)
-    ends = [_scene(stage, before)[-1], _scene(stage, after)[0]]
+    ends = [in_scene(stage, before)[-1], in_scene(stage, after)[0]]
     x, y = (np.interp(between, [before.last, after.first], [a, b]) for a, b in zip(*ends, strict=True))
     hips = stage.part(slice(before.last + 1, after.first)).in_frames(np.column_stack([x, y]))
     units = np.interp(between, [before.last, after.first], [before.units[-1], after.units[0]])
@@ -60,6 +89,6 @@ def _both(stage: Stage, before: Path, after: Path) -> Path:
     )
 
 
-def _scene(stage: Stage, path: Path) -> Array:
+def in_scene(stage: Stage, path: Path) -> Array:
     """(n, 2) the hips where the camera saw them, the first frame's pixels."""
     return stage.part(slice(path.first, path.last + 1)).in_scene(path.hips)

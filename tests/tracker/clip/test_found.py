@@ -96,13 +96,15 @@ def test_who_is_doubted_is_looked_for_again_with_grey_clothes_expected(surer, wa
         return staged_module.staged(*rest)
 
     def before(*_):
-        return [walk.person(turned=0.3 if surer and len(looks) == 2 else 0.01, frame=3 + len(looks))]
+        doubted = walk.person(turned=0.3 if surer and len(looks) == 2 else 0.01, frame=3 + len(looks))
+        return [doubted, walk.shifted(60).person(frame=3 + len(looks))]
 
     monkeypatch.setattr(found_module, "staged", staged)
     monkeypatch.setattr(found_module, "_before", before)
-    (one,) = people(video, QUIET)
+    (one, sure) = people(video, QUIET)
     assert looks == [(), (PLAIN,)]
     assert (one.frame, one.turned) == ((5, 0.3) if surer else (4, 0.01))
+    assert (sure.frame, sure.turned) == (4, 0.3)  # who was sure stays
 
 
 def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):
@@ -121,7 +123,7 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video,
     monkeypatch.setattr(found_module, "WINDOW", 16)
     monkeypatch.setattr(found_module, "paths", paths)
     monkeypatch.setattr(found_module, "joined", lambda _, paths, fps: paths)
-    monkeypatch.setattr(found_module, "alone", lambda stage, *_: stage)
+    monkeypatch.setattr(found_module, "without_others", lambda stage, *_: stage)
     monkeypatch.setattr(found_module, "person", lambda *_: walk.person(frame=5))
     (one,) = people(video, QUIET)
     assert parts == [16, 16]

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import expit
 
 from tests.tracker.clips import write_table, write_video
-from tests.tracker.outline.films import MIDDLE, SIZE, WALKER, a_walk
+from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tracker.clip import outlines
 from tracker.clip.job import Job
 from tracker.clip.outlines import EXCHANGE, MOST, ONE_LEG, POINT, outlined
@@ -62,6 +62,19 @@ def test_joints_beyond_the_picture_are_no_points(found):
     out = a_walk().joints[-1, :, 0] > WIDTH + 5
     assert 0 < out.sum() < len(out)
     assert not out[found.points[len(a_walk().images) - 1].joint].any()
+
+
+def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked_one(tmp_path):
+    one = film(np.random.default_rng(20), frames=60)
+    write_video(tmp_path / "two.mp4", one.behind(one.mirrored()).images)
+    marks = zip(WALKER.joints, one.joints[5], strict=True)
+    write_table(tmp_path / "one.csv", [(5, name, *place, 1) for name, place in marks])
+    job = Job(tmp_path / "two.mp4", read_keypoints(tmp_path / "one.csv"), "cv", facing=1)
+    points = outlined(prepare(job), QUIET).points
+    away = [np.hypot(*(each.pixels - one.joints[t][each.joint]).T) / UNIT for t, each in points.items()]
+    assert np.median(np.concatenate(away)) < 0.07
+    assert max(each.mean() for each in away) < 0.4
+    assert max(points) > 55
 
 
 @pytest.fixture

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.tracker.outline.films import CYCLES, FPS, SHAPE, UNIT, film
-from tracker.outline.bodies import LARGEST, Path, alone, paths
+from tracker.outline.bodies import LARGEST, paths
 from tracker.outline.stage import Stage
-from tracker.survey.evidence import NOTHING
 from tracker.survey.surveyed import survey
 
 NEAR = 0.25  # leg lengths: places lie an eighth of one apart, and no body is the mean one
@@ -65,16 +64,10 @@ def test_two_who_walk_apart_are_two_paths(walk, rng):
     assert max(away(one, left).max(), away(other, right).max()) < NEAR
 
 
-def test_alone_nothing_is_known_about_the_others_but_all_about_oneself(walk, rng):
-    left, right = (walk.shifted(by).part(slice(8, 28)) for by in (-44, 44))
-    stage = left.behind(right).stage(rng)
-    one, other = (Path(0, each.hips, each.units, np.ones(20)) for each in (left, right))
-    found = alone(stage, one, [one, other]).odds
-    own, theirs = left.cover > 0.5, right.cover > 0.9
-    np.testing.assert_array_equal(found[own], stage.odds[own])
-    assert (found[theirs] == NOTHING).mean() > 0.95
-    near = replace(other, hips=one.hips + np.array([0.9 * UNIT, 0.0]))  # the two cover each other
-    np.testing.assert_array_equal(alone(stage, one, [one, near]).odds, stage.odds)
+def test_who_is_of_another_size_is_not_looked_for(walk, stage):
+    (path,) = paths(stage, SHAPE, CYCLES, FPS, UNIT)
+    assert away(path, walk).max() < NEAR
+    assert paths(stage, SHAPE, CYCLES, FPS, 3.0 * UNIT) == []
 
 
 @pytest.mark.parametrize("mean", [-2.0, -0.5])

@@ -1,0 +1,72 @@
+"""What a film tells of one person where others walk through it too."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import FPS, SPEED, UNIT
+from tracker.outline.bodies import Path
+from tracker.outline.others import ABOVE, BESIDE, path_of, without_others
+from tracker.survey.evidence import NOTHING
+
+PART = slice(8, 28)
+
+
+@pytest.fixture
+def two(walk):
+    """Who walk apart."""
+    return [walk.shifted(by).part(PART) for by in (-44, 44)]
+
+
+def path(walker, first=0):
+    hips, units = walker.hips[first:], walker.units[first:]
+    return Path(first, hips, units, np.ones(len(hips)))
+
+
+def test_nothing_is_known_of_others_and_all_of_oneself(two, rng):
+    left, right = two
+    stage = left.behind(right).stage(rng)
+    one, other = map(path, two)
+    found = without_others(stage, one, [one, other], FPS).odds
+    own, theirs = left.cover > 0.5, right.cover > 0.9
+    np.testing.assert_array_equal(found[own], stage.odds[own])
+    assert (found[theirs] == NOTHING).mean() > 0.95
+
+
+def test_of_who_passes_close_nothing_is_known_either(two, rng):
+    left, _ = two
+    stage, own = left.stage(rng), path(left)
+    near = replace(own, hips=own.hips + np.array([0.3 * UNIT, 0.0]))
+    found = without_others(stage, own, [own, near], FPS).odds
+    hidden = found == NOTHING
+    covered = left.cover > 0.9
+    assert 0.5 < hidden[covered].mean() < 1.0
+
+
+def test_before_the_own_path_begins_the_own_figure_is_kept_where_it_must_have_been(two, rng):
+    left, _ = two
+    stage, late = left.stage(rng), path(left, first=12)
+    piece = replace(path(left), hips=left.hips[:8], units=left.units[:8], score=np.ones(8))
+    np.testing.assert_array_equal(without_others(stage, late, [late, piece], FPS).odds, stage.odds)
+    away = replace(piece, hips=piece.hips + np.array([2.0 * UNIT, 0.0]))
+    assert (without_others(stage, late, [late, away], FPS).odds[:8] != stage.odds[:8]).any()
+
+
+def test_the_film_itself_stays_as_it_was(two, rng):
+    stage = two[0].stage(rng)
+    before = stage.odds.copy()
+    without_others(stage, path(two[0]), [path(two[1])], FPS)
+    np.testing.assert_array_equal(stage.odds, before)
+
+
+def test_the_path_of_a_marked_hip_is_the_one_that_leads_there(two):
+    paths = [path(each) for each in two]
+    hip = two[1].hips[5]
+    assert path_of(hip, UNIT, 5, paths) is paths[1]
+    assert path_of(hip + UNIT * np.array([0.9 * BESIDE, 0.9 * ABOVE]), UNIT, 5, paths) is paths[1]
+    assert path_of(hip + UNIT * np.array([1.1 * BESIDE, 0.0]), UNIT, 5, paths) is None
+    assert path_of(hip + UNIT * np.array([0.0, 1.1 * ABOVE]), UNIT, 5, paths) is None
+    assert path_of(hip, UNIT, 25, paths) is None  # nobody any more
+    close = replace(paths[1], hips=paths[1].hips + np.array([3.0 * SPEED, 0.0]))
+    assert path_of(hip, UNIT, 5, [close, *paths]) is paths[1]
