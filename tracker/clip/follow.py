@@ -187,6 +187,7 @@ def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) ->
         outcome=tuple(estimate.outcome for estimate in estimates),
         shift=np.stack([estimate.shift for estimate in estimates]),
         mark=plan.tracker.settings.mark,
+        gait=plan.gait,
     )
 
 

@@ -158,6 +158,7 @@ class Found:
     nearer   : where the leg named near is in it
     near_leg : whether that is "sure", "unsure" or "given"
     points   : the outline's joints by frame
+    gait     : "walk" or "run", by the outline
     """
 
     frame: int
@@ -166,6 +167,7 @@ class Found:
     nearer: Nearer
     near_leg: str
     points: "Mapping[int, Detections]"
+    gait: str
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ POINT = 0.06  # spread of an outline's joint, leg lengths
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
+NONE: tuple[Mapping[int, Detections], float, str] = ({}, 0.0, "")
 
 
 def outlined(plan: Plan, progress: Progress) -> Plan:
@@ -34,27 +35,29 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
     """
     settings = plan.tracker.settings
     wanted = settings.outline and settings.templates and settings.mode == "full" and plan.measured is None
-    points, wrong = _points(plan, progress) if wanted else ({}, 0.0)
+    points, wrong, gait = _points(plan, progress) if wanted else NONE
     if not points:
         return plan
     exchange = min(max(wrong, EXCHANGE), MOST)
     settings = settings.model_copy(update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG})
-    return replace(plan, points=points, tracker=replace(plan.tracker, settings=settings))
+    gait = gait if gait in plan.slds.labels else ""
+    return replace(plan, points=points, gait=gait, tracker=replace(plan.tracker, settings=settings))
 
 
-def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], float]:
-    """Joints of the outline by frame, and the probability that they name other legs than the start does."""
+def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], float, str]:
+    """The outline's joints by frame, the probability that it names other legs than the start does, and its gait."""
     if plan.job.found is not None:
-        return plan.job.found.points, 0.0
+        return plan.job.found.points, 0.0, plan.job.found.gait
     video, start, frame, stop = plan.video, plan.start, plan.frame, plan.job.stop
     first = max(frame - REACH, 0)
     last = frame + REACH if stop is None else min(frame + REACH, stop)
     stage = staged(video, first, last, start.view.unit / LEG, start.view.facing, progress)
     if stage is None or frame - first >= len(stage):
-        return {}, 0.0
+        return NONE
     stage = _alone(stage, start, frame - first, video.fps)
-    outline = fitted(stage, start, frame - first, video.fps, Cycles.load())
-    return detections(outline, first, video), outline.wrong
+    cycles = Cycles.load()
+    outline = fitted(stage, start, frame - first, video.fps, cycles)
+    return detections(outline, first, video), outline.wrong, cycles.gait(outline.phases.cycle)
 
 
 def _alone(stage: Stage, start: Start, frame: int, fps: float) -> Stage:

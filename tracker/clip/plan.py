@@ -26,6 +26,7 @@ class Plan:
     frame   : to start from
     tracker : goes ahead in time; its settings are the job's with what is known of this clip
     measured: points of another program's file, None for none
+    gait    : one of the model's labels that the outline shows, "" for none
     points  : what every frame's pose is measured by beside the templates: those, else the outline's joints
     """
 
@@ -37,6 +38,7 @@ class Plan:
     tracker: Tracker
     measured: Measured | None
     points: Mapping[int, Detections]
+    gait: str = ""
 
     @cached_property
     def back(self) -> Tracker:

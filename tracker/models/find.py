@@ -23,10 +23,10 @@ from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from kinematics.figure import ROOT
 from kinematics.mocap import POSE_COLUMNS, mirror
+from tracker.run.track import FREE
 from tracker.settings import Settings
 
 CONSTANT_VELOCITY = "cv"
-FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
 FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
 VITERBI = "viterbi"

@@ -43,6 +43,10 @@ class Cycles:
         with resources.as_file(source) as file, np.load(file) as stored:
             return cls(stored["pose"].astype(np.float64), stored["period"], stored["runs"])
 
+    def gait(self, cycle: int) -> str:
+        """What a kind of stride is called."""
+        return "run" if self.runs[cycle] > 0.5 else "walk"
+
     def at(self, cycle: int, phase: Array) -> Array:
         """(..., 8) poses at phases (...), which may lie between two."""
         low = np.floor(phase).astype(int)

@@ -36,7 +36,7 @@ class Person:
     frame   : to start from
     facing  : +1 right, -1 left
     direction : +1 goes right, -1 left, 0 neither
-    runs    : whether it runs
+    gait    : "walk" or "run"
     turned  : by how much the other facing explains the picture worse, nats times square leg lengths a frame;
         infinite where the facing was given
     outline : in every frame from the first on
@@ -47,7 +47,7 @@ class Person:
     frame: int
     facing: int
     direction: int
-    runs: bool
+    gait: str
     turned: float
     outline: Outline
 
@@ -129,7 +129,7 @@ def person(
         frame=first + frame,
         facing=facing,
         direction=_direction(faced, outline),
-        runs=bool(cycles.runs[outline.phases.cycle] > 0.5),
+        gait=cycles.gait(outline.phases.cycle),
         turned=margin / float(np.median(outline.units)) ** 2,
         outline=outline,
     )

@@ -128,15 +128,12 @@ class Chapter:
     def drawn(self) -> dict[str, Any]:
         """Curves in degrees and stretches in frames, as JSON can hold them."""
         track = self.track
+        motions = [track.motion(t) for t in range(len(track))]
         return {
             "name": self.name,
             "times": np.round(track.times, 4).tolist(),
             "panels": [panel for panel in self._panels() if panel["curves"]],
-            "states": [
-                [start, end, track.labels[track.s[start]], int(track.s[start])]
-                for start, end in stretches(track.s.tolist())
-            ],
-            "labels": list(dict.fromkeys(track.labels[s] for s in track.s)),
+            "motions": [[start, end, track.motion(start)] for start, end in stretches(motions)],
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
             "words": WORDS,
             "floor": {side: self._on_floor(side) for side in SIDES},

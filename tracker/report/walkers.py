@@ -65,7 +65,7 @@ def box(one: Person) -> tuple[int, int, int, int]:
 
 def _ways(one: Person) -> tuple[str, str, str]:
     """Where the person faces and goes, and in which motion."""
-    return _side(one.facing), _side(one.direction), "run" if one.runs else "walk"
+    return _side(one.facing), _side(one.direction), one.gait
 
 
 def _side(way: int) -> str:

@@ -10,6 +10,8 @@ from kinematics.figure import Figure
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.loop.outcome import Outcome
 
+FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
+
 
 @dataclass(frozen=True)
 class Track:
@@ -21,6 +23,7 @@ class Track:
     times   : (T,) seconds
     q, cov  : (T, D) and (T, D, D) belief over the pose; covariances in single precision
     s       : (T,) most probable switching state
+    gait    : one of `labels` that the figure's outline shows over the whole film, "" where none is known
     outcome : (T,) of each frame
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
     mark    : leg lengths, standard deviation of a marked joint's place on its links: no frame tells of it
@@ -38,6 +41,7 @@ class Track:
     outcome: tuple[Outcome, ...]
     shift: Array
     mark: float
+    gait: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "outcome", tuple(map(Outcome, self.outcome)))
@@ -49,6 +53,11 @@ class Track:
     def measured(self) -> NDArray[np.bool_]:
         """(T,) whether the picture said where the figure is."""
         return np.array([outcome.measured for outcome in self.outcome])
+
+    def motion(self, t: int) -> str:
+        """What row t shows: the label of its state, or where that is free, of what the outline shows."""
+        label = self.labels[self.s[t]]
+        return self.gait if label == FREE and self.gait else label
 
     def view_at(self, t: int) -> View:
         """How the picture of row t shows body coordinates."""

@@ -23,6 +23,7 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         "version": VERSION,
         "model": track.model,
         "labels": track.labels,
+        "gait": track.gait,
         "first": track.first,
         "freedoms": track.figure.freedoms,
         "joints": track.figure.joints,
@@ -74,7 +75,7 @@ def _write_poses(track: Track, path: Path, frames: int, fps: float) -> None:
                 continue
             q, s = track.q[t], track.s[t]
             cells = [f"{v:.5f}" for v in q[:2]] + [f"{v:.4f}" for v in np.degrees(q[2 : len(POSE_COLUMNS)])]
-            writer.writerow((0, frame, *cells, _time(track, t, fps), s, track.labels[s], track.outcome[t]))
+            writer.writerow((0, frame, *cells, _time(track, t, fps), s, track.motion(t), track.outcome[t]))
 
 
 def _time(track: Track, t: int, fps: float) -> str:

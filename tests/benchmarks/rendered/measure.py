@@ -18,7 +18,6 @@ from tracker.clip.follow import follow
 from tracker.clip.found import people, start_of
 from tracker.clip.job import Following, Found, Job
 from tracker.clip.start import FoundError, StartError
-from tracker.models.find import FREE
 from tracker.outline.person import Person
 from tracker.progress import Progress
 from tracker.run.score import LEGS, SCORED, places, score
@@ -166,7 +165,7 @@ def _followed(made: Film, job: Job) -> Followed | str:
         return str(refused)
     found = score(made.marks, places(track), FROM_FIRST)
     spread = _distances(made, track)
-    labels = Counter(label for label in (track.labels[s] for s in track.s) if label != FREE)
+    labels = Counter(map(track.motion, range(len(track))))
     return Followed(
         error=found.mean_error_leg,
         lost=found.first_failure_frame,
@@ -174,7 +173,7 @@ def _followed(made: Film, job: Job) -> Followed | str:
         frames=found.truth_frames,
         nees=nees(spread),
         inside=inside(spread),
-        label=labels.most_common(1)[0][0] if labels else FREE,
+        label=labels.most_common(1)[0][0],
     )
 
 

@@ -8,13 +8,15 @@ import pytest
 from scipy.special import expit
 
 from tests.tracker.clips import write_table, write_video
-from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
+from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALK, WALKER, a_walk, film
+from tests.tracker.tracks import random_track
 from tracker.clip import outlines
 from tracker.clip.job import Job
 from tracker.clip.outlines import EXCHANGE, MOST, ONE_LEG, POINT, outlined
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.progress import Progress
+from tracker.run.track import FREE
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
 
@@ -50,6 +52,7 @@ def test_the_points_of_every_frame_are_the_walkers_joints(found):
     ]
     assert sorted(found.points) == list(range(len(walk.images)))
     assert np.mean(np.concatenate(away)) < 0.07
+    assert found.gait == ""  # constant velocity has no label for it
     settings = found.tracker.settings
     assert (settings.point, settings.one_leg) == (POINT, ONE_LEG)
     assert EXCHANGE <= settings.exchange < 0.1
@@ -86,11 +89,29 @@ def as_if(monkeypatch):
             times = np.arange(len(stage))
             joints = np.broadcast_to(start.view.origin, (len(times), len(WALKER.joints), 2))
             shown = np.ones(joints.shape[:2], bool)
-            return SimpleNamespace(joints=joints, shown=shown, seen=seen(times), wrong=expit(-named))
+            return SimpleNamespace(
+                joints=joints,
+                shown=shown,
+                seen=seen(times),
+                wrong=expit(-named),
+                phases=SimpleNamespace(cycle=WALK),
+            )
 
         monkeypatch.setattr(outlines, "fitted", fitted)
 
     return fit
+
+
+def test_the_gait_that_the_outline_shows_is_the_motion_where_the_model_has_none(job, as_if):
+    as_if()
+    plan = outlined(prepare(replace(job, model="walk-run")), QUIET)
+    assert plan.gait == "walk"
+    found = replace(random_track(np.random.default_rng(1), 3), labels=("run", FREE), gait=plan.gait)
+    said = [
+        replace(found, s=np.array([s]), gait=gait).motion(0)
+        for s, gait in ((0, "walk"), (1, "walk"), (1, ""))
+    ]
+    assert said == ["run", "walk", FREE]
 
 
 def test_no_frame_after_the_last_asked_for_has_points(plan, as_if):

@@ -122,7 +122,7 @@ class Film:
             phases,
             named,
         )
-        return Person(WALKER, 0, frame, self.facing, direction, False, turned, outline)
+        return Person(WALKER, 0, frame, self.facing, direction, "walk", turned, outline)
 
     def backwards(self):
         """The film with time running back; of a camera that is still."""

@@ -37,7 +37,7 @@ def apart(joints):
 def test_which_way_somebody_faces_and_goes_are_told_apart(paint, facing, direction, rng):
     film = paint().part(slice(4, 28))
     found = found_in(film, rng)
-    assert (found.facing, found.direction, found.runs) == (facing, direction, False)
+    assert (found.facing, found.direction, found.gait) == (facing, direction, "walk")
     assert found.turned > TURNED
     assert (found.first, found.last) == (0, 23)
     away = np.hypot(*np.moveaxis(found.outline.joints - film.joints, -1, 0)) / UNIT

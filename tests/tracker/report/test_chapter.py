@@ -93,13 +93,7 @@ def test_stretches_lie_side_by_side_and_cover_every_frame():
         outcome=("ok",) * 12 + ("hidden",) * 18,
     )
     drawn = chapter(track).drawn()
-    assert drawn["states"] == [
-        [0, 10, "walk", 0],
-        [10, 15, "walk", 1],
-        [15, 20, "run", 2],
-        [20, 30, "walk", 0],
-    ]
-    assert drawn["labels"] == ["walk", "run"]
+    assert drawn["motions"] == [[0, 15, "walk"], [15, 20, "run"], [20, 30, "walk"]]
     assert drawn["outcomes"] == [[0, 12, "ok"], [12, 30, "hidden"]]
 
 

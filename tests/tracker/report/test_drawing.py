@@ -94,19 +94,19 @@ def test_a_frame_outside_the_track_is_only_captioned(track):
     assert (paint(ground(520), track, 6)[60:] != GREY).any()
 
 
-def test_the_caption_says_frame_state_and_outcome(track, captions):
+def test_the_caption_says_frame_motion_and_outcome(track, captions):
     frames = (3, 4, 5, 9)
     for frame in frames:
         paint(ground(), track, frame, "learned  ")
     assert captions == [
-        "learned  frame 3  walk state 0",
-        "learned  frame 4  walk state 0  hidden",
-        "learned  frame 5  walk state 0  lost",
+        "learned  frame 3  walk",
+        "learned  frame 4  walk  hidden",
+        "learned  frame 5  walk  lost",
         "learned  frame 9: not tracked",
     ]
 
 
-def test_a_model_of_one_state_is_drawn_without_a_state(track, captions):
+def test_a_model_of_one_state_is_drawn_without_a_motion(track, captions):
     paint(ground(), replace(track, labels=("cv",)), 3)
     assert captions == ["frame 3"]
 

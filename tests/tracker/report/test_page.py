@@ -196,7 +196,7 @@ def test_a_click_in_a_plot_goes_there(browser, tmp_path):
         report.shows(frame)
 
 
-def test_states_and_outcomes_stand_under_the_curves(browser, tmp_path):
+def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
     track = stroll(SECONDS)
     T = len(track)
     track = replace(

@@ -186,15 +186,11 @@ function legend(entries) {
   return element("div", { class: "legend" }, ...spans);
 }
 
-// A motion has a colour of its own, its states shades of that.
-function stateStrip(axis, chapter) {
-  const tone = (label) => MOTIONS[label] ?? SPARE[chapter.labels.indexOf(label) % SPARE.length];
-  const states = (label) => [...new Set(chapter.states.filter((s) => s[2] === label).map((s) => s[3]))].sort((a, b) => a - b);
-  const shade = (label, state) => 1 - (0.55 * states(label).indexOf(state)) / Math.max(states(label).length, 2);
-  const rows = chapter.states.map(([start, end, label, state]) => [
-    start, end, { style: `${toned(tone(label))}; opacity: ${shade(label, state)}` },
-  ]);
-  return [strip(axis, "state", rows), legend(chapter.labels.map((label) => [label, tone(label)]))];
+function motionStrip(axis, chapter) {
+  const labels = [...new Set(chapter.motions.map(([, , label]) => label))];
+  const tone = (label) => MOTIONS[label] ?? SPARE[labels.indexOf(label) % SPARE.length];
+  const rows = chapter.motions.map(([start, end, label]) => [start, end, { style: toned(tone(label)) }]);
+  return [strip(axis, "motion", rows), legend(labels.map((label) => [label, tone(label)]))];
 }
 
 function outcomeStrip(axis, chapter) {
@@ -222,7 +218,7 @@ function drawChapter(axis, chapter, root) {
   const spacer = () => element("div", { style: "height: 0.6rem" });
   root.append(
     ...panels.map((panel) => panel.box), ruler,
-    ...stateStrip(axis, chapter), spacer(), ...outcomeStrip(axis, chapter), spacer(), ...floor,
+    ...motionStrip(axis, chapter), spacer(), ...outcomeStrip(axis, chapter), spacer(), ...floor,
   );
   axis.rulers.push(ruler);
   axis.roots.push(root);
