@@ -45,7 +45,7 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
 
 
 def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], float, str]:
-    """The outline's joints by frame, the probability that it names other legs than the start does, and its gait."""
+    """The outline's joints by frame, how likely it names other legs than the start does, its gait."""
     if plan.job.found is not None:
         return plan.job.found.points, 0.0, plan.job.found.gait
     video, start, frame, stop = plan.video, plan.start, plan.frame, plan.job.stop
