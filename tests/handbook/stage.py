@@ -66,6 +66,8 @@ def furnish(folder):
     for name in ("anna 1", "ben"):
         shutil.copy(folder / "walk.mp4", folder / f"{name}.mp4")
         shutil.copy(folder / "walk.keypoints.csv", folder / f"{name}.keypoints.csv")
+    (folder / "films").mkdir()
+    shutil.copy(folder / "walk.mp4", folder / "films")
     jobs = [
         ("anna 1.mp4", "anna 1.keypoints.csv", "", "walk-run", "anna 1"),
         ("ben.mp4", "ben.keypoints.csv", 12, "", "ben"),

@@ -1,4 +1,4 @@
-"""The table of jobs for a batch: a clip a row, and how to follow it."""
+"""The jobs of a batch: a table with a clip a row and how to follow it, or a folder of films."""
 
 import math
 import os
@@ -18,6 +18,7 @@ NEEDED = ("video",)
 HEADER = "video,keypoints,start,model,out"
 COLUMNS = ("video", "keypoints", *OPTIONS, "out")
 FLAGS = {"1": True, "0": False}
+FILMS = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 
 
 class JobsError(ValueError):
@@ -57,13 +58,42 @@ class Row:
         return asked(self.how, self.video, self.keypoints, None, Progress("quiet"))
 
 
-def read_jobs(table: Path, place: Path, progress: Progress) -> list[Row]:
-    """The rows of a table: files are relative to it, results to `place`; warns of columns that are not read.
+def read_jobs(jobs: Path, place: Path, progress: Progress) -> list[Row]:
+    """The rows of a table, or a row for each film of a folder; results are relative to `place`.
+
+    Warns of files that are not there, and of columns that are not read.
 
     Raises:
-        JobsError: no such file, not such a table, no rows, a cell that cannot be, or results that would lie
-            in one another.
+        JobsError: no such file, not such a table, no rows, a cell that cannot be, results that would lie in
+            one another, or a folder without films.
     """
+    rows = _films(jobs, place) if jobs.is_dir() else _rows(jobs, place, progress)
+    _check_apart(rows, jobs, place)
+    for row in rows:
+        for path in row.inputs:
+            if path is not None and not path.exists():
+                progress.warn(f"there is no {path}; {row.video.name} will fail")
+    return rows
+
+
+def _films(folder: Path, place: Path) -> list[Row]:
+    """A row for each film, started from the marks that `figtrack annotate` left beside it if it did."""
+    rows = []
+    for video in sorted(each for each in folder.absolute().iterdir() if each.suffix.lower() in FILMS):
+        marks = video.with_name(f"{video.stem}.keypoints.csv")
+        rows.append(Row(video, marks if marks.exists() else None, place / _out(video), Following()))
+    if not rows:
+        raise JobsError(
+            f"{folder} has no films ({', '.join(FILMS)}); give a folder of films or a table of jobs"
+        )
+    return rows
+
+
+def _out(video: Path) -> str:
+    return f"{video.stem}-track"
+
+
+def _rows(table: Path, place: Path, progress: Progress) -> list[Row]:
     rows: list[Row] = []
     for where, cells in LAYOUT.rows(table):
         if not rows:
@@ -71,7 +101,6 @@ def read_jobs(table: Path, place: Path, progress: Progress) -> list[Row]:
         rows.append(_row(cells, table.absolute().parent, place, where))
     if not rows:
         raise JobsError(f"{table} has no jobs; write a row for each clip below {HEADER}")
-    _check_apart(rows, table, place)
     return rows
 
 
@@ -103,7 +132,7 @@ def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row
         if cells.get(name)
     }
     video = beside / cells["video"]
-    out = place / (cells.get("out") or f"{video.stem}-track")
+    out = place / (cells.get("out") or _out(video))
     keypoints = cells.get("keypoints")
     return Row(video, beside / keypoints if keypoints else None, out, Following(**given))
 

@@ -75,14 +75,16 @@ def batch(
     jobs: Annotated[
         Path,
         typer.Argument(
-            help="Table of clips: video,keypoints,start,model,out; also stop,facing,rate,smooth,anchors,"
-            "settings,measure,templates."
+            help="A folder of films, or a table of clips: video,keypoints,start,model,out; also stop,facing,"
+            "rate,smooth,anchors,settings,measure,templates."
         ),
     ],
     *,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for the results and summary.csv [default: the table's own folder]."),
+        typer.Option(
+            help="Folder for the results and summary.csv [default: that of the films or of the table]."
+        ),
     ] = None,
     workers: Annotated[
         int | None,
@@ -103,7 +105,8 @@ def batch(
         raise typer.BadParameter("give either --workers or --scheduler, not both")
     from tracker.batch.run_all import FAILED, run_batch
 
-    place = jobs.absolute().parent if out is None else out.absolute()
+    own = jobs if jobs.is_dir() else jobs.parent
+    place = (own if out is None else out).absolute()
     ended = run_batch(
         jobs,
         place,

@@ -92,3 +92,36 @@ ROW = ("a.mp4", "k.csv", "", "", "")
 def test_what_cannot_be_is_said_before_any_work(table, tmp_path, header, rows, words):
     with pytest.raises(JobsError, match=words):
         read_jobs(table(*rows, header=header), tmp_path, QUIET)
+
+
+def test_a_folder_of_films_has_a_row_for_each_with_the_marks_beside_it(tmp_path):
+    for name in ("b.mp4", "a b.MOV", "b.keypoints.csv", "c.keypoints.csv", "notes.txt"):
+        (tmp_path / name).touch()
+    one, other = read_jobs(tmp_path, tmp_path / "place", QUIET)
+    assert (one.video, one.keypoints) == (tmp_path / "a b.MOV", None)
+    assert (other.video, other.keypoints) == (tmp_path / "b.mp4", tmp_path / "b.keypoints.csv")
+    assert [row.out for row in (one, other)] == [
+        tmp_path / "place" / f"{name}-track" for name in ("a b", "b")
+    ]
+    assert one.how == other.how == Following()
+
+
+def test_films_whose_results_would_lie_in_one_place_are_told(tmp_path):
+    for name in ("a.mp4", "a.mov"):
+        (tmp_path / name).touch()
+    with pytest.raises(JobsError, match="two rows have the same out"):
+        read_jobs(tmp_path, tmp_path, QUIET)
+
+
+def test_a_folder_without_films_is_told(tmp_path):
+    with pytest.raises(JobsError, match=r"has no films \(.avi, .*\); give a folder of films or a table"):
+        read_jobs(tmp_path, tmp_path, QUIET)
+
+
+def test_files_that_are_not_there_are_told_before_any_work(table, tmp_path, clip, capsys):
+    path = table(("gone.mp4", "", "", "", ""), (clip.video, "k.csv", "", "", "b"))
+    read_jobs(path, tmp_path, QUIET)
+    said = capsys.readouterr().err
+    beside = tmp_path / "Läufe"
+    assert f"there is no {beside / 'gone.mp4'}; gone.mp4 will fail" in said
+    assert f"there is no {beside / 'k.csv'}; {clip.video.name} will fail" in said
