@@ -13,7 +13,7 @@ from tracker.clip.job import Following, Job, Option, options
 from tracker.progress import Progress
 from tracker.tables.table import Layout
 
-OPTIONS = {option.name: option for option in options()}
+OPTIONS = {option.shown: option for option in options()}
 NEEDED = ("video",)
 HEADER = "video,keypoints,start,model,out"
 COLUMNS = ("video", "keypoints", *OPTIONS, "out")
@@ -127,7 +127,7 @@ def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row
     if not cells["video"]:
         raise JobsError(f"{where}: video is empty; every row needs one")
     given = {
-        name: _value(option, cells[name], beside, where)
+        option.name: _value(option, cells[name], beside, where)
         for name, option in OPTIONS.items()
         if cells.get(name)
     }
@@ -147,7 +147,7 @@ def _value(option: Option, text: str, beside: Path, where: str) -> Any:
         return _number(option, text, where)
     known = FLAGS if option.kind is bool else {word: option.kind(word) for word in option.words}
     if text not in known:
-        raise JobsError(f"{where}: {option.name} must be {', '.join(known)} or empty; got {text!r}")
+        raise JobsError(f"{where}: {option.shown} must be {', '.join(known)} or empty; got {text!r}")
     return known[text]
 
 
@@ -156,11 +156,13 @@ def _number(option: Option, text: str, where: str) -> float:
     if option.kind is int:
         if text.isascii() and text.isdigit() and len(text) < 10:
             return int(text)
-        raise JobsError(f"{where}: {option.name} must be a whole number from {least}, or empty; got {text!r}")
+        raise JobsError(
+            f"{where}: {option.shown} must be a whole number from {least}, or empty; got {text!r}"
+        )
     try:
         number = float(text)
     except ValueError:
         number = math.nan
     if not least <= number <= (most or math.inf):
-        raise JobsError(f"{where}: {option.name} must be from {least:g} to {most:g}, or empty; got {text!r}")
+        raise JobsError(f"{where}: {option.shown} must be from {least:g} to {most:g}, or empty; got {text!r}")
     return number

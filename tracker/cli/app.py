@@ -91,7 +91,7 @@ def track(
         shown.warn(warning)
     counts = Counter(finished.track.outcome)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
-    print(f"{finished.frames} frames of {video.name} with {job.model}: {outcomes}")
+    print(f"{len(finished.track)} frames of {video.name} with {job.model}: {outcomes}")
     if finished.points is not None:
         print(finished.points)
     files = ["report.html"] * report + ["keypoints.csv", "pose.csv"]

@@ -75,8 +75,8 @@ def batch(
     jobs: Annotated[
         Path,
         typer.Argument(
-            help="A folder of films, or a table of clips: video,keypoints,start,model,out; also stop,facing,"
-            "rate,smooth,anchors,settings,measure,templates."
+            help="A folder of films, or a table of clips: video,keypoints,start,model,out; also from,stop,"
+            "facing,rate,smooth,anchors,settings,measure,templates."
         ),
     ],
     *,

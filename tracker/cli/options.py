@@ -124,7 +124,8 @@ def _parameter(name: str, hint: Any, default: Any) -> Parameter:
     """An option of this type; its words are in the type's notes, as typer's own or as `About`."""
     about = next((note for note in get_args(hint) if isinstance(note, About)), None)
     if about is not None:
-        flag = f"--{name}/--no-{name}" if default is True else f"--{name}"
+        shown = name.rstrip("_")
+        flag = f"--{shown}/--no-{shown}" if default is True else f"--{shown}"
         hint = Annotated[
             get_args(hint)[0], typer.Option(flag, help=about.text, min=about.least, max=about.most)
         ]

@@ -22,7 +22,7 @@ def asked(
         ValueError: as `Following.job`.
     """
     if keypoints is not None:
-        marks, taken = read_marks(keypoints, how.start, towards(how.facing), how.stop)
+        marks, taken = read_marks(keypoints, how.start, towards(how.facing), how.from_ or 0, how.stop)
         if taken:
             progress.note(taken)
         return how.job(video, marks, settings)
@@ -32,7 +32,7 @@ def asked(
 
     film = Video(video)
     find_model(how.model, film.fps, how.tuned(settings))  # or fails before the film is looked through
-    found = start_of(people(film, progress, how.stop, towards(how.facing)), how, film)
+    found = start_of(people(film, progress, how.from_ or 0, how.stop, towards(how.facing)), how, film)
     return how.job(video, found, settings)
 
 

@@ -59,7 +59,7 @@ class Run:
 
 
 def follow(job: Job, progress: Progress) -> Run:
-    """Track the clip: ahead from the start frame, and backwards from it to frame 0.
+    """Track the clip: ahead from the start frame, and backwards from it to the first that is asked for.
 
     Raises:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
@@ -107,8 +107,8 @@ def _estimates(plan: Plan, clock: Clock, progress: Progress) -> tuple[list[float
         ways = _Ways(plan, pictures, pictures.shown(marked), clock, advance)
         behind: list[Estimate] = []
         belief = None
-        if frame > 0:
-            behind, belief = ways.followed(-1, pictures.span(frame - 1, 0))
+        if frame > job.first:
+            behind, belief = ways.followed(-1, pictures.span(frame - 1, job.first))
         ahead, _ = ways.followed(1, map(pictures.shown, images), belief)
     return reel.times, behind[:0:-1] + ahead
 
@@ -168,7 +168,7 @@ class _Ways:
 
 def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
     """What lies behind the figure in the start frame, as the frames around show it."""
-    first = max(plan.frame - REACH, 0)
+    first = max(plan.frame - REACH, plan.job.first)
     images = pictures.span(first, plan.frame + REACH)
     return plate(images, plan.frame - first, start_box(plan.tracker, plan.start), plan.tracker.view.unit)
 
@@ -179,8 +179,8 @@ def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) ->
         view=plan.start.view,
         model=plan.job.model,
         labels=plan.slds.labels,
-        first=0,
-        times=np.array(times) - times[0],
+        first=plan.job.first,
+        times=np.array(times[plan.job.first :]) - times[0],
         q=np.stack([estimate.pose.mean for estimate in estimates]),
         cov=np.stack([estimate.pose.cov for estimate in estimates]),
         s=np.array([estimate.s for estimate in estimates]),

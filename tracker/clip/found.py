@@ -21,7 +21,7 @@ TURNED = 0.07  # nats times square leg lengths a frame by which one facing must 
 
 
 def people(
-    video: Video, progress: Progress, stop: int | None = None, facing: int | None = None
+    video: Video, progress: Progress, first: int = 0, stop: int | None = None, facing: int | None = None
 ) -> list[Person]:
     """Everybody who walks through the first part of a film in which somebody does, the surest first.
 
@@ -29,10 +29,9 @@ def people(
     such clothes expected.
 
     Args:
-        stop: the last frame that is looked at, None for the film's last.
+        first, stop: the first and last frame that are looked at, None for the film's last.
         facing: which way they face, +1 right, -1 left, None to see it.
     """
-    first = 0
     while True:
         last = first + WINDOW - 1 if stop is None else min(first + WINDOW - 1, stop)
         stage = staged(video, first, last, 1.0, 1, progress)

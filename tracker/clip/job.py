@@ -61,6 +61,9 @@ class Following:
     start: Annotated[
         int | None, About("The marked frame to start from [default: the first marked].", least=0)
     ] = None
+    from_: Annotated[
+        int | None, About("The first frame to follow [default: the clip's first].", least=0, most=10**9)
+    ] = None
     stop: Annotated[
         int | None, About("The last frame to follow [default: the clip's last].", least=0, most=10**9)
     ] = None
@@ -172,20 +175,28 @@ class Found:
 
 @dataclass(frozen=True)
 class Option:
-    """A field of `Following`: its type, which may also be None, and its default."""
+    """A field of `Following`: its type, which may also be None, and its default.
+
+    name  : as Python has it
+    shown : as command line and tables have it; what is a word of Python ends in an underscore there
+    """
 
     name: str
     kind: type
     default: Any
     about: About
 
+    @property
+    def shown(self) -> str:
+        return self.name.rstrip("_")
+
     def checked(self, value: Any) -> Any:
         """The value as this option's type; ValueError if it is out of the range or none of the words."""
         least, most = self.about.least, self.about.most
         if least is not None and not value >= least:
-            raise ValueError(f"{self.name} must be at least {least:.10g}; got {value!r}")
+            raise ValueError(f"{self.shown} must be at least {least:.10g}; got {value!r}")
         if most is not None and not value <= most:
-            raise ValueError(f"{self.name} must be at most {most:.10g}; got {value!r}")
+            raise ValueError(f"{self.shown} must be at most {most:.10g}; got {value!r}")
         if self.words and value not in self.words:
             known = ", ".join(map(repr, self.words))
             raise ValueError(f"{self.name} must be {known} or None; got {value!r}")
@@ -227,6 +238,7 @@ class Job:
     model: str
     settings: "Settings" = field(default_factory=_usual_settings)
     start: int | None = None
+    from_: int | None = None
     stop: int | None = None
     facing: int | None = None
     rate: float | None = None
@@ -235,3 +247,8 @@ class Job:
     anchors: bool = False
     measure: Path | None = None
     found: Found | None = None
+
+    @property
+    def first(self) -> int:
+        """The first frame that is followed."""
+        return self.from_ or 0

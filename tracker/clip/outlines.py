@@ -49,7 +49,7 @@ def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], f
     if plan.job.found is not None:
         return plan.job.found.points, 0.0, plan.job.found.gait
     video, start, frame, stop = plan.video, plan.start, plan.frame, plan.job.stop
-    first = max(frame - REACH, 0)
+    first = max(frame - REACH, plan.job.first)
     last = frame + REACH if stop is None else min(frame + REACH, stop)
     stage = staged(video, first, last, start.view.unit / LEG, start.view.facing, progress)
     if stage is None or frame - first >= len(stage):

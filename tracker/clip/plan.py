@@ -51,7 +51,7 @@ class Plan:
     def total(self) -> int | None:
         """About how many frames there are to track."""
         counts = [self.video.count_hint, None if self.job.stop is None else self.job.stop + 1]
-        return min((count for count in counts if count is not None), default=None)
+        return min((count - self.job.first for count in counts if count is not None), default=None)
 
 
 def prepare(job: Job) -> Plan:
@@ -80,9 +80,16 @@ def prepare(job: Job) -> Plan:
 
 
 def start_frame(job: Job) -> int:
-    """The marked frame to start from; StartError if `start` is not marked."""
+    """The marked frame to start from; StartError if `start`, or the part that is followed, is not marked."""
     if job.start is None:
-        return min(job.marks)
+        within = [frame for frame in job.marks if frame >= job.first]
+        if not within:
+            raise StartError(f"no frame from {job.first} on is marked; choose an earlier --from")
+        return min(within)
+    if job.start < job.first:
+        raise StartError(
+            f"--from {job.first} comes after the start frame {job.start}; choose an earlier --from"
+        )
     if job.start not in job.marks:
         marked = ", ".join(str(frame) for frame in sorted(job.marks)[:8])
         raise StartError(f"frame {job.start} is not marked in the keypoints table; marked are {marked}")

@@ -29,7 +29,9 @@ class Taken:
     told: str
 
 
-def read_marks(path: Path, frame: int | None, facing: int | None, last: int | None) -> tuple[Marks, str]:
+def read_marks(
+    path: Path, frame: int | None, facing: int | None, first: int, last: int | None
+) -> tuple[Marks, str]:
     """The marks of a table of ours, or those of `read_start`, and what is to be said of these.
 
     Raises:
@@ -37,12 +39,12 @@ def read_marks(path: Path, frame: int | None, facing: int | None, last: int | No
     """
     if not is_foreign(path):
         return read_keypoints(path), ""
-    taken = read_start(path, frame, facing, last)
+    taken = read_start(path, frame, facing, first, last)
     return {taken.frame: dict(taken.marks)}, taken.told
 
 
 def read_start(
-    path: Path, frame: int | None = None, facing: int | None = None, last: int | None = None
+    path: Path, frame: int | None = None, facing: int | None = None, first: int = 0, last: int | None = None
 ) -> Taken:
     """The marks of one frame of another program's file, told apart by content.
 
@@ -50,14 +52,14 @@ def read_start(
         frame: None for the best: a whole figure that can be right, its ankles far apart, its points likely.
             The only frame of a file is taken for whichever is asked for.
         facing: +1 right, -1 left, None to see it from the points.
-        last: frame after which the best is not looked for, None for the file's last.
+        first, last: frames between which the best is looked for, None for the file's last.
 
     Raises:
         ForeignError: none of these formats, nobody in it, or not in this frame.
     """
     program, people = read_people(path)
     people = {number: seen for number, seen in people.items() if seen}
-    source = _choose_frame(people, frame, last, path)
+    source = _choose_frame(people, frame, first, last, path)
     number = largest(people[source])
     parts = parts_of(_likely(people[source][number]))
     way = facing or facing_seen(parts)
@@ -88,13 +90,15 @@ def read_start(
     return Taken(source if frame is None else frame, marks, "; ".join(told) + ". Check every joint.")
 
 
-def _choose_frame(people: People, frame: int | None, last: int | None, path: Path) -> int:
+def _choose_frame(people: People, frame: int | None, first: int, last: int | None, path: Path) -> int:
     frames = sorted(people)
     if len(frames) == 1:
         return frames[0]
-    asked = [number for number in frames if frame in (None, number) and (last is None or number <= last)]
+    within = [number for number in frames if first <= number and (last is None or number <= last)]
+    asked = [number for number in within if frame in (None, number)]
     if not asked:
-        which = f"in frame {frame}" if frame is not None else f"up to frame {last}"
+        between = f"from frame {first}" + (f" to {last}" if last is not None else " on")
+        which = f"in frame {frame}" if frame is not None else between
         shown = ", ".join(map(str, frames[:8])) + (", .." if len(frames) > 8 else "")
         raise ForeignError(f"nobody is marked {which} of {path}; there is somebody in {shown}")
     seen = {number: parts_of(_likely(people[number][largest(people[number])])) for number in asked}

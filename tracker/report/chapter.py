@@ -131,7 +131,8 @@ class Chapter:
         motions = [track.motion(t) for t in range(len(track))]
         return {
             "name": self.name,
-            "times": np.round(track.times, 4).tolist(),
+            "first": track.first,
+            "times": np.round(track.times - track.times[0], 4).tolist(),
             "panels": [panel for panel in self._panels() if panel["curves"]],
             "motions": [[start, end, track.motion(start)] for start, end in stretches(motions)],
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
@@ -158,7 +159,8 @@ class Chapter:
 
     def _on_floor(self, side: Side) -> list[list[float]]:
         strides = () if self.gait is None else self.gait.strides[side].sound
-        return [[round(s.down.at, 2), round(s.off.at, 2)] for s in strides]
+        first = self.track.first
+        return [[round(s.down.at - first, 2), round(s.off.at - first, 2)] for s in strides]
 
 
 def _tenths(values: Array) -> list[float]:

@@ -58,15 +58,16 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
 
 
 def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
-    """The clip with the figure drawn on every frame, from time 0 on."""
-    job = finished.job
+    """The part of the clip that was followed, with the figure drawn on every frame, from time 0 on."""
+    job, track = finished.job, finished.track
     video = Video(job.video)
     scale = enlargement(video.height)
     size = (video.width * scale, video.height * scale)
-    drawing = progress.task(f"{job.video.name} overlay", finished.frames)
+    frames, times = islice(video, track.first, finished.frames), track.times - track.times[0]
+    drawing = progress.task(f"{job.video.name} overlay", len(track))
     with drawing as advance, Writer(path, finished.fps, size, quick=True) as writer:
-        for frame, moment in zip(islice(video, finished.frames), finished.track.times, strict=True):
-            writer.write(paint(frame.image, finished.track, frame.index, f"{job.model}  "), float(moment))
+        for frame, moment in zip(frames, times, strict=True):
+            writer.write(paint(frame.image, track, frame.index, f"{job.model}  "), float(moment))
             advance()
 
 

@@ -42,11 +42,12 @@ def write_comparison(
         notes: said above everything else.
     """
     warnings = [f"{chapter.name}: {text}" for chapter in chapters for text in chapter.warnings]
+    first = chapters[0].track.first
     errors = [
         {
             "name": name,
             "lost": score.first_failure_frame,
-            "points": [[int(t), round(e, 4)] for t, e in zip(*error_curve(score), strict=True)],
+            "points": [[int(t) - first, round(e, 4)] for t, e in zip(*error_curve(score), strict=True)],
         }
         for name, score in scores.items()
     ]

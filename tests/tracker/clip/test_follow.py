@@ -19,6 +19,7 @@ from tracker.clip.plan import prepare
 from tracker.clip.start import StartError
 from tracker.progress import Progress
 from tracker.report.results import write_run
+from tracker.run.read import read_run
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
 from videos.frames import Video, VideoError
@@ -184,6 +185,38 @@ def test_the_stop_frame_is_the_last_one_followed(clip, job, start, stop):
 def test_nothing_past_the_stop_frame_is_read(job, frames_read):
     follow(replace(job, stop=3), QUIET)
     assert max(frames_read) == 3
+
+
+@pytest.mark.parametrize(("start", "first"), [(5, 3), (5, 5), (None, 2)])
+def test_a_part_of_the_film_is_followed_as_in_the_whole(clip, job, start, first):
+    whole = follow(replace(job, start=start or 4), QUIET).track
+    part = follow(
+        replace(job, marks={4: job.marks[4], 0: job.marks[0], 5: job.marks[5]}, start=start, from_=first),
+        QUIET,
+    )
+    track = part.track
+    assert (track.first, part.frames, len(track)) == (first, len(clip), len(clip) - first)
+    np.testing.assert_allclose(track.times, whole.times[first:])
+    away = np.hypot(*np.moveaxis(track.joints() - whole.joints()[first:], -1, 0)) / track.view.unit
+    assert away.max() < 0.05
+
+
+def test_the_folder_of_a_part_keeps_the_films_frames(job, clip, tmp_path):
+    finished = follow(replace(job, from_=3, stop=6), QUIET)
+    write_run(finished, tmp_path, QUIET)
+    rows = read_csv(tmp_path / "pose.csv")
+    assert [(row["frame"], row["outcome"] != "") for row in rows] == [(str(t), t >= 3) for t in range(7)]
+    record = read_run(tmp_path)
+    assert np.isnan(record.poses[:3]).all()
+    assert np.isfinite(record.poses[3:, 2:8]).all()
+    assert len(list(Video(tmp_path / "overlay.mp4"))) == 4
+
+
+def test_a_start_before_the_part_is_refused(job):
+    with pytest.raises(StartError, match="--from 6 comes after the start frame 4; choose an earlier --from"):
+        prepare(replace(job, start=4, from_=6))
+    with pytest.raises(StartError, match="no frame from 90 on is marked; choose an earlier --from"):
+        prepare(replace(job, from_=90))
 
 
 def test_a_stop_before_the_start_is_refused(job):

@@ -109,7 +109,7 @@ def test_who_is_doubted_is_looked_for_again_with_grey_clothes_expected(surer, wa
 
 def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):
     monkeypatch.setattr(found_module, "paths", None)
-    assert people(video, QUIET, FEWEST - 2) == []
+    assert people(video, QUIET, stop=FEWEST - 2) == []
 
 
 def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video, monkeypatch):
@@ -201,8 +201,8 @@ def seen(monkeypatch, walk):
 
 
 def test_a_job_without_marks_starts_from_who_is_found_as_it_faces(seen, video, walk):
-    job = asked(Following(model="cv", stop=25, facing="right"), video.path, None, None, QUIET)
-    assert seen == [(25, 1)]
+    job = asked(Following(model="cv", from_=3, stop=25, facing="right"), video.path, None, None, QUIET)
+    assert seen == [(3, 25, 1)]
     assert (list(job.marks), job.facing, job.found.frame) == ([MIDDLE], 1, MIDDLE)
     plan = prepare(job)
     assert plan.start.q == pytest.approx(walk.start().q, abs=0.05)

@@ -15,6 +15,7 @@ from tracker.tables.keypoints import read_keypoints
 # Of each option another value than the default, and the cell that says so.
 OTHERS = {
     "start": (3, "3"),
+    "from_": (2, "2"),
     "stop": (7, "7"),
     "model": ("cv", "cv"),
     "facing": (Facing.LEFT, "left"),
@@ -32,7 +33,7 @@ OTHERS = {
 def test_command_line_and_table_have_every_option_with_its_words_and_range():
     names = {option.name for option in options()}
     assert names == OTHERS.keys() == {field.name for field in fields(Following)}
-    assert names | {"video", "keypoints", "out"} == set(COLUMNS)
+    assert {option.shown for option in options()} | {"video", "keypoints", "out"} == set(COLUMNS)
     shown = "".join(figtrack("track", "--help").stdout.split())  # lines end anywhere
     for option in options():
         least, most = option.about.least, option.about.most
@@ -45,7 +46,7 @@ def test_command_line_and_table_have_every_option_with_its_words_and_range():
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_cell_of_the_table_asks_for_the_same_as_the_keyword(tmp_path, name):
     value, cell = OTHERS[name]
-    write_table(tmp_path / "jobs.csv", [("a.mp4", "k.csv", cell)], ("video", "keypoints", name))
+    write_table(tmp_path / "jobs.csv", [("a.mp4", "k.csv", cell)], ("video", "keypoints", name.rstrip("_")))
     (row,) = read_jobs(tmp_path / "jobs.csv", tmp_path, Progress("quiet"))
     wanted = tmp_path / value if isinstance(value, Path) else value
     assert row.how == Following(**{name: wanted}) != Following()
@@ -55,6 +56,7 @@ def test_a_cell_of_the_table_asks_for_the_same_as_the_keyword(tmp_path, name):
     ("asked", "said"),
     [
         ({"start": -1}, "start must be at least 0; got -1"),
+        ({"from_": -1}, "from must be at least 0; got -1"),
         ({"stop": 10**10}, "stop must be at most 1000000000; got 10000000000"),
         ({"rate": 0.2}, "rate must be at least 0.25; got 0.2"),
         ({"rate": float("nan")}, "rate must be at least 0.25; got nan"),

@@ -180,8 +180,11 @@ def test_of_two_figures_the_likelier_is_the_start_unless_its_ankles_are_much_clo
 def test_the_start_is_looked_for_no_further_than_told(tmp_path):
     path = people.dlc(tmp_path / "a.csv", {"3": WALKER, "5": stepping(6.0)})
     assert (read_start(path, last=5).frame, read_start(path, last=4).frame) == (5, 3)
-    with pytest.raises(ForeignError, match=r"up to frame 2 .* somebody in 3, 5"):
+    with pytest.raises(ForeignError, match=r"from frame 0 to 2 of .* somebody in 3, 5"):
         read_start(path, last=2)
+    assert read_start(path, first=4).frame == 5
+    with pytest.raises(ForeignError, match=r"from frame 6 on of .* somebody in 3, 5"):
+        read_start(path, first=6)
 
 
 @pytest.mark.parametrize("program", [*WRITERS, "TRC"])
@@ -189,25 +192,25 @@ def test_marks_are_one_frame_of_another_programs_file(tmp_path, program):
     write = people.trc if program == "TRC" else WRITERS[program]
     path = write(tmp_path / "start.file", [WALKER])
     taken = read_start(path)
-    assert read_marks(path, None, None, None) == ({taken.frame: taken.marks}, taken.told)
+    assert read_marks(path, None, None, 0, None) == ({taken.frame: taken.marks}, taken.told)
 
 
 def test_marks_are_every_frame_of_a_table_of_ours(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("scorer,frame,keypoint,x,y\nme,4,hip,1,2\nme,2,neck,3,4\n")
     wanted = {4: {"hip": Mark(1, 2)}, 2: {"neck": Mark(3, 4)}}
-    assert read_marks(path, 2, None, None) == (wanted, "")
+    assert read_marks(path, 2, None, 0, None) == (wanted, "")
 
 
 def test_marks_of_neither_are_refused_as_tables_are(tmp_path):
     with pytest.raises(KeypointsError, match="no keypoints file"):
-        read_marks(tmp_path / "a.csv", None, None, None)
+        read_marks(tmp_path / "a.csv", None, None, 0, None)
     (tmp_path / "a.csv").write_text("a,b\n1,2\n")
     with pytest.raises(KeypointsError, match="column 'frame' is missing"):
-        read_marks(tmp_path / "a.csv", None, None, None)
+        read_marks(tmp_path / "a.csv", None, None, 0, None)
     (tmp_path / "a.json").write_text('{"mine": 1}')
     with pytest.raises(ForeignError, match="none of the files"):
-        read_marks(tmp_path / "a.json", None, None, None)
+        read_marks(tmp_path / "a.json", None, None, 0, None)
 
 
 def test_the_only_frame_of_a_file_stands_for_any_that_is_asked_for(tmp_path):

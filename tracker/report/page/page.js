@@ -4,7 +4,7 @@ const data = JSON.parse(document.querySelector("#data").textContent);
 const find = (selector) => document.querySelector(selector);
 const all = (selector) => [...document.querySelectorAll(selector)];
 const [slider, play, where] = [find("#frame"), find("#play"), find("#where")];
-const times = data.chapters[0].times;
+const { first, times } = data.chapters[0];
 const axis = new Axis(times);
 
 const tellers = data.chapters.map((chapter, i) =>
@@ -17,9 +17,9 @@ let span = 0;
 
 const player = new Player(all(".clips video"), times, (frame) => {
   slider.value = frame;
-  slider.setAttribute("aria-valuetext", `frame ${frame}, ${times[frame].toFixed(2)} seconds`);
+  slider.setAttribute("aria-valuetext", `frame ${first + frame}, ${times[frame].toFixed(2)} seconds`);
   where.replaceChildren(
-    `frame ${frame}`, element("span", { class: "total" }, ` of ${times.length - 1}`), ` \u00b7 ${times[frame].toFixed(2)} s`);
+    `frame ${first + frame}`, element("span", { class: "total" }, ` of ${first + times.length - 1}`), ` \u00b7 ${times[frame].toFixed(2)} s`);
   // A page is turned when the cursor leaves it: drawing it anew for every frame would stutter.
   if (span && (times[frame] < axis.shown[0] || times[frame] > axis.shown[1])) axis.span(span, frame);
   axis.point(frame);
