@@ -38,11 +38,13 @@ class Finished:
     """A run that can be followed again.
 
     job    : from the marks that its track passes through, the figure's facing given
+    start  : frame that it started from
     key    : of a batch's job, "" for none
     unsure : whether it is not sure which leg is the nearer one
     """
 
     job: Job
+    start: int
     key: str
     unsure: bool
 
@@ -62,10 +64,10 @@ def read_finished(folder: Path) -> Finished:
         )
     except (TypeError, ValueError) as error:
         raise RunError(
-            f"{folder} does not say how it was made, as those of an older figtrack do not; track the clip again"
+            f"{folder} does not say how it was made, as none did in an older figtrack; track the clip again"
         ) from error
     job = how.job(_there(news.film, folder), marks, news.settings)
-    return Finished(job, news.job, news.start.near_leg == "unsure")
+    return Finished(job, news.start.frame, news.job, news.start.near_leg == "unsure")
 
 
 def film_told(job: Job) -> dict[str, Any]:

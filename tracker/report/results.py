@@ -18,7 +18,7 @@ from tracker.run.track import Track
 from tracker.run.write import write_tables
 from tracker.tables.keypoints import Marks, write_marks
 
-OVERLAY = "overlay.mp4"
+OVERLAY, REPORT = "overlay.mp4", "report.html"
 
 
 def write_run(
@@ -47,7 +47,7 @@ def write_run(
         figures = json.dumps(told.gait.summary(), indent=2)
         (folder / "gait.json").write_text(figures + "\n", encoding="utf-8")
     if report:
-        write_report(folder / "report.html", told)
+        write_report(folder / REPORT, told)
     write = (time.perf_counter() - began) / finished.frames
     job = finished.job
     news = {
