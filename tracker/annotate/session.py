@@ -123,11 +123,11 @@ class Session:
             "video": self.video.name,
             "table": str(self.table.path),
             "joints": _joints(self._figure),
-            "marks": {frame: _told(marks) for frame, marks in self.table.marks.items()},
+            "marks": {frame: told(marks) for frame, marks in self.table.marks.items()},
             "frame": self._opening,
             "fps": self._frames.fps,
             "facing": self.facing and ("right" if self.facing > 0 else "left"),
-            "taken": taken and {"frame": taken.frame, "marks": _told(taken.marks), "told": taken.told},
+            "taken": taken and {"frame": taken.frame, "marks": told(taken.marks), "told": taken.told},
         }
 
     def frame(self, index: int, *, quick: bool = False) -> Reply:
@@ -139,7 +139,7 @@ class Session:
             "width": self._frames.width,
             "height": self._frames.height,
             "image": f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}",
-            "figure": _told(self._followed(index)),
+            "figure": told(self._followed(index)),
         }
 
     def check(self, request: CheckRequest) -> Reply:
@@ -221,5 +221,6 @@ def _joints(figure: Figure) -> list[Reply]:
     return out
 
 
-def _told(marks: Mapping[str, Mark]) -> Reply:
+def told(marks: Mapping[str, Mark]) -> Reply:
+    """Marks as the page has them."""
     return {name: asdict(mark) for name, mark in marks.items()}

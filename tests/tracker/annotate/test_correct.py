@@ -123,10 +123,12 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
         browser.push("button[data-joint=far_toe]")
         browser.push("#hidden")
         shown.save()
-        marks = read_keypoints(run / "start.keypoints.csv")[5]
+        marks = read_keypoints(run / "corrected.keypoints.csv")[5]
         assert near((marks["near_ankle"].x, marks["near_ankle"].y), place)
         assert [name for name, mark in marks.items() if not mark.visible] == ["far_toe"]
         follow_on(browser)
+        assert read_keypoints(run / "start.keypoints.csv").keys() == {0, 5}
+        assert not (run / "corrected.keypoints.csv").exists()
         shown.turn_to(5)
         assert near(shown.points()["near_ankle"], place)
     rows = {(row["frame"], row["keypoint"]): row for row in read_csv(run / "keypoints.csv")}

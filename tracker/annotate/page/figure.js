@@ -37,7 +37,7 @@ function exchangedBefore(frame) {
 }
 
 function isExchanged(frame) {
-  const [now, before] = [marks.of(frame), followed.get(frame) ?? opening.marks[frame] ?? {}];
+  const [now, before] = [marks.of(frame), followed.get(frame) ?? opening.run?.figures[frame] ?? {}];
   const legs = names.filter((name) => twin(name) !== name && now[name] && before[name] && before[twin(name)]);
   const away = (name, other) => Math.hypot(now[name].x - before[other].x, now[name].y - before[other].y);
   const sum = (as) => legs.reduce((total, name) => total + away(name, as(name)), 0);
