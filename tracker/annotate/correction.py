@@ -83,6 +83,7 @@ class Correction(Session):
         lost = [(a, b) for a, b in stretches(measured.tolist()) if not measured[a]]
         run = {"start": self._finished.start, "unsure": self._finished.unsure, "lost": lost}
         run["figures"] = {t: told(self._followed(t)) for t in self.table.marks}
+        run["pending"] = self.table.path.exists()
         run |= {"told": self._said, "follows": self._follows}
         return super().opening() | {"run": run}
 
@@ -92,7 +93,8 @@ class Correction(Session):
             raise FolderError("the figure is just being followed; wait until that is done")
         if request.frames.get(start) == {}:
             raise FolderError(f"frame {start} is the one that the run starts from; its marks must stay")
-        return super().save(request)
+        reply = super().save(request)
+        return reply if self.table.path.exists() else reply | {"saved": str(self.folder)}
 
     def follow(self, request: SaveRequest) -> Reply:
         """Save, and follow the figure again unless something looks wrong; `follows` tells whether.
@@ -144,7 +146,6 @@ class Correction(Session):
             frames = "1 frame" if len(job.marks) == 1 else f"{len(job.marks)} frames"
             self._said = f"Followed again through {frames}; {self.folder} is replaced."
             self._opening = self.frame(self._shown)
-            print(self._said, flush=True)
         except Exception as error:
             said = fault(error)
             if said is None:

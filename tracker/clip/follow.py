@@ -1,6 +1,6 @@
 """One clip followed: from a job to a run."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -157,13 +157,18 @@ class _Ways:
         run = passage.run(plan.frame, state, estimate, self.clock.timed("read", images))
         found: list[Estimate] = []
         turned = None
-        for estimate in self.clock.timed("smooth", passage.smooth(tracker, self.clock.timed("track", run))):
+        tracked = self._counted(way, self.clock.timed("track", run))
+        for estimate in self.clock.timed("smooth", passage.smooth(tracker, tracked)):
             if len(found) == 1 and plan.job.smooth and estimate.outcome.measured:
                 turned = turned_belief(tracker.slds, state.belief, estimate.belief)
             found.append(estimate.light())
-            if way > 0 or len(found) > 1:  # both ways begin with the start frame
-                self.advance()
         return joined(tracker, found), turned
+
+    def _counted(self, way: int, run: Iterable[Estimate]) -> Iterator[Estimate]:
+        for t, estimate in enumerate(run):
+            if way > 0 or t > 0:  # both ways begin with the start frame
+                self.advance()
+            yield estimate
 
     def _passage(self, way: int) -> Passage:
         plan = self.plan

@@ -107,7 +107,8 @@ def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(
         browser.wait("document.querySelector('.over')")
         out, errors = process.communicate(timeout=120)
     assert (process.returncode, errors) == (0, "")
-    assert out.splitlines()[-1].startswith("Followed again through 2 frames")
+    assert out.splitlines()[-1] == f"Followed again through 2 frames; {run} is replaced."
+    assert out.count("Followed") == 1
     assert not exchanged(scene, run).any()
     assert read_json(run / "run.json")["start"] == {"frame": 0, "marks": "given", "near_leg": "given"}
     assert not (run / "overlay.mp4").exists()  # as before

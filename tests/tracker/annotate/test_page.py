@@ -21,6 +21,7 @@ TO_WINDOW = """(() => {{
   return [place.x, place.y];
 }})()"""
 SAVED = "document.querySelector('#saved').textContent.startsWith('Saved')"
+WHOLE = "document.querySelector('#image').getAttribute('href').startsWith('data:image/png')"
 HUNDREDTH = 0.011  # pixels, in which places are written
 
 
@@ -308,6 +309,64 @@ def test_every_frame_has_marks_of_its_own(page, browser, table, truth):
     assert {t: list(marks) for t, marks in read_keypoints(table).items()} == {
         t: ["head_top"] for t in (0, 1, 7)
     }
+
+
+def test_the_film_is_played_and_where_it_stops_the_frame_comes_whole(page, browser):
+    page.press("p")
+    browser.wait("Number(document.querySelector('#frame').value) > 2")
+    page.press("p")
+    assert browser.text("#play") == "Play"
+    browser.wait(WHOLE)
+    stopped = browser.value("document.querySelector('#frame').value")
+    assert browser.value("document.querySelector('#slider').value") == stopped
+    page.turn_to(int(stopped))
+    browser.push("#play")
+    page.turn_to(9)  # where it ends by itself
+    browser.wait(WHOLE)
+    assert browser.text("#play") == "Play"
+
+
+def test_the_slider_passes_frames_and_stops_at_one(page, browser):
+    box = browser.value(
+        "(b => [b.x, b.y + b.height / 2, b.width])(document.querySelector('#slider').getBoundingClientRect())"
+    )
+    browser.drag(*((box[0] + share * box[2], box[1]) for share in (0.02, 0.3, 0.9, 0.5)))
+    browser.wait("['4', '5'].includes(document.querySelector('#frame').value)")
+    browser.wait(WHOLE)
+
+
+def test_a_further_frame_begins_with_the_nearest_that_is_marked_and_its_hip_carries_all(page, browser, truth):
+    page.mark(truth)
+    first = page.points()
+    page.press(".")
+    page.turn_to(1)
+    assert page.points() == first
+    assert "The figure is that of frame 0" in browser.text("#guide")
+    assert browser.text("#marked").split()[-1] == "0"  # nothing is marked by looking
+    x, y = truth["hip"]
+    page.drag((x, y), (x + 7, y - 2))
+    assert all(near(place, np.add(truth[name], (7, -2))) for name, place in page.points().items())
+    page.drag(page.points()["near_toe"], (90.0, 91.0))
+    assert near(page.points()["near_toe"], (90.0, 91.0))
+    assert near(page.points()["hip"], (x + 7, y - 2))
+    page.press("Control+z", "Control+z")
+    assert page.points() == first
+    page.press("Enter")
+    assert browser.text("#marked").split()[-1] == "1"
+    browser.push("#clear")
+    assert browser.text("#marked").split()[-1] == "0"
+
+
+def test_which_way_the_figure_faces_is_seen_or_said(page, browser, table, truth):
+    page.mark(truth)
+    browser.wait("document.querySelector('#right').ariaPressed === 'true'")
+    browser.push("#left")
+    page.advice("or choose faces right")
+    browser.push("#close")
+    browser.wait("document.querySelector('#doubt').open")
+    browser.push("#leave")
+    browser.wait("document.querySelector('.over')")
+    assert "--facing left" in browser.text(".over")
 
 
 def test_each_frame_shows_its_own_picture(page, browser):

@@ -4,12 +4,14 @@ const SLOW = 0.25; // of the film's speed
 let heading = 0; // the frame that was asked for last
 let passing = false; // whether it is only passed
 let reading = false;
+let stale = false; // what is being read is no longer wanted
 let playing = null;
 
 /** Show a frame; of those that are asked for while one is read, only the last comes. */
 async function go(index, inPassing = false) {
   const wanted = Math.max(0, Math.trunc(index));
   if (!Number.isFinite(wanted)) return;
+  if (!inPassing) pause();
   [heading, passing] = [wanted, inPassing];
   if (reading) return;
   reading = true;
@@ -22,12 +24,14 @@ async function read(index, small) {
   try {
     const frame = await ask(`${small ? "quick" : "frame"}/${index}`);
     if (!small) say("");
-    turnTo({ ...frame, small });
+    if (!stale) turnTo({ ...frame, small });
   } catch (error) {
     pause();
     if (heading === index) heading = $("frame").value = $("slider").value = shown.index;
     shown.small = false; // a frame that cannot be read is not asked for again
     say(error.message, "wrong");
+  } finally {
+    stale = false;
   }
 }
 
@@ -52,7 +56,6 @@ function measureFilm() {
 
 function play() {
   if (playing) {
-    pause();
     go(heading);
     return;
   }
@@ -67,12 +70,18 @@ function pause() {
   $("play").textContent = "Play";
 }
 
+/** Stay at the frame that is shown: somebody works on it. */
+function hold() {
+  if (!playing) return;
+  stale = reading;
+  go(shown.index);
+}
+
 function tick() {
   if (!playing) return;
   const speed = opening.fps * ($("slow").ariaPressed === "true" ? SLOW : 1);
   const at = playing.from + Math.floor((speed * (performance.now() - playing.began)) / 1000);
   if (shown.count && at >= shown.count - 1) {
-    pause();
     go(shown.count - 1);
     return;
   }

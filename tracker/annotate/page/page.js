@@ -14,6 +14,7 @@ let aim = null;
 let hides = false;
 let facing = opening.facing;
 let savedFacing = facing;
+let pending = Boolean(opening.run?.pending); // whether corrections are saved that are not followed yet
 let advice = { missing: [], faults: [], faces: null };
 let asked = 0;
 let timer = null;
@@ -62,6 +63,7 @@ function place(at) {
 }
 
 function tap(at, joint) {
+  hold();
   aim = null;
   if (chosen && !here()[chosen]) place(at);
   else if (joint) choose(joint);
@@ -70,7 +72,7 @@ function tap(at, joint) {
 
 /** A joint on its way: only where it is let go does it become a step that can be undone. */
 function drag(joint, at, done) {
-  if (playing) pause();
+  hold();
   if (at && done) {
     put(moved(joint, rounded(at)));
     chosen = joint;
@@ -244,7 +246,7 @@ const BUTTONS = {
 
 for (const [id, does] of Object.entries(BUTTONS)) $(id).addEventListener("click", does);
 $("frame").addEventListener("change", () => go($("frame").valueAsNumber));
-$("slider").addEventListener("input", () => go($("slider").valueAsNumber, true));
+$("slider").addEventListener("input", () => { pause(); go($("slider").valueAsNumber, true); });
 $("slider").addEventListener("change", () => go($("slider").valueAsNumber));
 $("following").addEventListener("cancel", (event) => event.preventDefault());
 document.addEventListener("keydown", keyed);

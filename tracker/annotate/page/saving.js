@@ -42,6 +42,7 @@ async function send(what, more) {
   say("Saving …");
   const said = facing === savedFacing ? null : facing;
   const reply = await ask(what, { frames, facing: said, frame: shown.index, ...more });
+  pending ||= unsaved() > 0;
   marks.keep(frames);
   savedFacing = facing;
   return reply;

@@ -33,6 +33,7 @@ function refresh() {
   $("hidden").disabled = $("skip").disabled = !chosen;
   $("delete").disabled = !here()[chosen];
   $("legs").disabled = !hasLegs();
+  $("follow").disabled = !pending && !unsaved();
   $("clear").disabled = !isMarked() || shown.index === opening.run?.start;
   $("hidden").setAttribute("aria-pressed", String(here()[chosen] ? !here()[chosen].visible : hides));
   showMarkedFrames();
@@ -49,7 +50,8 @@ function guidance(joint) {
   if (!joint && opening.run) {
     const start = shown.index === opening.run.start;
     const what = start ? "The run starts from this frame." : "This frame is corrected.";
-    return [text("strong", what), " Look at others, then follow on: the figure is followed again through all of these."];
+    const next = start ? " Play, or slide to where the figure goes wrong." : " When others are right too, choose Follow on.";
+    return [text("strong", what), next];
   }
   if (!joint) {
     const open = joints.filter(({ name }) => !here()[name]).map(({ name }) => label(name));
