@@ -13,6 +13,7 @@ from videos.frames import Frame, Video, VideoError
 
 QUICK = 960  # pixels: the longer side of a picture that is only looked at in passing
 KEPT_BYTES = 128 * 2**20  # of the frames passed last: stepping back a little decodes nothing again
+SMALL_BYTES = 64 * 2**20  # of the small pictures: nor does sliding over what was seen
 
 
 class NoFrameError(VideoError):
@@ -37,6 +38,7 @@ class Frames:
         self._coming: Iterator[Frame] = iter(self._video)
         kept = KEPT_BYTES // (3 * self.width * self.height)
         self._passed: deque[Frame] = deque(maxlen=max(kept, 1))
+        self._small: dict[int, bytes] = {}
         self._lock = Lock()
 
     def png(self, index: int) -> bytes:
@@ -51,10 +53,15 @@ class Frames:
 
     def jpeg(self, index: int) -> bytes:
         """One frame, small and quickly; raises as `png`."""
-        image = self._image(index)
-        by = min(1.0, QUICK / max(self.width, self.height))
-        small = cv2.resize(image, None, fx=by, fy=by, interpolation=cv2.INTER_AREA) if by < 1.0 else image
-        return cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
+        if index not in self._small:
+            image, by = self._image(index), min(1.0, QUICK / max(self.width, self.height))
+            small = cv2.resize(image, None, fx=by, fy=by, interpolation=cv2.INTER_AREA) if by < 1.0 else image
+            data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
+            if sum(map(len, self._small.values())) + len(data) > SMALL_BYTES:
+                self._small = {}
+            self._small[index] = data
+            return data
+        return self._small[index]
 
     def _image(self, index: int) -> NDArray[np.uint8]:
         """A frame as OpenCV has it, blue first."""

@@ -12,7 +12,7 @@ import pytest
 from kinematics.sides import exchanged as sides
 from kinematics.sides import other_side
 from tests.tracker.annotate.test_launch import page, running
-from tests.tracker.annotate.test_page import Page, near
+from tests.tracker.annotate.test_page import CONTRASTS, Page, near
 from tests.tracker.clips import everything, read_csv, read_json, refused, write_table, write_video
 from tests.tracker.processes import started
 from tracker.clip.follow import follow
@@ -170,10 +170,32 @@ def test_what_looks_wrong_is_followed_only_when_told_so(browser, run):
         assert not browser.value("document.querySelector('#following').open")
 
 
-def test_a_leg_that_is_not_sure_is_told_on_the_page(browser, run):
+@pytest.mark.parametrize(("width", "dark"), [(390, True), (1280, False)])
+def test_the_page_of_a_run_fits_its_window_and_its_words_can_be_read(browser, run, width, dark):
+    unsure(run)
+    with correcting(browser, run, width=width, height=800, dark=dark, touch=width < 500):
+        assert browser.value("document.documentElement.scrollWidth") <= width
+        contrasts = browser.value(CONTRASTS)
+        assert len(contrasts) > 15
+        assert {words: ratio for words, ratio in contrasts if ratio < 4.5} == {}
+        covered = browser.value(COVERED)
+        assert covered == 0
+
+
+# Joints over which a button lies.
+COVERED = """[...document.querySelectorAll('#points circle')].map((circle) => circle.getBoundingClientRect())
+  .filter((b) => document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2).closest('button')).length"""
+
+
+def unsure(run):
+    """Let the run say that it is not sure of the nearer leg."""
     news = read_json(run / "run.json")
     news["start"]["near_leg"] = "unsure"
     (run / "run.json").write_text(json.dumps(news))
+
+
+def test_a_leg_that_is_not_sure_is_told_on_the_page(browser, run):
+    unsure(run)
     with correcting(browser, run):
         assert "not sure which leg" in browser.text("#unsure")
 
