@@ -53,15 +53,14 @@ class Frames:
 
     def jpeg(self, index: int) -> bytes:
         """One frame, small and quickly; raises as `png`."""
-        if index not in self._small:
-            image, by = self._image(index), min(1.0, QUICK / max(self.width, self.height))
-            small = cv2.resize(image, None, fx=by, fy=by, interpolation=cv2.INTER_AREA) if by < 1.0 else image
-            data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
-            if sum(map(len, self._small.values())) + len(data) > SMALL_BYTES:
-                self._small = {}
-            self._small[index] = data
-            return data
-        return self._small[index]
+        if index in (seen := self._small):
+            return seen[index]
+        image, by = self._image(index), min(1.0, QUICK / max(self.width, self.height))
+        small = cv2.resize(image, None, fx=by, fy=by, interpolation=cv2.INTER_AREA) if by < 1.0 else image
+        data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
+        room = sum(map(len, list(seen.values()))) + len(data) <= SMALL_BYTES
+        self._small = {**(seen if room else {}), index: data}
+        return data
 
     def _image(self, index: int) -> NDArray[np.uint8]:
         """A frame as OpenCV has it, blue first."""

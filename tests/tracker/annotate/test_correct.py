@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+import signal
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -11,14 +12,17 @@ import pytest
 
 from kinematics.sides import exchanged as sides
 from kinematics.sides import other_side
-from tests.tracker.annotate.test_launch import page, running
+from tests.tracker.annotate.test_launch import page, post, running
 from tests.tracker.annotate.test_page import CONTRASTS, Page, near
 from tests.tracker.clips import everything, read_csv, read_json, refused, write_table, write_video
 from tests.tracker.processes import started
+from tracker.annotate.correction import Correction
+from tracker.annotate.session import Placed, SaveRequest
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.report.results import write_run
+from tracker.run.folder import FolderError
 from tracker.scene.film import render, truth_table
 from tracker.tables.keypoints import read_keypoints
 
@@ -139,8 +143,12 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
 
 
 def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run):
-    with correcting(browser, run):
+    with correcting(browser, run) as (_, shown):
+        shown.press(".")
+        shown.turn_to(1)
+        tracked = shown.points()
         browser.push("#all")
+        assert {other_side(name): place for name, place in shown.points().items()} == tracked
         follow_on(browser)
     assert exchanged(scene, run).all()
 
@@ -210,6 +218,46 @@ def test_a_run_that_is_closed_untouched_is_as_it_was(run):
         _, errors = process.communicate(timeout=120)
     assert (process.returncode, errors) == (1, "error: interrupted; nothing was written\n")
     assert everything(run) == before
+
+
+def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corrections(run):
+    before = everything(run)
+    with running(run, command="correct") as (process, address):
+        figure = page(address)["frame"]["figure"]
+        frames = {"7": {name: mark | {"x": mark["x"] + 2.0} for name, mark in figure.items()}}
+        assert post(address, "follow", {"frames": frames, "anyway": True})["follows"]
+        assert "wait until that is done" in post(address, "save", {"frames": frames})["error"]
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=120)
+    assert process.returncode == 0
+    assert out.splitlines()[-1].endswith(f"not followed yet; next: figtrack correct {run}")
+    after = everything(run)
+    assert read_keypoints(run / "corrected.keypoints.csv").keys() == {0, 7}
+    assert {path: data for path, data in after.items() if path.name != "corrected.keypoints.csv"} == before
+    assert {path.name for path in run.parent.iterdir()} == {"run"}
+    with running(run, command="correct") as (_, address):
+        opening = page(address)
+    assert sorted(opening["marks"]) == ["0", "7"]
+    assert (opening["run"]["pending"], opening["run"]["told"]) == (
+        True,
+        "What was corrected before is not followed yet.",
+    )
+
+
+def test_what_cannot_be_followed_is_said_and_the_run_stays(run, monkeypatch):
+    session, before = Correction(run, None, QUIET), everything(run)
+    far = Placed(x=9e4, y=9e4)
+    session.follow(SaveRequest(frames={0: dict.fromkeys(LEGS, far)}, anyway=True))
+    session.work(1.0)
+    now = session.following()
+    assert now["ended"]
+    assert now["told"].startswith("Could not be followed: ")
+    assert {name: data for name, data in everything(run).items() if name.name[0] != "c"} == before
+
+
+def test_the_marks_of_the_start_cannot_be_taken_away(run):
+    with pytest.raises(FolderError, match="frame 0 is the one that the run starts from"):
+        Correction(run, None, QUIET).save(SaveRequest(frames={0: {}}))
 
 
 def test_what_cannot_be_corrected_is_said_in_one_line(run, tmp_path):

@@ -39,19 +39,14 @@ function turnTo(frame) {
   const same = frame.index === shown.index;
   shown = frame;
   picture.show(frame);
+  $("slider").disabled = !frame.count;
+  $("slider").max = (frame.count ?? 1) - 1;
   $("frame").value = $("slider").value = frame.index;
   $("picture").setAttribute("aria-label", `Frame ${frame.index} of ${opening.video}`);
   $("count").textContent = frame.count ? `/ ${frame.count - 1}` : "";
   $("back1").disabled = $("back10").disabled = frame.index === 0;
   if (same) return;
   arrived();
-}
-
-/** How long the film is, as far as that is known. */
-function measureFilm() {
-  $("slider").disabled = !shown.count;
-  $("slider").max = (shown.count ?? 1) - 1;
-  $("slider").value = shown.index;
 }
 
 function play() {

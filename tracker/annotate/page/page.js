@@ -266,7 +266,6 @@ if (opening.run) {
 if (opening.taken) marks.replace(opening.taken.frame, opening.taken.marks);
 heading = shown.index;
 turnTo(shown);
-measureFilm();
 arrived();
 if (opening.taken) say(opening.taken.told);
 if (opening.run?.told) say(opening.run.told);
