@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import signal
+import threading
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ from tests.tracker.annotate.test_page import CONTRASTS, Page, near
 from tests.tracker.clips import everything, read_csv, read_json, refused, write_table, write_video
 from tests.tracker.processes import started
 from tracker.annotate.correction import Correction
+from tracker.annotate.server import Server
 from tracker.annotate.session import Placed, SaveRequest
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -70,18 +72,34 @@ def exchanged(scene, folder):
 
 
 @contextmanager
-def correcting(browser, folder, *words, **window):
+def command(browser, folder, *words):
     """The command at work on a run, and its page."""
-    browser.errors.clear()
     process = started("correct", folder, "--no-browser", "--quiet", *words)
     try:
-        address = re.search(r"http://\S+", process.stdout.readline())[0]
-        yield process, Page(browser, address, **window)
-        assert browser.errors == []
+        yield process, Page(browser, re.search(r"http://\S+", process.stdout.readline())[0])
     finally:
-        browser.open("about:blank")
         process.kill()
         process.communicate()
+
+
+@contextmanager
+def correcting(browser, folder, frame=None, **window):
+    """The page of a run; its console must stay silent."""
+    session, closed = Correction(folder, frame, QUIET), threading.Event()
+
+    def work():
+        while not closed.is_set():
+            session.work(0.02)
+
+    with Server(session) as server:
+        for task in (lambda: server.serve_forever(0.01), work):
+            threading.Thread(target=task, daemon=True).start()
+        browser.errors.clear()
+        yield Page(browser, server.address, **window)
+        closed.set()
+        assert browser.errors == []
+        browser.open("about:blank")  # a page that outlives its server complains
+        server.shutdown()
 
 
 def follow_on(browser):
@@ -96,7 +114,8 @@ def follow_on(browser):
 def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(browser, scene, run):
     before = exchanged(scene, run)
     assert (before[:TURN].any(), before[TURN:].all()) == (False, True)
-    with correcting(browser, run, "--frame", TURN) as (process, shown):
+    browser.errors.clear()
+    with command(browser, run, "--frame", TURN) as (process, shown):
         shown.turn_to(TURN)
         tracked = shown.points()
         browser.push("#legs")
@@ -110,7 +129,7 @@ def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(
         browser.push("#close")
         browser.wait("document.querySelector('.over')")
         out, errors = process.communicate(timeout=120)
-    assert (process.returncode, errors) == (0, "")
+    assert (process.returncode, errors, browser.errors) == (0, "", [])
     assert out.splitlines()[-1] == f"Followed again through 2 frames; {run} is replaced."
     assert out.count("Followed") == 1
     assert not exchanged(scene, run).any()
@@ -120,7 +139,7 @@ def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(
 
 
 def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, run):
-    with correcting(browser, run, "--frame", 5) as (_, shown):
+    with correcting(browser, run, 5) as shown:
         shown.turn_to(5)
         tracked = shown.points()
         place = (tracked["near_ankle"][0] + 6.0, tracked["near_ankle"][1])
@@ -143,7 +162,7 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
 
 
 def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run):
-    with correcting(browser, run) as (_, shown):
+    with correcting(browser, run) as shown:
         shown.press(".")
         shown.turn_to(1)
         tracked = shown.points()
@@ -154,7 +173,7 @@ def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run
 
 
 def test_the_start_stays_marked_and_other_frames_need_not(browser, run):
-    with correcting(browser, run) as (_, shown):
+    with correcting(browser, run) as shown:
         assert browser.value("document.querySelector('#clear').disabled")
         shown.press(".")
         shown.turn_to(1)
@@ -167,7 +186,7 @@ def test_the_start_stays_marked_and_other_frames_need_not(browser, run):
 
 
 def test_what_looks_wrong_is_followed_only_when_told_so(browser, run):
-    with correcting(browser, run, "--frame", 3) as (_, shown):
+    with correcting(browser, run, 3) as shown:
         shown.turn_to(3)
         tracked = shown.points()
         shown.drag(tracked["near_knee"], (20.0, 20.0))
