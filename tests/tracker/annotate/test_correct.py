@@ -239,6 +239,25 @@ def test_a_run_that_is_closed_untouched_is_as_it_was(run):
     assert everything(run) == before
 
 
+def test_where_the_figure_was_lost_the_forecast_is_carried_by_its_hip_and_counts_as_seen(browser, run):
+    table = run / "pose.csv"
+    rows = [row | ({"outcome": "lost"} if 8 <= int(row["frame"]) < 11 else {}) for row in read_csv(table)]
+    write_table(table, [tuple(row.values()) for row in rows], tuple(rows[0]))
+    with correcting(browser, run, 9) as shown:
+        assert "The figure was lost here" in browser.text("#guide")
+        assert browser.value("document.querySelectorAll('#strip .lost').length") == 1
+        before = shown.points()
+        assert browser.value("document.querySelectorAll('#points .unseen').length") == len(before)
+        x, y = before["hip"]
+        shown.drag((x, y), (x + 8, y + 4))
+        assert all(near(place, np.add(before[name], (8, 4)), 0.02) for name, place in shown.points().items())
+        assert browser.value("document.querySelectorAll('#points .unseen').length") == 0
+        shown.press(",")
+        shown.press(",")
+        shown.turn_to(7)
+        assert "as it was followed" in browser.text("#guide")
+
+
 def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corrections(run):
     before = everything(run)
     with running(run, command="correct") as (process, address):

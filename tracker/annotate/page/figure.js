@@ -53,14 +53,23 @@ function twins(figure) {
   return Object.fromEntries(Object.entries(figure).map(([name, mark]) => [twin(name), mark]));
 }
 
-/** The figure with one joint moved; with its hip a figure that comes from another frame moves as a whole. */
+/** Whether the figure was lost here, so that what is shown is a forecast. */
+function isLost() {
+  return (opening.run?.lost ?? []).some(([first, end]) => first <= shown.index && shown.index < end);
+}
+
+/** The figure with one joint moved; with its hip a figure of another frame, or a forecast, moves as a whole. */
 function moved(joint, at) {
-  const [figure, from] = [here(), here()[joint]];
-  if (!begins()) return { ...figure, [joint]: { ...from, ...at } };
-  if (opening.run || joint !== "hip") return { ...figure, [joint]: { ...from, ...at, visible: true } };
+  const from = here()[joint];
+  if (!begins()) return { ...here(), [joint]: { ...from, ...at } };
+  const figure = each(here(), (mark) => ({ ...mark, visible: mark.visible || isLost() }));
+  if (joint !== "hip" || (opening.run && !isLost())) return { ...figure, [joint]: { ...from, ...at, visible: true } };
   const [dx, dy] = [at.x - from.x, at.y - from.y];
-  const carried = (mark) => ({ ...mark, ...rounded({ x: mark.x + dx, y: mark.y + dy }) });
-  return Object.fromEntries(Object.entries(figure).map(([name, mark]) => [name, carried(mark)]));
+  return each(figure, (mark) => ({ ...mark, ...rounded({ x: mark.x + dx, y: mark.y + dy }) }));
+}
+
+function each(figure, change) {
+  return Object.fromEntries(Object.entries(figure).map(([name, mark]) => [name, change(mark)]));
 }
 
 function rounded({ x, y }) {

@@ -67,6 +67,10 @@ function guidance(joint) {
 
 /** Of a frame that is not marked and need not be marked from nothing. */
 function beginning() {
+  if (isLost()) {
+    const what = " What is shown is a forecast. Drag the hip, and the whole figure goes along; then every joint to its place.";
+    return [text("strong", "The figure was lost here."), what];
+  }
   if (opening.run) {
     const what = " Drag a joint that is wrong, or exchange the legs. Where all is right, Enter keeps it so.";
     return [text("strong", "This frame is as it was followed."), what];
@@ -108,7 +112,12 @@ function showRow(button) {
   button.classList.toggle("placed", Boolean(mark));
   const state = mark ? (mark.visible ? "" : "hidden") : left().has(name) ? "left out" : "";
   button.querySelector(".state").textContent = state;
-  button.querySelector(".place").textContent = mark ? `${mark.x}, ${mark.y}` : "";
+  button.querySelector(".place").textContent = mark ? placed(mark) : "";
+}
+
+function placed(mark) {
+  const { x, y } = rounded(mark);
+  return `${x}, ${y}`;
 }
 
 /** Buttons of the marked frames that are nearest. */
