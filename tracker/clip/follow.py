@@ -69,7 +69,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
     """
     plan, clock = prepare(job), Clock()
-    if kept is not None and not kept.fits(plan.start):
+    if kept is not None and not kept.fits(plan.start, plan.slds.labels):
         kept = None
     with clock.stage("survey"):
         plan = _with_outline(plan, progress)

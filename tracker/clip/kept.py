@@ -38,8 +38,8 @@ class Kept:
         span = min(max(low, 0), start), max(min(high, end), start)
         return cls(track, (low + 1, high - 1), span)
 
-    def fits(self, start: Start) -> bool:
-        """Whether a start has the same figure at the same place, to rounding."""
+    def fits(self, start: Start, labels: tuple[str, ...]) -> bool:
+        """Whether a start has the same figure at the same place, to rounding, and a model the same states."""
         one, other = (
             [
                 *(link.length for link in each.figure.links),
@@ -49,7 +49,7 @@ class Kept:
             ]
             for each in (start, self.track)
         )
-        return np.allclose(one, other, rtol=1e-6)
+        return labels == self.track.labels and np.allclose(one, other, rtol=1e-6)
 
     def joined(self, new: Track) -> Track:
         """The earlier track with the frames that were followed again; `new` is of its span."""
@@ -60,4 +60,4 @@ class Kept:
             values[here] = getattr(new, name)[there]
         outcome = list(self.track.outcome)
         outcome[here] = new.outcome[there]
-        return replace(self.track, outcome=tuple(outcome), **rows)
+        return replace(self.track, outcome=tuple(outcome), gait=new.gait, **rows)

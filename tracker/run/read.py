@@ -189,6 +189,7 @@ def read_track(folder: Path, mark: float) -> Track:
             view=View((origin[0], origin[1]), unit, facing),
             model=header["model"],
             labels=tuple(header["labels"]),
+            gait=header["gait"],
             first=header["first"],
             outcome=tuple(rows.pop("outcome").tolist()),
             mark=mark,

@@ -71,10 +71,12 @@ def test_another_figure_or_place_does_not_fit(rng):
     track = random_track(rng, T)
     start = Start(track.figure, track.view, track.q[0], np.ones(len(track.q[0]), dtype=bool))
     whole = Kept(track, (9, 19), (8, 19))
-    assert whole.fits(start)
-    assert not whole.fits(replace(start, view=replace(track.view, facing=-1)))
+    labels = track.labels
+    assert whole.fits(start, labels)
+    assert not whole.fits(start, labels[:2])
+    assert not whole.fits(replace(start, view=replace(track.view, facing=-1)), labels)
     longer = track.figure.with_lengths([1.1 * link.length for link in track.figure.links])
-    assert not whole.fits(replace(start, figure=longer))
+    assert not whole.fits(replace(start, figure=longer), labels)
 
 
 @pytest.fixture(scope="module")
@@ -87,9 +89,17 @@ def anchored(clip, tmp_path_factory):
     return job, run, read_track(folder, run.track.mark)
 
 
-def test_a_track_is_read_back_as_it_was_written(anchored):
-    _, run, track = anchored
-    assert (track.figure, track.view, track.first) == (run.track.figure, run.track.view, 0)
+def test_a_track_is_read_back_as_it_was_written(anchored, tmp_path):
+    _, run, _ = anchored
+    run = replace(run, track=replace(run.track, gait="walk"))
+    write_run(run, tmp_path, QUIET, overlay=False, report=False)
+    track = read_track(tmp_path, run.track.mark)
+    assert (track.figure, track.view, track.gait, track.first) == (
+        run.track.figure,
+        run.track.view,
+        "walk",
+        0,
+    )
     assert (track.model, track.labels, track.outcome) == (
         run.track.model,
         run.track.labels,
