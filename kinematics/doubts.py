@@ -42,6 +42,7 @@ def doubts(figure: Figure, marks: Marks, facing: int) -> list[str]:
     if not wrong or not _wrong(figure, marks, -facing):  # nothing is exchanged if only the facing is wrong
         return wrong
     cures = [pair for pair in _pairs(figure, marks) if _cured(figure, marks, facing, pair)]
+    cures = [pair for pair in cures if any(name in wrong[0] for name in pair)] or cures
     names = [f"{one} and {other}" for one, other in cures]
     return [f"{', or '.join(names)} look exchanged: {wrong[0]}"] if names else wrong
 
@@ -89,18 +90,19 @@ def _usual(figure: Figure, spans: Mapping[int, float]) -> float | None:
 
 
 def _uneven(figure: Figure, spans: Mapping[int, float]) -> list[str]:
-    """Twins of unlike lengths."""
-    found = []
+    """Twins of unlike lengths; said of the one that is less as the other limbs suggest."""
+    size, found = _usual(figure, spans), []
     for i, twin in figure.twins.items():
         if i > twin or not {i, twin} <= spans.keys() or not figure.links[i].breathes:
             continue
         (less, short), (more, long) = sorted(
             ((figure.links[j], spans[j]) for j in (i, twin)), key=lambda limb: limb[1]
         )
-        if _unlike(long, short, TWINS):
-            found.append(
-                f"{_way(figure, more)} is {_times(long, short)} times as far as {_way(figure, less)}"
-            )
+        if not _unlike(long, short, TWINS):
+            continue
+        if size is not None and size * less.length / max(short, 1.0) > long / (size * more.length):
+            (less, short), (more, long) = (more, long), (less, short)
+        found.append(f"{_way(figure, more)} is {_times(long, short)} times as far as {_way(figure, less)}")
     return found
 
 

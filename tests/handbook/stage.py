@@ -9,6 +9,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from functools import cache, partial
 
 import numpy as np
@@ -38,11 +39,13 @@ IN_ITS_PLACE = {
     "make": "what it would do (-n), and of that the commands of ours: it also installs and runs all tests",
     "demo": "a walk of fewer frames",
     "annotate": "without a browser: what one clicks is sent, then Save and close",
+    "correct": "without a browser: a frame is kept as it was followed, then Follow on, then Save and close",
     "reproduce": "--quick, and one experiment of the six",
     "batch": "by one process: each takes seconds to begin",
 }
 # What a page takes for granted and does not make itself.
 FOUND = {
+    "docs/annotate.md": ("walk-track",),
     "docs/classify.md": ("walk-track", "mine.npz"),
     "docs/formats.md": ("walk-track",),
     "docs/interpolate.md": ("walk-track", "mine.npz"),
@@ -115,6 +118,8 @@ def run(words, folder, scheduler):
         raise CommandFailedError(f"{program} is no program that the test knows how to run")
     elif rest[0] == "annotate":
         mark(rest[1:], folder)
+    elif rest[0] == "correct":
+        correct(rest[1:], folder)
     elif rest[0] == "reproduce":
         run_figtrack(*rest, "--quick")
     elif rest[0] == "batch" and SCHEDULER not in rest:
@@ -140,6 +145,19 @@ def mark(words, folder):
         _, errors = process.communicate(timeout=120)
     if "saved" not in answer or process.returncode:
         raise CommandFailedError(f"annotate {' '.join(words)}: {answer} {errors}")
+
+
+def correct(words, folder):
+    """Keep a frame as it was followed, and follow the figure again through it."""
+    with running(*words, cwd=folder, command="correct") as (process, address):
+        figure = page(address)["frame"]["figure"]
+        answer = post(address, "follow", {"frames": {"3": figure}, "anyway": True})
+        while answer.get("follows") or "wait" in answer.get("error", ""):
+            time.sleep(0.2)
+            answer = post(address, "save", {"frames": {}, "close": True, "anyway": True})
+        _, errors = process.communicate(timeout=120)
+    if "closed" not in answer or process.returncode:
+        raise CommandFailedError(f"correct {' '.join(words)}: {answer} {errors}")
 
 
 def run_figtrack(*words):

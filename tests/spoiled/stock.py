@@ -36,6 +36,7 @@ COMMANDS = {
     "batch": "batch jobs.csv --quiet --overwrite --workers 1",
     "settings": "settings --overwrite --out s.toml",
     "annotate": "annotate walk.mp4 --no-browser --out marks.csv",
+    "correct": "correct run --no-browser --quiet",
     "reproduce": "reproduce --trials trials.csv --quick --quiet --overwrite --out reproduced",
     "demo": "demo --quiet --overwrite --out shown",
 }

@@ -22,7 +22,7 @@ def test_there_are_a_hundred_of_them_and_every_command_has_its_own():
 
 
 @pytest.mark.parametrize(
-    "command", [c for c in COMMANDS if c not in ("annotate", "batch", "demo", "reproduce")]
+    "command", [c for c in COMMANDS if c not in ("annotate", "correct", "batch", "demo", "reproduce")]
 )
 def test_nothing_keeps_a_command_from_its_work_where_nothing_is_spoiled(folder, command):
     result = figtrack(*words(command))

@@ -14,6 +14,7 @@ from videos.writer import Writer
 
 HEADER = ("frame", "keypoint", "x", "y", "visible")
 RUN_FILES = {"keypoints.csv", "pose.csv", "overlay.mp4", "track.npz", "run.json", "gait.json", "report.html"}
+RUN_FILES |= {"start.keypoints.csv"}
 FPS = 30.0
 
 

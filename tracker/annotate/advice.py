@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kinematics.figure import Figure
-from kinematics.recover import PoseError, Start, needed_joints, start_pose
+from kinematics.recover import PoseError, needed_joints, start_pose
 from tracker.clip.start import objections, outside
 from tracker.tables.keypoints import Mark, points
 
@@ -15,12 +15,12 @@ class Advice:
 
     missing : joints that a start frame needs and that are not marked
     faults  : what cannot be right, one line each
-    notes   : what tracking will make of the marks
+    faces   : "left" or "right", as tracking will take it; None where it cannot start
     """
 
     missing: tuple[str, ...]
     faults: tuple[str, ...]
-    notes: tuple[str, ...]
+    faces: str | None
 
 
 def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], facing: int) -> Advice:
@@ -32,14 +32,13 @@ def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], fac
     """
     places = points(marks)
     missing = tuple(name for name in needed_joints(figure) if name not in marks)
-    wrong, notes = [*_outside(marks, size), *objections(figure, places, facing)], list[str]()
+    wrong, faces = [*_outside(marks, size), *objections(figure, places, facing, "choose Faces")], None
     if not missing:
         try:
-            start = start_pose(figure, places, facing)
-            notes = [_facing(start)]
+            faces = start_pose(figure, places, facing).view.side
         except PoseError as error:
             wrong = [str(error), *wrong]
-    return Advice(missing, tuple(wrong), tuple(notes))
+    return Advice(missing, tuple(wrong), faces)
 
 
 def _outside(marks: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
@@ -48,8 +47,3 @@ def _outside(marks: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
         f"{name} lies outside the picture of {width} x {height} px; move it in, or delete it"
         for name in outside(marks, size)
     ]
-
-
-def _facing(start: Start) -> str:
-    way, other = ("right", "left") if start.view.facing > 0 else ("left", "right")
-    return f"The figure seems to face {way}; if it does not, give figtrack track --facing {other}."

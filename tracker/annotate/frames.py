@@ -6,10 +6,14 @@ from pathlib import Path
 from threading import Lock
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
 from videos.frames import Frame, Video, VideoError
 
+QUICK = 960  # pixels: the longer side of a picture that is only looked at in passing
 KEPT_BYTES = 128 * 2**20  # of the frames passed last: stepping back a little decodes nothing again
+SMALL_BYTES = 64 * 2**20  # of the small pictures: nor does sliding over what was seen
 
 
 class NoFrameError(VideoError):
@@ -22,6 +26,7 @@ class Frames:
     Decoding always begins at frame 0, which is slower than a seek but counts frames exactly as `track` does.
 
     width, height : pixels
+    fps           : frames a second
     count_hint    : about how many frames there are; exact once the end was met; None where nothing tells
     """
 
@@ -29,10 +34,11 @@ class Frames:
         """Raises VideoError where the video cannot be read."""
         self._video = Video(path)
         self.width, self.height = self._video.width, self._video.height
-        self.count_hint = self._video.count_hint
+        self.fps, self.count_hint = self._video.fps, self._video.count_hint
         self._coming: Iterator[Frame] = iter(self._video)
         kept = KEPT_BYTES // (3 * self.width * self.height)
         self._passed: deque[Frame] = deque(maxlen=max(kept, 1))
+        self._small: dict[int, bytes] = {}
         self._lock = Lock()
 
     def png(self, index: int) -> bytes:
@@ -42,10 +48,25 @@ class Frames:
             NoFrameError: the video ends before it.
             VideoError: the video cannot be decoded.
         """
+        quick = [cv2.IMWRITE_PNG_COMPRESSION, 1]
+        return cv2.imencode(".png", self._image(index), quick)[1].tobytes()
+
+    def jpeg(self, index: int) -> bytes:
+        """One frame, small and quickly; raises as `png`."""
+        if index in (seen := self._small):
+            return seen[index]
+        image, by = self._image(index), min(1.0, QUICK / max(self.width, self.height))
+        small = cv2.resize(image, None, fx=by, fy=by, interpolation=cv2.INTER_AREA) if by < 1.0 else image
+        data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
+        room = sum(map(len, list(seen.values()))) + len(data) <= SMALL_BYTES
+        self._small = {**(seen if room else {}), index: data}
+        return data
+
+    def _image(self, index: int) -> NDArray[np.uint8]:
+        """A frame as OpenCV has it, blue first."""
         with self._lock:
             image = self._frame(index).image
-        quick = [cv2.IMWRITE_PNG_COMPRESSION, 1]
-        return cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), quick)[1].tobytes()
+        return cv2.cvtColor(image, cv2.COLOR_RGB2BGR).astype(np.uint8, copy=False)
 
     def _frame(self, index: int) -> Frame:
         if self._passed and index < self._passed[0].index:

@@ -3,7 +3,9 @@
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
 
+from tracker.annotate.correction import Correction
 from tracker.annotate.marks import Table
 from tracker.annotate.server import LOOPBACK, Server
 from tracker.annotate.session import Session
@@ -11,6 +13,8 @@ from tracker.annotate.suggested import suggested
 from tracker.foreign.start_marks import read_start
 from tracker.progress import Progress
 from tracker.run.folder import FolderError
+
+POLL = 0.1  # seconds between looks at whether the page was closed
 
 
 @dataclass(frozen=True)
@@ -56,31 +60,59 @@ def mark(request: Request) -> None:
     marked = min(table.marks, default=0)
     first = request.frame if request.frame is not None else taken.frame if taken else marked
     session = Session(request.video, table, first, taken, request.facing)
-    try:
-        server = Server(session, request.port)
-    except OSError as error:
-        raise FolderError(
-            f"port {request.port} of {LOOPBACK} cannot be had ({error.strerror}); choose another --port"
-        ) from error
-    with server:
+    with _server(session, request.port) as server:
         if taken is None and not table.marks and not request.empty:
             _suggest(request, session)
-        print(f"mark the joints at {server.address}")
-        print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
-        if request.browser:
-            _open(server.address)
-        stopped = False
-        try:
-            server.serve_forever(poll_interval=0.1)
-        except KeyboardInterrupt:
-            if not session.saved:
-                raise
-            stopped = True
-    if stopped:
-        print("stopped; what was not saved is gone")
+        _serve(server, "mark the joints", request.browser)
     frames = "1 frame" if len(table.marks) == 1 else f"{len(table.marks)} frames"
     print(f"{frames} marked in {table.path}")
     print(f"next: {session.next_command()}")
+
+
+def correct(folder: Path, frame: int | None, port: int, browser: bool, progress: Progress) -> None:
+    """Serve the page of a finished run until it is closed or Ctrl-C is pressed, and say what came of it.
+
+    Args:
+        frame: shown first; None for the one that the run started from.
+        port, browser: as of a `Request`.
+
+    Raises:
+        RunError, VideoError, FolderError: a folder or file that cannot be used, or the port is taken.
+        KeyboardInterrupt: nothing was saved.
+    """
+    session = Correction(folder, frame, progress)
+    with _server(session, port) as server:
+        _serve(server, f"put {folder} right", browser)
+    print(session.ending())
+
+
+def _server(session: Session, port: int) -> Server:
+    try:
+        return Server(session, port)
+    except OSError as error:
+        raise FolderError(
+            f"port {port} of {LOOPBACK} cannot be had ({error.strerror}); choose another --port"
+        ) from error
+
+
+def _serve(server: Server, what: str, browser: bool) -> None:
+    """Answer the page, and do in this thread what it asks for that takes a while, until it is closed."""
+    session = server.session
+    print(f"{what} at {server.address}")
+    print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
+    if browser:
+        _open(server.address)
+    answers = Thread(target=server.serve_forever, kwargs={"poll_interval": POLL}, daemon=True)
+    answers.start()
+    try:
+        while answers.is_alive():
+            session.work(POLL)
+    except KeyboardInterrupt:
+        if not session.saved:
+            raise
+        print("stopped; what was not saved is gone")
+    finally:
+        server.shutdown()
 
 
 def _suggest(request: Request, session: Session) -> None:

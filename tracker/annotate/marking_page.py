@@ -4,7 +4,7 @@ import json
 from importlib import resources
 from typing import Any
 
-SCRIPTS = ("marks.js", "picture.js", "side.js", "saving.js", "page.js")
+SCRIPTS = ("marks.js", "picture.js", "film.js", "figure.js", "side.js", "saving.js", "page.js")
 
 
 def compose(opening: Any, nonce: str) -> str:

@@ -21,8 +21,11 @@ class Table:
     marks : as last saved, or as found
     """
 
-    def __init__(self, path: Path, *, overwrite: bool = False) -> None:
+    def __init__(self, path: Path, *, overwrite: bool = False, begin: Marks | None = None) -> None:
         """Open the table; a file that is not there yet, or is to be replaced, gives an empty one.
+
+        Args:
+            begin: marks that a file which is not there yet begins with.
 
         Raises:
             FolderError: a folder in its place.
@@ -45,6 +48,9 @@ class Table:
             self._rows = [row for row in rows if row]
             if VISIBLE not in self._header:
                 self._header.append(VISIBLE)
+        elif begin is not None:
+            self.marks = begin
+            self._rows = [self._row(t, name, of[name]) for t, of in sorted(begin.items()) for name in of]
 
     def save(self, changed: Mapping[int, Mapping[str, Mark]]) -> None:
         """Put these frames' marks, all of them, in place of what the table has for them, and write it.

@@ -1,4 +1,4 @@
-"""The page's server: this machine only, one address, one key, five things that it answers.
+"""The page's server: this machine only, one address, one key, what it answers is listed here.
 
 A page of another site that is open in the same browser can send requests here, too. It cannot know the key
 in the address, cannot send a foreign `Host` past the check (which defeats DNS rebinding), and a request that
@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from tracker.annotate.correction import Correction
 from tracker.annotate.marking_page import compose
 from tracker.annotate.session import CheckRequest, SaveRequest, Session
 from tracker.run.folder import FolderError
@@ -77,13 +78,18 @@ class Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "figtrack", ""
 
     def do_GET(self) -> None:
-        """The page, and its frames."""
+        """The page, its frames, and how far following has come."""
+        session = self.server.session
         try:
             what = self._admitted(changes=False)
             if what == "":
                 self._answer_page()
             elif what.startswith("frame/"):
-                self._answer(self.server.session.frame(_index(what.removeprefix("frame/"))))
+                self._answer(session.frame(_index(what.removeprefix("frame/"))))
+            elif what.startswith("quick/"):
+                self._answer(session.frame(_index(what.removeprefix("quick/")), quick=True))
+            elif what == "following" and isinstance(session, Correction):
+                self._answer(session.following())
             else:
                 raise RefusalError(HTTPStatus.NOT_FOUND, "there is nothing here by this name")
         except RefusalError as refusal:
@@ -92,7 +98,7 @@ class Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.NOT_FOUND, str(error))
 
     def do_POST(self) -> None:
-        """Judge marks, save them."""
+        """Judge marks, save them, follow on from them."""
         session, closed = self.server.session, False
         try:
             what = self._admitted(changes=True)
@@ -102,6 +108,8 @@ class Handler(BaseHTTPRequestHandler):
                 reply = session.save(self._body(SaveRequest))
                 closed = reply["closed"]
                 self._answer(reply)
+            elif what == "follow" and isinstance(session, Correction):
+                self._answer(session.follow(self._body(SaveRequest)))
             else:
                 raise RefusalError(HTTPStatus.NOT_FOUND, "there is nothing here by this name")
         except RefusalError as refusal:
@@ -125,7 +133,10 @@ class Handler(BaseHTTPRequestHandler):
             raise RefusalError(HTTPStatus.FORBIDDEN, "this server answers to its own page only")
         key, slash, what = self.path.removeprefix("/").partition("/")
         if not slash or not hmac.compare_digest(key.encode(), self.server.key.encode()):
-            raise RefusalError(HTTPStatus.FORBIDDEN, "open the very address that figtrack annotate printed")
+            raise RefusalError(
+                HTTPStatus.FORBIDDEN,
+                f"open the very address that figtrack {self.server.session.command} printed",
+            )
         return what
 
     def _body(self, kind: type[Request]) -> Request:

@@ -2,9 +2,11 @@
 
 import base64
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
+from queue import Empty, Queue
 from threading import Lock
 from typing import Annotated, Any
 
@@ -15,6 +17,7 @@ from kinematics.recover import needed_joints
 from tracker.annotate.advice import Advice, advise
 from tracker.annotate.frames import Frames
 from tracker.annotate.marks import Table
+from tracker.clip.job import Facing, towards
 from tracker.clip.start import facing_at
 from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import KEYPOINTS, Mark, Marks
@@ -49,24 +52,32 @@ class Placed(BaseModel):
 
 
 class CheckRequest(BaseModel):
-    """The marks of one frame, to be judged."""
+    """The marks of one frame, to be judged.
+
+    facing : as it was said on the page, None where nothing was
+    """
 
     model_config = ConfigDict(extra="forbid")
 
     frame: Index
     marks: dict[Joint, Placed]
+    facing: Facing | None = None
 
 
 class SaveRequest(BaseModel):
     """All marks of the frames that changed; a frame without any loses those it had.
 
-    close : end the session, unless something is still wrong
-    anyway: end it all the same
+    facing : as it was said on the page, None where nothing was
+    frame  : that is shown
+    close  : end the session, unless something is still wrong
+    anyway : go on all the same
     """
 
     model_config = ConfigDict(extra="forbid")
 
     frames: dict[Index, dict[Joint, Placed]]
+    facing: Facing | None = None
+    frame: Index = 0
     close: bool = False
     anyway: bool = False
 
@@ -74,8 +85,11 @@ class SaveRequest(BaseModel):
 class Session:
     """One video, one table, and a page that is open on both.
 
-    saved : whether anything was saved
+    command : that opens it
+    saved   : whether anything was saved
     """
+
+    command = "annotate"
 
     def __init__(
         self, video: Path, table: Table, first: int, taken: Taken | None = None, facing: int | None = None
@@ -94,6 +108,7 @@ class Session:
         self._frames = Frames(video)
         self._figure = load_figure()
         self._lock = Lock()
+        self._asked: Queue[Callable[[], None]] = Queue()
         self._opening = self.frame(first)
 
     def start_from(self, taken: Taken) -> None:
@@ -104,29 +119,34 @@ class Session:
         """What the page starts with."""
         taken = self.taken
         return {
+            "command": self.command,
             "video": self.video.name,
             "table": str(self.table.path),
             "joints": _joints(self._figure),
-            "marks": {frame: _told(marks) for frame, marks in self.table.marks.items()},
+            "marks": {frame: told(marks) for frame, marks in self.table.marks.items()},
             "frame": self._opening,
-            "taken": taken and {"frame": taken.frame, "marks": _told(taken.marks), "told": taken.told},
+            "fps": self._frames.fps,
+            "facing": self.facing and ("right" if self.facing > 0 else "left"),
+            "taken": taken and {"frame": taken.frame, "marks": told(taken.marks), "told": taken.told},
         }
 
-    def frame(self, index: int) -> Reply:
-        """One frame; raises VideoError."""
-        png = base64.b64encode(self._frames.png(index)).decode("ascii")
+    def frame(self, index: int, *, quick: bool = False) -> Reply:
+        """One frame, losslessly unless it is wanted `quick`; raises VideoError."""
+        kind, data = ("jpeg", self._frames.jpeg(index)) if quick else ("png", self._frames.png(index))
         return {
             "index": index,
             "count": self._frames.count_hint,
             "width": self._frames.width,
             "height": self._frames.height,
-            "image": f"data:image/png;base64,{png}",
+            "image": f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}",
+            "figure": told(self._followed(index)),
         }
 
     def check(self, request: CheckRequest) -> Reply:
         """What is missing and what cannot be right."""
         marks = {name: placed.mark() for name, placed in request.marks.items()}
-        return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame))
+        facing = towards(request.facing) or self.facing
+        return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame, facing))
 
     def save(self, request: SaveRequest) -> Reply:
         """Write the table; `closed` tells whether the session is over.
@@ -142,7 +162,8 @@ class Session:
             if changed or not self.table.marks:
                 self.table.save(changed)
                 self.saved = True
-            wrong = self._wrong(set(changed) | {min(self.table.marks)})
+            self.facing = towards(request.facing) or self.facing
+            wrong = self._wrong(set(changed) | {self._start()})
         closed = request.close and (request.anyway or not wrong)
         return {
             "saved": str(self.table.path),
@@ -159,18 +180,31 @@ class Session:
             words += ["--facing", "right" if self.facing > 0 else "left"]
         return shlex.join([*words, "--anchors"] if len(self.table.marks) > 1 else words)
 
+    def work(self, seconds: float) -> None:
+        """Do what the page has asked for that takes a while; wait for it so long."""
+        with suppress(Empty):
+            self._asked.get(timeout=seconds)()
+
+    def _followed(self, index: int) -> Mapping[str, Mark]:
+        """The figure as it was followed in a frame; of a film that is only marked, nothing."""
+        return {}
+
+    def _start(self) -> int:
+        """The marked frame that tracking starts from."""
+        return min(self.table.marks)
+
     def _wrong(self, frames: set[int]) -> list[str]:
         """What cannot be right in these frames, and what the first one, where tracking starts, lacks."""
-        start, out = min(self.table.marks), []
+        start, out = self._start(), []
         for frame in sorted(frames & self.table.marks.keys()):
-            advice = self._advise(self.table.marks, frame)
+            advice = self._advise(self.table.marks, frame, self.facing)
             lacks = [f"lacks {', '.join(advice.missing)}"] if advice.missing and frame == start else []
             out += [f"frame {frame}: {text}" for text in [*lacks, *advice.faults]]
         return out
 
-    def _advise(self, marks: Marks, frame: int) -> Advice:
+    def _advise(self, marks: Marks, frame: int, facing: int | None) -> Advice:
         size = (self._frames.width, self._frames.height)
-        return advise(self._figure, marks[frame], size, self.facing or facing_at(marks, frame))
+        return advise(self._figure, marks[frame], size, facing or facing_at(marks, frame))
 
 
 def _joints(figure: Figure) -> list[Reply]:
@@ -187,5 +221,6 @@ def _joints(figure: Figure) -> list[Reply]:
     return out
 
 
-def _told(marks: Mapping[str, Mark]) -> Reply:
+def told(marks: Mapping[str, Mark]) -> Reply:
+    """Marks as the page has them."""
     return {name: asdict(mark) for name, mark in marks.items()}

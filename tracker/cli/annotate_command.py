@@ -1,12 +1,18 @@
-"""The command that opens the marking page."""
+"""The commands that open the marking page: on a film, and on a finished run."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tracker.cli.options import Common, FacingOption, Video
+from tracker.cli.options import Common, FacingOption, Shown, Video
 from tracker.clip.job import towards
+
+Port = Annotated[
+    int,
+    typer.Option(min=0, max=65535, help="Of the page's address on this machine; 0 for any that is free."),
+]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the page's address.")]
 
 
 def annotate(
@@ -38,11 +44,8 @@ def annotate(
         typer.Option("--empty", help="Do not open with a suggestion, of who is found in the film."),
     ] = False,
     facing: FacingOption = None,
-    port: Annotated[
-        int,
-        typer.Option(min=0, max=65535, help="Of the page's address on this machine; 0 for any that is free."),
-    ] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the page's address.")] = False,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Start anew: the first save replaces a table that exists.")
     ] = False,
@@ -59,3 +62,25 @@ def annotate(
     table = out or Path(f"{video.absolute().stem}.keypoints.csv")
     way, browser = towards(facing), not no_browser
     mark(Request(video, table, frame, source, way, port, browser, overwrite, empty, common.shown()))
+
+
+def correct(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run of 'figtrack track'.")],
+    *,
+    frame: Annotated[
+        int | None,
+        typer.Option(min=0, help="The frame shown first [default: the one that the run started from]."),
+    ] = None,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+    shown: Shown,
+) -> None:
+    """Open a run in a browser page, put it right, and follow the figure again.
+
+    The run is replaced once the new one is complete.
+
+    Example: figtrack correct walk-track
+    """
+    from tracker.annotate.launch import correct as put_right
+
+    put_right(folder, frame, port, not no_browser, shown.shown())

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from tracker import __version__
-from tracker.cli.annotate_command import annotate
+from tracker.cli.annotate_command import annotate, correct
 from tracker.cli.file_commands import batch, export, settings
 from tracker.cli.find_command import find, suggestion
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
@@ -136,8 +136,8 @@ def compare(
 
 
 COMMANDS = (
-    *(demo, annotate, learn, find, track, compare, classify, predict, interpolate, synthesise, reproduce),
-    *(export, batch, settings),
+    *(demo, annotate, learn, find, track, correct, compare, classify, predict, interpolate, synthesise),
+    *(reproduce, export, batch, settings),
 )
 for command in COMMANDS:
     app.command()(offered(command))

@@ -46,10 +46,9 @@ Overwrite = Annotated[
 
 
 @dataclass(frozen=True)
-class Common:
-    """The last options of every command that takes a while."""
+class Shown:
+    """How a command that takes a while shows its progress."""
 
-    overwrite: Overwrite = False
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress.")] = False
     progress: Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")] = (
         Style.AUTO
@@ -60,6 +59,13 @@ class Common:
         from tracker.progress import Progress
 
         return Progress("quiet" if self.quiet else self.progress.value)
+
+
+@dataclass(frozen=True)
+class Common(Shown):
+    """The last options of every command that takes a while and leaves results."""
+
+    overwrite: Overwrite = False
 
 
 def offered(command: Callable[..., None]) -> Callable[..., None]:

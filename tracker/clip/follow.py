@@ -1,6 +1,6 @@
 """One clip followed: from a job to a run."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -12,6 +12,7 @@ from kinematics.mocap import POSE_COLUMNS
 from tracker.clip.clock import Clock
 from tracker.clip.heading import footless
 from tracker.clip.job import Job
+from tracker.clip.kept import Kept
 from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel, Toned
 from tracker.clip.plan import Plan, prepare
@@ -58,17 +59,25 @@ class Run:
     points: Judged | None = None
 
 
-def follow(job: Job, progress: Progress) -> Run:
+def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
     """Track the clip: ahead from the start frame, and backwards from it to the first that is asked for.
+
+    Args:
+        kept: what stays of an earlier track; of one with another figure nothing does.
 
     Raises:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
     """
     plan, clock = prepare(job), Clock()
+    if kept is not None and not kept.fits(plan.start, plan.slds.labels):
+        kept = None
     with clock.stage("survey"):
         plan = _with_outline(plan, progress)
-    times, estimates = _estimates(plan, clock, progress)
-    track = _track(plan, times, estimates)
+    span = (job.first, job.stop) if kept is None else kept.span
+    times, estimates = _estimates(plan, span, clock, progress)
+    track = _track(plan, span[0], times, estimates)
+    if kept is not None:
+        track = kept.joined(track)
     judged = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
     return Run(
         job=job,
@@ -76,10 +85,10 @@ def follow(job: Job, progress: Progress) -> Run:
         settings=plan.tracker.settings,
         track=track,
         fps=plan.video.fps,
-        frames=len(times),
+        frames=track.first + len(track),
         size=(plan.video.width, plan.video.height),
         rate=_rate(plan, track),
-        seconds=clock.per_frame(len(times)),
+        seconds=clock.per_frame(len(track)),
         warnings=_warnings(plan, track, judged),
         points=judged,
     )
@@ -93,11 +102,14 @@ def _with_outline(plan: Plan, progress: Progress) -> Plan:
     return outlined(plan, progress)
 
 
-def _estimates(plan: Plan, clock: Clock, progress: Progress) -> tuple[list[float], list[Estimate]]:
-    """Time and estimate of every frame."""
-    job, frame, reel = plan.job, plan.frame, Reel(plan.video, plan.job.stop)
+def _estimates(
+    plan: Plan, span: tuple[int, int | None], clock: Clock, progress: Progress
+) -> tuple[list[float], list[Estimate]]:
+    """Time of every frame up to the last of a span, and estimates of those in it; None is the clip's last."""
+    job, frame, (first, last) = plan.job, plan.frame, span
+    reel, end = Reel(plan.video, last), plan.total if last is None else last + 1
     images = reel.ahead()
-    with progress.task(f"{job.video.name} with {job.model}", plan.total) as advance:
+    with progress.task(f"{job.video.name} with {job.model}", end and end - first) as advance:
         marked = next(islice(clock.timed("read", images), frame, None), None)
         if marked is None:
             raise StartError(
@@ -107,8 +119,8 @@ def _estimates(plan: Plan, clock: Clock, progress: Progress) -> tuple[list[float
         ways = _Ways(plan, pictures, pictures.shown(marked), clock, advance)
         behind: list[Estimate] = []
         belief = None
-        if frame > job.first:
-            behind, belief = ways.followed(-1, pictures.span(frame - 1, job.first))
+        if frame > first:
+            behind, belief = ways.followed(-1, pictures.span(frame - 1, first))
         ahead, _ = ways.followed(1, map(pictures.shown, images), belief)
     return reel.times, behind[:0:-1] + ahead
 
@@ -145,13 +157,18 @@ class _Ways:
         run = passage.run(plan.frame, state, estimate, self.clock.timed("read", images))
         found: list[Estimate] = []
         turned = None
-        for estimate in self.clock.timed("smooth", passage.smooth(tracker, self.clock.timed("track", run))):
+        tracked = self._counted(way, self.clock.timed("track", run))
+        for estimate in self.clock.timed("smooth", passage.smooth(tracker, tracked)):
             if len(found) == 1 and plan.job.smooth and estimate.outcome.measured:
                 turned = turned_belief(tracker.slds, state.belief, estimate.belief)
             found.append(estimate.light())
-            if way > 0 or len(found) > 1:  # both ways begin with the start frame
-                self.advance()
         return joined(tracker, found), turned
+
+    def _counted(self, way: int, run: Iterable[Estimate]) -> Iterator[Estimate]:
+        for t, estimate in enumerate(run):
+            if way > 0 or t > 0:  # both ways begin with the start frame
+                self.advance()
+            yield estimate
 
     def _passage(self, way: int) -> Passage:
         plan = self.plan
@@ -173,14 +190,14 @@ def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
     return plate(images, plan.frame - first, start_box(plan.tracker, plan.start), plan.tracker.view.unit)
 
 
-def _track(plan: Plan, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
+def _track(plan: Plan, first: int, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
     return Track(
         figure=plan.start.figure,
         view=plan.start.view,
         model=plan.job.model,
         labels=plan.slds.labels,
-        first=plan.job.first,
-        times=np.array(times[plan.job.first :]) - times[0],
+        first=first,
+        times=np.array(times[first:]) - times[0],
         q=np.stack([estimate.pose.mean for estimate in estimates]),
         cov=np.stack([estimate.pose.cov for estimate in estimates]),
         s=np.array([estimate.s for estimate in estimates]),

@@ -252,3 +252,14 @@ class Job:
     def first(self) -> int:
         """The first frame that is followed."""
         return self.from_ or 0
+
+    def asked(self) -> dict[str, Any]:
+        """The options that it was asked for with, as JSON can hold them, files by their whole path."""
+        names = {option.name for option in options()} & set(vars(self)) - {"settings", "facing"}
+        return {name: _whole(getattr(self, name)) for name in sorted(names)}
+
+
+def _whole(value: Any) -> Any:
+    if isinstance(value, Path) or (isinstance(value, str) and Path(value).is_file()):
+        return str(Path(value).absolute())
+    return value

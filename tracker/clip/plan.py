@@ -51,7 +51,7 @@ class Plan:
     def total(self) -> int | None:
         """About how many frames there are to track."""
         counts = [self.video.count_hint, None if self.job.stop is None else self.job.stop + 1]
-        return min((count - self.job.first for count in counts if count is not None), default=None)
+        return min((count for count in counts if count is not None), default=None)
 
 
 def prepare(job: Job) -> Plan:

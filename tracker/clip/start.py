@@ -46,12 +46,16 @@ def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, 
     return start
 
 
-def objections(figure: Figure, places: Places, facing: int) -> list[str]:
-    """Why joints marked so far cannot be right, a clause each; none if they can be."""
+def objections(figure: Figure, places: Places, facing: int, turn: str = "give --facing") -> list[str]:
+    """Why joints marked so far cannot be right, a clause each; none if they can be.
+
+    Args:
+        turn: how a user says which way the figure faces.
+    """
     wrong = doubts(figure, places, facing)
     if wrong and beyond_limits(figure, places, facing) and not beyond_limits(figure, places, -facing):
         side = "right" if facing < 0 else "left"
-        wrong.append(f"or give --facing {side} if that is where the figure faces")
+        wrong.append(f"or {turn} {side} if that is where the figure faces")
     return wrong
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tracker import __version__
+from tracker.clip.again import START, film_told
 from tracker.clip.follow import Run
 from tracker.progress import Progress
 from tracker.report.chapter import Chapter
@@ -15,9 +16,9 @@ from tracker.report.drawing import write_overlay
 from tracker.report.page import write_report
 from tracker.run.track import Track
 from tracker.run.write import write_tables
-from tracker.tables.keypoints import write_marks
+from tracker.tables.keypoints import Marks, write_marks
 
-OVERLAY = "overlay.mp4"
+OVERLAY, REPORT = "overlay.mp4", "report.html"
 
 
 def write_run(
@@ -38,8 +39,7 @@ def write_run(
     """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)
-    if finished.job.found is not None:
-        write_marks(folder / "start.keypoints.csv", finished.job.marks)
+    write_marks(folder / START, _passed(finished))
     if overlay:
         write_overlay(finished, folder / OVERLAY, progress)
     told = Chapter.of(finished, folder / OVERLAY if overlay else None)
@@ -47,17 +47,19 @@ def write_run(
         figures = json.dumps(told.gait.summary(), indent=2)
         (folder / "gait.json").write_text(figures + "\n", encoding="utf-8")
     if report:
-        write_report(folder / "report.html", told)
+        write_report(folder / REPORT, told)
     write = (time.perf_counter() - began) / finished.frames
     job = finished.job
     news = {
         "figtrack": __version__,
         "video": job.called or str(job.video),
+        "film": film_told(job),
         "model": job.model,
         "smooth": job.smooth,
         "anchors": job.anchors,
         "measure": None if finished.points is None else asdict(finished.points),
         "settings": finished.settings.model_dump(mode="json"),
+        "options": job.asked(),
         "fps": finished.fps,
         "frames": finished.frames,
         "size": finished.size,
@@ -74,6 +76,12 @@ def write_run(
     } | ({"job": key} if key else {})
     (folder / "run.json").write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
     return told
+
+
+def _passed(finished: Run) -> Marks:
+    """The marks that the track passes through: the start's, and those of anchors."""
+    marks = finished.job.marks
+    return marks if finished.job.anchors else {finished.start: marks[finished.start]}
 
 
 def _camera(track: Track) -> dict[str, bool | float]:

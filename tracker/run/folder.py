@@ -2,8 +2,8 @@
 
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
@@ -16,7 +16,7 @@ MARKERS = {
     "demo.json": "figtrack",
     "reproduce.json": "figtrack",
 }
-PART = ".part"  # how folders aside end
+PART, DRAWN = ".part", 8  # how folders aside end, and how many random letters are before that
 
 
 class FolderError(Exception):
@@ -144,14 +144,15 @@ def _check_file(path: Path, overwrite: bool) -> None:
 def _workshop(place: Path) -> Iterator[Path]:
     """A hidden folder beside `place`, gone afterwards; so are the parents made for it that hold nothing."""
     made = [parent for parent in place.parents if not parent.exists()]
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        workshop = Path(tempfile.mkdtemp(prefix=f".{place.name}.", suffix=PART, dir=place.parent))
-    except OSError as error:
-        raise FolderError(
-            f"cannot write into {place.parent} ({error.strerror}); choose another --out"
-        ) from error
-    try:
+    workshop = place.parent / f".{place.name}.{secrets.token_hex(DRAWN // 2)}{PART}"
+    try:  # before it is made, or Ctrl-C at that very moment would leave it
+        try:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            workshop.mkdir(0o700)
+        except OSError as error:
+            raise FolderError(
+                f"cannot write into {place.parent} ({error.strerror}); choose another --out"
+            ) from error
         yield workshop
     finally:
         shutil.rmtree(workshop, ignore_errors=True)
@@ -162,8 +163,7 @@ def _workshop(place: Path) -> Iterator[Path]:
 
 def _workshops(path: Path) -> set[Path]:
     place = _real(path)
-    # The name between the dots is what mkdtemp draws.
-    return set(place.parent.glob(f".{escape(place.name)}.{'?' * 8}{PART}"))
+    return set(place.parent.glob(f".{escape(place.name)}.{'?' * DRAWN}{PART}"))
 
 
 def _exchange(new: Path, place: Path, old: Path) -> None:

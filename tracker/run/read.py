@@ -6,15 +6,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
+from kinematics.figure import load_figure
 from kinematics.mocap import POSE_COLUMNS
+from kinematics.spm import View
 from tracker.loop.outcome import Outcome
+from tracker.run.track import Track
 from tracker.tables.table import by_column, read_lines, why
 
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
@@ -169,18 +172,49 @@ def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[Outcome | None, ...]
     return times, poses, tuple(Outcome(row["outcome"]) if row["outcome"] else None for row in rows)
 
 
+def read_track(folder: Path, mark: float) -> Track:
+    """The track of a complete run, its figure the walking one.
+
+    Args:
+        mark: setting of that name.
+
+    Raises:
+        RunError: a file that is damaged.
+    """
+    with _sound(folder / "track.npz") as path:
+        header, rows = _archive(path, ("times", "q", "cov", "s", "outcome", "shift"))
+        *origin, unit, facing = header["view"]
+        return Track(
+            figure=load_figure().with_lengths(header["lengths"]),
+            view=View((origin[0], origin[1]), unit, facing),
+            model=header["model"],
+            labels=tuple(header["labels"]),
+            gait=header["gait"],
+            first=header["first"],
+            outcome=tuple(rows.pop("outcome").tolist()),
+            mark=mark,
+            **rows,
+        )
+
+
 def _shift(path: Path, frames: int) -> Array:
     """(T, 2), zero in frames that were not followed."""
+    header, rows = _archive(path, ("shift",))
+    first, followed = header["first"], rows["shift"]
+    shift = np.zeros((frames, 2))
+    shift[first : first + len(followed)] = followed
+    return shift
+
+
+def _archive(path: Path, names: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The header and these arrays of track.npz."""
     try:
         with path.open("rb") as file, np.load(file) as track:
-            first, followed = json.loads(str(track["header"]))["first"], track["shift"]
+            return json.loads(str(track["header"])), {name: track[name] for name in names}
     except OSError:
         raise
     except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
         raise ValueError("it is no archive that can be read") from error
-    shift = np.zeros((frames, 2))
-    shift[first : first + len(followed)] = followed
-    return shift
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

@@ -29,6 +29,20 @@ def test_stepping_back_a_little_decodes_nothing_again(clip):
     frames.png(2)
 
 
+def test_small_pictures_that_were_seen_are_not_made_again_and_take_bounded_memory(clip, monkeypatch):
+    frames = Frames(clip.video)
+    seen = {index: frames.jpeg(index) for index in (9, 2, 4)}
+    one = len(seen[9])
+    assert cv2.imdecode(np.frombuffer(seen[9], np.uint8), cv2.IMREAD_COLOR).shape == (270, 480, 3)
+    monkeypatch.setattr(frames, "_image", lambda _: pytest.fail("it was made again"))
+    assert {index: frames.jpeg(index) for index in (4, 9, 2)} == seen
+    monkeypatch.undo()
+    monkeypatch.setattr(module, "SMALL_BYTES", 3 * one)
+    for index in range(10):
+        frames.jpeg(index)
+        assert sum(map(len, frames._small.values())) <= 3 * one
+
+
 def test_a_frame_beyond_the_end_is_refused_and_the_others_still_come(clip):
     frames = Frames(clip.video)
     with pytest.raises(NoFrameError, match=r"frame 10 is not in walk\.mp4, which ends with frame 9"):

@@ -18,9 +18,9 @@ from tracker.tables.keypoints import Mark, read_keypoints
 
 
 @contextmanager
-def running(*words, cwd=None):
+def running(*words, cwd=None, command="annotate"):
     """The command at work, and the address it printed."""
-    process = started("annotate", *words, "--no-browser", cwd=cwd)
+    process = started(command, *words, "--no-browser", cwd=cwd)
     try:
         lines = iter(process.stdout.readline, "")
         address = next(found[0] for line in lines if (found := re.search(r"http://\S+", line)))

@@ -85,6 +85,15 @@ def test_a_second_save_goes_on_from_the_first(path):
     assert sorted(read_keypoints(path)) == [0, 4]
 
 
+def test_a_table_that_is_not_there_yet_may_begin_with_marks(path):
+    begin = {4: {"hip": Mark(1.0, 2.0)}, 0: {"neck": Mark(3.0, 4.0, visible=False)}}
+    table = Table(path, begin=begin)
+    assert (table.marks, path.exists()) == (begin, False)
+    table.save({4: {"hip": Mark(5.0, 6.0)}})
+    assert path.read_text() == "frame,keypoint,x,y,visible\n0,neck,3,4,0\n4,hip,5,6,1\n"
+    assert Table(path, begin=begin).marks[4] == {"hip": Mark(5.0, 6.0)}
+
+
 def test_with_overwrite_the_old_table_is_there_until_the_first_save_and_then_gone(old):
     table = Table(old, overwrite=True)
     assert table.marks == {}

@@ -21,6 +21,7 @@ TO_WINDOW = """(() => {{
   return [place.x, place.y];
 }})()"""
 SAVED = "document.querySelector('#saved').textContent.startsWith('Saved')"
+WHOLE = "document.querySelector('#image').getAttribute('href').startsWith('data:image/png')"
 HUNDREDTH = 0.011  # pixels, in which places are written
 
 
@@ -150,10 +151,11 @@ def test_the_middle_of_a_pixel_as_seen_is_that_pixel_in_the_table(browser, tmp_p
     cv2.imwrite(str(tmp_path / "v" / "1.png"), image)
     with session_page(browser, tmp_path / "v", table) as page:
         browser.picture(tmp_path / "seen.png")
-        seen = cv2.imread(str(tmp_path / "seen.png"), cv2.IMREAD_GRAYSCALE)[60:780, :930]
+        (left, top), (right, bottom) = (np.round(page.window(*at)).astype(int) for at in ((0, 0), (63, 47)))
+        seen = cv2.imread(str(tmp_path / "seen.png"), cv2.IMREAD_GRAYSCALE)[top:bottom, left:right]
         ys, xs = np.nonzero(seen == 255)
         assert len(xs) > 100
-        browser.click(xs.mean() + 0.5, ys.mean() + 60.5)
+        browser.click(xs.mean() + left + 0.5, ys.mean() + top + 0.5)
         page.save()
     assert near(
         (read_keypoints(table)[0]["head_top"].x, read_keypoints(table)[0]["head_top"].y), (37, 21), 0.06
@@ -288,7 +290,7 @@ def test_every_frame_has_marks_of_its_own(page, browser, table, truth):
     page.click(*truth["head_top"])
     browser.push("#ahead1")
     page.turn_to(1)
-    assert page.points() == {}
+    page.press("1")
     page.click(50, 60)
     page.press(".")
     page.turn_to(2)
@@ -296,6 +298,7 @@ def test_every_frame_has_marks_of_its_own(page, browser, table, truth):
         "(f => {f.value = 7; f.dispatchEvent(new Event('change'))})(document.querySelector('#frame'))"
     )
     page.turn_to(7)
+    page.press("1")
     page.click(70, 80)
     page.press(",", ",")
     page.turn_to(5)
@@ -306,6 +309,73 @@ def test_every_frame_has_marks_of_its_own(page, browser, table, truth):
     assert {t: list(marks) for t, marks in read_keypoints(table).items()} == {
         t: ["head_top"] for t in (0, 1, 7)
     }
+
+
+def test_the_film_is_played_and_where_it_stops_the_frame_comes_whole(page, browser):
+    page.server.session._frames.fps = 2.0  # or it might end before it is stopped
+    browser.open(page.address)
+    page.press("p")
+    browser.wait("Number(document.querySelector('#frame').value) > 0")
+    assert browser.text("#play") == "Stop"
+    page.press("p")
+    assert browser.text("#play") == "Play"
+    browser.wait(WHOLE)
+    stopped = browser.value("document.querySelector('#frame').value")
+    assert browser.value("document.querySelector('#slider').value") == stopped
+    page.turn_to(int(stopped))
+
+
+def test_a_film_that_is_played_to_its_end_stops_there_and_begins_anew(page, browser):
+    browser.push("#play")
+    page.turn_to(9)
+    browser.wait("document.querySelector('#play').textContent === 'Play'")
+    browser.wait(WHOLE)
+    page.server.session._frames.fps = 2.0
+    page.press("p")
+    browser.wait("Number(document.querySelector('#frame').value) < 9")
+
+
+def test_the_slider_passes_frames_and_stops_at_one(page, browser):
+    box = browser.value(
+        "(b => [b.x, b.y + b.height / 2, b.width])(document.querySelector('#slider').getBoundingClientRect())"
+    )
+    browser.drag(*((box[0] + share * box[2], box[1]) for share in (0.02, 0.3, 0.9, 0.5)))
+    browser.wait("['4', '5'].includes(document.querySelector('#frame').value)")
+    browser.wait(WHOLE)
+
+
+def test_a_further_frame_begins_with_the_nearest_that_is_marked_and_its_hip_carries_all(page, browser, truth):
+    page.mark(truth)
+    first = page.points()
+    page.press(".")
+    page.turn_to(1)
+    assert page.points() == first
+    assert "The figure is that of frame 0" in browser.text("#guide")
+    assert browser.text("#marked").split()[-1] == "0"  # nothing is marked by looking
+    x, y = truth["hip"]
+    page.drag((x, y), (x + 7, y - 2))
+    assert all(near(place, np.add(truth[name], (7, -2))) for name, place in page.points().items())
+    page.drag(page.points()["near_toe"], (90.0, 91.0))
+    assert near(page.points()["near_toe"], (90.0, 91.0))
+    assert near(page.points()["hip"], (x + 7, y - 2))
+    page.press("Control+z", "Control+z")
+    assert page.points() == first
+    page.press("Enter")
+    assert browser.text("#marked").split()[-1] == "1"
+    browser.push("#clear")
+    assert browser.text("#marked").split()[-1] == "0"
+
+
+def test_which_way_the_figure_faces_is_seen_or_said(page, browser, table, truth):
+    page.mark(truth)
+    browser.wait("document.querySelector('#right').ariaPressed === 'true'")
+    browser.push("#left")
+    page.advice("or choose faces right")
+    browser.push("#close")
+    browser.wait("document.querySelector('#doubt').open")
+    browser.push("#leave")
+    browser.wait("document.querySelector('.over')")
+    assert "--facing left" in browser.text(".over")
 
 
 def test_each_frame_shows_its_own_picture(page, browser):

@@ -1,17 +1,20 @@
 """The page's server: what it answers, whom it refuses, and that it writes the one file and no other."""
 
+import base64
 import json
 import socket
 import threading
 from http.client import HTTPConnection
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.tracker.annotate.test_advice import MARKS as GOOD
 from tests.tracker.annotate.test_advice import without
 from tests.tracker.clips import everything
+from tracker.annotate import frames
 from tracker.annotate import server as module
 from tracker.annotate.marks import Table
 from tracker.annotate.server import MOST_BYTES, Server
@@ -117,14 +120,40 @@ def test_a_name_with_markup_in_it_cannot_leave_its_place_in_the_page(clip, tmp_p
 def test_frames_come_by_number_and_one_beyond_the_end_is_said(client):
     status, frame = client.get("frame/9")
     assert (status, frame["index"], frame["count"], frame["width"], frame["height"]) == (200, 9, 10, 480, 270)
+    assert frame["figure"] == {}
     status, reply = client.get("frame/10")
     assert status == 404
     assert "ends with frame 9" in reply["error"]
 
 
+def test_a_frame_in_passing_comes_small(client, monkeypatch):
+    monkeypatch.setattr(frames, "QUICK", 96)
+    status, frame = client.get("quick/9")
+    assert (status, frame["index"], frame["width"]) == (200, 9, 480)
+    kind, _, data = frame["image"].partition(";base64,")
+    assert kind == "data:image/jpeg"
+    assert cv2.imdecode(np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_COLOR).shape == (
+        54,
+        96,
+        3,
+    )
+
+
 @pytest.mark.parametrize(
     "what",
-    ["frame/-1", "frame/1.5", "frame/", "frame/9999999999", "frame/\xb3", "frame/0/..", "nothing", "check"],
+    [
+        "following",
+        "quick/-1",
+        "quick/",
+        "frame/-1",
+        "frame/1.5",
+        "frame/",
+        "frame/9999999999",
+        "frame/\xb3",
+        "frame/0/..",
+        "nothing",
+        "check",
+    ],
 )
 def test_what_is_not_there_is_not_found(client, what):
     status, reply = client.get(what)
@@ -161,6 +190,7 @@ def test_saving_writes_the_table_and_says_what_comes_next(client, clip, table):
     assert read_keypoints(table) == {3: {name: GOOD[name] for name in KEYPOINTS}}
     assert reply["next"] == f"figtrack track {clip.video} --keypoints {table}"
     assert "--anchors" in client.post("save", {"frames": {"5": told(GOOD)}})[1]["next"]
+    assert "--facing left" in client.post("save", {"frames": {}, "facing": "left"})[1]["next"]
     assert client.thread.is_alive()
 
 
@@ -222,7 +252,8 @@ STRANGERS = {
 
 @pytest.mark.parametrize("who", STRANGERS)
 @pytest.mark.parametrize(
-    ("method", "what"), [("GET", ""), ("GET", "frame/0"), ("POST", "check"), ("POST", "save")]
+    ("method", "what"),
+    [("GET", ""), ("GET", "frame/0"), ("GET", "quick/0"), ("POST", "check"), ("POST", "save")],
 )
 def test_strangers_get_nothing_and_change_nothing(client, table, who, method, what):
     body = {"frames": {"0": told(GOOD)}} if what == "save" else {"marks": {}}
@@ -305,6 +336,7 @@ HIP = {"x": 1.0, "y": 2.0, "visible": True}
         {"frames": {"0": {"hip": HIP | {"y": None}}}},
         {"frames": {"0": {"hip": HIP | {"visible": 7}}}},
         {"frames": {"0": {"hip": HIP | {"path": "/tmp/x"}}}},
+        {"frames": {"0": {"hip": HIP}}, "facing": "up"},
         {"frames": {"0": {"hip": HIP}}, "out": "/tmp/x.csv"},
     ],
     ids=str,
@@ -370,7 +402,7 @@ def test_the_joints_come_in_order_with_the_limb_they_end(client, clip):
 
 
 @pytest.mark.parametrize(
-    "what", ["../save", "save/../../k2.csv", "save?out=/tmp/k.csv", "%2e%2e/save", "Save", "save/"]
+    "what", ["follow", "../save", "save/../../k2.csv", "save?out=/tmp/k.csv", "%2e%2e/save", "Save", "save/"]
 )
 def test_no_path_leads_to_another_file_to_write(client, table, what):
     assert client.post(what, {"frames": {"0": told(GOOD)}})[0] == 404

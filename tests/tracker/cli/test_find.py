@@ -53,7 +53,7 @@ def test_a_film_alone_is_followed_and_the_run_has_what_it_started_from(video, tm
     out = tmp_path / "out"
     result = figtrack("track", video, "--model", "cv", "--stop", STOP, "--out", out, "--progress", "plain")
     assert result.exit_code == 0, result.output
-    assert {path.name for path in out.iterdir()} == RUN_FILES | {"start.keypoints.csv"}
+    assert {path.name for path in out.iterdir()} == RUN_FILES
     news = read_json(out / "run.json")
     frame = news["start"]["frame"]
     assert news["start"] == {"frame": frame, "marks": "found", "near_leg": "sure"}
@@ -167,7 +167,7 @@ def test_marks_win_over_who_would_be_found(unseen, clip, tmp_path):
     words = ("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 3)
     assert figtrack(*words, "--quiet").exit_code == 0
     assert read_json(tmp_path / "walk-track" / "run.json")["start"]["marks"] == "given"
-    assert not (tmp_path / "walk-track" / "start.keypoints.csv").exists()
+    assert read_keypoints(tmp_path / "walk-track" / "start.keypoints.csv").keys() == {0}
     assert "leave them or the keypoints out" in refused(*words, "--person", 1, "--overwrite")
 
 

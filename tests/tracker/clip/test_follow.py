@@ -1,5 +1,6 @@
 """A clip followed: every frame once, both ways from the start frame, with its own times."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 
 import cv2
@@ -11,6 +12,7 @@ from dynamics.motion.rate import at_rate
 from dynamics.store import ModelError, load_shipped
 from kinematics.recover import PoseError
 from tests.tracker.clips import FPS, read_csv, read_json, write_video
+from tracker.clip import follow as follow_module
 from tracker.clip import pictures as reel_module
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow
@@ -71,6 +73,25 @@ def test_every_frame_is_followed_from_the_start_frame_on(clip, ahead):
 def test_progress_counts_every_frame_once_both_ways(clip, job, capsys):
     follow(replace(job, start=4), Progress("plain"))
     assert f"walk.mp4 with cv: {len(clip)} of {len(clip)} in" in capsys.readouterr().err
+
+
+def test_progress_goes_on_with_every_frame_that_is_tracked(job, monkeypatch):
+    seen, smoother = [], follow_module.smoothed
+
+    def watched(tracker, estimates):
+        """Say how many were counted when the smoother has had all and has given none."""
+        yield from smoother(tracker, (seen.append(count[0]) or one for one in estimates))
+
+    class Counted(Progress):
+        @contextmanager
+        def task(self, name, total):
+            count[0] = 0
+            yield lambda: count.__setitem__(0, count[0] + 1)
+
+    count = [0]
+    monkeypatch.setattr(follow_module, "smoothed", watched)
+    follow(job, Counted("quiet"))
+    assert seen == list(range(1, 11))
 
 
 def test_frames_are_read_in_order_once_to_survey_them_and_once_to_follow(clip, job, frames_read):

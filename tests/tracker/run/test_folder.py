@@ -242,6 +242,20 @@ def test_a_file_replaces_neither_what_the_work_reads_nor_what_is_no_file(tmp_pat
     assert pipe.is_fifo()
 
 
+def test_ctrl_c_at_the_very_moment_when_the_folder_aside_is_made_leaves_nothing(tmp_path, monkeypatch):
+    make = Path.mkdir
+
+    def interrupted(path, *how, **more):
+        make(path, *how, **more)
+        if path.suffix == ".part":
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "mkdir", interrupted)
+    with pytest.raises(KeyboardInterrupt), fresh_folder(tmp_path / "a" / "run", overwrite=False):
+        pytest.fail("it went on")
+    assert names(tmp_path) == []
+
+
 def stop_between_the_renames(place):
     """What a process leaves that is killed when the old run is aside and the new one not in place."""
     workshop = Path(tempfile.mkdtemp(prefix=f".{place.name}.", suffix=".part", dir=place.parent))

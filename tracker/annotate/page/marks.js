@@ -30,15 +30,6 @@ class Marks {
     this.frames.set(frame, marks);
   }
 
-  place(frame, name, mark, burst = null) {
-    this.replace(frame, { ...this.of(frame), [name]: mark }, burst);
-  }
-
-  remove(frame, name) {
-    const { [name]: gone, ...rest } = this.of(frame);
-    if (gone) this.replace(frame, rest);
-  }
-
   canUndo(frame) {
     return Boolean(this.pasts.get(frame)?.length);
   }

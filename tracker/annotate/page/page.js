@@ -9,11 +9,13 @@ const marks = new Marks(opening.marks);
 const skipped = new Map();
 
 let shown = opening.frame;
-let heading = shown.index; // the frame that was asked for last
 let chosen = null;
 let aim = null;
 let hides = false;
-let advice = { missing: [], faults: [], notes: [] };
+let facing = opening.facing;
+let savedFacing = facing;
+let pending = Boolean(opening.run?.pending); // whether corrections are saved that are not followed yet
+let advice = { missing: [], faults: [], faces: null };
 let asked = 0;
 let timer = null;
 let over = false;
@@ -21,10 +23,6 @@ let over = false;
 const picture = new Picture($("picture"), { tap, drag, moved: () => draw() });
 
 /* Choosing and placing. */
-
-function here() {
-  return marks.of(shown.index);
-}
 
 function left() {
   return skipped.get(shown.index) ?? new Set();
@@ -35,6 +33,15 @@ function following(name) {
   const at = names.indexOf(name) + 1;
   const open = (other) => !here()[other] && !left().has(other);
   return [...names.slice(at), ...names.slice(0, at)].find(open) ?? null;
+}
+
+/** Another frame is shown. */
+function arrived() {
+  chosen = begins() ? null : following(null);
+  aim = null;
+  advice = { missing: [], faults: [], faces: null };
+  showAdvice();
+  changed();
 }
 
 function choose(name) {
@@ -48,7 +55,7 @@ function choose(name) {
 function place(at) {
   const visible = here()[chosen]?.visible ?? !hides;
   const anew = !here()[chosen];
-  marks.place(shown.index, chosen, { ...rounded(at), visible });
+  put({ ...here(), [chosen]: { ...rounded(at), visible } });
   left().delete(chosen);
   if (anew) chosen = following(chosen);
   hides = false;
@@ -56,6 +63,7 @@ function place(at) {
 }
 
 function tap(at, joint) {
+  hold();
   aim = null;
   if (chosen && !here()[chosen]) place(at);
   else if (joint) choose(joint);
@@ -64,14 +72,14 @@ function tap(at, joint) {
 
 /** A joint on its way: only where it is let go does it become a step that can be undone. */
 function drag(joint, at, done) {
-  const mark = here()[joint];
+  hold();
   if (at && done) {
-    marks.place(shown.index, joint, { ...mark, ...rounded(at) });
+    put(moved(joint, rounded(at)));
     chosen = joint;
     changed();
   } else if (at) {
     chosen = joint;
-    picture.draw(joints, { ...here(), [joint]: { ...mark, ...at } }, chosen, null);
+    picture.draw(joints, moved(joint, at), chosen, null);
   } else draw();
 }
 
@@ -79,7 +87,7 @@ function nudge([dx, dy], step) {
   const mark = here()[chosen];
   if (mark) {
     const at = rounded({ x: mark.x + step * dx, y: mark.y + step * dy });
-    marks.place(shown.index, chosen, { ...mark, ...at }, `nudge ${chosen}`);
+    put(moved(chosen, at), `nudge ${chosen}`);
     picture.reveal(at);
     changed();
   } else {
@@ -92,13 +100,16 @@ function nudge([dx, dy], step) {
 
 function enter() {
   if (chosen && !here()[chosen]) place(aim ?? picture.middle);
-  else choose(following(chosen));
+  else if (begins()) {
+    put(here());
+    changed();
+  } else choose(following(chosen));
 }
 
 function toggleHidden() {
   const mark = here()[chosen];
   if (mark) {
-    marks.place(shown.index, chosen, { ...mark, visible: !mark.visible });
+    put({ ...here(), [chosen]: { ...mark, visible: !mark.visible } });
     changed();
   } else if (chosen) {
     hides = !hides;
@@ -107,29 +118,31 @@ function toggleHidden() {
 }
 
 function remove() {
-  if (!here()[chosen]) return;
-  marks.remove(shown.index, chosen);
+  const { [chosen]: gone, ...rest } = here();
+  if (!gone) return;
+  put(rest);
   changed();
 }
 
 function skip() {
   if (!chosen) return;
   skipped.set(shown.index, left().add(chosen));
-  if (here()[chosen]) marks.remove(shown.index, chosen);
+  const { [chosen]: gone, ...rest } = here();
+  if (gone) put(rest);
   chosen = following(chosen);
   changed();
 }
 
-/** The joint of the other leg, or the joint itself where it is of none. */
-function twin(name) {
-  return name.startsWith("near_") ? name.replace("near_", "far_") : name.replace("far_", "near_");
-}
-
 function exchangeLegs() {
   if (!hasLegs()) return;
-  const exchanged = Object.entries(here()).map(([name, mark]) => [twin(name), mark]);
-  marks.replace(shown.index, Object.fromEntries(exchanged));
+  put(twins(here()));
   skipped.set(shown.index, new Set([...left()].map(twin)));
+  changed();
+}
+
+/** In the frames that the track passes through, and so in all. */
+function exchangeEverywhere() {
+  for (const frame of marks.marked()) marks.replace(frame, twins(marks.of(frame)));
   changed();
 }
 
@@ -137,16 +150,23 @@ function hasLegs() {
   return Object.keys(here()).some((name) => twin(name) !== name);
 }
 
+function unmark() {
+  put({});
+  arrived();
+}
+
+function face(way) {
+  facing = way;
+  changed();
+}
+
 function undo(way) {
   const name = way === "redo" ? marks.redo(shown.index) : marks.undo(shown.index);
   if (!name) return;
   left().delete(name);
-  chosen = here()[name] && way === "redo" ? following(name) : name;
+  if (begins()) chosen = null;
+  else chosen = here()[name] && way === "redo" ? following(name) : name;
   changed();
-}
-
-function rounded({ x, y }) {
-  return { x: Math.round(100 * x) / 100, y: Math.round(100 * y) / 100 };
 }
 
 /* Buttons and keys. */
@@ -159,6 +179,7 @@ const KEYS = {
   h: toggleHidden,
   s: skip,
   x: exchangeLegs,
+  p: play,
   n: () => choose(names[(names.indexOf(chosen) + 1) % names.length]),
   b: () => choose(names[(names.indexOf(chosen) + names.length - 1 + (chosen ? 0 : 1)) % names.length]),
   "+": () => picture.zoom(1.25),
@@ -179,7 +200,7 @@ const WITH_CTRL = {
 };
 
 function keyed(event) {
-  if (over || event.altKey || $("doubt").open) return;
+  if (over || event.altKey || document.querySelector("dialog[open]")) return;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const held = event.ctrlKey || event.metaKey;
   const typing = event.target.matches("input");
@@ -204,6 +225,12 @@ const BUTTONS = {
   delete: remove,
   skip,
   legs: exchangeLegs,
+  all: exchangeEverywhere,
+  clear: unmark,
+  left: () => face("left"),
+  right: () => face("right"),
+  play,
+  slow,
   closer: () => picture.zoom(1.5),
   farther: () => picture.zoom(1 / 1.5),
   fit: () => picture.fit(),
@@ -213,19 +240,33 @@ const BUTTONS = {
   ahead10: () => go(heading + 10),
   save: () => save(false),
   close: () => save(true),
+  follow: () => follow(),
   stay: () => $("doubt").close(),
-  leave: () => { $("doubt").close(); save(true, true); },
 };
 
 for (const [id, does] of Object.entries(BUTTONS)) $(id).addEventListener("click", does);
 $("frame").addEventListener("change", () => go($("frame").valueAsNumber));
+$("slider").addEventListener("input", () => { pause(); go($("slider").valueAsNumber, true); });
+$("slider").addEventListener("change", () => go($("slider").valueAsNumber));
+$("following").addEventListener("cancel", (event) => event.preventDefault());
 document.addEventListener("keydown", keyed);
 addEventListener("beforeunload", (event) => {
-  if (!over && Object.keys(marks.changed()).length) event.preventDefault();
+  if (!over && unsaved()) event.preventDefault();
 });
 
 $("video").textContent = opening.video;
 $("joints").append(...joints.map(row));
+$("which").open = innerWidth > 760;
+$("follow").hidden = $("all").hidden = !opening.run;
+$("unsure").hidden = !opening.run?.unsure;
+if (opening.run) {
+  $("legs").textContent = "Exchange the legs from here on";
+  $("close").classList.remove("main");
+}
 if (opening.taken) marks.replace(opening.taken.frame, opening.taken.marks);
+heading = shown.index;
 turnTo(shown);
+arrived();
 if (opening.taken) say(opening.taken.told);
+if (opening.run?.told) say(opening.run.told);
+if (opening.run?.follows) watch();

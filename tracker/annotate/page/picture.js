@@ -3,6 +3,7 @@
 const SVG = "http://www.w3.org/2000/svg";
 const CLOSEST = 40;
 const REACH = { mouse: 9, pen: 12, touch: 22 };
+const DEPTH = { far: 0, trunk: 1, near: 2 }; // what is nearer is drawn over what is farther
 const STILL = { mouse: 3, pen: 5, touch: 8 };
 
 class Picture {
@@ -195,7 +196,7 @@ class Picture {
     this.points = marks;
     const px = 1 / this.view.scale;
     const seen = joints.filter((joint) => marks[joint.name]);
-    const limbs = seen.filter((joint) => marks[joint.before]);
+    const limbs = seen.filter((joint) => marks[joint.before]).sort((a, b) => DEPTH[a.side] - DEPTH[b.side]);
     const lines = limbs.flatMap((joint) => ["halo", "bone"].map((kind) => this.line(joint, marks, kind)));
     const circles = seen.map((joint) => this.circle(joint, marks[joint.name], 5 * px));
     const cross = aim && `M${aim.x - 14 * px} ${aim.y}h${28 * px}M${aim.x} ${aim.y - 14 * px}v${28 * px}`;

@@ -1,7 +1,7 @@
 /* What goes to the server and comes back: judgements, frames, the table. */
-const GONE = "figtrack annotate does not answer any more: what is not saved yet is on this page only. " +
-  "Start it again and mark it there.";
+const GONE = "does not answer any more: what is not saved yet is on this page only. Start it again and mark it there.";
 const PAUSE = 120; // ms without a change before marks are judged
+const LOOK = 300; // ms between looks at how far following has come
 
 async function ask(what, body) {
   const headers = { "Content-Type": "application/json" };
@@ -9,7 +9,7 @@ async function ask(what, body) {
   try {
     answer = await fetch(what, body && { method: "POST", headers, body: JSON.stringify(body) });
   } catch {
-    throw new Error(GONE);
+    throw new Error(`figtrack ${opening.command} ${GONE}`);
   }
   const reply = await answer.json();
   if (!answer.ok) throw new Error(reply.error);
@@ -18,69 +18,82 @@ async function ask(what, body) {
 
 async function judge() {
   const mine = ++asked;
+  if (begins() || playing) return;
   try {
-    const reply = await ask("check", { frame: shown.index, marks: here() });
+    const reply = await ask("check", { frame: shown.index, marks: here(), facing });
     if (over || mine !== asked) return;
     advice = reply;
     showAdvice();
+    showFacing();
   } catch (error) {
     if (!over) say(error.message, "wrong");
   }
 }
 
-async function go(index) {
-  const wanted = Math.max(0, Math.trunc(index));
-  if (!Number.isFinite(wanted) || wanted === heading) return;
-  heading = wanted;
-  say(`Reading frame ${wanted} …`);
-  try {
-    const frame = await ask(`frame/${wanted}`);
-    if (heading !== wanted) return; // meanwhile another was asked for
-    say("");
-    turnTo(frame);
-  } catch (error) {
-    if (heading !== wanted) return;
-    heading = $("frame").value = shown.index;
-    say(error.message, "wrong");
-  }
+/** How many frames, or the facing, are not saved yet. */
+function unsaved() {
+  return Object.keys(marks.changed()).length + Number(facing !== savedFacing);
 }
 
-function turnTo(frame) {
-  shown = frame;
-  picture.show(frame);
-  $("frame").value = frame.index;
-  $("picture").setAttribute("aria-label", `Frame ${frame.index} of ${opening.video}`);
-  $("count").textContent = frame.count ? `/ ${frame.count - 1}` : "";
-  $("back1").disabled = $("back10").disabled = frame.index === 0;
-  chosen = following(null);
-  aim = null;
-  advice = { missing: [], faults: [], notes: [] };
-  showAdvice();
-  changed();
-}
-
-async function save(close, anyway = false) {
+/** Send what changed, and let the page know what is saved. */
+async function send(what, more) {
   const frames = marks.changed();
   clearTimeout(timer); // the server may be gone before it is asked
   say("Saving …");
+  const said = facing === savedFacing ? null : facing;
+  const reply = await ask(what, { frames, facing: said, frame: shown.index, ...more });
+  pending ||= unsaved() > 0;
+  marks.keep(frames);
+  savedFacing = facing;
+  return reply;
+}
+
+async function save(close, anyway = false) {
   try {
-    const reply = await ask("save", { frames, close, anyway });
-    marks.keep(frames);
+    const reply = await send("save", { close, anyway });
     if (reply.closed) {
       finish(reply);
       return;
     }
     changed();
-    if (close) doubt(reply.wrong);
+    if (close) doubt(reply.wrong, () => save(true, true));
     else say(`Saved: ${reply.frames === 1 ? "1 frame" : `${reply.frames} frames`} in ${reply.saved}`);
   } catch (error) {
     say(error.message, "wrong");
   }
 }
 
-function doubt(wrong) {
+async function follow(anyway = false) {
+  pause();
+  try {
+    const reply = await send("follow", { anyway });
+    if (reply.follows) await watch();
+    else doubt(reply.wrong, () => follow(true));
+  } catch (error) {
+    say(error.message, "wrong");
+  }
+}
+
+/** Until the figure was followed again; the page then opens anew, with the new run. */
+async function watch() {
+  $("following").showModal();
+  try {
+    for (let now = await ask("following"); !now.ended; now = await ask("following")) {
+      showProgress(now);
+      await new Promise((done) => { setTimeout(done, LOOK); });
+    }
+    over = true;
+    location.reload();
+  } catch (error) {
+    $("following").close();
+    say(error.message, "wrong");
+  }
+}
+
+function doubt(wrong, goOn) {
   say("Saved.");
   $("doubts").replaceChildren(...wrong.map((line) => text("li", label(line))));
+  $("leave").onclick = () => { $("doubt").close(); goOn(); };
   $("doubt").showModal();
 }
 
@@ -89,8 +102,8 @@ function finish(reply) {
   const panel = document.createElement("div");
   panel.className = "over";
   panel.setAttribute("role", "main");
-  panel.append(text("h2", "Saved, and figtrack annotate has ended"), text("p", reply.saved));
-  panel.append(text("p", "Next, in the terminal:"), text("code", reply.next));
+  panel.append(text("h2", `Saved, and figtrack ${opening.command} has ended`), text("p", reply.saved));
+  if (reply.next) panel.append(text("p", "Next, in the terminal:"), text("code", reply.next));
   panel.append(text("p", "This page can be closed."));
   document.body.replaceChildren(panel);
   scrollTo(0, 0);

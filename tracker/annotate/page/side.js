@@ -13,6 +13,7 @@ const HINTS = {
 const NEAREST = 12; // marked frames that have a button
 
 function draw() {
+  $("picture").classList.toggle("begun", begins());
   picture.draw(joints, here(), chosen, aim);
 }
 
@@ -32,15 +33,26 @@ function refresh() {
   $("hidden").disabled = $("skip").disabled = !chosen;
   $("delete").disabled = !here()[chosen];
   $("legs").disabled = !hasLegs();
+  $("follow").disabled = !pending && !unsaved();
+  $("clear").disabled = !isMarked() || shown.index === opening.run?.start;
   $("hidden").setAttribute("aria-pressed", String(here()[chosen] ? !here()[chosen].visible : hides));
   showMarkedFrames();
+  showStrip();
+  showFacing();
   const open = Object.keys(marks.changed()).length;
-  document.title = `${open ? "* " : ""}${opening.video}, figtrack annotate`;
+  document.title = `${unsaved() ? "* " : ""}${opening.video}, figtrack ${opening.command}`;
   if (open) say(`${open === 1 ? "One frame is" : `${open} frames are`} not saved yet.`, "open");
   else if ($("saved").className === "open") say("");
 }
 
 function guidance(joint) {
+  if (!joint && begins()) return beginning();
+  if (!joint && opening.run) {
+    const start = shown.index === opening.run.start;
+    const what = start ? "The run starts from this frame." : "This frame is corrected.";
+    const next = start ? " Play, or slide to where the figure goes wrong." : " When others are right too, choose Follow on.";
+    return [text("strong", what), next];
+  }
   if (!joint) {
     const open = joints.filter(({ name }) => !here()[name]).map(({ name }) => label(name));
     const rest = open.length ? ` Left out: ${open.join(", ")}.` : "";
@@ -51,6 +63,32 @@ function guidance(joint) {
   if (here()[joint.name]) return [name, `${what} Drag it, or move it with the arrow keys.`];
   const may = joint.needed ? "" : " It may be left out (Skip).";
   return ["Click the ", name, `${what}${may} If it cannot be seen, press Hidden and guess.`];
+}
+
+/** Of a frame that is not marked and need not be marked from nothing. */
+function beginning() {
+  if (isLost()) {
+    const what = " What is shown is a forecast. Drag the hip, and the whole figure goes along; then every joint to its place.";
+    return [text("strong", "The figure was lost here."), what];
+  }
+  if (opening.run) {
+    const what = " Drag a joint that is wrong, or exchange the legs. Where all is right, Enter keeps it so.";
+    return [text("strong", "This frame is as it was followed."), what];
+  }
+  const from = ` The figure is that of frame ${nearestMarked(shown.index)}. `;
+  const what = "Drag its hip, and the whole of it goes along; then drag every joint to its place.";
+  return [text("strong", "This frame is not marked yet."), from, what];
+}
+
+/** Which way the figure faces: as it was said, or else as the marks look. */
+function showFacing() {
+  for (const way of ["left", "right"]) $(way).ariaPressed = String((facing ?? advice.faces) === way);
+}
+
+function showProgress({ task, done, total }) {
+  if (!task) return;
+  $("task").textContent = total ? `${task}: ${done} of ${total}` : task;
+  if (total) [$("steps").max, $("steps").value] = [total, done];
 }
 
 function row(joint) {
@@ -74,7 +112,12 @@ function showRow(button) {
   button.classList.toggle("placed", Boolean(mark));
   const state = mark ? (mark.visible ? "" : "hidden") : left().has(name) ? "left out" : "";
   button.querySelector(".state").textContent = state;
-  button.querySelector(".place").textContent = mark ? `${mark.x}, ${mark.y}` : "";
+  button.querySelector(".place").textContent = mark ? placed(mark) : "";
+}
+
+function placed(mark) {
+  const { x, y } = rounded(mark);
+  return `${x}, ${y}`;
 }
 
 /** Buttons of the marked frames that are nearest. */
@@ -95,11 +138,12 @@ function showMarkedFrames() {
 }
 
 function showAdvice() {
-  const begun = Object.keys(here()).length > 0 && chosen === null;
-  const lacks = begun && advice.missing.length
+  const done = isMarked() && chosen === null;
+  const lacks = done && advice.missing.length
     ? [`Tracking cannot start from this frame without ${advice.missing.map(label).join(", ")}.`] : [];
   const wrong = [...lacks, ...advice.faults].map((line) => classed("p", "wrong", label(line)));
-  const notes = advice.notes.map((line) => classed("p", "note", label(line)));
+  const seems = `The figure seems to face ${advice.faces}; if it does not, choose so above the picture.`;
+  const notes = advice.faces && !facing ? [classed("p", "note", seems)] : [];
   $("advice").replaceChildren(...wrong, ...notes);
 }
 

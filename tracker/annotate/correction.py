@@ -1,0 +1,174 @@
+"""A finished run on the page: the tracked figure in every frame, corrected, and the film followed again."""
+
+import shlex
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tracker.annotate.marks import Table
+from tracker.annotate.session import Reply, SaveRequest, Session, told
+from tracker.clip.again import read_finished
+from tracker.clip.follow import follow
+from tracker.clip.kept import Kept
+from tracker.clip.start import outside
+from tracker.errors import fault
+from tracker.progress import Progress
+from tracker.report.results import OVERLAY, REPORT, write_run
+from tracker.run.folder import FolderError, fresh_folder
+from tracker.run.read import read_run, read_track
+from tracker.tables.keypoints import Mark
+from tracker.tables.poses import stretches
+
+
+class Watched(Progress):
+    """Progress that is shown as ever, and can be asked for.
+
+    name        : of the task
+    done, total : steps, None where their number is not known
+    """
+
+    def __init__(self, style: str) -> None:
+        super().__init__(style)
+        self.name, self.done = "", 0
+        self.total: int | None = None
+
+    @contextmanager
+    def task(self, name: str, total: int | None) -> Iterator[Callable[[], None]]:
+        self.name, self.done, self.total = name, 0, total
+        with super().task(name, total) as advance:
+
+            def step() -> None:
+                self.done += 1
+                advance()
+
+            yield step
+
+
+CORRECTED = "corrected.keypoints.csv"  # in a run's folder: the marks that it is to be followed again by
+
+
+class Correction(Session):
+    """A run's folder, and a page on which it is put right.
+
+    Marked frames are those that the track passes through: the one that it started from, and corrected ones.
+    What is saved lies beside the run's own marks until it is followed again.
+    """
+
+    command = "correct"
+
+    def __init__(self, folder: Path, first: int | None, progress: Progress) -> None:
+        """Open a complete run.
+
+        Args:
+            first: the frame that the page shows first, None for the one that the run started from.
+
+        Raises:
+            RunError: no complete run, or one whose film is gone or altered.
+            VideoError: the film cannot be read, or ends before `first`.
+        """
+        self.folder, self.progress = folder, Watched(progress.style)
+        self._said, self._follows = "", False
+        self._read()
+        self._shown = self._finished.start if first is None else first
+        job = self._finished.job
+        super().__init__(job.video, self._table(), self._shown, facing=job.facing)
+        if self.table.path.exists():
+            self._said = "What was corrected before is not followed yet."
+
+    def opening(self) -> Reply:
+        measured = self._run.measured
+        lost = [(a, b) for a, b in stretches(measured.tolist()) if not measured[a]]
+        run = {"start": self._finished.start, "unsure": self._finished.unsure, "lost": lost}
+        run["figures"] = {t: told(self._followed(t)) for t in self.table.marks}
+        run["pending"] = self.table.path.exists()
+        run |= {"told": self._said, "follows": self._follows}
+        return super().opening() | {"run": run}
+
+    def save(self, request: SaveRequest) -> Reply:
+        start = self._finished.start
+        if self._follows:
+            raise FolderError("the figure is just being followed; wait until that is done")
+        if request.frames.get(start) == {}:
+            raise FolderError(f"frame {start} is the one that the run starts from; its marks must stay")
+        reply = super().save(request)
+        return reply if self.table.path.exists() else reply | {"saved": str(self.folder)}
+
+    def follow(self, request: SaveRequest) -> Reply:
+        """Save, and follow the figure again unless something looks wrong; `follows` tells whether.
+
+        Raises:
+            FolderError, OSError: nothing was written.
+        """
+        reply = self.save(request)
+        self._follows = request.anyway or not reply["wrong"]
+        if self._follows:
+            self._said, self._shown, self.progress.name = "", request.frame, ""
+            self._asked.put(self._follow)
+        return reply | {"follows": self._follows}
+
+    def following(self) -> Reply:
+        """How far following has come, and what was told of it once it ended."""
+        now = self.progress
+        return {
+            "task": now.name,
+            "done": now.done,
+            "total": now.total,
+            "ended": not self._follows,
+            "told": self._said,
+        }
+
+    def next_command(self) -> str:
+        """What to type to follow what was corrected and saved, but not followed yet; "" where nothing was."""
+        return shlex.join(["figtrack", "correct", str(self.folder)]) if self.table.path.exists() else ""
+
+    def ending(self) -> str:
+        """What came of it, in a line."""
+        if self.next_command():
+            return f"what was corrected is saved, but not followed yet; next: {self.next_command()}"
+        return self._said or f"{self.folder} is as it was"
+
+    def _follow(self) -> None:
+        before = self._finished.job
+        job = replace(before, marks=dict(self.table.marks), facing=self.facing)
+        inputs = [job.video, job.measure, Path(job.model) if Path(job.model).is_file() else None]
+        overlay, report = ((self.folder / name).exists() for name in (OVERLAY, REPORT))
+        try:
+            track = read_track(self.folder, before.settings.mark)
+            kept = Kept.of(track, before.marks, job.marks, self._start())
+            with fresh_folder(self.folder, overwrite=True, inputs=inputs) as aside:
+                run = follow(job, self.progress, kept)
+                write_run(run, aside, self.progress, self._finished.key, overlay=overlay, report=report)
+            self._read()
+            self.table = self._table()
+            frames = "1 frame" if len(job.marks) == 1 else f"{len(job.marks)} frames"
+            self._said = f"Followed again through {frames}; {self.folder} is replaced."
+            self._opening = self.frame(self._shown)
+        except Exception as error:
+            said = fault(error)
+            if said is None:
+                raise
+            self._said = f"Could not be followed: {said}"
+        finally:
+            self._follows = False
+
+    def _start(self) -> int:
+        return self._finished.start
+
+    def _read(self) -> None:
+        self._finished, self._run = read_finished(self.folder), read_run(self.folder)
+
+    def _table(self) -> Table:
+        return Table(self.folder / CORRECTED, begin=self._finished.job.marks)
+
+    def _followed(self, index: int) -> Mapping[str, Mark]:
+        run = self._run
+        if not 0 <= index < len(run) or run.outcome[index] is None:
+            return {}
+        places = dict(zip(run.names, run.places[index].round(2).tolist(), strict=True))
+        seen = bool(run.measured[index])
+        figure = {name: Mark(x, y, seen) for name, (x, y) in places.items() if np.isfinite(x)}
+        beyond = outside(figure, (self._frames.width, self._frames.height))
+        return {name: mark for name, mark in figure.items() if name not in beyond}

@@ -1,0 +1,77 @@
+/* The figure of a frame: as it is marked there, or what its marking begins with. */
+const followed = new Map(); // as it was followed, of frames that were marked since
+
+/** What a frame that is not marked begins with: the figure as followed, or as marked in the nearest frame. */
+function begun() {
+  if (opening.run) return exchangedBefore(shown.index) ? twins(shown.figure) : shown.figure;
+  return marks.of(nearestMarked(shown.index));
+}
+
+function begins() {
+  return !isMarked() && Object.keys(begun()).length > 0;
+}
+
+function isMarked() {
+  return Object.keys(marks.of(shown.index)).length > 0;
+}
+
+function here() {
+  return isMarked() ? marks.of(shown.index) : begun();
+}
+
+/** Mark the frame that is shown. */
+function put(figure, burst = null) {
+  if (opening.run && !followed.has(shown.index)) followed.set(shown.index, shown.figure);
+  marks.replace(shown.index, figure, burst);
+}
+
+function nearestMarked(frame) {
+  return marks.marked().sort((a, b) => Math.abs(a - frame) - Math.abs(b - frame))[0];
+}
+
+/** Whether the legs were exchanged in the marked frame that the figure comes from in this one. */
+function exchangedBefore(frame) {
+  const all = marks.marked();
+  const last = all.filter((one) => one <= frame).pop() ?? all[0];
+  return last !== undefined && isExchanged(last);
+}
+
+function isExchanged(frame) {
+  const [now, before] = [marks.of(frame), followed.get(frame) ?? opening.run?.figures[frame] ?? {}];
+  const legs = names.filter((name) => twin(name) !== name && now[name] && before[name] && before[twin(name)]);
+  const away = (name, other) => Math.hypot(now[name].x - before[other].x, now[name].y - before[other].y);
+  const sum = (as) => legs.reduce((total, name) => total + away(name, as(name)), 0);
+  return sum(twin) < sum((name) => name);
+}
+
+/** The joint of the other leg, or the joint itself where it is of none. */
+function twin(name) {
+  return name.startsWith("near_") ? name.replace("near_", "far_") : name.replace("far_", "near_");
+}
+
+function twins(figure) {
+  return Object.fromEntries(Object.entries(figure).map(([name, mark]) => [twin(name), mark]));
+}
+
+/** Whether the figure was lost here, so that what is shown is a forecast. */
+function isLost() {
+  return (opening.run?.lost ?? []).some(([first, end]) => first <= shown.index && shown.index < end);
+}
+
+/** The figure with one joint moved; with its hip a figure of another frame, or a forecast, moves as a whole. */
+function moved(joint, at) {
+  const from = here()[joint];
+  if (!begins()) return { ...here(), [joint]: { ...from, ...at } };
+  const figure = each(here(), (mark) => ({ ...mark, visible: mark.visible || isLost() }));
+  if (joint !== "hip" || (opening.run && !isLost())) return { ...figure, [joint]: { ...from, ...at, visible: true } };
+  const [dx, dy] = [at.x - from.x, at.y - from.y];
+  return each(figure, (mark) => ({ ...mark, ...rounded({ x: mark.x + dx, y: mark.y + dy }) }));
+}
+
+function each(figure, change) {
+  return Object.fromEntries(Object.entries(figure).map(([name, mark]) => [name, change(mark)]));
+}
+
+function rounded({ x, y }) {
+  return { x: Math.round(100 * x) / 100, y: Math.round(100 * y) / 100 };
+}
