@@ -36,6 +36,7 @@ models: $(VENV)/installed
 	  $(LEARN)/learn.toml --fps $$fps --out dynamics/models/gait@$$fps.npz || exit 1; \
 	done
 	$(BIN)/python -m tracker.outline.learn_cycles $(MOCAP) tracker/outline/cycles.npz --licence CMU --licence "Seoul National"
+	$(BIN)/python -m tests.benchmarks.gait.learn $(MOCAP) tracker/gait/moments.npz --licence CMU --licence "Seoul National"
 
 # The rival that needs opencv-contrib has it in an environment of its own, where it cannot harm ours.
 rivals: .venv-rivals/installed

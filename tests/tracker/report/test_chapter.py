@@ -58,7 +58,7 @@ def test_one_stride_and_strides_left_out_and_legs_in_discord_are_said():
     assert said(chapter(stroll(2.0)), "A leg with one stride")
     track = stroll()
     outcome = list(track.outcome)
-    outcome[60] = "lost"
+    outcome[55] = "lost"
     assert said(chapter(replace(track, outcome=tuple(outcome))), "Left out: 2 strides")
     q = track.q.copy()
     q[:, WALKER.index("hip_far")] = stroll(period=1.4).q[:, WALKER.index("hip_far")]
@@ -102,7 +102,7 @@ def test_the_floor_has_a_stretch_for_every_stride():
     floor = told.drawn()["floor"]
     for side, stretches in floor.items():
         strides = told.gait.strides[side].sound
-        assert stretches == [[round(s.down.at, 2), round(s.off.at, 2)] for s in strides]
+        assert stretches == [[round(s.strike.at, 2), round(s.off.at, 2)] for s in strides]
     assert floor["near"] != floor["far"]
 
 
