@@ -20,6 +20,7 @@ from tracker.run.stature import stature
 from tracker.run.track import Track
 
 FLAT = (0.2, 0.5)  # of a stance, from the strike
+LENGTHS = 0.015  # share by which a tracked figure's own lengths are off, on rendered films
 STAYS = 0.3  # leg lengths; who makes shorter strides stays in place, as on a treadmill
 
 # Where a foot was put by when it struck: leg lengths the way the figure goes, and variance.
@@ -57,7 +58,8 @@ def lengths(
     def apart(start: Event, end: Event, before: Footholds, after: Footholds) -> Iterator[Sample]:
         if start.at in before and end.at in after:
             (x, var), (other_x, other_var) = before[start.at], after[end.at]
-            yield Sample(long * (other_x - x), long**2 * (var + other_var))
+            way = long * (other_x - x)
+            yield Sample(way, long**2 * (var + other_var), LENGTHS * abs(way))
 
     def of_strides(told: Callable[[Sample, Sample], Sample]) -> dict[Side, list[Sample]]:
         return {
@@ -87,7 +89,8 @@ def lengths(
 
 def _speed(way: Sample, time: Sample) -> Sample:
     pace = way.value / time.value
-    return Sample(pace, (way.variance + pace**2 * time.variance) / time.value**2)
+    variance = (way.variance + pace**2 * time.variance) / time.value**2
+    return Sample(pace, variance, way.shared / time.value)
 
 
 def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[float, float]]:

@@ -37,7 +37,7 @@ class Event:
     """A moment in frames with a fraction, and its standard errors.
 
     error  : its own, of the pose's covariance and of what strides differ by
-    shared : what this person's moments of this kind are all early or late by
+    shared : what all of the clip's moments of this kind are early or late by
     """
 
     at: float
@@ -51,8 +51,8 @@ class Weights:
 
     base   : b, how late it is at the mean
     w      : (C, W) of the ways by channel and time
-    error  : standard deviation of what is left, within a person
-    shared : that of persons' means
+    error  : standard deviation of what is left, within a capture
+    shared : that of captures' means
     """
 
     base: float

@@ -1,6 +1,6 @@
 """Means over strides with their standard errors, of either leg and of both.
 
-An error adds in quadrature what is off in each stride by itself and what all strides of this person share.
+An error adds in quadrature what is off in each stride by itself and what all strides of the clip share.
 The former is how much strides differ, or what is known of each one if that is more. A figure of both legs is
 the mean of theirs, its error that of errors which go together. In symmetry only what is not shared counts.
 """

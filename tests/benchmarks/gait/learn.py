@@ -3,7 +3,8 @@
     python -m tests.benchmarks.gait.learn TRIALS OUT.npz --licence CMU --licence "Seoul National"
 
 Every capture is shown by figures of several people's lengths, either leg near, at several frame rates, under
-errors as tracks have them. What one person's weights leave is told by weights of everybody else's.
+errors as tracks have them. What weights leave of a person is told by those learned from everybody else: of
+each capture what its moments share, and what they differ by.
 """
 
 import argparse
@@ -30,7 +31,7 @@ SHORTEST = 1.0  # seconds of a capture
 NOISE, GRAIN, TOGETHER = 1.3, 0.4, 0.08  # degrees of slow and of quick error; seconds that errors go together
 ANGLES = [WALKER.freedoms.index(f"{joint}_{side}") for joint in ("hip", "knee", "ankle") for side in SIDES]
 NEAR = 0.2  # of a stride, from a turn to its moment at most
-RIDGE = 3e-4
+RIDGE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Case:
     """One moment of a capture: late by this share of a stride, where the ways are x (C, W)."""
 
     subject: str
+    capture: str
     licence: str
     late: float
     x: Array
@@ -109,7 +111,12 @@ def cases(
                             x = way.around(int(t), period)
                             late = fps * (moments - track.times[t]) / period
                             if x is not None and len(late) and np.abs(late).min() < NEAR:
-                                yield kind, Case(subject, licence, float(late[np.abs(late).argmin()]), x)
+                                yield (
+                                    kind,
+                                    Case(
+                                        subject, motion.name, licence, float(late[np.abs(late).argmin()]), x
+                                    ),
+                                )
 
 
 def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Track, Build, Gait]:
@@ -168,8 +175,9 @@ def _weights(cases: Sequence[Case], taught: Sequence[Case]) -> Weights:
         base, weights = _fit([case for case in taught if case.subject != subject])
         for i in np.flatnonzero(who == subject):
             left[i] = cases[i].late - base - (weights * cases[i].x).sum()
-    means = {subject: float(left[who == subject].mean()) for subject in set(who)}
-    within = left - [means[subject] for subject in who]
+    shown = np.array([case.capture for case in cases])
+    means = {capture: float(left[shown == capture].mean()) for capture in set(shown)}
+    within = left - [means[capture] for capture in shown]
     return Weights(b, w, float(within.std()), float(np.sqrt(np.mean(np.square(list(means.values()))))))
 
 
