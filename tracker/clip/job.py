@@ -80,7 +80,7 @@ class Following:
         Path | None,
         About(
             "A pose network's points of every frame, as a further, doubted measurement: "
-            "DeepLabCut CSV, OpenPose JSON (file or folder) or TRC in pixels."
+            "DeepLabCut CSV, OpenPose JSON (file or folder), COCO or labelme JSON, or TRC in pixels."
         ),
     ] = None
     templates: Annotated[bool, About("Follow looks, or with --measure points alone.")] = True
