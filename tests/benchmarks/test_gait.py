@@ -10,7 +10,7 @@ from kinematics.mocap import Trial
 from tests.benchmarks.gait.learn import Case as Taught
 from tests.benchmarks.gait.learn import _weights
 from tests.benchmarks.gait.measure import Case, Figure, Moment, _true_track, measured
-from tests.benchmarks.gait.page import camera_rows, claims, figure_rows, moment_rows
+from tests.benchmarks.gait.page import camera_rows, claims, figure_rows, moment_rows, nobodys
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered import plans
 from tests.benchmarks.rendered.captures import RATE
@@ -84,6 +84,7 @@ def test_claims_and_rows_count_what_is_within():
     assert [row[:3] for row in figure_rows(cases)] == [
         [label, name, "1"] for label in ("walks", "runs") for name in ("stance share", "speed")
     ]
+    assert nobodys([*cases, replace(cases[0], missed=3)]).startswith("Of 12 strides that were told of, 3 are")
     assert [row[:2] for row in camera_rows(cases)] == [["pan", "1"], ["still", "1"]]
 
 

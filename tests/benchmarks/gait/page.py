@@ -36,7 +36,6 @@ Seoul National University, without any picture; other collections have rows of t
 walked. Every stride that is told of counts, but for those at whose ends the capture begins or stops.
 
 Every walker is taken to be {tall:g} m tall, as the truth is; lengths are compared in metres.
-
 """
 CLIPS = """\
 The walks among the hand-marked open clips, followed from their first marks. Nobody knows when their feet
@@ -70,6 +69,8 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
             "Late is positive. Inside: the share within two of their standard errors; 95 % would be right.",
             "",
             *table(MOMENTS, moment_rows(cases)),
+            nobodys(cases),
+            "",
             "## Figures",
             "",
             "Of legs where a figure is told of either leg, of films otherwise.",
@@ -155,6 +156,16 @@ def clip_claims(clips: Mapping[str, Gait]) -> list[Claim]:
     for name in ("markers_walk_lr", "desert_walk_rl"):
         wanted.append(Claim(f"speed of `{name}`", _both(clips[name], "speed"), 1.7, 1.0, unit=" m/s"))
     return wanted
+
+
+def nobodys(cases: Sequence[Case]) -> str:
+    """How many strides have no true one to be compared with."""
+    told = sum(sum(each.strides) + each.missed for each in cases)
+    missed = sum(each.missed for each in cases)
+    return (
+        f"Of {told} strides that were told of, {missed} are more than half a stride from any of that foot, as where "
+        "legs are exchanged: they are in no table here."
+    )
 
 
 def moment_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
