@@ -163,8 +163,8 @@ def nobodys(cases: Sequence[Case]) -> str:
     told = sum(sum(each.strides) + each.missed for each in cases)
     missed = sum(each.missed for each in cases)
     return (
-        f"Of {told} strides that were told of, {missed} are more than half a stride from any of that foot, as "
-        "where legs are exchanged: they are in no table here."
+        f"Of {told} strides that were told of, {missed} are more than half a stride from any of that foot, "
+        "as where legs are exchanged: they are in no table here."
     )
 
 
