@@ -173,6 +173,8 @@ def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
         "stop": 5,
         "facing": 1,
         "rate": 1.0,
+        "height": 1.75,
+        "scale": 80.0,
         "smooth": False,
         "anchors": True,
         "measure": clip.keypoints,
