@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
-.PHONY: demo test check models rivals evaluate robustness rendered measure motion trial mutants bench clean
+.PHONY: demo test check models rivals evaluate robustness rendered gait measure motion trial mutants bench clean
 
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
@@ -24,7 +24,7 @@ test: $(VENV)/installed-dev
 # with $FIGTRACK_DATA its claims about real clips; and what the tools under tests/benchmarks are tested by.
 check: $(VENV)/installed-dev
 	$(BIN)/pytest -n auto -m "claims or handbook or whole"
-	$(BIN)/pytest tests/benchmarks/test_tools.py tests/benchmarks/test_rendered.py
+	$(BIN)/pytest tests/benchmarks/test_tools.py tests/benchmarks/test_rendered.py tests/benchmarks/test_gait.py
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
 LEARN := $(BIN)/figtrack learn --trials $(MOCAP) --overwrite --settings dynamics/models
@@ -36,6 +36,7 @@ models: $(VENV)/installed
 	  $(LEARN)/learn.toml --fps $$fps --out dynamics/models/gait@$$fps.npz || exit 1; \
 	done
 	$(BIN)/python -m tracker.outline.learn_cycles $(MOCAP) tracker/outline/cycles.npz --licence CMU --licence "Seoul National"
+	$(BIN)/python -m tests.benchmarks.gait.learn $(MOCAP) tracker/gait/moments.npz --licence CMU --licence "Seoul National"
 
 # The rival that needs opencv-contrib has it in an environment of its own, where it cannot harm ours.
 rivals: .venv-rivals/installed
@@ -51,6 +52,10 @@ robustness: $(VENV)/installed-dev
 # The tables of docs/rendered.md, from films that are painted with the motion of the open captures.
 rendered: $(VENV)/installed-dev
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.rendered $(MOCAP) docs/rendered.md
+
+# The tables of docs/gait.md, from such films and the open clips; what was followed is kept for the next time.
+gait: $(VENV)/installed-dev
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.gait $(FIGTRACK_DATA) docs/gait.md --tracks gait-tracks
 
 # The tables of docs/measure.md, from the same clips.
 measure: $(VENV)/installed-dev

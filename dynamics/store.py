@@ -71,7 +71,10 @@ def load_shipped(name: str, fps: float) -> Model:
     rates = shipped()
     if name not in rates:
         known = ", ".join(rates)
-        raise ModelError(f"no model {name!r} ships; there are {known}, or give a file that ends in .npz")
+        raise ModelError(
+            f"no model {name!r} ships; there are {known}, to follow with also cv, "
+            "or give a file that ends in .npz"
+        )
     nearest = min(rates[name], key=lambda rate: abs(np.log(rate / fps)))
     return _read(resources.files("dynamics") / "models" / f"{name}@{nearest:g}.npz", name)
 

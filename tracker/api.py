@@ -34,7 +34,7 @@ def follow(
         settings: the tracker's, or a TOML file of them; None for the defaults.
         progress: how it is shown on stderr.
         options: the command's, as in `tracker.clip.job.Following`: `model`, `start`, `stop`, `facing`,
-            `person`, `near`, `anchors`, `measure`, `templates`, `rate` and `smooth`.
+            `person`, `near`, `anchors`, `measure`, `templates`, `rate`, `height`, `scale` and `smooth`.
 
     Returns:
         A row for each of the T frames from 0 on: `joints()` (T, J, 2) and `joint_covs()` (T, J, 2, 2) in

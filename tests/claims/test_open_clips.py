@@ -10,6 +10,7 @@ from tests.benchmarks.evaluation.cases import marks_of
 from tests.benchmarks.processes import spawned
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.gait.figures import gait_of
 from tracker.models.find import find_model
 from tracker.progress import Progress
 from tracker.run.score import Score, leg_length, places, score
@@ -120,6 +121,26 @@ def test_a_foot_that_is_turned_at_the_start_is_followed_at_its_full_length(
     away = [np.hypot(mark.x - found[k][toe][0], mark.y - found[k][toe][1]) for k, mark in marked.items()]
     # As short as it was marked, it would end a seventh of a leg before its toe.
     assert np.mean(away) < 0.08 * leg_length(truth, sorted(truth))
+
+
+def test_walks_and_runs_are_told_apart_and_every_leg_that_walks_stands_as_long_as_legs_do(
+    tracks: Tracks,
+) -> None:
+    gaits = {name: gait_of(track) for name, track in tracks[LEARNED].items()}
+    assert {name: gait.motion == "walk" for name, gait in gaits.items()} == {
+        name: "walk" in name for name in gaits
+    }
+    stances = {
+        (name, leg): getattr(gait.named("stance share"), leg).mean
+        for name, gait in gaits.items()
+        if gait.motion == "walk"
+        for leg in ("near", "far")
+    }
+    assert len(stances) == 8
+    assert all(54.0 <= share <= 68.0 for share in stances.values()), stances
+    # What myogait finds from the same track's points.
+    assert stances["gym_walk_rl", "near"] == pytest.approx(58.9, abs=5.0)
+    assert stances["gym_walk_rl", "far"] == pytest.approx(61.9, abs=5.0)
 
 
 def test_who_walks_ahead_is_not_taken_to_walk_backwards(tracks: Tracks) -> None:

@@ -10,7 +10,7 @@ from tracker.cli.app import COMMANDS
 
 INDEX = "docs/README.md"
 LINK = re.compile(r"\[([^\]]+)\]\(([^)]+)\)")
-MEASURED = ("results.md", "robustness.md", "motion.md", "speed.md", "rendered.md")
+MEASURED = ("results.md", "robustness.md", "motion.md", "speed.md", "rendered.md", "gait.md")
 
 
 def links(page):

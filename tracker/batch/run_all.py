@@ -1,6 +1,7 @@
 """Many clips by one table: every row is tracked by itself, and what is done and complete is left alone."""
 
 import hashlib
+import json
 import os
 from collections import Counter
 from collections.abc import Iterable
@@ -25,6 +26,20 @@ if TYPE_CHECKING:
     from distributed import Client
 
 SUMMARY = ("video", "model", "out", "status", "frames", "outcomes", "rate", "warnings", "error")
+# Of gait.json: columns of the summary, which measure and of which legs.
+GAIT = {
+    "cadence": ("cadence", "both"),
+    "stride_time_s": ("stride time", "both"),
+    "stance_near": ("stance share", "near"),
+    "stance_far": ("stance share", "far"),
+    "stance_symmetry": ("stance share", "symmetry"),
+    "double_support": ("double support", "both"),
+    "flight_time_s": ("flight time", "both"),
+    "step_length": ("step length", "both"),
+    "stride_length": ("stride length", "both"),
+    "speed": ("speed", "both"),
+}
+COLUMNS = (*SUMMARY, "motion", *GAIT, "length_unit")
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"
 
 
@@ -42,6 +57,7 @@ class Ending:
     rate: float | None = None
     warnings: str = ""
     error: str = ""
+    gait: tuple[str, ...] = ()
 
 
 Ended = list[tuple[Row, Ending]]
@@ -78,7 +94,7 @@ def run_batch(
         outs, processes = [row.out for row in rows], min(workers or _processors(), len(rows))
         with swept(outs), _cluster(scheduler, processes) as client:
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
-        write_table(aside, SUMMARY, (summary_cells(row, ending) for row, ending in ended))
+        write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
     return ended
 
 
@@ -126,6 +142,7 @@ def summary_cells(row: Row, ending: Ending) -> list[str]:
         "" if ending.rate is None else f"{ending.rate:g}",
         ending.warnings,
         ending.error,
+        *(ending.gait or [""] * (2 + len(GAIT))),
     ]
 
 
@@ -181,7 +198,21 @@ def _ending(status: str, folder: Path) -> Ending:
         outcomes=", ".join(f"{count} {outcome}" for outcome, count in counts.items()),
         rate=record.news.rate,
         warnings="; ".join(record.news.warnings),
+        gait=_gait(folder),
     )
+
+
+def _gait(folder: Path) -> tuple[str, ...]:
+    """Motion, figures and unit of length by gait.json; () without one."""
+    try:
+        news = json.loads((folder / "gait.json").read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return ()
+    found = []
+    for measure, legs in GAIT.values():
+        value = news["measures"].get(measure, {}).get(legs)
+        found.append("" if value is None else f"{value['mean']:.4g}")
+    return news["motion"], *found, "m" if news["metres_in_leg"] else "leg lengths"
 
 
 def _key_in(folder: Path) -> str:
@@ -200,7 +231,7 @@ def _files(path: Path) -> Iterable[Path]:
 
 def _is_summary(path: Path) -> bool:
     with suppress(OSError), path.open("rb") as file:
-        return file.readline().rstrip() == ",".join(SUMMARY).encode()
+        return file.readline().startswith(",".join(SUMMARY).encode())
     return False
 
 

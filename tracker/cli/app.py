@@ -86,8 +86,8 @@ def track(
         with suggestion(video, folder):
             job = asked(how, video, keypoints, None, shown)
         finished = follow(job, shown)
-        write_run(finished, aside, shown, overlay=overlay, report=report)
-    for warning in finished.warnings:
+        told = write_run(finished, aside, shown, overlay=overlay, report=report)
+    for warning in told.warnings:
         shown.warn(warning)
     counts = Counter(finished.track.outcome)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())

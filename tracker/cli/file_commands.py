@@ -37,7 +37,10 @@ def export(
     ],
     *,
     height: Annotated[
-        float | None, typer.Option(min=0.3, max=3.0, help="Of the person, metres: the scale of trc and mot.")
+        float | None,
+        typer.Option(
+            min=0.3, max=3.0, help="Of the person, metres, for trc, mot and myogait [default: as tracked]."
+        ),
     ] = None,
     scale_points: Annotated[
         str | None,

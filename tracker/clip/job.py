@@ -83,7 +83,7 @@ class Following:
         Path | None,
         About(
             "A pose network's points of every frame, as a further, doubted measurement: "
-            "DeepLabCut CSV, OpenPose JSON (file or folder) or TRC in pixels."
+            "DeepLabCut CSV, OpenPose JSON (file or folder), COCO or labelme JSON, or TRC in pixels."
         ),
     ] = None
     templates: Annotated[bool, About("Follow looks, or with --measure points alone.")] = True
@@ -95,6 +95,12 @@ class Following:
             most=4.0,
         ),
     ] = None
+    height: Annotated[
+        float | None, About("Of the person, metres: lengths and speed are then told in metres.", 0.3, 3.0)
+    ] = None
+    scale: Annotated[
+        float | None, About("Pixels a metre where the figure walks, in place of --height.", 0.1, 1e5)
+    ] = None
     smooth: Annotated[bool, About("Write each pose given the whole clip, or as first seen.")] = True
     settings: Annotated[Path | None, About("TOML file of tracker settings.")] = None
 
@@ -103,6 +109,8 @@ class Following:
             value = getattr(self, option.name)
             if value is not None:
                 object.__setattr__(self, option.name, option.checked(value))
+        if self.height is not None and self.scale is not None:
+            raise ValueError("give either height or scale, not both")
 
     @property
     def inputs(self) -> list[Path | None]:
@@ -242,6 +250,8 @@ class Job:
     stop: int | None = None
     facing: int | None = None
     rate: float | None = None
+    height: float | None = None
+    scale: float | None = None
     called: str | None = None
     smooth: bool = True
     anchors: bool = False

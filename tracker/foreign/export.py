@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tracker.foreign import dlc, mot, myogait, openpose, trc
 from tracker.foreign.points import HALPE, JOINTS, named_points
-from tracker.foreign.scale import Scale, scale_by_height, scale_by_points
+from tracker.foreign.scale import Scale, scale_by_height, scale_by_pixels, scale_by_points
 from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file, fresh_folder
@@ -21,7 +21,7 @@ class Wish:
 
     to     : a name in FORMATS
     height : of the person, metres; or
-    points : x1, y1, x2, y2 in pixels and the metres between them; neither: no scale
+    points : x1, y1, x2, y2 in pixels and the metres between them; neither: as the run has it
     facing : +1 right, -1 left, None as the run has it
     """
 
@@ -39,6 +39,8 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
         ForeignError: a format that needs what the run or the wish has not.
         FolderError: a place that cannot be written, or something is there already.
     """
+    if not FORMATS[wish.to].scaled and (wish.height is not None or wish.points is not None):
+        raise ForeignError(f"{wish.to} has no place for a height or a scale, it is in pixels; leave them out")
     if wish.to == "openpose":
         ours = openpose.holds_frames
         place = fresh_folder(out, overwrite=overwrite, inputs=[folder], replaceable=ours)
@@ -59,10 +61,11 @@ def export_name(folder: Path, to: str) -> str:
 
 @dataclass(frozen=True)
 class Format:
-    """How a format's files end, and what writes one and gives what must be said of it."""
+    """How a format's files end, what writes one and gives what must be said of it, and if a scale counts."""
 
     ending: str
     write: Callable[[Record, Wish, int, Path], str]
+    scaled: bool = False
 
 
 def _dlc(record: Record, wish: Wish, facing: int, path: Path) -> str:
@@ -75,7 +78,8 @@ def _trc(record: Record, wish: Wish, facing: int, path: Path) -> str:
     scale = _scale(scene, wish, facing)
     if scale is None:
         raise ForeignError(
-            "a TRC is in metres; give --height METRES of the person, or --scale-points x1,y1,x2,y2,METRES"
+            "a TRC is in metres, and the run knows no height; give --height METRES of the person, "
+            "or --scale-points x1,y1,x2,y2,METRES"
         )
     trc.write_trc(named_points(scene, HALPE, facing), record.times, record.news.fps, scale, path)
     return ""
@@ -104,22 +108,28 @@ def _openpose(record: Record, wish: Wish, facing: int, path: Path) -> str:
 def _myogait(record: Record, wish: Wish, facing: int, path: Path) -> str:
     if record.news.size is None:
         raise ForeignError("run.json does not say how large a frame is; track the clip again")
-    points = named_points(record, myogait.NAMES, facing)
-    myogait.write_myogait(points, record.times, record.news, record.news.size, facing, path)
+    if wish.points is not None:
+        raise ForeignError("myogait takes the person's height and no other scale; give --height METRES")
+    points, news = named_points(record, myogait.NAMES, facing), record.news
+    tall = wish.height or news.height
+    myogait.write_myogait(points, record.times, news, record.news.size, facing, path, tall)
     return ""
 
 
 FORMATS = {
     "dlc": Format(".dlc.csv", _dlc),
-    "trc": Format(".trc", _trc),
-    "mot": Format(".mot", _mot),
+    "trc": Format(".trc", _trc, scaled=True),
+    "mot": Format(".mot", _mot, scaled=True),
     "sports2d": Format(f"{PIXELS}.trc", _sports2d),
     "openpose": Format("-openpose", _openpose),
-    "myogait": Format(".myogait.json", _myogait),
+    "myogait": Format(".myogait.json", _myogait, scaled=True),
 }
 
 
 def _scale(record: Record, wish: Wish, facing: int) -> Scale | None:
     if wish.points is not None:
         return scale_by_points(record, wish.points, facing)
-    return None if wish.height is None else scale_by_height(record, wish.height, facing)
+    if wish.height is None and record.news.scale is not None:
+        return scale_by_pixels(record, record.news.scale, facing)
+    tall = wish.height or record.news.height
+    return None if tall is None else scale_by_height(record, tall, facing)

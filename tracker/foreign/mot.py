@@ -1,9 +1,10 @@
 """MOT, OpenSim's table of joint angles, with the signs of its gait models (gait2354, gait2392).
 
 Their pelvis is upright here, since nothing is known of its tilt: hip flexion is the thigh's angle from the
-vertical, ahead +; knee flexion is negative; lumbar extension is the trunk's lean from the vertical, ahead
-negative, and `trunk_angle` the same with ahead +. Where a scale is
-given, the pelvis stands at the hip, metres.
+vertical, ahead +; knee flexion is negative; the ankle's angle is that of the line from ankle to toe against
+the shank, toes up +, which is below 0 of a foot that stands flat; lumbar extension is the trunk's lean from
+the vertical, ahead negative, and `trunk_angle` the same with ahead +. Where a scale is known, the pelvis
+stands at the hip, metres.
 """
 
 from pathlib import Path
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
+from kinematics.sides import SIDES
 from tracker.foreign.points import side_seen
 from tracker.foreign.scale import Scale
 from tracker.foreign.text_files import ForeignError
@@ -23,6 +25,7 @@ Frames = NDArray[np.bool_]  # (T,)
 NOTES = (
     "Units are S.I. units (second, meters, Newtons, ...)",
     "Angles are in degrees, with the signs of gait2354 and gait2392: hip flexion +, knee flexion -.",
+    "ankle_angle is from ankle to toe tip, square to the shank 0, toes up +; a flat foot is below 0.",
     "trunk_angle is the lean from the vertical, ahead +, lumbar_extension its negative; pelvis upright.",
 )
 
@@ -61,6 +64,7 @@ def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Arra
     # Seen to face the other way, every angle in the picture's plane turns the other way.
     sign = facing * record.facing
     degrees = {name: sign * np.degrees(record.poses[:, i]) for i, name in enumerate(POSE_COLUMNS) if i >= 2}
+    ankles = dict(zip(SIDES, sign * np.degrees(record.ankles.T), strict=True))
     columns: dict[str, Array] = {}
     if scale is not None:
         ahead, up = scale.to_metres(record.place("hip")).T
@@ -70,6 +74,8 @@ def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Arra
         own = side_seen(side, facing)
         columns[f"hip_flexion_{letter}"] = degrees[f"hip_{own}"]
         columns[f"knee_angle_{letter}"] = -degrees[f"knee_{own}"]
+        if np.isfinite(ankles[own]).any():
+            columns[f"ankle_angle_{letter}"] = ankles[own]
     columns["lumbar_extension"] = -degrees["torso"]
     return columns
 
@@ -83,5 +89,5 @@ def _said(record: Record, there: Frames, scale: Scale | None) -> str:
     if unseen:
         said.append(f"{unseen} frames were lost or out of the picture: their angles are the model's forecast")
     if scale is None:
-        said.append("no pelvis position, since no --height or --scale-points was given")
+        said.append("no pelvis position, since no height or scale is known")
     return "; ".join(said)

@@ -24,7 +24,13 @@ NAMES = {
 
 
 def write_myogait(
-    points: Points, times: Array, news: News, size: tuple[int, int], facing: int, path: Path
+    points: Points,
+    times: Array,
+    news: News,
+    size: tuple[int, int],
+    facing: int,
+    path: Path,
+    tall: float | None = None,
 ) -> None:
     """Every frame of the clip; landmarks of likelihood 0 are left out.
 
@@ -33,6 +39,7 @@ def write_myogait(
         times: (T,) seconds.
         size: (width, height) of a frame, pixels.
         facing: +1 right, -1 left.
+        tall: how tall the person is, metres.
     """
     width, height = size
     table = {
@@ -46,7 +53,7 @@ def write_myogait(
             "n_frames": len(points),
             "duration_s": round(len(points) / news.fps, 3),
         },
-        "subject": None,
+        "subject": None if tall is None else {"height_m": tall},
         "extraction": {"model": "slds", "direction_detected": "right" if facing > 0 else "left"},
         "frames": [_frame(points, t, float(time), size) for t, time in enumerate(times)],
         "normalization": None,

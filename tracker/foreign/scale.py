@@ -2,12 +2,7 @@
 
 x points the way the figure faces, from where its hip first was; y points up from the floor, which is taken to
 lie under the lower foot, at the median over the frames. How long a pixel is comes from two points a known way
-apart, or from the person's height H. The tracked links reach from the head's top to the ankles, and ankles
-are 0.039 H above the floor (Winter 2009, figure 4.1), so
-
-    0.961 H = head top to neck + neck to hip + hip to knee + knee to ankle,
-
-at the median over the frames; it is one number for the whole clip.
+apart, or from the person's height (`tracker.run.stature`).
 """
 
 from dataclasses import dataclass
@@ -15,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.gaussian import Array
-from tracker.foreign.points import apart, leg_pixels, middle
+from tracker.foreign.points import middle
 from tracker.run.read import Record
-
-ANKLE_HEIGHT = 0.039  # of the person's height
+from tracker.run.stature import ANKLE_HEIGHT, stature
 
 
 @dataclass(frozen=True)
@@ -41,6 +35,11 @@ def scale_by_height(record: Record, metres: float, facing: int) -> Scale:
     return _scale(record, metres / _height(record), facing)
 
 
+def scale_by_pixels(record: Record, pixels: float, facing: int) -> Scale:
+    """The scale at which so many pixels are a metre; RunError if the figure was followed in no frame."""
+    return _scale(record, 1.0 / pixels, facing)
+
+
 def scale_by_points(record: Record, points: tuple[float, float, float, float, float], facing: int) -> Scale:
     """The scale of x1, y1, x2, y2 in pixels and the metres between; ValueError if they lie together."""
     x1, y1, x2, y2, metres = points
@@ -54,8 +53,7 @@ def scale_by_points(record: Record, points: tuple[float, float, float, float, fl
 
 def _height(record: Record) -> float:
     """How tall the figure is, pixels."""
-    trunk = apart(record, "head_top", "neck") + apart(record, "neck", "hip")
-    return (middle(trunk, record) + leg_pixels(record)) / (1.0 - ANKLE_HEIGHT)
+    return stature(record.places, record.names, record.measured)
 
 
 def _scale(record: Record, pixel: float, facing: int) -> Scale:

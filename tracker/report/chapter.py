@@ -12,6 +12,7 @@ from dynamics.gaussian import Array
 from kinematics.sides import SIDES, Side
 from tracker.clip.follow import Run
 from tracker.gait.figures import Gait, gait_of
+from tracker.gait.lengths import Known
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
@@ -46,7 +47,7 @@ class Chapter:
     rate     : playback speed, as given or found
     given    : whether the speed was given; only then are times multiplied by it
     gait     : None for a figure without legs
-    warnings : of the run
+    warnings : of the run, and of its gait figures
     """
 
     name: str
@@ -64,6 +65,9 @@ class Chapter:
     def of(cls, finished: Run, overlay: Path | None) -> Self:
         """That of a finished run."""
         job = finished.job
+        # A speed that was only found would pull every walker towards the model's own.
+        rate = 1.0 if job.rate is None else job.rate
+        gait = gait_of(finished.track, rate, Known(job.height, job.scale))
         return cls(
             name=job.model,
             video=job.video.name,
@@ -73,9 +77,8 @@ class Chapter:
             fps=finished.fps,
             rate=finished.rate,
             given=job.rate is not None,
-            # A speed that was only found would pull every walker towards the model's own.
-            gait=gait_of(finished.track, 1.0 if job.rate is None else job.rate),
-            warnings=finished.warnings,
+            gait=gait,
+            warnings=[*finished.warnings, *(() if gait is None else gait.warnings)],
         )
 
     def facts(self) -> list[tuple[str, str]]:
@@ -86,13 +89,14 @@ class Chapter:
         speed = (
             f"{self.rate:.3g} \N{MULTIPLICATION SIGN}, {'as given' if self.given else 'as the motion looks'}"
         )
-        return [
+        facts = [
             ("Model", self.track.model),
             ("Frames", f"{self.frames} at {self.fps:.4g} a second, {seconds:.1f} s"),
             ("Playback speed", speed),
             ("Faces", self.track.view.side),
             ("Tracked", outcomes),
         ]
+        return facts if self.gait is None else [*facts, *_walked(self.gait, self.track)]
 
     def cautions(self) -> list[str]:
         """What to know before the gait figures are used."""
@@ -113,6 +117,11 @@ class Chapter:
             said.append(
                 "The legs' stride times differ, which no gait does: a leg was followed badly or the two were "
                 "exchanged for a while. Look at the picture before using these figures."
+            )
+        if self.gait.measures and self.gait.named("stride length") is None:
+            said.append(
+                "No lengths and no speed: the figure stays where it is, as on a treadmill, or no two stances "
+                "of a foot are in the clip."
             )
         if self.gait.left_out:
             said.append(
@@ -160,7 +169,18 @@ class Chapter:
     def _on_floor(self, side: Side) -> list[list[float]]:
         strides = () if self.gait is None else self.gait.strides[side].sound
         first = self.track.first
-        return [[round(s.down.at - first, 2), round(s.off.at - first, 2)] for s in strides]
+        return [[round(s.strike.at - first, 2), round(s.off.at - first, 2)] for s in strides]
+
+
+def _walked(gait: Gait, track: Track) -> list[tuple[str, str]]:
+    """What gait it is, and what its lengths are told in and measured against."""
+    lengths = "in leg lengths (thigh + shank); --height METRES tells metres"
+    if gait.leg is not None:
+        lengths = f"in metres; a leg length (thigh + shank) is {gait.leg:.2f} m"
+    moved = float(np.hypot(*track.shift.T).max())
+    if moved > 0.0:
+        lengths += f"; against the background, which the camera moves by up to {moved:.0f} px"
+    return [("Motion", gait.motion), ("Lengths", lengths)]
 
 
 def _tenths(values: Array) -> list[float]:

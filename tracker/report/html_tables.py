@@ -3,7 +3,8 @@
 import html
 from collections.abc import Iterable, Mapping, Sequence
 
-from tracker.gait.figures import Gait, Measure, Value
+from tracker.gait.figures import Gait
+from tracker.gait.values import Measure, Value
 from tracker.run.score import Score
 
 COLUMNS = (
@@ -18,6 +19,8 @@ COLUMNS = (
 )
 GAIT_COLUMNS = ("", "near leg", "far leg", "both", "symmetry, %")
 SIGMAS = 2.0  # standard errors behind a plus-minus, as the bands and ellipses are two sigma
+# Three decimals show a video's frames, two centimetres; angles and shares are not known to a hundredth.
+PLACES = {"s": 3, "m": 2, "m/s": 2, "leg lengths": 2, "leg lengths/s": 2}
 DASH = "\N{EN DASH}"
 
 
@@ -63,8 +66,7 @@ def gait_table(gait: Gait) -> str:
 
 
 def _gait_row(measure: Measure) -> Sequence[str]:
-    # Three decimals show a video's frames; angles, shares and cadences are not known to a hundredth.
-    places = 3 if measure.unit == "s" else 1
+    places = PLACES.get(measure.unit, 1)
     unit = "\N{DEGREE SIGN}" if measure.unit == "deg" else measure.unit
     values = [_spoken(value, places) for value in (measure.near, measure.far, measure.both)]
     return (f"{measure.name} <small>{unit}</small>", *values, _spoken(measure.symmetry, 1))

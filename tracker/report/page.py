@@ -162,6 +162,6 @@ _SHEET = """<section class='card'><h2>Where they part</h2><div class='wide sheet
 _READING = """<p class='soft'>Means over {near} of the near leg's strides and {far} of the far leg's,
 &plusmn; two standard errors: how much the strides differ, and the poses' own uncertainty. A stride lasts
 from a foot's strike to its next, a step from the other foot's strike to this one's; stance is the share of
-a stride in which the foot is on the floor. Strikes are told from the ankle's way under the hip and not from
-the floor: stance is good to about five points in a walk, and reads some five too high in a run. Symmetry is
-the near leg less the far one over their mean, in per cent: 0 where they do alike.</p>"""
+a stride in which the foot is on the ground, double support that in which both are, and flight the time from
+a foot's leaving to the other's strike. Symmetry is the near leg less the far one over their mean, in per
+cent: 0 where they do alike.</p>"""

@@ -69,10 +69,12 @@ def write_run(
             "near_leg": "given" if job.found is None else job.found.near_leg,
         },
         "rate": round(finished.rate, 2),
+        "height": job.height,
+        "scale": job.scale,
         "camera": _camera(finished.track),
         "facing": finished.track.view.side,
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
-        "warnings": finished.warnings,
+        "warnings": told.warnings,
     } | ({"job": key} if key else {})
     (folder / "run.json").write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
     return told

@@ -18,6 +18,7 @@ from kinematics.mocap import POSE_COLUMNS
 from kinematics.spm import View
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
+from tracker.run.write import ANKLES
 from tracker.tables.table import by_column, read_lines, why
 
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
@@ -29,7 +30,11 @@ class RunError(ValueError):
 
 
 class News(BaseModel):
-    """What run.json says that others read; a frame's `size` is (width, height) in pixels."""
+    """What run.json says that others read.
+
+    size   : width and height of a frame, pixels
+    height : of the person, metres; scale: pixels a metre; None where it was not given
+    """
 
     model_config = ConfigDict(allow_inf_nan=False)
 
@@ -40,6 +45,8 @@ class News(BaseModel):
     facing: Literal["left", "right"]
     size: tuple[PositiveInt, PositiveInt] | None = None
     rate: float | None = None
+    height: PositiveFloat | None = None
+    scale: PositiveFloat | None = None
     warnings: list[str] = []
     job: str = ""
 
@@ -54,6 +61,7 @@ class Record:
     places  : (T, J, 2) pixels
     covs    : (T, J, 2, 2) px^2
     poses   : (T, 8) root in leg lengths, angles in radians
+    ankles  : (T, 2) near and far, radians; NaN of a figure without feet
     outcome : (T,) of each frame, None where the figure was not followed
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
     """
@@ -64,6 +72,7 @@ class Record:
     places: Array
     covs: Array
     poses: Array
+    ankles: Array
     outcome: tuple[Outcome | None, ...]
     shift: Array
 
@@ -121,7 +130,7 @@ def read_run(folder: Path) -> Record:
     with _sound(folder / "keypoints.csv") as path:
         names, numbers = _points(path, news.frames)
     with _sound(folder / "pose.csv") as path:
-        times, poses, outcome = _poses(path, news.frames)
+        times, poses, ankles, outcome = _poses(path, news.frames)
     with _sound(folder / "track.npz") as path:
         shift = _shift(path, news.frames)
     return Record(
@@ -131,6 +140,7 @@ def read_run(folder: Path) -> Record:
         places=numbers[..., :2],
         covs=numbers[..., [2, 3, 3, 4]].reshape(*numbers.shape[:2], 2, 2),
         poses=poses,
+        ankles=ankles,
         outcome=outcome,
         shift=shift,
     )
@@ -159,8 +169,8 @@ def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
     return names, _numbers(rows, POINT_COLUMNS).reshape(T, len(names), len(POINT_COLUMNS))
 
 
-def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[Outcome | None, ...]]:
-    """Times (T,), poses (T, 8) in body units and outcomes (T,) of pose.csv."""
+def _poses(path: Path, T: int) -> tuple[Array, Array, Array, tuple[Outcome | None, ...]]:
+    """Times (T,), poses (T, 8) in body units, ankles (T, 2) and outcomes (T,) of pose.csv."""
     rows = _rows(path)
     if len(rows) != T or any(int(row["frame"]) != t for t, row in enumerate(rows)):
         raise ValueError(f"it should hold {T} frames, in order")
@@ -169,7 +179,10 @@ def _poses(path: Path, T: int) -> tuple[Array, Array, tuple[Outcome | None, ...]
         raise ValueError("time_s should rise from row to row")
     poses = _numbers(rows, POSE_COLUMNS)
     poses[:, 2:] = np.radians(poses[:, 2:])
-    return times, poses, tuple(Outcome(row["outcome"]) if row["outcome"] else None for row in rows)
+    ankles = np.radians(_numbers(rows, [name for name in ANKLES if name in rows[0]]))
+    if ankles.shape[1] < len(ANKLES):  # runs of versions that did not write them
+        ankles = np.full((T, len(ANKLES)), np.nan)
+    return times, poses, ankles, tuple(Outcome(row["outcome"]) if row["outcome"] else None for row in rows)
 
 
 def read_track(folder: Path, mark: float) -> Track:

@@ -12,6 +12,7 @@ from tracker.tables.keypoints import KEYPOINTS
 
 FORMAT = "figtrack-track"
 VERSION = 1
+ANKLES = ("ankle_near", "ankle_far")  # further columns of pose.csv
 
 
 def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
@@ -65,17 +66,22 @@ def _write_keypoints(track: Track, path: Path, frames: int, fps: float) -> None:
 
 
 def _write_poses(track: Track, path: Path, frames: int, fps: float) -> None:
+    freedoms = track.figure.freedoms
+    ankles = [freedoms.index(name) if name in freedoms else None for name in ANKLES]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(("seq", "frame", *POSE_COLUMNS, "time_s", "state", "label", "outcome"))
+        writer.writerow(("seq", "frame", *POSE_COLUMNS, "time_s", "state", "label", "outcome", *ANKLES))
         for frame in range(frames):
             t = frame - track.first
             if not 0 <= t < len(track):
-                writer.writerow((0, frame, *[""] * len(POSE_COLUMNS), _time(track, t, fps), "", "", ""))
+                nothing = [""] * (3 + len(ANKLES))
+                writer.writerow((0, frame, *[""] * len(POSE_COLUMNS), _time(track, t, fps), *nothing))
                 continue
             q, s = track.q[t], track.s[t]
             cells = [f"{v:.5f}" for v in q[:2]] + [f"{v:.4f}" for v in np.degrees(q[2 : len(POSE_COLUMNS)])]
-            writer.writerow((0, frame, *cells, _time(track, t, fps), s, track.motion(t), track.outcome[t]))
+            feet = [f"{np.degrees(q[k]):.4f}" if k is not None else "" for k in ankles]
+            said = (s, track.motion(t), track.outcome[t])
+            writer.writerow((0, frame, *cells, _time(track, t, fps), *said, *feet))
 
 
 def _time(track: Track, t: int, fps: float) -> str:

@@ -35,6 +35,7 @@ class Walker:
     leg_px : thigh + shank, pixels
     start  : (2,) pixels of the street, where the floor is under the figure's root_x of 0
     facing : +1 right, -1 left
+    motion : what is shown, and at which of its seconds, `zero`, the film's first frame is
     """
 
     gait: Gait
@@ -44,6 +45,8 @@ class Walker:
     facing: int
     label: str
     name: str
+    motion: Motion
+    zero: float
 
     @property
     def x(self) -> Array:
@@ -226,7 +229,8 @@ def _walker(motion: Motion, moments: Array, leg_px: float, facing: int, rng: np.
     seconds = float(np.ptp(moments))
     longer, begin = _lasting(motion, seconds, rng)
     gait = gait_of(longer, build, begin + moments - moments[0], float(rng.uniform(0.7, 1.2)))
-    return Walker(gait, build, leg_px, np.zeros(2), facing, motion.label, motion.name)
+    zero = begin - float(moments[0])
+    return Walker(gait, build, leg_px, np.zeros(2), facing, motion.label, motion.name, longer, zero)
 
 
 def _lasting(motion: Motion, film_seconds: float, rng: np.random.Generator) -> tuple[Motion, float]:

@@ -40,6 +40,11 @@ def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memor
     return "\n".join(lines)
 
 
+ALONE = """\
+Of following alone, whose pictures are not decoded here: while the film is looked through first, and while the
+overlay is encoded, `track` as a whole holds several hundred MB more."""
+
+
 def claims(cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> list[Claim]:
     """What a frame is to cost."""
     return [
@@ -75,4 +80,4 @@ def _memory(memory: Memory) -> list[str]:
         ["with the track made of them", f"{memory.made:.0f}"],
         [f"expected after {LONG} frames, 20 minutes", f"{memory.after:.0f}"],
     ]
-    return table(("", "MB resident"), rows)
+    return [*table(("", "MB resident"), rows), ALONE, ""]

@@ -1,5 +1,6 @@
 """figtrack batch: every clip by itself, what is done stays, and nothing is lost with a process that dies."""
 
+import json
 import os
 import signal
 import threading
@@ -21,10 +22,22 @@ from tests.tracker.clips import (
     write_table,
     write_video,
 )
+from tests.tracker.strolls import stroll
 from tracker.batch import run_all as batch
 from tracker.batch.jobs import read_jobs
-from tracker.batch.run_all import Ending, job_key, run_batch, run_row
+from tracker.batch.run_all import (
+    COLUMNS,
+    GAIT,
+    Ending,
+    _gait,
+    job_key,
+    run_batch,
+    run_row,
+    summary_cells,
+)
 from tracker.clip.job import Job
+from tracker.gait.figures import gait_of
+from tracker.gait.lengths import Known
 from tracker.models.cluster import local_cluster
 from tracker.progress import Progress
 from tracker.settings import Settings
@@ -90,6 +103,22 @@ def test_a_failed_clip_does_not_stop_the_others_and_a_second_run_skips_what_is_d
     assert changed == {Path("summary.csv")}
 
 
+def test_the_summary_has_the_gait_of_a_run_and_empty_cells_where_there_is_none(table, tmp_path):
+    row = read_jobs(table(ROW), tmp_path, QUIET)[0]
+    row.out.mkdir()
+    walked = gait_of(stroll(), known=Known(height=1.75))
+    (row.out / "gait.json").write_text(json.dumps(walked.summary()))
+    told = dict(zip(COLUMNS, summary_cells(row, Ending("done", gait=_gait(row.out))), strict=True))
+    assert (told["motion"], told["length_unit"], told["flight_time_s"]) == ("walk", "m", "")
+    for column, (name, legs) in GAIT.items():
+        if column != "flight_time_s":
+            value = getattr(walked.named(name), legs).mean
+            assert float(told[column]) == pytest.approx(value, rel=1e-3, abs=1e-3)
+    bare = dict(zip(COLUMNS, summary_cells(row, Ending("failed", error="why")), strict=True))
+    assert bare["error"] == "why"
+    assert not any(bare[column] for column in ("motion", *GAIT, "length_unit"))
+
+
 def test_results_go_where_told_and_all_done_is_exit_status_0(table, tmp_path):
     path = table(ROW, header=HEADER)
     result = figtrack("batch", path, "--out", tmp_path / "new" / "place", "--workers", 1)
@@ -144,6 +173,8 @@ def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
         "stop": 5,
         "facing": 1,
         "rate": 1.0,
+        "height": 1.75,
+        "scale": 80.0,
         "smooth": False,
         "anchors": True,
         "measure": clip.keypoints,

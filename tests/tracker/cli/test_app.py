@@ -94,7 +94,8 @@ def test_keypoints_hold_every_joint_of_every_frame(clip, done):
 
 def test_poses_hold_every_frame(done):
     rows = read_csv(done[0] / "pose.csv")
-    assert list(rows[0]) == ["seq", "frame", *POSE_COLUMNS, "time_s", "state", "label", "outcome"]
+    further = ["time_s", "state", "label", "outcome", "ankle_near", "ankle_far"]
+    assert list(rows[0]) == ["seq", "frame", *POSE_COLUMNS, *further]
     assert [int(row["frame"]) for row in rows] == list(range(8))
     assert {row["outcome"] for row in rows} <= {"ok", "hidden", "lost", "found", "outside"}
     assert float(rows[3]["root_x"]) == pytest.approx(0.0, abs=0.05)
@@ -111,6 +112,17 @@ def test_run_json_says_what_was_done(clip, done):
     assert news["smooth"] is True
     assert news["warnings"] == []
     assert news["settings"]["mode"] == "full"
+
+
+def test_a_height_is_kept_with_the_run_and_an_export_takes_it(track, tmp_path):
+    result = figtrack(*track(more=["--stop", 3, "--no-overlay", "--no-report", "--height", 1.75]))
+    assert result.exit_code == 0, result.output
+    news = read_json(tmp_path / "out" / "run.json")
+    assert (news["height"], news["scale"]) == (1.75, None)
+    assert read_json(tmp_path / "out" / "gait.json")["metres_in_leg"] == pytest.approx(0.85, abs=0.15)
+    done = figtrack("export", tmp_path / "out", "--to", "mot", "--out", tmp_path / "w.mot")
+    assert done.exit_code == 0, done.output
+    assert "pelvis_tx" in (tmp_path / "w.mot").read_text()
 
 
 def test_facing_is_reported_as_told(clip, track, tmp_path):

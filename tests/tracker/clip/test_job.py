@@ -25,6 +25,8 @@ OTHERS = {
     "measure": (Path("net.csv"), "net.csv"),
     "templates": (False, "0"),
     "rate": (0.5, "0.5"),
+    "height": (1.75, "1.75"),
+    "scale": (55.0, "55"),
     "smooth": (False, "0"),
     "settings": (Path("s.toml"), "s.toml"),
 }
@@ -61,6 +63,8 @@ def test_a_cell_of_the_table_asks_for_the_same_as_the_keyword(tmp_path, name):
         ({"rate": 0.2}, "rate must be at least 0.25; got 0.2"),
         ({"rate": float("nan")}, "rate must be at least 0.25; got nan"),
         ({"rate": 5}, "rate must be at most 4; got 5"),
+        ({"height": 3.5}, "height must be at most 3; got 3.5"),
+        ({"height": 1.75, "scale": 80.0}, "give either height or scale, not both"),
         ({"facing": "north"}, "facing must be 'left', 'right' or None; got 'north'"),
     ],
 )

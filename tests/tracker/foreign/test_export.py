@@ -14,6 +14,8 @@ from tracker.foreign.export import FORMATS
 from tracker.foreign.formats import read_people, read_points
 from tracker.run.read import read_run
 
+HEIGHT = {True: ("--height", 1.75), False: ()}  # of formats in which a scale counts, and others
+
 
 @pytest.fixture
 def run(rng, tmp_path):
@@ -35,7 +37,7 @@ def test_every_format_is_written_beside_one_unless_told(run, tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     before = everything(run)
     for to in FORMATS:
-        exported(run, to, "--height", 1.75)
+        exported(run, to, *HEIGHT[FORMATS[to].scaled])
     assert {path.name for path in tmp_path.iterdir()} - {"späte Läufe"} == {
         "walk-track.dlc.csv",
         "walk-track.trc",
@@ -51,7 +53,7 @@ def test_every_format_is_written_beside_one_unless_told(run, tmp_path, monkeypat
 def test_all_exports_of_one_run_pass_their_validators(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for to in ("dlc", "trc", "mot", "sports2d"):
-        exported(run, to, "--height", 1.75)
+        exported(run, to, *HEIGHT[FORMATS[to].scaled])
     validated("check_movement.py", "walk-track.dlc.csv", "--structure-only")
     validated("check_trc.py", "walk-track.trc", "walk-track.mot", "walk-track_px.trc", "--allow-px")
 
@@ -80,7 +82,7 @@ def test_metres_do_not_follow_a_camera_that_moves_and_pixels_do(rng, tmp_path):
     for name, (to, head) in heads.items():
         for run in runs:
             path = tmp_path / f"{run.name} to" / name
-            exported(run, to, "--height", 1.75, "--out", path)
+            exported(run, to, *HEIGHT[FORMATS[to].scaled], "--out", path)
             lines = path.read_text().splitlines()
             rows = lines[head:] if head > 0 else lines[lines.index("endheader") + 2 :]
             found[run.name, to] = np.array([line.split("\t") for line in rows], dtype=float)
@@ -124,6 +126,38 @@ def test_a_trc_without_a_scale_is_refused(run, tmp_path):
     assert "give --height METRES of the person, or --scale-points" in said
     assert not (tmp_path / "w.trc").exists()
     assert not list(tmp_path.rglob("*.part"))
+
+
+@pytest.mark.parametrize("to", ["dlc", "openpose", "sports2d"])
+@pytest.mark.parametrize("scale", [("--height", 1.75), ("--scale-points", "0,0,100,0,1")])
+def test_a_scale_that_a_format_has_no_place_for_is_refused(run, tmp_path, to, scale):
+    out = tmp_path / "w_px"
+    assert f"{to} has no place for a height or a scale" in refused(run, "--to", to, *scale, "--out", out)
+    assert not out.exists()
+
+
+def test_myogait_keeps_the_height_and_takes_no_other_scale(run, tmp_path):
+    exported(run, "myogait", "--height", 1.62, "--out", tmp_path / "m.json")
+    assert json.loads((tmp_path / "m.json").read_text())["subject"] == {"height_m": 1.62}
+    said = refused(run, "--to", "myogait", "--scale-points", "0,0,100,0,1", "--out", tmp_path / "n.json")
+    assert "give --height" in said
+
+
+def test_a_scale_that_the_run_has_is_taken_where_none_is_given(rng, tmp_path):
+    track = made_track(rng)
+    tall, scaled = (
+        write_folder(track, tmp_path / name, **known)
+        for name, known in (("tall", {"height": 1.8}), ("scaled", {"scale": 50.0}))
+    )
+    for run, same in ((tall, ("--height", 1.8)), (scaled, ("--scale-points", "0,0,50,0,1"))):
+        exported(run, "trc", "--out", tmp_path / f"{run.name} a.trc")
+        exported(run, "trc", *same, "--out", tmp_path / f"{run.name} b.trc")
+        exported(run, "trc", "--height", 0.9, "--out", tmp_path / f"{run.name} c.trc")
+        one, other, third = (heads(tmp_path / f"{run.name} {name}.trc") for name in "abc")
+        assert_allclose(one, other, atol=2e-6)
+        assert np.nanmax(np.abs(one - third)) > 0.1
+    exported(tall, "myogait", "--out", tmp_path / "m.json")
+    assert json.loads((tmp_path / "m.json").read_text())["subject"] == {"height_m": 1.8}
 
 
 def test_a_mot_without_a_scale_says_that_it_has_no_pelvis(run, tmp_path):

@@ -34,15 +34,17 @@ def columns_of(path):
 def test_angles_have_the_signs_of_opensim_s_gait_models(track, record, tmp_path):
     write_mot(record, record.facing, None, tmp_path / "w.mot")
     _, found = columns_of(tmp_path / "w.mot")
-    degrees = {name: np.degrees(track.q[:, WALKER.index(name)]) for name in WALKER.pose_freedoms[2:8]}
+    degrees = {name: np.degrees(track.q[:, WALKER.index(name)]) for name in WALKER.freedoms[2:10]}
     right, left = ("near", "far") if track.view.facing > 0 else ("far", "near")
     wanted = {
         "time": record.times[FIRST : FIRST + T],
         "trunk_angle": degrees["torso"],
         "hip_flexion_r": degrees[f"hip_{right}"],
         "knee_angle_r": -degrees[f"knee_{right}"],
+        "ankle_angle_r": degrees[f"ankle_{right}"],
         "hip_flexion_l": degrees[f"hip_{left}"],
         "knee_angle_l": -degrees[f"knee_{left}"],
+        "ankle_angle_l": degrees[f"ankle_{left}"],
         "lumbar_extension": -degrees["torso"],
     }
     assert list(found) == list(wanted)
@@ -55,7 +57,7 @@ def test_facing_the_other_way_turns_every_angle(record, tmp_path):
     write_mot(record, -record.facing, None, tmp_path / "b.mot")
     (_, one), (_, other) = columns_of(tmp_path / "a.mot"), columns_of(tmp_path / "b.mot")
     assert_allclose(other["trunk_angle"], -one["trunk_angle"])
-    for angle in ("hip_flexion", "knee_angle"):
+    for angle in ("hip_flexion", "knee_angle", "ankle_angle"):
         assert_allclose(other[f"{angle}_r"], -one[f"{angle}_l"])
         assert_allclose(other[f"{angle}_l"], -one[f"{angle}_r"])
 
@@ -95,7 +97,7 @@ def test_the_validator_finds_nothing_wrong_and_what_is_spoiled(record, tmp_path)
     write_mot(record, record.facing, scale_by_height(record, 1.75, 1), path)
     validated("check_trc.py", path, "--names", "pelvis_tx,pelvis_ty,knee_angle_r,knee_angle_l")
     check = validator("check_trc.py").check_motion
-    path.write_text(path.read_text().replace("nColumns=9", "nColumns=8"))
+    path.write_text(path.read_text().replace("nColumns=11", "nColumns=8"))
     assert check(path)[0]
 
 

@@ -1,4 +1,4 @@
-"""Strikes and leavings against walks whose every moment is known."""
+"""Strikes and leavings of walks whose every moment is known, and what must hold of any."""
 
 from dataclasses import replace
 
@@ -6,72 +6,108 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks
 
-from tests.kinematics.figures import WALKER
+from tests.benchmarks.gait.learn import figure_of, poses
+from tests.benchmarks.gait.truth import contacts
+from tests.benchmarks.rendered.captures import RATE
+from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.strolls import stroll, track_of
-from tracker.gait.strides import _peaks, strides_of
+from tracker.gait.moments import _peaks, named, read_weights, write_weights
+from tracker.gait.strides import strides_of
+from tracker.scene.steps import random_build, walk
 
-FPS, PERIOD, DUTY, START = 30.0, 1.1, 0.6, 0.3
-# Frames: ahead of an extreme the foot is not slowed quite as it is quickened after it, and no parabola knows.
-CLOSE = 0.15
+FPS, PERIOD, START = 30.0, 1.1, 0.3
 
 
-def expected(offset=0.0, count=5):
-    return FPS * (START + PERIOD * (offset + np.arange(count)))
+def of(track, side):
+    return strides_of(track, False)[side]
 
 
 def moments(strides, name):
-    return [getattr(stride, name).at for stride in strides.sound]
+    return np.array([getattr(stride, name).at for stride in strides.sound])
 
 
-@pytest.mark.parametrize(("side", "offset"), [("near", 0.0), ("far", 0.5)])
-def test_a_foot_strikes_and_leaves_the_floor_when_it_does(side, offset):
-    strides = strides_of(stroll(), side)
-    strikes = expected(offset)
-    n = len(strides.sound)
-    assert n == 4
-    assert moments(strides, "strike") == pytest.approx(strikes[:n], abs=CLOSE)
-    assert moments(strides, "end") == pytest.approx(strikes[1 : n + 1], abs=CLOSE)
-    assert moments(strides, "off") == pytest.approx(strikes[:n] + FPS * PERIOD * DUTY, abs=CLOSE)
-    assert moments(strides, "down") == moments(strides, "strike")
+def a_walk(seed, seconds=6.0, fps=30):
+    """A textbook's walk in somebody's lengths, and when its feet are on the ground."""
+    rng = np.random.default_rng(seed)
+    build = random_build(rng)
+    gait = walk(build, round(seconds * RATE), PERIOD * RATE, rng)
+    shown = np.arange(0, len(gait.pose), round(RATE / fps))
+    figure = figure_of(build)
+    track = track_of(poses(figure, build, gait.at(shown)), shown / RATE)
+    return replace(track, figure=figure), contacts(gait, build)
+
+
+@pytest.mark.parametrize("feet", [True, False])
+def test_a_walk_that_no_weight_was_learned_from_strikes_and_leaves_when_it_does(feet):
+    late = {"strike": [], "off": []}
+    for seed in range(6):
+        track, truth = a_walk(seed)
+        if not feet:
+            bare = replace(track.figure, links=track.figure.links[: len(FOOTLESS.links)])
+            kept = [track.figure.index(name) for name in bare.freedoms]
+            track = replace(track, figure=bare, q=track.q[:, kept], cov=track.cov[:, kept][:, :, kept])
+        for side, strides in strides_of(track, False).items():
+            for name, found in late.items():
+                true = np.array([getattr(contact, name) for contact in truth[side]])
+                for event in strides.strikes if name == "strike" else strides.offs:
+                    away = np.abs(event.at / FPS - true).min()
+                    found += [away] * bool(away < 0.5 * PERIOD)  # others have their truth beyond the end
+    assert min(map(len, late.values())) > 45
+    assert np.median(late["strike"]) < 0.015
+    assert np.quantile(late["strike"], 0.9) < 0.025
+    # The made-up figure drags its toes: when it leaves the ground is less exact than where it strikes.
+    assert np.median(late["off"]) < 0.025
+
+
+@pytest.mark.parametrize("side", ["near", "far"])
+def test_every_stride_of_an_even_walk_is_alike(side):
+    strides = of(stroll(), side)
+    assert len(strides.sound) == 4
+    assert np.diff(moments(strides, "strike")) == pytest.approx(FPS * PERIOD, abs=0.1)
+    assert moments(strides, "end")[:-1].tolist() == moments(strides, "strike")[1:].tolist()
+    assert np.ptp(moments(strides, "off") - moments(strides, "strike")) < 0.1
     assert strides.left_out == 0
 
 
 def test_moments_fall_between_frames():
-    for late in (0.0, 0.25, 0.5, 0.75):
-        strides = strides_of(stroll(start=START + late / FPS), "near")
-        assert moments(strides, "strike") == pytest.approx(expected()[:4] + late, abs=CLOSE)
+    """To 10 ms: the ramps of the made-up swing have corners, and are sampled elsewhere."""
+    first = moments(of(stroll(), "near"), "strike")
+    for late in (0.25, 0.5, 0.75):
+        moved = moments(of(stroll(start=START + late / FPS), "near"), "strike")
+        assert moved == pytest.approx(first + late, abs=0.3)
 
 
 def test_at_any_frame_rate_the_strides_are_the_same():
     lengths = []
     for fps in (24.0, 60.0, 120.0):
-        strides = strides_of(stroll(fps=fps), "near").sound
+        strides = of(stroll(fps=fps), "near").sound
         lengths += [(s.end.at - s.strike.at) / fps for s in strides]
-    assert lengths == pytest.approx([PERIOD] * len(lengths), abs=0.01)
+    assert lengths == pytest.approx([PERIOD] * len(lengths), abs=0.015)
 
 
 def test_frames_are_those_of_the_clip():
     track = stroll()
-    later = strides_of(replace(track, first=100), "near")
-    assert moments(later, "off") == pytest.approx(np.array(moments(strides_of(track, "near"), "off")) + 100)
+    later = of(replace(track, first=100), "near")
+    for name in ("strike", "off", "end"):
+        assert moments(later, name) == pytest.approx(moments(of(track, "near"), name) + 100)
+    assert later.strikes[0].at == pytest.approx(of(track, "near").strikes[0].at + 100)
 
 
-def test_who_walks_backwards_strikes_behind_the_hip():
-    """Time runs back: what was a leaving is now a strike."""
+def test_who_walks_backwards_strikes_where_with_time_running_back_a_foot_leaves():
     track = stroll()
-    back = replace(track, q=track.q[::-1].copy())
-    found = moments(strides_of(back, "near"), "strike")
-    leavings = len(track) - 1 - (expected() + FPS * PERIOD * DUTY)[::-1]
-    for strike in found:
-        assert np.abs(leavings - strike).min() < CLOSE
+    ahead, back = of(track, "near"), of(replace(track, q=track.q[::-1].copy()), "near")
+    last = len(track) - 1
+    assert [event.at for event in back.strikes] == pytest.approx([last - e.at for e in ahead.offs[::-1]])
+    assert [event.at for event in back.offs] == pytest.approx([last - e.at for e in ahead.strikes[::-1]])
 
 
 def test_strides_in_which_the_figure_was_lost_are_left_out():
     track = stroll()
     outcome = list(track.outcome)
     outcome[50] = "lost"  # in the second stride
-    strides = strides_of(replace(track, outcome=tuple(outcome)), "near")
-    assert moments(strides, "strike") == pytest.approx(expected()[[0, 2, 3]], abs=CLOSE)
+    strides = of(replace(track, outcome=tuple(outcome)), "near")
+    whole = moments(of(track, "near"), "strike")
+    assert moments(strides, "strike").tolist() == whole[[0, 2, 3]].tolist()
     assert strides.left_out == 1
 
 
@@ -79,93 +115,46 @@ def test_a_stride_that_missed_a_strike_is_left_out():
     track = stroll(9.0)
     q = track.q.copy()
     hip = WALKER.index("hip_near")
-    gone = round(expected()[2])
+    gone = round(of(track, "near").strikes[2].at)
     q[gone - 15 : gone + 15, hip] = np.linspace(q[gone - 15, hip], q[gone + 15, hip], 30)  # no strike there
-    strides = strides_of(replace(track, q=q), "near")
-    lengths = np.subtract(moments(strides, "end"), moments(strides, "strike"))
+    strides = of(replace(track, q=q), "near")
+    lengths = moments(strides, "end") - moments(strides, "strike")
     assert lengths.max() < 1.2 * FPS * PERIOD
     assert strides.left_out == 1
 
 
 @pytest.mark.parametrize("swing", [0.0, 0.05])
 def test_who_stands_has_no_strides(swing):
-    assert strides_of(stroll(swings=(swing, swing)), "near").sound == ()
+    assert of(stroll(swings=(swing, swing)), "near").sound == ()
 
 
 def test_a_figure_lost_throughout_has_no_strides():
     track = stroll()
-    assert strides_of(replace(track, outcome=("lost",) * len(track)), "near").sound == ()
+    assert of(replace(track, outcome=("lost",) * len(track)), "near").sound == ()
 
 
 @pytest.mark.parametrize("T", [1, 2, 3, 8])
 def test_a_clip_of_a_few_frames_has_no_strides(T):
     track = stroll(T / FPS)
     assert len(track) == T
-    assert strides_of(track, "near").sound == ()
+    assert of(track, "near").sound == ()
 
 
-def run(seconds, *, fps=60.0, period=0.75, duty=0.3, sigma=0.002):
-    """The foot goes back at one speed for a share of the stride and is never as fast outside it."""
-    times = np.arange(round(seconds * fps)) / fps
-    phase = (times / period) % 1.0
-    # Ankle ahead of the hip by phase: landing, sweep, follow-through behind, swing ahead, drawn back.
-    ahead = np.interp(phase, [0.0, duty, 0.5, 0.9, 1.0], [0.35, -0.35, -0.45, 0.40, 0.35])
-    q = np.zeros((len(times), len(WALKER.freedoms)))
-    q[:, WALKER.index("hip_near")] = np.arcsin(ahead)
-    return track_of(q, times, sigma)
-
-
-def test_a_runner_is_on_the_floor_only_while_the_foot_sweeps_back():
-    fps, period, duty = 60.0, 0.75, 0.3
-    strides = strides_of(run(5.0), "near").sound
-    assert len(strides) > 3
-    shares = [(s.off.at - s.down.at) / (s.end.at - s.strike.at) for s in strides]
-    assert shares == pytest.approx([duty] * len(shares), abs=0.04)  # two frames of 45
-    for s in strides:
-        assert s.strike.at < s.down.at < s.off.at < s.end.at
-    whole = np.array([s.down.at for s in strides]) / fps / period
-    assert np.mean(whole - np.round(whole)) * period * fps == pytest.approx(0.0, abs=0.3)  # of a frame
-
-
-@pytest.mark.parametrize(
-    ("gait", "name"), [("walk", "strike"), ("walk", "off"), ("run", "down"), ("run", "off")]
-)
-def test_errors_are_what_independent_noise_does_to_a_moment(rng, gait, name):
-    """The slow twin: the moment found anew under many draws of the noise that the covariance speaks of."""
-    sigma = 0.002
-    # A walker's moments fall well between frames.
-    track = run(2.0, sigma=sigma) if gait == "run" else stroll(2.0, start=START + 0.4 / FPS, sigma=sigma)
-    event = getattr(strides_of(track, "near").sound[0], name)
-    found = []
-    for _ in range(130):
-        noisy = track.q.copy()
-        noisy += rng.normal(scale=sigma, size=noisy.shape)
-        found.append(getattr(strides_of(replace(track, q=noisy), "near").sound[0], name).at)
-    # 130 draws tell a spread to 6 %; linearising it costs some more.
-    assert np.std(found) == pytest.approx(event.error, rel=0.18)
-
-
-# Late by parts of a frame: the moment before and after the frame it is next to.
-@pytest.mark.parametrize(("name", "late"), [("strike", 0.6), ("off", 0.1)])
-def test_an_extremes_error_weighs_every_frame_by_what_it_does_to_the_moment(name, late):
-    """The delta method with differences, where the frames after the moment are the less sure."""
-    track = stroll(2.0, start=START + late / FPS, sigma=0.002)
-    event = getattr(strides_of(track, "near").sound[0], name)
-    doubt = np.where(np.arange(len(track)) > event.at, 9.0, 1.0)
-    track = replace(track, cov=track.cov * doubt[:, None, None])
+def test_an_error_grows_with_the_poses_covariance():
+    """The delta method with differences: the moment found anew with each pose moved a little."""
+    track = stroll(2.6, sigma=0.05)
+    event, sure = of(track, "near").sound[0].strike, of(stroll(2.6, sigma=0.0), "near").sound[0].strike
 
     def moved(t, i, by):
         q = track.q.copy()
         q[t, i] += by
-        return getattr(strides_of(replace(track, q=q), "near").sound[0], name).at
+        return of(replace(track, q=q), "near").sound[0].strike.at
 
-    variance, step = 0.0, 1e-5
-    for t in range(round(event.at) - 3, round(event.at) + 4):
+    variance, step = 0.0, 1e-6
+    for t in range(round(event.at) - 6, round(event.at) + 7):
         slope = [(moved(t, i, step) - moved(t, i, -step)) / (2.0 * step) for i in range(track.q.shape[1])]
         variance += np.array(slope) @ track.cov[t] @ slope
-    error = getattr(strides_of(track, "near").sound[0], name).error
-    assert abs(event.at - round(event.at)) > 0.1
-    assert error == pytest.approx(np.sqrt(variance), rel=1e-5)  # second order of a step
+    assert event.error**2 - sure.error**2 == pytest.approx(variance, rel=1e-3)
 
 
 @pytest.mark.parametrize("count", [2, 3, 40, 400])
@@ -176,3 +165,14 @@ def test_peaks_are_those_that_scipy_finds(count, rng):
             assert (
                 _peaks(values, prominence).tolist() == find_peaks(values, prominence=prominence)[0].tolist()
             )
+
+
+def test_weights_come_back_from_their_file(tmp_path):
+    weights = read_weights()
+    write_weights(tmp_path / "w.npz", weights)
+    again = read_weights(tmp_path / "w.npz")
+    assert len(again) == 8
+    one, other = (found[named("off", runs=True, toes=True)] for found in (weights, again))
+    assert (one.base, one.error, one.shared) == (other.base, other.error, other.shared)
+    assert one.w.shape == (4, 5)
+    assert (one.w == other.w).all()

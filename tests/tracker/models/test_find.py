@@ -255,7 +255,7 @@ def test_a_model_file_is_read_and_converted(sequences, tmp_path):
 
 
 def test_a_name_that_means_no_model_is_refused_with_what_there_is():
-    with pytest.raises(ModelError, match=r"no model 'hop' ships; there are .*walk-run"):
+    with pytest.raises(ModelError, match=r"no model 'hop' ships; there are .*walk-run.* also cv"):
         find_model("hop", 30.0, FULL)
     with pytest.raises(ModelError, match=r"no model file hop\.npz"):
         find_model("hop.npz", 30.0, FULL)

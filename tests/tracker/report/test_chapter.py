@@ -11,6 +11,7 @@ from tests.kinematics.figures import HORSE, WALKER
 from tests.tracker.strolls import stroll
 from tests.tracker.tracks import random_track
 from tracker.gait.figures import gait_of
+from tracker.gait.lengths import Known
 from tracker.report.chapter import Chapter
 
 
@@ -58,11 +59,29 @@ def test_one_stride_and_strides_left_out_and_legs_in_discord_are_said():
     assert said(chapter(stroll(2.0)), "A leg with one stride")
     track = stroll()
     outcome = list(track.outcome)
-    outcome[60] = "lost"
+    outcome[55] = "lost"
     assert said(chapter(replace(track, outcome=tuple(outcome))), "Left out: 2 strides")
     q = track.q.copy()
     q[:, WALKER.index("hip_far")] = stroll(period=1.4).q[:, WALKER.index("hip_far")]
     assert said(chapter(replace(track, q=q)), "The legs' stride times differ")
+
+
+def test_facts_say_what_lengths_are_told_in_and_what_the_camera_does():
+    facts = dict(chapter().facts())
+    assert facts["Motion"] == "walk"
+    assert facts["Lengths"] == "in leg lengths (thigh + shank); --height METRES tells metres"
+    moved = replace(stroll(), shift=np.outer(np.arange(len(stroll())), (0.3, 0.4)))
+    facts = dict(chapter(moved, gait=gait_of(moved, known=Known(height=1.75))).facts())
+    assert "in metres; a leg length (thigh + shank) is 0." in facts["Lengths"]
+    assert "against the background, which the camera moves by up to 90 px" in facts["Lengths"]
+
+
+def test_who_stays_in_place_is_said_to_have_no_lengths():
+    track = stroll()
+    q = track.q.copy()
+    q[:, 0] = 0.0
+    assert said(chapter(replace(track, q=q)), "No lengths and no speed")
+    assert not said(chapter(), "No lengths and no speed")
 
 
 @pytest.mark.parametrize(
@@ -102,7 +121,7 @@ def test_the_floor_has_a_stretch_for_every_stride():
     floor = told.drawn()["floor"]
     for side, stretches in floor.items():
         strides = told.gait.strides[side].sound
-        assert stretches == [[round(s.down.at, 2), round(s.off.at, 2)] for s in strides]
+        assert stretches == [[round(s.strike.at, 2), round(s.off.at, 2)] for s in strides]
     assert floor["near"] != floor["far"]
 
 

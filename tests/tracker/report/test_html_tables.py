@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from tests.tracker.strolls import stroll
-from tracker.gait.figures import Gait, Measure, Value, gait_of
+from tracker.gait.figures import Gait, gait_of
+from tracker.gait.values import Measure, Value
 from tracker.report.html_tables import comparison_table, gait_table, text_table
 from tracker.run.score import Score
 

@@ -1,0 +1,289 @@
+"""The page of gait figures."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from tests.benchmarks.gait.measure import TALL, Case, Figure, Moment
+from tests.benchmarks.page import Claim, claim_table, table, written
+from tracker.gait.figures import Gait
+
+LABELS = ("walk", "run")
+STANCE = {"walk": 3.0, "run": 5.0}  # points that are wanted
+INSIDE = 85.0, 97.0  # per cent of two-sigma intervals
+FIGURES = (
+    "cadence",
+    "stride time",
+    "step time",
+    "stance share",
+    "swing share",
+    "double support",
+    "flight time",
+    "step length",
+    "stride length",
+    "speed",
+)
+UNITS = {"cadence": "steps/min", "step length": "m", "stride length": "m", "speed": "m/s"}
+LEARNED = ("02", "05", "07", "08", "09", "10", "26", "29", "32", "35", "49", "wd2")
+METHOD = """\
+Rendered films are those of [rendered.md](rendered.md), followed from their marks with the defaults. Each
+shows the motion of a capture whose feet are known in space, so it is known when the figure's feet are on the
+ground: an end of the sole, heel or toe, rests while it is lower than 0.03 leg lengths over the floor and goes
+along it at less than half the mean pace; a foot strikes when an end first rests and leaves when none does any
+more. With a limit of 0.35 or 0.7 of the pace, or of 0.02 or 0.05 leg lengths, these moments move by at most
+11 ms in the median. The weights by which strikes and leavings are told were learned from captures of CMU and
+Seoul National University, without any picture; other collections have rows of their own. Times are seconds
+walked. Every stride that is told of counts, but for those at whose ends the capture begins or stops.
+
+Every walker is taken to be {tall:g} m tall, as the truth is; lengths are compared in metres.
+"""
+CLIPS = """\
+The walks among the hand-marked open clips, followed from their first marks. Nobody knows when their feet
+strike; the stance of people who walk at their own pace is 58 to 65 % of a stride, at a slow pace more. Of
+`gym_walk_rl` myogait's own analysis of our export gives 58.9 (near) and 61.9 (far). Speed and step length
+are for a height of {tall:g} m.
+"""
+
+
+def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: str = "") -> str:
+    """The whole text.
+
+    Args:
+        clips: gait of the open clips of walks by name.
+        tried: a line that says why the figures are not those of the report; empty where they are.
+    """
+    seeds = [each.seed for each in cases]
+    return "\n".join(
+        [
+            "# Gait figures",
+            "",
+            f"{written(command)}, seeds {min(seeds)} to {max(seeds)}.",
+            *([tried] if tried else []),
+            "",
+            METHOD.format(tall=TALL),
+            "## What is wanted",
+            "",
+            *claim_table([*claims(cases), *clip_claims(clips)]),
+            "## Moments",
+            "",
+            "Late is positive. Inside: the share within two of their standard errors; 95 % would be right.",
+            "",
+            *table(MOMENTS, moment_rows(cases)),
+            nobodys(cases),
+            "",
+            "## Figures",
+            "",
+            "Of legs where a figure is told of either leg, of films otherwise.",
+            "",
+            *table(ERRORS, figure_rows(cases)),
+            "## Lengths by what the camera does",
+            "",
+            *table(CAMERAS, camera_rows(cases)),
+            "## Open clips",
+            "",
+            CLIPS.format(tall=TALL),
+            *table(OPEN, clip_rows(clips)),
+        ]
+    )
+
+
+MOMENTS = ("", "films", "number", "median", "half within", "nine in ten within", "inside")
+ERRORS = ("", "", "number", "median error", "half within", "nine in ten within", "inside")
+CAMERAS = ("camera", "films", "step length, half within", "speed, half within", "speed, nine in ten within")
+OPEN = ("clip", "strides", "stance near", "stance far", "double support", "step length", "speed")
+
+
+def claims(cases: Sequence[Case]) -> list[Claim]:
+    """What is wanted of the films."""
+    wanted = []
+    for label in LABELS:
+        own = [each for each in cases if each.kinds["gait"] == label]
+        for kind, words in (("strike", "strikes"), ("off", "leavings")):
+            late = _late(own, kind)
+            wanted += [
+                Claim(f"{words} of {label}s, half within", _within(late, 0.5), 20.0, unit=" ms"),
+                Claim(f"{words} of {label}s, nine in ten within", _within(late, 0.9), 45.0, unit=" ms"),
+            ]
+        points = [figure.told - figure.true for figure in _figures(own, "stance share")]
+        wanted.append(
+            Claim(f"stance of {label}s, half within", _within(points, 0.5), STANCE[label], unit=" points")
+        )
+    moments = [moment for each in cases for moment in each.moments]
+    wanted.append(
+        Claim("moments within two standard errors", _inside_moments(moments), INSIDE[1], INSIDE[0], unit=" %")
+    )
+    for name in ("stance share", "step time"):
+        wanted.append(
+            Claim(
+                f"{name} within two standard errors",
+                _inside(_figures(cases, name)),
+                INSIDE[1],
+                INSIDE[0],
+                unit=" %",
+            )
+        )
+    for name in ("step length", "speed"):
+        wanted.append(
+            Claim(f"{name}, half within", _within(_shares(_figures(cases, name)), 0.5), 3.0, unit=" %")
+        )
+    named = [each for each in cases if each.moments]
+    right = sum(each.runs == (each.kinds["gait"] == "run") for each in named)
+    wanted.append(
+        Claim(
+            "walk or run as it is, of films with a stride",
+            100.0 * right / max(len(named), 1),
+            100.0,
+            97.0,
+            unit=" %",
+        )
+    )
+    for i, leg in enumerate(("near", "far")):
+        wanted.append(
+            Claim(f"strides of the {leg} leg", float(sum(each.strides[i] for each in cases)), np.inf, 100.0)
+        )
+    return wanted
+
+
+def clip_claims(clips: Mapping[str, Gait]) -> list[Claim]:
+    """What is wanted of the open clips."""
+    stances = [value for gait in clips.values() for value in _stances(gait) if value is not None]
+    wanted = [
+        Claim("least stance of a leg of the open walks", min(stances), 68.0, 54.0, unit=" %"),
+        Claim("greatest", max(stances), 68.0, 54.0, unit=" %"),
+    ]
+    for leg, stance, known in zip(("near", "far"), _stances(clips["gym_walk_rl"]), (58.9, 61.9), strict=True):
+        wanted.append(Claim(f"`gym_walk_rl`, {leg}", stance or np.nan, known + 5.0, known - 5.0, unit=" %"))
+    for name in ("markers_walk_lr", "desert_walk_rl"):
+        wanted.append(Claim(f"speed of `{name}`", _both(clips[name], "speed"), 1.7, 1.0, unit=" m/s"))
+    return wanted
+
+
+def nobodys(cases: Sequence[Case]) -> str:
+    """How many strides have no true one to be compared with."""
+    told = sum(sum(each.strides) + each.missed for each in cases)
+    missed = sum(each.missed for each in cases)
+    return (
+        f"Of {told} strides that were told of, {missed} are more than half a stride from any of that foot, "
+        "as where legs are exchanged: they are in no table here."
+    )
+
+
+def moment_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
+    """Rows under MOMENTS."""
+    for label in LABELS:
+        own = [each for each in cases if each.kinds["gait"] == label]
+        seen = [each for each in own if each.capture.split("_")[0] in LEARNED]
+        others = [each for each in own if each not in seen]
+        for kind, words in (("strike", "strikes"), ("off", "leavings")):
+            for of, group in (("all", own), ("people learned from", seen), ("other collections", others)):
+                late = _late(group, kind)
+                moments = [m for each in group for m in each.moments if m.kind == kind]
+                yield [
+                    f"{label}s, {words}, {of}",
+                    str(len(group)),
+                    str(len(late)),
+                    f"{_of(late, 0.5):+.0f} ms",
+                    f"{_within(late, 0.5):.0f} ms",
+                    f"{_within(late, 0.9):.0f} ms",
+                    f"{_inside_moments(moments):.0f} %",
+                ]
+
+
+def figure_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
+    """Rows under ERRORS; of lengths and speed, errors in per cent."""
+    for label in LABELS:
+        own = [each for each in cases if each.kinds["gait"] == label]
+        for name in FIGURES:
+            figures = _figures(own, name)
+            if figures:
+                relative = name in UNITS
+                errors = _shares(figures) if relative else [figure.told - figure.true for figure in figures]
+                unit, scale = ("%", 1.0) if relative else ("ms", 1e3) if "time" in name else ("points", 1.0)
+                errors = [scale * error for error in errors]
+                yield [
+                    f"{label}s",
+                    name,
+                    str(len(errors)),
+                    f"{_of(errors, 0.5):+.1f} {unit}",
+                    f"{_within(errors, 0.5):.1f} {unit}",
+                    f"{_within(errors, 0.9):.1f} {unit}",
+                    f"{_inside(figures):.0f} %",
+                ]
+
+
+def camera_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
+    """Rows under CAMERAS."""
+    for camera in sorted({each.kinds["camera"] for each in cases}):
+        own = [each for each in cases if each.kinds["camera"] == camera]
+        step, speed = (_shares(_figures(own, name)) for name in ("step length", "speed"))
+        yield [
+            camera,
+            str(len(own)),
+            f"{_within(step, 0.5):.1f} %",
+            f"{_within(speed, 0.5):.1f} %",
+            f"{_within(speed, 0.9):.1f} %",
+        ]
+
+
+def clip_rows(clips: Mapping[str, Gait]) -> Iterable[list[str]]:
+    """Rows under OPEN."""
+    for name, gait in clips.items():
+        stances = [f"{value:.1f} %" if value is not None else "-" for value in _stances(gait)]
+        yield [
+            f"`{name}`",
+            " + ".join(str(len(strides.sound)) for strides in gait.strides.values()),
+            *stances,
+            *(
+                f"{_both(gait, what):.{digits}f} {unit}" if gait.named(what) else "-"
+                for what, digits, unit in (
+                    ("double support", 1, "%"),
+                    ("step length", 2, "m"),
+                    ("speed", 2, "m/s"),
+                )
+            ),
+        ]
+
+
+def _stances(gait: Gait) -> list[float | None]:
+    stance = gait.named("stance share")
+    legs = (None, None) if stance is None else (stance.near, stance.far)
+    return [None if value is None else value.mean for value in legs]
+
+
+def _both(gait: Gait, name: str) -> float:
+    measure = gait.named(name)
+    return np.nan if measure is None or measure.both is None else measure.both.mean
+
+
+def _late(cases: Iterable[Case], kind: str) -> list[float]:
+    """Milliseconds."""
+    return [1e3 * moment.late for each in cases for moment in each.moments if moment.kind == kind]
+
+
+def _figures(cases: Iterable[Case], name: str) -> list[Figure]:
+    return [figure for each in cases for figure in each.figures if figure.name == name]
+
+
+def _shares(figures: Iterable[Figure]) -> list[float]:
+    """Errors in per cent of what is true."""
+    return [100.0 * (figure.told / figure.true - 1.0) for figure in figures]
+
+
+def _inside(figures: Sequence[Figure]) -> float:
+    return _share([abs(figure.told - figure.true) < 2.0 * figure.error for figure in figures])
+
+
+def _inside_moments(moments: Sequence[Moment]) -> float:
+    return _share([abs(moment.late) < 2.0 * moment.error for moment in moments])
+
+
+def _share(inside: Sequence[bool]) -> float:
+    return 100.0 * float(np.mean(inside)) if inside else np.nan
+
+
+def _within(errors: Sequence[float], share: float) -> float:
+    return _of([abs(error) for error in errors], share)
+
+
+def _of(values: Sequence[float], share: float) -> float:
+    return float(np.quantile(values, share)) if values else np.nan

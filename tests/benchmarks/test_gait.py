@@ -1,0 +1,105 @@
+"""What gait figures are measured by: contacts of a foot, strides with their truth, rows that count right."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinematics.mocap import Trial
+from tests.benchmarks.gait.learn import Case as Taught
+from tests.benchmarks.gait.learn import _weights
+from tests.benchmarks.gait.measure import Case, Figure, Moment, _true_track, measured
+from tests.benchmarks.gait.page import camera_rows, claims, figure_rows, moment_rows, nobodys
+from tests.benchmarks.gait.truth import contacts
+from tests.benchmarks.rendered import plans
+from tests.benchmarks.rendered.captures import RATE
+from tests.benchmarks.rendered.plans import MOMENTS, planned
+from tests.benchmarks.test_rendered import a_motion
+from tests.tracker.strolls import track_of
+from tracker.scene.steps import Gait, random_build
+
+
+def standing(build, heights, speed=0.0):
+    """A figure on straight legs whose feet are flat, the near foot at these heights."""
+    S = len(heights)
+    pose = np.zeros((S, 8))
+    pose[:, 0] = speed * np.arange(S) / RATE
+    pose[:, 1] = 1.0 + build.ankle + np.asarray(heights)
+    return Gait(pose, np.zeros((S, 2)), np.zeros((S, 4)), np.zeros(S))
+
+
+def test_a_foot_is_on_the_ground_while_it_is_low_and_slow_and_jitter_is_no_leaving(rng):
+    build = random_build(rng)
+    up, down = np.full(200, 0.1), np.zeros(300)
+    heights = np.concatenate([up, down, up, down, up])
+    heights[350:370] = 0.1  # 40 ms
+    pose = standing(build, heights)
+    pose.pose[:, 0] = np.cumsum(np.where(heights > 0.05, 4.0, 0.0)) / RATE
+    found = contacts(pose, build)["near"]
+    moments = [moment for contact in found for moment in (contact.strike, contact.off)]
+    assert moments == pytest.approx(np.array([200, 500, 700, 1000]) / RATE, abs=2.5 / RATE)
+    fast = standing(build, heights, speed=3.0)
+    assert contacts(fast, build)["near"] == []
+
+
+def test_what_is_told_of_true_poses_is_nearly_true_and_legs_that_are_exchanged_are_missed(monkeypatch):
+    monkeypatch.setattr(plans, "motions", lambda trial: [a_motion("walk", 6.0)])
+    plan = planned(3, [Trial(Path(), "a", "1", gait, 60.0, ((0, 360),), (), "") for gait in ("walk", "run")])
+    lead = plan.walkers[0]
+    frames = len(lead.gait.pose) // MOMENTS
+    bare = track_of(np.zeros((frames, 17)), np.arange(frames) / plan.fps)
+    true = replace(_true_track(plan, bare), cov=bare.cov)
+    case = measured(Case(3, "made up", plan.kinds), plan, true)
+    assert min(case.strides) >= 1
+    assert case.missed == 0
+    assert np.median([abs(moment.late) for moment in case.moments]) < 0.02
+    lengths = [figure for figure in case.figures if figure.name == "stride length"]
+    assert lengths
+    for figure in lengths:
+        assert figure.told == pytest.approx(figure.true, rel=0.01)
+
+
+def a_case(label="walk", camera="still", late=0.01, told=0.61):
+    moments = (Moment("strike", late, 0.01), Moment("off", -late, 0.001))
+    figures = (Figure("stance share", 100 * told, 60.0, 1.0), Figure("speed", 1.1, 1.0, 0.01))
+    kinds = {"gait": label, "camera": camera}
+    return Case(1, "35_01:0-9", kinds, label == "run", (1, 2), 0, moments, figures)
+
+
+def test_claims_and_rows_count_what_is_within():
+    cases = [a_case(), a_case("run", "pan", 0.03, 0.66)]
+    found = {claim.text: claim.value for claim in claims(cases)}
+    assert found["strikes of walks, half within"] == pytest.approx(10.0)
+    assert found["leavings of runs, nine in ten within"] == pytest.approx(30.0)
+    assert found["stance of runs, half within"] == pytest.approx(6.0)
+    assert found["moments within two standard errors"] == 25.0
+    assert found["stance share within two standard errors"] == 50.0
+    assert found["speed, half within"] == pytest.approx(10.0)
+    assert found["walk or run as it is, of films with a stride"] == 100.0
+    assert (found["strides of the near leg"], found["strides of the far leg"]) == (2.0, 4.0)
+    rows = {row[0]: row[1:] for row in moment_rows(cases)}
+    assert rows["walks, strikes, all"] == ["1", "1", "+10 ms", "10 ms", "10 ms", "100 %"]
+    assert rows["walks, strikes, other collections"][0] == "0"
+    assert [row[:3] for row in figure_rows(cases)] == [
+        [label, name, "1"] for label in ("walks", "runs") for name in ("stance share", "speed")
+    ]
+    assert nobodys([*cases, replace(cases[0], missed=3)]).startswith("Of 12 strides that were told of, 3 are")
+    assert [row[:2] for row in camera_rows(cases)] == [["pan", "1"], ["still", "1"]]
+
+
+def test_weights_find_what_is_linear_and_say_what_is_left_of_each_capture(rng):
+    w = rng.normal(size=(4, 5))
+    taught = []
+    for subject in range(4):
+        for capture in range(3):
+            off = 0.03 * rng.normal()
+            for _ in range(200):
+                x = rng.normal(size=(4, 5))
+                late = 0.1 + float((w * x).sum()) + off + 0.01 * rng.normal()
+                taught.append(Taught(str(subject), f"{subject} {capture}", "", late, x))
+    found = _weights(taught, taught)
+    assert np.abs(found.w - w).max() < 0.02
+    assert found.base == pytest.approx(0.1, abs=0.03)
+    assert found.error == pytest.approx(0.01, rel=0.3)
+    assert found.shared == pytest.approx(0.03, rel=0.5)

@@ -1,0 +1,116 @@
+"""Step and stride length and speed, in leg lengths or, where a scale is known, in metres.
+
+A foot's place in the scene is the ankle's mean over the part of its stance in which the foot lies flat: the
+difference of two is a step or a stride, whatever the ankle does at the strike and while the heel rises. The
+scene is what a moving camera's shift was measured against, so lengths are as good as that shift.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinematics.sides import SIDES, Side
+from kinematics.spm import joint_jacobian, joints
+from tracker.gait.moments import Event
+from tracker.gait.strides import Strides
+from tracker.gait.times import OTHER, Clock, steps
+from tracker.gait.values import Measure, Sample
+from tracker.run.stature import stature
+from tracker.run.track import Track
+
+FLAT = (0.2, 0.5)  # of a stance, from the strike
+LENGTHS = 0.015  # share by which a tracked figure's own lengths are off, on rendered films
+STAYS = 0.3  # leg lengths; who makes shorter strides stays in place, as on a treadmill
+
+# Where a foot was put by when it struck: leg lengths the way the figure goes, and variance.
+Footholds = Mapping[float, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of lengths: the person's height in metres, or pixels a metre; neither: nothing."""
+
+    height: float | None = None
+    scale: float | None = None
+
+    def leg(self, track: Track) -> float | None:
+        """Metres in a leg length; None where nothing is known."""
+        if self.scale is not None:
+            return track.view.unit / self.scale
+        if self.height is None:
+            return None
+        tall = stature(joints(track.figure, track.q), track.figure.joints, track.measured)
+        return self.height / tall if np.isfinite(tall) else None
+
+
+def lengths(
+    track: Track, strides: Mapping[Side, Strides], clock: Clock, leg: float | None
+) -> Iterator[Measure]:
+    """Every measure of length; none of somebody who stays in place.
+
+    Args:
+        leg: metres in a leg length, None to tell lengths in leg lengths.
+    """
+    holds = {side: _footholds(track, side, strides[side]) for side in SIDES}
+    unit, long = ("leg lengths", 1.0) if leg is None else ("m", leg)
+
+    def apart(start: Event, end: Event, before: Footholds, after: Footholds) -> Iterator[Sample]:
+        if start.at in before and end.at in after:
+            (x, var), (other_x, other_var) = before[start.at], after[end.at]
+            way = long * (other_x - x)
+            yield Sample(way, long**2 * (var + other_var), LENGTHS * abs(way))
+
+    def of_strides(told: Callable[[Sample, Sample], Sample]) -> dict[Side, list[Sample]]:
+        return {
+            side: [
+                told(way, clock.span(s.strike, s.end))
+                for s in strides[side].sound
+                for way in apart(s.strike, s.end, holds[side], holds[side])
+            ]
+            for side in SIDES
+        }
+
+    stride = Measure.of("stride length", unit, of_strides(lambda way, _: way))
+    if stride.both is None or stride.both.mean < STAYS * long:
+        return
+    of_steps = {
+        side: [
+            way
+            for start, end in steps(strides, side)
+            for way in apart(start, end, holds[OTHER[side]], holds[side])
+        ]
+        for side in SIDES
+    }
+    yield Measure.of("step length", unit, of_steps)
+    yield stride
+    yield Measure("speed", f"{unit}/s", both=Measure.of("", "", of_strides(_speed)).both)
+
+
+def _speed(way: Sample, time: Sample) -> Sample:
+    pace = way.value / time.value
+    variance = (way.variance + pace**2 * time.variance) / time.value**2
+    return Sample(pace, variance, way.shared / time.value)
+
+
+def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[float, float]]:
+    """Of the strikes that begin or end a measured stride."""
+    ankle = track.figure.joints.index(f"{side}_ankle")
+    way = 1.0 if track.q[-1, 0] >= track.q[0, 0] else -1.0
+    along = way * joints(track.figure, track.q)[:, ankle, 0]
+    row = joint_jacobian(track.figure, track.q)[:, ankle, 0]
+    variances = np.einsum("ti,tij,tj->t", row, track.cov, row)
+    found: dict[float, tuple[float, float]] = {}
+    for stride in strides.sound:
+        stance = stride.off.at - stride.strike.at
+        for strike in (stride.strike, stride.end):
+            rows = _flat(strike.at - track.first, stance)
+            if rows.stop <= len(track) and track.measured[rows].all():
+                # Neighbouring frames err alike: a mean of them is taken to be no surer than one.
+                found[strike.at] = float(along[rows].mean()), float(variances[rows].mean())
+    return found
+
+
+def _flat(strike: float, stance: float) -> slice:
+    first = int(np.ceil(strike + FLAT[0] * stance))
+    return slice(first, max(int(strike + FLAT[1] * stance), first) + 1)

@@ -1,0 +1,118 @@
+"""Times and shares of strides: how long they last, and when one foot, both or none is on the ground."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from kinematics.sides import SIDES, Side
+from tracker.gait.moments import Event
+from tracker.gait.strides import Stride, Strides
+from tracker.gait.values import Measure, Sample, Value, each
+
+STANCE, SWING, DOUBLE = CONTACT = ("stance share", "swing share", "double support")
+OTHER: dict[Side, Side] = {"near": "far", "far": "near"}
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Seconds walked by frame of the clip.
+
+    first   : frame of the first moment
+    seconds : (T,)
+    """
+
+    first: int
+    seconds: Array
+
+    def span(self, start: Event, end: Event) -> Sample:
+        """From one moment to another of the same kind, whose shared errors cancel."""
+        frames = self.first + np.arange(len(self.seconds))
+        moments = np.interp([start.at, end.at], frames, self.seconds)
+        variance = self.pace**2 * (start.error**2 + end.error**2)
+        return Sample(float(moments[1] - moments[0]), variance)
+
+    @property
+    def pace(self) -> float:
+        """Seconds a frame."""
+        return float(np.ptp(self.seconds)) / max(len(self.seconds) - 1, 1)
+
+
+def times(strides: Mapping[Side, Strides], clock: Clock, runs: bool) -> Iterator[Measure]:
+    """Every measure of time, those without a value too."""
+    stride = Measure.of("stride time", "s", each(strides, lambda s: clock.span(s.strike, s.end)))
+    stances = each(strides, _stance)
+    yield Measure("cadence", "steps/min", both=_cadence(stride.both))
+    yield Measure(stride.name, stride.unit, stride.near, stride.far, stride.both)  # legs share their strides
+    yield Measure.of(
+        "step time", "s", {side: [clock.span(*pair) for pair in steps(strides, side)] for side in SIDES}
+    )
+    yield Measure.of(STANCE, "%", stances)
+    yield Measure.of(
+        SWING, "%", {side: [s._replace(value=100.0 - s.value) for s in stances[side]] for side in SIDES}
+    )
+    if runs:
+        yield Measure.of("flight time", "s", {side: list(_flights(strides, side, clock)) for side in SIDES})
+    else:
+        both = Measure.of(DOUBLE, "%", {side: list(_together(strides, side)) for side in SIDES}).both
+        yield Measure(DOUBLE, "%", both=both)
+
+
+def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Event, Event]]:
+    """From the other foot's strike within each stride to the strike that ends it."""
+    for stride in strides[side].sound:
+        within = _within(strides[OTHER[side]].strikes, stride.strike, stride.end)
+        if within is not None:
+            yield within, stride.end
+
+
+def _within(events: Iterable[Event], start: Event, end: Event) -> Event | None:
+    """The only one between two moments."""
+    found = [event for event in events if start.at < event.at < end.at]
+    return found[0] if len(found) == 1 else None
+
+
+def _stance(stride: Stride) -> Sample:
+    length = stride.end.at - stride.strike.at
+    share = (stride.off.at - stride.strike.at) / length
+    # The strike begins the stance as well as the stride.
+    begun, ended = (1.0 - share) * stride.strike.error, share * stride.end.error
+    variance = (begun**2 + ended**2 + stride.off.error**2) / length**2
+    return Sample(100.0 * share, 1e4 * variance, 100.0 * _shared(stride) / length)
+
+
+def _shared(stride: Stride) -> float:
+    """Of a time between a strike and a leaving, frames."""
+    return float(np.hypot(stride.strike.shared, stride.off.shared))
+
+
+def _together(strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
+    """The share of each stride in which both feet are on the ground, per cent."""
+    other = strides[OTHER[side]]
+    for stride in strides[side].sound:
+        off = _within(other.offs, stride.strike, stride.off)
+        strike = _within(other.strikes, stride.strike, stride.end)
+        if off is not None and strike is not None:
+            length = stride.end.at - stride.strike.at
+            frames = (off.at - stride.strike.at) + (stride.off.at - strike.at)
+            variance = sum(event.error**2 for event in (stride.strike, off, stride.off, strike))
+            yield Sample(
+                100.0 * frames / length, 1e4 * variance / length**2, 200.0 * _shared(stride) / length
+            )
+
+
+def _flights(strides: Mapping[Side, Strides], side: Side, clock: Clock) -> Iterator[Sample]:
+    """Seconds from each leaving to the other foot's strike."""
+    for stride in strides[side].sound:
+        strike = _within(strides[OTHER[side]].strikes, stride.strike, stride.end)
+        if strike is not None:
+            yield clock.span(stride.off, strike)._replace(shared=clock.pace * _shared(stride))
+
+
+def _cadence(stride: Value | None) -> Value | None:
+    """Two steps a stride."""
+    if stride is None:
+        return None
+    mean = 120.0 / stride.mean
+    return Value(mean, mean * stride.error / stride.mean, stride.count)

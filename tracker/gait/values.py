@@ -1,0 +1,101 @@
+"""Means over strides with their standard errors, of either leg and of both.
+
+An error adds in quadrature what is off in each stride by itself and what all strides of the clip share.
+The former is how much strides differ, or what is known of each one if that is more. A figure of both legs is
+the mean of theirs, its error that of errors which go together. In symmetry only what is not shared counts.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from kinematics.sides import SIDES, Side
+from tracker.gait.strides import Stride, Strides
+
+
+class Sample(NamedTuple):
+    """A number of one stride, its variance, and the standard error that it shares with all others."""
+
+    value: float
+    variance: float
+    shared: float = 0.0
+
+
+Samples = Mapping[Side, Sequence[Sample]]
+
+
+@dataclass(frozen=True)
+class Value:
+    """A mean, its standard error and what of that all strides share; how many strides or steps it is over."""
+
+    mean: float
+    error: float
+    count: int
+    shared: float = 0.0
+
+    @property
+    def own(self) -> float:
+        """Standard error of what strides do not share."""
+        return float(np.sqrt(max(self.error**2 - self.shared**2, 0.0)))
+
+    def plain(self) -> dict[str, float | int]:
+        """As gait.json has it."""
+        return {"mean": round(self.mean, 4), "error": round(self.error, 4), "count": self.count}
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One gait figure of either leg and of both; None where it was not measured.
+
+    symmetry : 100 (near - far) / mean of the two, per cent; 0 for legs that do alike
+    """
+
+    name: str
+    unit: str
+    near: Value | None = None
+    far: Value | None = None
+    both: Value | None = None
+    symmetry: Value | None = None
+
+    @classmethod
+    def of(cls, name: str, unit: str, samples: Samples) -> "Measure":
+        """That of these strides or steps."""
+        near, far = (_mean(samples[side]) for side in SIDES)
+        return cls(name, unit, near, far, _both(near, far), _symmetry(near, far))
+
+    def plain(self) -> dict[str, object]:
+        """As gait.json has it."""
+        kinds = {"near": self.near, "far": self.far, "both": self.both, "symmetry": self.symmetry}
+        return {"unit": self.unit} | {k: None if v is None else v.plain() for k, v in kinds.items()}
+
+
+def each(strides: Mapping[Side, Strides], told: Callable[[Stride], Sample]) -> dict[Side, list[Sample]]:
+    """A number of every stride that was measured."""
+    return {side: [told(stride) for stride in strides[side].sound] for side in SIDES}
+
+
+def _mean(samples: Sequence[Sample]) -> Value | None:
+    if not samples:
+        return None
+    values, variances, shared = np.array(samples).T
+    spread = float(np.var(values, ddof=1)) if len(values) > 1 else 0.0
+    own = max(spread, float(variances.mean())) / len(values)
+    together = float(shared.mean())
+    return Value(float(values.mean()), float(np.sqrt(own + together**2)), len(values), together)
+
+
+def _both(near: Value | None, far: Value | None) -> Value | None:
+    if near is None or far is None:
+        return near or far
+    mean, error = (near.mean + far.mean) / 2.0, (near.error + far.error) / 2.0
+    return Value(mean, error, near.count + far.count, (near.shared + far.shared) / 2.0)
+
+
+def _symmetry(near: Value | None, far: Value | None) -> Value | None:
+    if near is None or far is None or near.mean + far.mean <= 0.0:
+        return None
+    total = near.mean + far.mean
+    error = 400.0 * np.hypot(far.mean * near.own, near.mean * far.own) / total**2
+    return Value(200.0 * (near.mean - far.mean) / total, float(error), min(near.count, far.count))
