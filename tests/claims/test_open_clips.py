@@ -10,11 +10,9 @@ from tests.benchmarks.evaluation.cases import marks_of
 from tests.benchmarks.processes import spawned
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
-from tracker.models.find import find_model
 from tracker.progress import Progress
 from tracker.run.score import Score, leg_length, places, score
 from tracker.run.track import Track
-from tracker.settings import Settings
 
 pytestmark = pytest.mark.claims
 
@@ -120,10 +118,3 @@ def test_a_foot_that_is_turned_at_the_start_is_followed_at_its_full_length(
     away = [np.hypot(mark.x - found[k][toe][0], mark.y - found[k][toe][1]) for k, mark in marked.items()]
     # As short as it was marked, it would end a seventh of a leg before its toe.
     assert np.mean(away) < 0.08 * leg_length(truth, sorted(truth))
-
-
-def test_who_walks_ahead_is_not_taken_to_walk_backwards(tracks: Tracks) -> None:
-    slds = find_model(LEARNED, 30.0, Settings())
-    pace = slds.mean0[:, 0] - slds.mean0[:, len(slds.names)]
-    assert (pace < 0.0).any()
-    assert not (pace[tracks[LEARNED]["indoor_walk_lr"].s] < 0.0).any()

@@ -41,7 +41,6 @@ FULL = Settings(
     bare=0.5,
     limit_give=3.0,
     rates=(1.0,),
-    turn=0.0,
     rate_change=0.01,
     inflation=8.0,
     surprise=0.01,

@@ -114,10 +114,7 @@ class Tracker:
 
     def proposed(self, belief: Belief) -> Belief:
         """The priors that are tried."""
-        settings = self.settings
-        return propose(
-            self.slds, belief, prune=settings.prune, most=settings.hypotheses, recurrent=settings.recurrent
-        )
+        return propose(self.slds, belief, prune=self.settings.prune, most=self.settings.hypotheses)
 
     def looked(self, state: State, image: Image, priors: Gaussian) -> State:
         """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""

@@ -285,8 +285,7 @@ def test_facing_is_seen_from_the_marks_unless_told(job, facing):
 
 
 def test_half_speed_doubles_the_frame_rate_of_the_motion(job):
-    ahead = job.settings.model_copy(update={"turn": 0.0})
-    given = prepare(replace(job, model="walk-run-1", rate=0.5, settings=ahead))
+    given = prepare(replace(job, model="walk-run-1", rate=0.5))
     halved = replace(at_rate(load_shipped("walk-run-1", 2.0 * FPS), 2.0 * FPS), fps=FPS)
     assert_array_equal(given.slds.A[:-1], halved.A)
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.learning.options import Options
-from dynamics.motion.rate import at_rate, backwards
+from dynamics.motion.rate import at_rate
 from dynamics.store import ModelError, load_shipped, save
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tests.tracker.painted import FULL
@@ -178,7 +178,7 @@ def test_a_learned_model_comes_once_for_each_playback_speed(two_states, tmp_path
     slds = two_states
     path = tmp_path / "mine.npz"
     save(slds, path, "tests")
-    settings = FULL.model_copy(update={"rates": (1.0, 0.5), "rate_change": 0.02, "turn": 0.0})
+    settings = FULL.model_copy(update={"rates": (1.0, 0.5), "rate_change": 0.02})
     both = find_model(str(path), 30.0, settings)
     assert both.fps == 30.0
     assert both.labels == (*slds.labels * 2, "free")
@@ -191,29 +191,6 @@ def test_a_learned_model_comes_once_for_each_playback_speed(two_states, tmp_path
     assert_allclose(both.Pi[4:8, :4].sum(axis=1), 0.02 * stay, rtol=1e-9)
     assert_allclose(both.Pi[8], [*[settings.surprise / 8] * 8, stay], rtol=1e-9)
     assert_allclose(both.pi0[8], settings.surprise, rtol=1e-9)
-
-
-def test_a_learned_model_comes_once_more_with_time_running_back(two_states, tmp_path):
-    slds = two_states
-    path = tmp_path / "mine.npz"
-    save(slds, path, "tests")
-    settings = FULL.model_copy(update={"turn": 1e-4, "turned": 0.03, "surprise": 0.0, "rates": (1.0, 0.5)})
-    both = find_model(str(path), 30.0, settings)
-    assert both.labels == slds.labels * 4
-    for k, slow in enumerate((slds, at_rate(slds, 60.0))):
-        ahead, back = slice(4 * k, 4 * k + 4), slice(8 + 4 * k, 12 + 4 * k)
-        assert_array_equal(both.A[ahead], slow.A)
-        assert_array_equal(both.A[back], backwards(slow).A)
-        # Forward on one way, as far back on the other.
-        speed = [
-            (both.A[way] @ both.mean0[way][..., None])[:, 0, 0] + both.b[way][:, 0] for way in (ahead, back)
-        ]
-        assert (speed[0] > 0.0).all()
-        assert_allclose(speed[1], -speed[0], rtol=0.05)
-    assert_allclose(both.Pi[:8, 8:].sum(axis=1), 1e-4, rtol=1e-9)
-    assert_allclose(both.Pi[8:, :8].sum(axis=1), 1e-4, rtol=1e-9)
-    assert_allclose(both.pi0[8:].sum(), 0.03, rtol=1e-9)
-    assert_allclose(both.Pi[:4, 4:8].sum(axis=1), settings.rate_change * (1.0 - 1e-4), rtol=1e-9)
 
 
 def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(sequences, tmp_path):
