@@ -91,10 +91,6 @@ class Settings(BaseModel):
     limit_give: float = Field(
         3.0, gt=0, le=360, description="how sharply a joint stops at its limit, degrees"
     )
-    rates: tuple[Annotated[float, Field(ge=0.25, le=4)], ...] = Field(
-        (1.0, 0.5), min_length=1, description="playback speeds that are tried side by side, 1 as filmed"
-    )
-    rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
     inflation: float = Field(3.0, gt=0, le=1000, description="of the learned Q, for people it has not seen")
     surprise: float = Field(
         0.01,
