@@ -11,15 +11,17 @@ iterated extended Kalman filter with the weights of EM): joints without a point 
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply, transpose
+from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES, on_side
-from kinematics.spm import View, joint_jacobian_of, joints, joints_of, skeleton
+from kinematics.spm import View, joints, joints_of
+from tracker.registration.chain_rule import Tree, laid_out, normal_equations, pinned, tree_of
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -90,6 +92,10 @@ class Detector:
     figure: Figure
     view: View
     settings: Settings
+
+    @cached_property
+    def _tree(self) -> Tree:
+        return tree_of(self.figure)
 
     def namings(self, found: Detections, priors: Gaussian) -> list[Likelihood]:
         """The points as each naming has them, and what that costs: `_ways`.
@@ -162,13 +168,13 @@ class Detector:
     ) -> tuple[Array, Array, Array]:
         """J'WJ (W, H, D, D) and J'Wr (W, H, D) of the points at poses (W, H, D), and their cost (W, H)."""
         W, H, D = q.shape
-        bones = skeleton(self.figure, q)
-        away = self._away(joint[:, None], pixels, joints_of(bones, q))
-        J = joint_jacobian_of(self.figure, bones)
-        J = np.take_along_axis(J, joint[:, None, :, None, None], axis=2).reshape(W, H, -1, D)
+        poses, own = q.reshape(W * H, D), np.repeat(joint, H, axis=0)
+        bones = laid_out(self._tree, poses)
+        away = self._away(own, pixels, joints_of(bones, poses))
         weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self.settings.point**2
-        turned = transpose(np.repeat(weight, 2, axis=-1)[..., None] * J)
-        return turned @ J, apply(turned, away.reshape(W, H, -1)), self._cost(away)
+        found = normal_equations(self._tree, bones, *pinned(bones, own, away, weight))
+        information, gradient = (each.reshape(W, H, *each.shape[1:]) for each in found)
+        return information, gradient, self._cost(away).reshape(W, H)
 
     def _cost(self, away: Array) -> Array:
         """(...) minus the log likelihood of points (..., J, 2) away from their joints, nats."""
