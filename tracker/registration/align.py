@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
+from kinematics.spm import surface
 from tracker.registration.field import Field, Registration
 from tracker.registration.objective import Fit, Objective
 
@@ -35,7 +36,9 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
         fit = _climb(objective, number, q)
         q = fit.q
     information, gradient = objective.slope(fit)
-    inside, cost = fit.laid.inside.mean(1), objective.evidence(fit)
+    inside, cost, templates = fit.laid.inside.mean(1), objective.evidence(fit), field.templates
+    places = surface(fit.bones, templates.link, templates.along, templates.across)
+    pixels = field.view.to_pixels(places)
     return [
         Registration(
             q=q[h],
@@ -47,6 +50,7 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
             match=fit.laid.match[h],
             offset=fit.laid.offset[h],
             inside=float(inside[h]),
+            pixels=pixels[h],
         )
         for h in range(len(q))
     ]
