@@ -21,7 +21,7 @@ from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES, on_side
 from kinematics.spm import View, joints, joints_of
-from tracker.registration.chain_rule import Tree, laid_out, normal_equations, pinned, tree_of
+from tracker.registration.chain_rule import Tree, damped_steps, laid_out, normal_equations, pinned, tree_of
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -150,13 +150,16 @@ class Detector:
         """
         precision: Array = np.asarray(np.linalg.inv(priors.cov), dtype=np.float64)
         q, on = np.tile(priors.mean, (len(joint), 1, 1)), np.arange(len(joint))
+        D = q.shape[-1]
         for _ in range(ITERATIONS):
             information, gradient, _ = self._normal_equations(joint[on], pixels, q[on])
             slope = gradient + apply(precision, q[on] - priors.mean)
-            step = -np.linalg.solve(precision + information, slope[..., None])[..., 0]
-            longest = np.abs(step).max(-1, keepdims=True)
-            q[on] += step * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
-            on = on[longest.max((1, 2)) >= SMALL_STEP]
+            information += precision
+            undamped = np.zeros(slope.shape[0] * slope.shape[1])
+            step = damped_steps(information.reshape(-1, D, D), slope.reshape(-1, D), undamped, LONGEST_STEP)
+            step = step.reshape(slope.shape)
+            q[on] += step
+            on = on[np.abs(step).max((1, 2)) >= SMALL_STEP]
             if not len(on):
                 break
         information, gradient, cost = self._normal_equations(joint, pixels, q)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.spm import surface
+from tracker.registration.chain_rule import damped_steps
 from tracker.registration.field import Field, Registration
 from tracker.registration.objective import Fit, Objective
 
@@ -102,8 +103,4 @@ def _step(objective: Objective, fit: Fit, rows: NDArray[np.intp], damping: Array
     precision = objective.precision[rows]
     H += precision
     slope = gradient + apply(precision, fit.q - objective.mean[rows])
-    # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
-    diagonal = np.einsum("hii->hi", H)
-    diagonal += damping[:, None] * diagonal + 1e-9
-    step = -np.linalg.solve(H, slope[..., None])[..., 0]
-    return np.asarray(step * (LONGEST_STEP / np.maximum(np.abs(step).max(1), LONGEST_STEP))[:, None])
+    return damped_steps(H, slope, damping, LONGEST_STEP)

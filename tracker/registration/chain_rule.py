@@ -19,6 +19,8 @@ from kinematics.spm import Skeleton
 
 Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.registration.kernel`
 
+LEAST = 1e-9  # added to a diagonal
+
 COMPILED = numba.njit(cache=True, error_model="numpy")
 
 
@@ -67,6 +69,19 @@ def normal_equations(tree: Tree, bones: Skeleton, moments: Array, pull: Array) -
     return information, gradient
 
 
+def damped_steps(information: Array, slope: Array, damping: Array, longest: float) -> Array:
+    """(H, D) -(information + damping diag(information))^-1 slope, no freedom further than `longest`.
+
+    Args:
+        information: (H, D, D) positive semidefinite.
+        slope: (H, D).
+        damping: (H,) shares of the diagonal.
+    """
+    steps = np.empty_like(slope)
+    _solve((information, slope, damping), longest, steps)
+    return steps
+
+
 def pinned(bones: Skeleton, joint: NDArray[np.intp], away: Array, weight: Array) -> tuple[Array, Array]:
     """The sums of `normal_equations` for joints (H, J), 0 the base, i + 1 the tip of link i.
 
@@ -78,6 +93,34 @@ def pinned(bones: Skeleton, joint: NDArray[np.intp], away: Array, weight: Array)
     moments, pull = np.zeros((H, L, 5, 5)), np.zeros((H, L, 5))
     _pin((bones.direction, bones.length), (joint, away, weight), (moments, pull))
     return moments, pull
+
+
+@COMPILED
+def _solve(systems: Parts, longest: float, steps: Array) -> None:
+    """Damped systems solved by Cholesky's factors into steps."""
+    information, slope, damping = systems
+    H, D = slope.shape
+    root = np.empty((D, D))
+    for h in range(H):
+        x = steps[h]
+        for i in range(D):
+            x[i] = -slope[h, i]
+            for j in range(i + 1):
+                total = information[h, i, j]
+                if i == j:
+                    # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
+                    total += damping[h] * total + LEAST
+                for k in range(j):
+                    total -= root[i, k] * root[j, k]
+                root[i, j] = np.sqrt(max(total, LEAST)) if i == j else total / root[j, j]
+            for k in range(i):
+                x[i] -= root[i, k] * x[k]
+            x[i] /= root[i, i]
+        for i in range(D - 1, -1, -1):
+            for k in range(i + 1, D):
+                x[i] -= root[k, i] * x[k]
+            x[i] /= root[i, i]
+        x *= longest / max(np.max(np.abs(x)), longest)
 
 
 @COMPILED

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from kinematics.spm import joint_jacobian, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
-from tracker.registration.chain_rule import laid_out, normal_equations, pinned, tree_of
+from tracker.registration.chain_rule import damped_steps, laid_out, normal_equations, pinned, tree_of
 
 
 @pytest.fixture(params=[WALKER, HORSE], ids=lambda figure: figure.name)
@@ -44,3 +44,20 @@ def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, pose
         J = joint_jacobian(figure, q)[joint[h]]
         assert_allclose(information[h], np.einsum("jcd,j,jce->de", J, weight[h], J), rtol=1e-9, atol=1e-9)
         assert_allclose(gradient[h], np.einsum("jcd,j,jc->d", J, weight[h], away[h]), rtol=1e-9, atol=1e-9)
+
+
+def test_damped_steps_solve_the_damped_system_and_none_goes_too_far(rng):
+    root, slope, damping = rng.normal(size=(3, 9, 6)), rng.normal(size=(3, 6)), np.array([0.0, 0.1, 2.0])
+    H = np.swapaxes(root, -1, -2) @ root
+    want = [
+        -np.linalg.solve(A + d * np.diag(np.diag(A)), g) for A, g, d in zip(H, slope, damping, strict=True)
+    ]
+    assert_allclose(damped_steps(H, slope, damping, 10.0), want, rtol=1e-6)
+    got = damped_steps(H, 1e3 * slope, damping, 0.5)
+    assert_allclose(np.abs(got).max(axis=1), 0.5)
+    assert_allclose(got, [0.5 * x / np.abs(x).max() for x in want], rtol=1e-6)
+
+
+def test_a_freedom_without_information_takes_no_step(rng):
+    H, slope = np.diag([2.0, 0.0, 4.0])[None], np.array([[1.0, 0.0, 2.0]])
+    assert_allclose(damped_steps(H, slope, np.array([1e-3]), 9.0), [[-0.5, 0.0, -0.5]], rtol=2e-3)
