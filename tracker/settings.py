@@ -46,7 +46,7 @@ class Settings(BaseModel):
     blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
         (0.05, 0.025, 0.015), min_length=1, description="coarse to fine, leg lengths"
     )
-    iterations: int = Field(3, ge=1, le=100, description="steps at each blur at most")
+    iterations: int = Field(4, ge=1, le=100, description="steps at each blur at most")
     noise: float = Field(6.0, ge=0.1, le=255, description="of a pixel's match, grey levels")
     light: float = Field(
         20.0,

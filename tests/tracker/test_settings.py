@@ -64,7 +64,7 @@ def test_the_file_says_what_each_setting_means_its_range_and_its_default():
         assert blocks[name].startswith(f"{field.description}; ")
         assert "; default " in blocks[name]
     assert blocks["spacing"].endswith("leg lengths; at least 0.005 and at most 0.2; default 0.022")
-    assert blocks["iterations"].endswith("; a whole number at least 1 and at most 100; default 3")
+    assert blocks["iterations"].endswith("; a whole number at least 1 and at most 100; default 4")
     assert blocks["mode"].endswith('; "full" or "classic"; default "full"')
     assert "; a list of 1 or more, each above 0 and at most 1; default [" in blocks["blurs"]
 
