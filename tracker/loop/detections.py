@@ -26,7 +26,7 @@ from tracker.settings import Settings
 
 FREEDOM = 4.0
 ITERATIONS = 20
-SMALL_STEP = 1e-3  # radians or leg lengths: a tenth of a pixel
+SMALL_STEP = 1e-4  # radians or leg lengths
 LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
 PULLS = 0.1  # share of the full weight: six standard deviations off
 EXCHANGED = 1  # among the ways to name the legs
