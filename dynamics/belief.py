@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, collapse
 from dynamics.kalman import predict, update
-from dynamics.region import log_switch
 from dynamics.slds import SLDS
 
 
@@ -58,14 +57,9 @@ def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
     return Belief(states, -slds.log_pi0 - log_lik, np.arange(slds.K), np.arange(slds.K))
 
 
-def propose(slds: SLDS, belief: Belief, *, prune: float, most: int, recurrent: bool = False) -> Belief:
-    """One prior a state from its best predecessor: the `most` cheapest, within `prune` nats of the best.
-
-    Args:
-        recurrent: whether the switch depends on the pace (`dynamics.region.log_switch`), not on s alone.
-    """
-    log_Pi = log_switch(slds, belief.s, belief.states) if recurrent else slds.log_Pi[belief.s]
-    total = belief.cost[:, None] - log_Pi
+def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
+    """One prior a state from its best predecessor: the `most` cheapest, within `prune` nats of the best."""
+    total = belief.cost[:, None] - slds.log_Pi[belief.s]
     parent, cost = total.argmin(0), total.min(0)
     cheapest = np.argsort(cost, kind="stable")[:most]
     s = np.sort(cheapest[cost[cheapest] <= cost.min() + prune])

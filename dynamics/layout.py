@@ -64,16 +64,6 @@ class Layout:
         return np.eye(self.d, self.N, k=self.d)
 
     @cached_property
-    def velocity(self) -> Array:
-        """(m, N) matrix W: W x is the change per frame of the m freedoms that travel.
-
-        A first-order state does not tell it: there W has no rows.
-        """
-        if self.order == 1:
-            return np.zeros((0, self.N))
-        return np.asarray((self.pose - self.before)[self.travels])
-
-    @cached_property
     def carry(self) -> Array:
         """(d, N) matrix that carries the places of the freedoms that travel over to the next pose."""
         return self.pose * self.travels[:, None]
@@ -84,7 +74,8 @@ class Layout:
         stays = ~self.travels
         if self.order == 1:
             return np.asarray(self.pose[stays])
-        return np.vstack([self.pose[stays], self.before[stays], self.velocity])
+        velocity = (self.pose - self.before)[self.travels]
+        return np.vstack([self.pose[stays], self.before[stays], velocity])
 
     @cached_property
     def steady(self) -> Array:

@@ -7,18 +7,12 @@ its region. Its uses go beyond the papers, in which the switch depends on the la
     a recurrent switch    Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(x_j; mean0_j, cov0_j)
                           with x_j = A_j x_{t-1} + b_j: a state is entered where it leads into its region
 
-(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of both. The
-tracker's switch is recurrent in the pace alone, the change of what travels since the frame before:
-
-    Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(W x_{t-1}; W mean0_j, W cov0_j W')
-
-with W x the pace, averaged over what is not known of x_{t-1}.
+(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of both.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, inverse_root, log_density, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
@@ -36,20 +30,6 @@ def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
     seen = np.where(slds.travels, np.nan, y)[:, None]
     e, _, S, _ = innovation(slds.start, seen, slds.C, slds.R)
     return weight * log_likelihood(e, S, (~np.isnan(seen)).sum(-1))
-
-
-def log_switch(slds: SLDS, s: NDArray[np.intp], states: Gaussian) -> Array:
-    """(H, K) log probability of each switching state after beliefs (H, N) in states s (H,), by their pace.
-
-    At first order, and where nothing travels, there is no pace: log Pi.
-    """
-    log_Pi, W = slds.log_Pi[s], slds.layout.velocity
-    if not len(W):
-        return log_Pi
-    R = W @ states.cov @ W.T
-    e, _, S, _ = innovation(slds.start, (states.mean @ W.T)[:, None], W, R[:, None])
-    weighed = log_Pi + log_likelihood(e, S, np.full(e.shape[:-1], len(W)))
-    return np.asarray(weighed - np.logaddexp.reduce(weighed, axis=1, keepdims=True))
 
 
 @dataclass(frozen=True)

@@ -173,12 +173,7 @@ def jacobian(figure: Figure, bones: Skeleton, link: Index, along: Array, across:
 
 def joint_jacobian(figure: Figure, q: Array) -> Array:
     """(..., 1 + L, 2, D) derivative of `joints` by the pose."""
-    return joint_jacobian_of(figure, skeleton(figure, q))
-
-
-def joint_jacobian_of(figure: Figure, bones: Skeleton) -> Array:
-    """The same of links as the poses lay them."""
-    L = len(figure.links)
+    bones, L = skeleton(figure, q), len(figure.links)
     tips = jacobian(figure, bones, np.arange(L), np.ones(L), np.zeros(L))
     base = np.zeros_like(tips[..., :1, :, :])
     base[..., 0, 0, 0] = base[..., 0, 1, 1] = 1.0

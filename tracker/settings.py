@@ -46,7 +46,7 @@ class Settings(BaseModel):
     blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
         (0.05, 0.025, 0.015), min_length=1, description="coarse to fine, leg lengths"
     )
-    iterations: int = Field(6, ge=1, le=100, description="steps at each blur at most")
+    iterations: int = Field(4, ge=1, le=100, description="steps at each blur at most")
     noise: float = Field(6.0, ge=0.1, le=255, description="of a pixel's match, grey levels")
     light: float = Field(
         20.0,
@@ -91,19 +91,6 @@ class Settings(BaseModel):
     limit_give: float = Field(
         3.0, gt=0, le=360, description="how sharply a joint stops at its limit, degrees"
     )
-    rates: tuple[Annotated[float, Field(ge=0.25, le=4)], ...] = Field(
-        (1.0, 0.5), min_length=1, description="playback speeds that are tried side by side, 1 as filmed"
-    )
-    turn: float = Field(
-        1e-6, ge=0, lt=1, description="probability a frame of walking backwards from now on, 0 for never"
-    )
-    turned: float = Field(
-        0.01, gt=0, lt=1, description="probability of walking backwards in the marked frame, if ever"
-    )
-    recurrent: bool = Field(
-        True, description="whether a motion is taken up by who moves at its pace, not by anybody"
-    )
-    rate_change: float = Field(0.01, gt=0, lt=1, description="probability a frame of another playback speed")
     inflation: float = Field(3.0, gt=0, le=1000, description="of the learned Q, for people it has not seen")
     surprise: float = Field(
         0.01,

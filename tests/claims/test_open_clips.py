@@ -11,11 +11,9 @@ from tests.benchmarks.processes import spawned
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.gait.figures import gait_of
-from tracker.models.find import find_model
 from tracker.progress import Progress
 from tracker.run.score import Score, leg_length, places, score
 from tracker.run.track import Track
-from tracker.settings import Settings
 
 pytestmark = pytest.mark.claims
 
@@ -141,10 +139,3 @@ def test_walks_and_runs_are_told_apart_and_every_leg_that_walks_stands_as_long_a
     # What myogait finds from the same track's points.
     assert stances["gym_walk_rl", "near"] == pytest.approx(58.9, abs=5.0)
     assert stances["gym_walk_rl", "far"] == pytest.approx(61.9, abs=5.0)
-
-
-def test_who_walks_ahead_is_not_taken_to_walk_backwards(tracks: Tracks) -> None:
-    slds = find_model(LEARNED, 30.0, Settings())
-    pace = slds.mean0[:, 0] - slds.mean0[:, len(slds.names)]
-    assert (pace < 0.0).any()
-    assert not (pace[tracks[LEARNED]["indoor_walk_lr"].s] < 0.0).any()

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.belief import Belief, either, first_belief, propose
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
-from dynamics.region import log_switch
 from dynamics.viterbi import viterbi
 from tests.oracles import enumerated, random_covariance, random_slds
 
@@ -57,16 +56,6 @@ def test_every_state_is_proposed_from_its_best_predecessor(s, rng):
         assert_allclose(got.states.mean[j], slds.A[j] @ belief.states.mean[h] + slds.b[j], atol=1e-12)
         want = slds.A[j] @ belief.states.cov[h] @ slds.A[j].T + slds.Q[j]
         assert_allclose(got.states.cov[j], want, atol=1e-12)
-
-
-def test_a_recurrent_switch_asks_the_pace_of_each_predecessor(rng):
-    slds = random_slds(3, order=2, travelling=("a",), rng=rng)
-    belief = some_belief(slds, (2, 0, 0), rng)
-    got = propose(slds, belief, prune=np.inf, most=9, recurrent=True)
-    dear = belief.cost[:, None] - log_switch(slds, belief.s, belief.states)
-    assert_array_equal(got.cost, dear.min(axis=0))
-    assert_array_equal(got.parent, dear.argmin(axis=0))
-    assert not np.allclose(got.cost, propose(slds, belief, prune=np.inf, most=9).cost)
 
 
 def test_proposals_much_dearer_than_the_best_are_dropped(rng):

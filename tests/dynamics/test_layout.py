@@ -38,12 +38,6 @@ def test_a_state_has_a_pose_a_pose_before_and_drifts(layout, parts):
         assert_array_equal(layout.before @ x, before)
 
 
-def test_velocity_is_the_change_of_what_travels_and_of_nothing_at_first_order(layout, parts):
-    now, before, drifts = parts
-    got = layout.velocity @ state(layout, now, before, drifts)
-    assert_array_equal(got, (now - before)[[0, 2]] if layout.order == 2 else [])
-
-
 def test_from_here_counts_all_poses_from_the_present_place_and_leaves_drifts(layout, parts):
     now, before, drifts = parts
     here = np.array([now[0], 0.0, now[2]])

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.distance import mahalanobis
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import multivariate_normal
 
-from dynamics.gaussian import Gaussian
-from dynamics.region import POSE, log_switch, pose_hints, pose_regions, regions
-from tests.oracles import random_covariance, random_slds
+from dynamics.region import POSE, pose_hints, pose_regions, regions
+from tests.oracles import random_slds
 
 # Regions are widened by a millionth of the largest variance, their smallest eigenvalue is near a tenth of it.
 WIDENED = 1e-4
@@ -163,47 +162,3 @@ def test_a_region_that_is_a_point_still_has_a_density(rng):
     assert np.isfinite(reach.log_density(outside[None])).all()
     assert reach.log_density(inside[None])[1] > reach.log_density(outside[None])[1] + 100.0
     assert reach.distance(inside[None])[1] == pytest.approx(0.0, abs=1e-12)
-
-
-# The tracker's switch
-
-
-def some_states(slds, number, rng):
-    N = slds.A.shape[-1]
-    mean = rng.normal(size=(number, N))
-    return Gaussian(mean, np.stack([0.1 * random_covariance(N, rng) for _ in range(number)]))
-
-
-def test_a_motion_is_taken_up_in_proportion_to_how_usual_the_pace_is_in_it(rng):
-    slds = travelling_model(3, 2, rng)
-    s, states = np.array([2, 0, 0, 1]), some_states(slds, 4, rng)
-    W = np.array([0.0, 1.0, 0.0, 0.0, -1.0, 0.0])  # the change of b since the frame before
-    got = log_switch(slds, s, states)
-    for h, i in enumerate(s):
-        usual = [
-            norm(W @ slds.mean0[j], np.sqrt(W @ (slds.cov0[j] + states.cov[h]) @ W)).pdf(W @ states.mean[h])
-            for j in range(3)
-        ]
-        want = slds.Pi[i] * usual
-        # A few products of numbers near 1.
-        assert_allclose(np.exp(got[h]), want / want.sum(), atol=1e-12)
-
-
-def test_a_place_and_what_drifts_by_itself_make_no_pace(rng):
-    slds = travelling_model(3, 2, rng)
-    s, states = np.array([0, 1]), some_states(slds, 2, rng)
-    got = log_switch(slds, s, states)
-    moved = replace(states, mean=states.mean + 5.0 * np.array([0.0, 1.0, 0.0, 0.0, 1.0, 0.0]))
-    # Rounding of places near 5.
-    assert_allclose(log_switch(slds, s, moved), got, atol=1e-10)
-    drifting = slds.with_drifts(["d", "e"], np.full(2, 0.9), np.ones(2), np.ones(2))
-    mean, cov = rng.normal(size=(2, 8)), np.stack([random_covariance(8, rng) for _ in s])
-    mean[:, :6], cov[:, :6, :6] = states.mean, states.cov
-    assert_allclose(log_switch(drifting, s, Gaussian(mean, cov)), got, atol=1e-12)
-
-
-@pytest.mark.parametrize(("order", "travelling"), [(1, ("b",)), (2, ())])
-def test_without_a_pace_the_switch_depends_on_the_last_one_alone(order, travelling, rng):
-    slds = random_slds(3, d=3, order=order, travelling=travelling, rng=rng)
-    s = np.array([1, 1, 2])
-    assert_array_equal(log_switch(slds, s, some_states(slds, 3, rng)), slds.log_Pi[s])

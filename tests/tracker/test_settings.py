@@ -64,9 +64,9 @@ def test_the_file_says_what_each_setting_means_its_range_and_its_default():
         assert blocks[name].startswith(f"{field.description}; ")
         assert "; default " in blocks[name]
     assert blocks["spacing"].endswith("leg lengths; at least 0.005 and at most 0.2; default 0.022")
-    assert blocks["iterations"].endswith("; a whole number at least 1 and at most 100; default 6")
+    assert blocks["iterations"].endswith("; a whole number at least 1 and at most 100; default 4")
     assert blocks["mode"].endswith('; "full" or "classic"; default "full"')
-    assert "; a list of 1 or more, each at least 0.25 and at most 4; default [" in blocks["rates"]
+    assert "; a list of 1 or more, each above 0 and at most 1; default [" in blocks["blurs"]
 
 
 def test_a_range_that_the_file_names_is_the_one_that_is_kept(toml):

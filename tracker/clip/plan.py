@@ -68,10 +68,9 @@ def prepare(job: Job) -> Plan:
     if job.stop is not None and job.stop < frame:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
     video = Video(job.video)
-    rates = job.settings.rates if job.rate is None else (job.rate,)
-    settings = job.settings.model_copy(update={"rates": rates})
+    settings = job.settings
     start = _start(job, video, settings)
-    slds = find_model(job.model, video.fps, settings)
+    slds = find_model(job.model, video.fps, settings, job.rate or 1.0)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
         settings = measured.known_by(settings)

@@ -36,14 +36,20 @@ def playback_rate(model: str, poses: Array, fps: float) -> float:
     if not known.any():
         return 1.0
     poses = poses[known.argmax() :][:ENOUGH]
-    fits: dict[float, float] = {}
-    for rate in RATES:
+
+    def fit(number: int) -> float:
         try:
-            slds = switching_model(name, fps / rate)
+            slds = switching_model(name, fps / RATES[number])
         except ValueError:  # further from its own frame rate than the model can go
-            continue
-        fits[rate] = max(_evidence(way, poses) for way in _ways(slds, poses))
-    return max(fits, key=lambda rate: fits[rate]) if fits else 1.0
+            return -np.inf
+        return max(_evidence(way, poses) for way in _ways(slds, poses))
+
+    # Every other speed first, then those beside the best.
+    fits = {number: fit(number) for number in range(0, len(RATES), 2)}
+    best = max(fits, key=lambda number: fits[number])
+    fits |= {number: fit(number) for number in (best - 1, best + 1) if 0 <= number < len(RATES)}
+    best = max(fits, key=lambda number: fits[number])
+    return RATES[best] if fits[best] > -np.inf else 1.0
 
 
 def _ways(slds: SLDS, poses: Array) -> list[SLDS]:

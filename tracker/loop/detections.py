@@ -11,15 +11,17 @@ iterated extended Kalman filter with the weights of EM): joints without a point 
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply, transpose
+from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES, on_side
-from kinematics.spm import View, joint_jacobian_of, joints, joints_of, skeleton
+from kinematics.spm import View, joints, joints_of
+from tracker.registration.chain_rule import Tree, damped_steps, laid_out, normal_equations, pinned, tree_of
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -91,6 +93,10 @@ class Detector:
     view: View
     settings: Settings
 
+    @cached_property
+    def _tree(self) -> Tree:
+        return tree_of(self.figure)
+
     def namings(self, found: Detections, priors: Gaussian) -> list[Likelihood]:
         """The points as each naming has them, and what that costs: `_ways`.
 
@@ -144,13 +150,16 @@ class Detector:
         """
         precision: Array = np.asarray(np.linalg.inv(priors.cov), dtype=np.float64)
         q, on = np.tile(priors.mean, (len(joint), 1, 1)), np.arange(len(joint))
+        D = q.shape[-1]
         for _ in range(ITERATIONS):
             information, gradient, _ = self._normal_equations(joint[on], pixels, q[on])
             slope = gradient + apply(precision, q[on] - priors.mean)
-            step = -np.linalg.solve(precision + information, slope[..., None])[..., 0]
-            longest = np.abs(step).max(-1, keepdims=True)
-            q[on] += step * (LONGEST_STEP / np.maximum(longest, LONGEST_STEP))
-            on = on[longest.max((1, 2)) >= SMALL_STEP]
+            information += precision
+            undamped = np.zeros(slope.shape[0] * slope.shape[1])
+            step = damped_steps(information.reshape(-1, D, D), slope.reshape(-1, D), undamped, LONGEST_STEP)
+            step = step.reshape(slope.shape)
+            q[on] += step
+            on = on[np.abs(step).max((1, 2)) >= SMALL_STEP]
             if not len(on):
                 break
         information, gradient, cost = self._normal_equations(joint, pixels, q)
@@ -162,13 +171,13 @@ class Detector:
     ) -> tuple[Array, Array, Array]:
         """J'WJ (W, H, D, D) and J'Wr (W, H, D) of the points at poses (W, H, D), and their cost (W, H)."""
         W, H, D = q.shape
-        bones = skeleton(self.figure, q)
-        away = self._away(joint[:, None], pixels, joints_of(bones, q))
-        J = joint_jacobian_of(self.figure, bones)
-        J = np.take_along_axis(J, joint[:, None, :, None, None], axis=2).reshape(W, H, -1, D)
+        poses, own = q.reshape(W * H, D), np.repeat(joint, H, axis=0)
+        bones = laid_out(self._tree, poses)
+        away = self._away(own, pixels, joints_of(bones, poses))
         weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self.settings.point**2
-        turned = transpose(np.repeat(weight, 2, axis=-1)[..., None] * J)
-        return turned @ J, apply(turned, away.reshape(W, H, -1)), self._cost(away)
+        found = normal_equations(self._tree, bones, *pinned(bones, own, away, weight))
+        information, gradient = (each.reshape(W, H, *each.shape[1:]) for each in found)
+        return information, gradient, self._cost(away).reshape(W, H)
 
     def _cost(self, away: Array) -> Array:
         """(...) minus the log likelihood of points (..., J, 2) away from their joints, nats."""

@@ -89,7 +89,10 @@ class Tracker:
         """The belief given the points of this frame, of which near and far leg may be exchanged."""
         priors = self.pose(belief.states)
         ways = self._detector.namings(detections, priors)
-        return either([self.conditioned(belief, priors, way) for way in ways]).levelled()
+        told = Likelihood(*map(np.stack, zip(*(vars(way).values() for way in ways), strict=True)))
+        given = self.conditioned(belief, priors, told)
+        each = zip(given.states.mean, given.states.cov, given.cost, strict=True)
+        return either([replace(belief, states=Gaussian(*of), cost=cost) for *of, cost in each]).levelled()
 
     def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, Registration]:
         """The state after the templates were laid on the picture, and where they settled at the best."""
@@ -114,10 +117,7 @@ class Tracker:
 
     def proposed(self, belief: Belief) -> Belief:
         """The priors that are tried."""
-        settings = self.settings
-        return propose(
-            self.slds, belief, prune=settings.prune, most=settings.hypotheses, recurrent=settings.recurrent
-        )
+        return propose(self.slds, belief, prune=self.settings.prune, most=self.settings.hypotheses)
 
     def looked(self, state: State, image: Image, priors: Gaussian) -> State:
         """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""
@@ -134,7 +134,7 @@ class Tracker:
         if not self.mode.learns:
             return templates
         seen, trust = field.seen(best), best.match * templates.known
-        place = (field.pixels(best) - field.view.origin) / field.view.unit
+        place = (best.pixels - field.view.origin) / field.view.unit
         templates = templates.learned(seen, field.new(best), place)
         return templates.refreshed(seen, trust, self.settings.blend, best.offset)
 
@@ -151,12 +151,15 @@ class Tracker:
         return self.conditioned(proposed, priors, likelihood(found)).levelled()
 
     def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
-        """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for."""
+        """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for.
+
+        Likelihoods may have a leading axis: then what they make of the belief has it.
+        """
         vector = told.vector - told.information @ self.offset
         states = update_information(belief.states, self.slds.C, told.information, vector)
         away = told.q - priors.mean
-        innovation = 0.5 * (away * np.linalg.solve(priors.cov, away[..., None])[..., 0]).sum(1)
-        spread = 0.5 * np.linalg.slogdet(np.eye(away.shape[1]) + priors.cov @ told.information)[1]
+        innovation = 0.5 * (away * np.linalg.solve(priors.cov, away[..., None])[..., 0]).sum(-1)
+        spread = 0.5 * np.linalg.slogdet(np.eye(away.shape[-1]) + priors.cov @ told.information)[1]
         return replace(belief, states=states, cost=belief.cost + told.cost + innovation + spread)
 
     def estimate(self, state: State) -> Estimate:

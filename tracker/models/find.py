@@ -15,7 +15,7 @@ from dynamics.learning.baum_welch import HMMOptions, learn_hmm
 from dynamics.learning.em import anywhere, learn
 from dynamics.learning.options import Options
 from dynamics.learning.selection import choose
-from dynamics.motion.rate import at_rate, backwards
+from dynamics.motion.rate import at_rate
 from dynamics.posterior import Infer, Posterior
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
@@ -37,16 +37,16 @@ Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
 
 
-def find_model(name: str, fps: float, settings: Settings) -> SLDS:
+def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0) -> SLDS:
     """The model a user names, at this frame rate, as the tracker uses it.
 
-    A learned one stands there once for each playback speed that is tried, and again with time running back
-    for those who walk backwards; its noise is inflated for people it has not seen. At second order one free
-    state of constant velocity joins it, for what it does not foresee.
+    The noise of a learned one is inflated for people it has not seen. At second order one free state of
+    constant velocity joins it, for what it does not foresee.
 
     Args:
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
-        fps: frames a second of the motion to be followed.
+        fps: frames a second of the clip.
+        rate: its playback speed, 1 as filmed.
 
     Raises:
         ModelError: no such model, or a file that cannot be used.
@@ -54,11 +54,7 @@ def find_model(name: str, fps: float, settings: Settings) -> SLDS:
     """
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(fps, settings)
-    ahead = [replace(switching_model(name, fps / rate), fps=fps) for rate in settings.rates]
-    learned = combine(ahead, settings.rate_change)
-    if settings.turn > 0.0:
-        back = combine([backwards(model) for model in ahead], settings.rate_change)
-        learned = combine([learned, back], settings.turn, [1.0 - settings.turned, settings.turned])
+    learned = replace(switching_model(name, fps / rate), fps=fps)
     inflated = replace(learned, Q=learned.Q * settings.inflation)
     if settings.surprise == 0.0 or learned.order == 1:
         return inflated

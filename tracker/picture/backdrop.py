@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Self
 
 import cv2
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,10 +25,11 @@ ROBUST = 2.5  # Cauchy scale, multiples of the noise
 UNKNOWN = 1.0  # how much a point of the figure differs from what lies behind it, where that is not known
 ALIKE = 0.2  # it differs by less where it shows the scene itself
 MOST = 3.0  # one very different place may be anything
-BLEND = 0.3  # of what is seen into the scene, a frame
+BLEND = np.float32(0.3)  # of what is seen into the scene, a frame
 FRONT = 30.0  # grey levels by which what stands out from the scene differs from it
 AROUND = np.ones((3, 3), np.uint8)  # of places that show the scene together: single ones do by chance
 NEAR = 1  # steps by which the scene may have been moved wrongly
+SOME = 2000  # places that a change of light is taken from
 
 
 @dataclass(frozen=True)
@@ -107,8 +109,8 @@ class Backdrop:
         scenery = Scenery(_difference(now, scene, known, area), step)
         seen = np.ones_like(known)
         seen[area] = False
-        share = np.where(known, BLEND, 1.0) * seen
-        scene = (scene + share[..., None] * (now - scene)).astype(np.float32)
+        share = np.where(known, BLEND, np.float32(1.0)) * seen
+        scene = scene + share[..., None] * (now - scene)
         return type(self)(scene, known | seen, (x, y), scenery)
 
     def replaced(self, scene: Planes, known: NDArray[np.bool_]) -> Self:
@@ -159,19 +161,30 @@ def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tupl
     differs = np.full(known.shape, UNKNOWN, np.float32)
     if not known.any() or not known[area].size:
         return differs
-    light = np.median((now - scene)[known][:: max(known.size // 2000, 1)], axis=0)
-    least = np.full(known[area].shape, np.inf, np.float32)
-    wide = cv2.copyMakeBorder(scene, NEAR, NEAR, NEAR, NEAR, cv2.BORDER_REPLICATE)
-    rows, columns = area
-    here = now[area] - light.astype(np.float32)
-    for i in range(2 * NEAR + 1):
-        for j in range(2 * NEAR + 1):
-            there = wide[rows.start + i : rows.stop + i, columns.start + j : columns.stop + j]
-            apart = here - there
-            least = np.minimum(least, np.einsum("...c,...c", apart, apart))
+    some = np.flatnonzero(known)[:: max(known.size // SOME, 1)]
+    light = np.median(now.reshape(-1, 3)[some] - scene.reshape(-1, 3)[some], axis=0)
+    least = np.empty(known[area].shape, np.float32)
+    _nearest(now[area] - light.astype(np.float32), scene, area[0].start, area[1].start, least)
     rho = 0.5 * ROBUST**2 * np.log1p(least / (3.0 * NOISE**2 * ROBUST**2))
     differs[area] = np.where(known[area], np.minimum(rho, MOST), UNKNOWN)
     return differs
+
+
+@numba.njit(cache=True)
+def _nearest(here: Planes, scene: Planes, top: int, left: int, least: Planes) -> None:
+    """Squared distance of each place's colour to the scene's there or a step beside, whichever is less."""
+    last_row, last_column = scene.shape[0] - 1, scene.shape[1] - 1
+    for i in range(here.shape[0]):
+        for j in range(here.shape[1]):
+            best = np.float32(np.inf)
+            for r in range(top + i - NEAR, top + i + NEAR + 1):
+                for s in range(left + j - NEAR, left + j + NEAR + 1):
+                    square = np.float32(0.0)
+                    for c in range(3):
+                        there = scene[min(max(r, 0), last_row), min(max(s, 0), last_column), c]
+                        square += (here[i, j, c] - there) ** 2
+                    best = min(best, square)
+            least[i, j] = best
 
 
 def _area(box: Box, step: int, shape: tuple[int, ...]) -> tuple[slice, slice]:

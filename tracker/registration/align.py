@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
+from kinematics.spm import surface
+from tracker.registration.chain_rule import damped_steps
 from tracker.registration.field import Field, Registration
 from tracker.registration.objective import Fit, Objective
 
@@ -35,7 +37,9 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
         fit = _climb(objective, number, q)
         q = fit.q
     information, gradient = objective.slope(fit)
-    inside, cost = fit.laid.inside.mean(1), objective.evidence(fit)
+    inside, cost, templates = fit.laid.inside.mean(1), objective.evidence(fit), field.templates
+    places = surface(fit.bones, templates.link, templates.along, templates.across)
+    pixels = field.view.to_pixels(places)
     return [
         Registration(
             q=q[h],
@@ -47,6 +51,7 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
             match=fit.laid.match[h],
             offset=fit.laid.offset[h],
             inside=float(inside[h]),
+            pixels=pixels[h],
         )
         for h in range(len(q))
     ]
@@ -98,8 +103,4 @@ def _step(objective: Objective, fit: Fit, rows: NDArray[np.intp], damping: Array
     precision = objective.precision[rows]
     H += precision
     slope = gradient + apply(precision, fit.q - objective.mean[rows])
-    # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
-    diagonal = np.einsum("hii->hi", H)
-    diagonal += damping[:, None] * diagonal + 1e-9
-    step = -np.linalg.solve(H, slope[..., None])[..., 0]
-    return np.asarray(step * (LONGEST_STEP / np.maximum(np.abs(step).max(1), LONGEST_STEP))[:, None])
+    return damped_steps(H, slope, damping, LONGEST_STEP)

@@ -31,6 +31,7 @@ class Registration:
     match       : (P,) robust weight of each point without the rim's, 0 where not visible
     offset      : (L, 3) brightness offset of each link and channel, grey levels
     inside      : share of the points that lie in the part of the frame that was looked at
+    pixels      : (P, 2) where the points settled
     """
 
     q: Array
@@ -42,6 +43,7 @@ class Registration:
     match: Array
     offset: Array
     inside: float
+    pixels: Array
 
 
 @dataclass(frozen=True)
@@ -62,17 +64,17 @@ class Field:
     def seen(self, found: Registration) -> Array:
         """(levels, P, 3) what the frame shows where the points settled, the offsets of light taken off."""
         templates = self.templates
-        shown = np.stack([sample(level, self.pixels(found))[0] for level in self.levels])
+        shown = np.stack([sample(level, found.pixels)[0] for level in self.levels])
         offset = np.where(templates.strange[:, None], templates.light, found.offset)
         return np.asarray(shown - offset[templates.link])
 
     def bare(self, found: Registration) -> float:
         """Share of the points within the outlines at which the frame shows just what lies behind."""
-        return float(self.scenery.plain(self.pixels(found)[self.templates.inner]).mean())
+        return float(self.scenery.plain(found.pixels[self.templates.inner]).mean())
 
     def new(self, found: Registration) -> NDArray[np.bool_]:
         """(P,) which points not known yet the frame shows, on links in full sight."""
-        templates, pixels = self.templates, self.pixels(found)
+        templates, pixels = self.templates, found.pixels
         links = self._in_sight(found) & ~templates.strange
         if templates.strange.any():
             # A link of an unknown look is where it stands out, if it hangs on one in sight.
@@ -114,7 +116,3 @@ class Field:
         """(L,) share of some points of each link."""
         link, L = self.templates.link, len(self.figure.links)
         return np.asarray(np.bincount(link, those & of, L) / np.maximum(np.bincount(link, of, L), 1.0))
-
-    def pixels(self, found: Registration) -> Array:
-        """(P, 2) where the points settled."""
-        return self.view.to_pixels(self.templates.places(self.figure, found.q))

@@ -27,9 +27,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply, transpose
-from kinematics.spm import Skeleton, motions, skeleton
+from dynamics.gaussian import Array, Gaussian
+from kinematics.spm import Skeleton
 from tracker.picture.backdrop import FRONT, NOISE, UNKNOWN
+from tracker.registration.chain_rule import laid_out, normal_equations, tree_of
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay
 from tracker.registration.modes import mode_of
@@ -78,6 +79,7 @@ class Objective:
         self.differs, self.around = field.scenery.differs + against, field.scenery.around + against
         self.unknown = float(UNKNOWN + against)
         layout = figure.layout
+        self.tree = tree_of(figure)
         self.shape = Shape(layout.layer, layout.width, layout.taper)
         # A foot, which does not breathe, is too small to stand out for certain.
         levels, self.strange = field.levels, templates.strange & self.mode.learns & layout.breathes
@@ -115,7 +117,7 @@ class Objective:
     def compare(self, number: int, q: Array) -> Fit:
         """The templates laid on one level at poses (H, D)."""
         field, level = self.field, self.field.levels[number]
-        scenery, bones = field.scenery, skeleton(field.figure, q)
+        scenery, bones = field.scenery, laid_out(self.tree, q)
         (x, y), (left, top) = field.view.origin, level.corner
         axis_x, axis_y = field.view.axes.tolist()
         picture = Picture(
@@ -142,15 +144,12 @@ class Objective:
 
     def slope(self, fit: Fit) -> tuple[Array, Array]:
         """Gauss-Newton matrix (H, D, D) and derivative (H, D) of E by the pose."""
-        (H, D), moments = fit.q.shape, fit.laid.moments
-        ways = motions(self.field.figure, fit.bones)
         scale = self._scale(fit) / (3.0 * self.noise.variance)
-        turned = transpose(ways.reshape(H, -1, D))
-        information = scale * (turned @ (moments @ ways).reshape(H, -1, D))
-        gradient = scale * apply(turned, fit.laid.pull.reshape(H, -1))
+        information, gradient = normal_equations(self.tree, fit.bones, fit.laid.moments, fit.laid.pull)
+        information *= scale
         excess, stiffness = self._beyond(fit.q)
         np.einsum("hii->hi", information)[...] += stiffness
-        return information, gradient + stiffness * excess
+        return information, scale * gradient + stiffness * excess
 
     def _scale(self, fit: Fit) -> float:
         """What a point of weight 1 counts, where each that is looked at stands for others."""

@@ -14,7 +14,7 @@ Tried = Mapping[str, Values]
 
 DEFAULT = "walk-run"
 ONE_STATE = "walk-run-1"
-ALONE = f"{ONE_STATE} alone"  # one state in all: as filmed, ahead, none free
+ALONE = f"{ONE_STATE} alone"  # one state in all: none free
 MANY_STATES = "gait"
 CV = "cv"
 FLOW = "Lucas-Kanade"
@@ -28,7 +28,7 @@ COMPARED: dict[str, tuple[str, Changes]] = {
     DEFAULT: (DEFAULT, {}),
     MANY_STATES: (MANY_STATES, {}),
     ONE_STATE: (ONE_STATE, {}),
-    ALONE: (ONE_STATE, {"rates": (1.0,), "turn": 0.0, "surprise": 0.0}),
+    ALONE: (ONE_STATE, {"surprise": 0.0}),
     CV: (CV, {}),
     f"{CV}, no outline": (CV, {"outline": False}),
     f"{DEFAULT}, classic": (DEFAULT, CLASSIC),
@@ -40,9 +40,6 @@ WITHOUT: dict[str, Changes] = {
     "no outline": {"outline": False},
     "no lean of one's own": {"lean": 0.01},
     "no free state": {"surprise": 0.0},
-    "as filmed only": {"rates": (1.0,)},
-    "ahead only": {"turn": 0.0},
-    "any motion at any pace": {"recurrent": False},
     "camera taken for still": {"camera": False},
     "nothing known of what lies behind": {"backdrop": False},
     "grey levels as filmed": {"contrast": 0.0},

@@ -40,7 +40,7 @@ from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
 from videos.frames import Frame, Video
 
-MODEL = "walk-run"  # four learned states, at two speeds, and a free one
+MODEL = "walk-run"  # two learned states and a free one
 LIMIT = 3.0  # times the Lucas-Kanade rival's frame, at most
 AIM = 150.0  # frames a second
 REPEATS = 3

@@ -86,7 +86,7 @@ def test_time_running_back_is_tried_for_who_may_walk_backwards_alone(walked, mon
     monkeypatch.setattr(playback, "backwards", lambda slds: tried.append(slds) or backwards(slds))
     poses, on_the_spot = played(walked, 0.5), played(walked, 0.5)
     on_the_spot[:, 0] = 0.0
-    for each, wanted in ((poses, 0), (poses[::-1], len(RATES)), (on_the_spot, len(RATES))):
+    for each, wanted in ((poses, False), (poses[::-1], True), (on_the_spot, True)):
         tried.clear()
         playback_rate("walk-run", each, 30.0)
-        assert len(tried) == wanted
+        assert bool(tried) == wanted

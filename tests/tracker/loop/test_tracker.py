@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict
@@ -140,28 +139,14 @@ def field_of(tracker: Tracker, templates: Templates, state: State, image) -> Fie
     return Field(templates, levels_of(tracker, image), tracker.figure, view, tracker.settings, state.scenery)
 
 
-def switches(slds: SLDS, h: Hypothesis, j: int) -> np.ndarray:
-    """(K,) probability of each state after state j: Pi, times how usual the belief's pace is in the state."""
-    lagged = sum(name not in slds.drifts for name in slds.names)  # poses stand in a state twice, drifts once
-    pace = np.zeros((2, slds.A.shape[-1]))
-    pace[[0, 1], [0, 1]], pace[[0, 1], [lagged, lagged + 1]] = 1.0, -1.0
-    usual = [
-        multivariate_normal(pace @ mean, pace @ (cov + h.cov) @ pace.T).pdf(pace @ h.mean)
-        for mean, cov in zip(slds.mean0, slds.cov0, strict=True)
-    ]
-    taken = slds.Pi[j] * usual
-    return taken / taken.sum()
-
-
 def stepped(
     tracker: Tracker, field: Field, before: list[Hypothesis]
 ) -> tuple[list[Hypothesis], list[Registration]]:
     """One frame on by dense algebra, no hypothesis pruned."""
     slds, offset = tracker.slds, tracker.offset
     after, registrations = [], []
-    Pi = [switches(slds, h, j) for j, h in enumerate(before)]
     for k in range(slds.K):
-        price = [h.cost - np.log(Pi[j][k]) for j, h in enumerate(before)]
+        price = [h.cost - np.log(slds.Pi[j, k]) for j, h in enumerate(before)]
         parent = before[int(np.argmin(price))]
         m = slds.A[k] @ parent.mean + slds.b[k]
         P = slds.A[k] @ parent.cov @ slds.A[k].T + slds.Q[k]

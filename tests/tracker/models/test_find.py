@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.learning.options import Options
-from dynamics.motion.rate import at_rate, backwards
+from dynamics.motion.rate import at_rate
 from dynamics.store import ModelError, load_shipped, save
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tests.tracker.painted import FULL
@@ -174,53 +174,32 @@ def test_a_shipped_model_comes_at_the_clip_s_frame_rate(name):
         assert_allclose(speed, want, rtol=0.1)
 
 
-def test_a_learned_model_comes_once_for_each_playback_speed(two_states, tmp_path):
+def test_the_free_state_is_taken_up_by_surprise_and_left_as_rarely(two_states, tmp_path):
     slds = two_states
     path = tmp_path / "mine.npz"
     save(slds, path, "tests")
-    settings = FULL.model_copy(update={"rates": (1.0, 0.5), "rate_change": 0.02, "turn": 0.0})
-    both = find_model(str(path), 30.0, settings)
-    assert both.fps == 30.0
-    assert both.labels == (*slds.labels * 2, "free")
-    slow = at_rate(slds, 60.0)  # what takes 60 filmed frames takes 120 played at half speed
-    for k in range(4):
-        assert_array_equal(both.A[k], slds.A[k])
-        assert_array_equal(both.A[4 + k], slow.A[k])
-    stay = 1.0 - settings.surprise
-    assert_allclose(both.Pi[:4, 4:8].sum(axis=1), 0.02 * stay, rtol=1e-9)
-    assert_allclose(both.Pi[4:8, :4].sum(axis=1), 0.02 * stay, rtol=1e-9)
-    assert_allclose(both.Pi[8], [*[settings.surprise / 8] * 8, stay], rtol=1e-9)
-    assert_allclose(both.pi0[8], settings.surprise, rtol=1e-9)
+    joined = find_model(str(path), 30.0, FULL)
+    assert joined.labels == (*slds.labels, "free")
+    assert_array_equal(joined.A[:-1], slds.A)
+    assert_allclose(joined.Pi[:-1, -1], FULL.surprise, rtol=1e-9)
+    assert_allclose(joined.Pi[-1], [*[FULL.surprise / slds.K] * slds.K, 1.0 - FULL.surprise], rtol=1e-9)
+    assert_allclose(joined.pi0[-1], FULL.surprise, rtol=1e-9)
 
 
-def test_a_learned_model_comes_once_more_with_time_running_back(two_states, tmp_path):
-    slds = two_states
+def test_a_playback_speed_is_another_frame_rate_of_the_motion(two_states, tmp_path):
     path = tmp_path / "mine.npz"
-    save(slds, path, "tests")
-    settings = FULL.model_copy(update={"turn": 1e-4, "turned": 0.03, "surprise": 0.0, "rates": (1.0, 0.5)})
-    both = find_model(str(path), 30.0, settings)
-    assert both.labels == slds.labels * 4
-    for k, slow in enumerate((slds, at_rate(slds, 60.0))):
-        ahead, back = slice(4 * k, 4 * k + 4), slice(8 + 4 * k, 12 + 4 * k)
-        assert_array_equal(both.A[ahead], slow.A)
-        assert_array_equal(both.A[back], backwards(slow).A)
-        # Forward on one way, as far back on the other.
-        speed = [
-            (both.A[way] @ both.mean0[way][..., None])[:, 0, 0] + both.b[way][:, 0] for way in (ahead, back)
-        ]
-        assert (speed[0] > 0.0).all()
-        assert_allclose(speed[1], -speed[0], rtol=0.05)
-    assert_allclose(both.Pi[:8, 8:].sum(axis=1), 1e-4, rtol=1e-9)
-    assert_allclose(both.Pi[8:, :8].sum(axis=1), 1e-4, rtol=1e-9)
-    assert_allclose(both.pi0[8:].sum(), 0.03, rtol=1e-9)
-    assert_allclose(both.Pi[:4, 4:8].sum(axis=1), settings.rate_change * (1.0 - 1e-4), rtol=1e-9)
+    save(two_states, path, "tests")
+    played = find_model(str(path), 30.0, FULL, 0.5)
+    assert played.fps == 30.0
+    # What takes 60 filmed frames takes 120 played at half speed.
+    assert_array_equal(played.A[:-1], at_rate(two_states, 60.0).A)
 
 
 def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(sequences, tmp_path):
     slds = learned(sequences)
     path = tmp_path / "mine.npz"
     save(slds, path, "tests")
-    settings = FULL.model_copy(update={"rates": (1.0,), "free_angle": 2.0, "free_place": 0.03})
+    settings = FULL.model_copy(update={"free_angle": 2.0, "free_place": 0.03})
     free = find_model(str(path), 60.0, settings)
     d = len(free.names)
     assert_array_equal(free.A[-1, :d], np.hstack([2.0 * np.eye(d), -np.eye(d)]))
@@ -241,9 +220,9 @@ def test_inflation_widens_what_was_learned_and_not_constant_velocity():
 
 
 def test_constant_velocity_knows_no_playback_speeds():
-    settings = FULL.model_copy(update={"rates": (1.0, 0.5)})
-    slds = find_model("cv", 30.0, settings)
-    assert slds.K == 1
+    slds, slow = find_model("cv", 30.0, FULL), find_model("cv", 30.0, FULL, 0.5)
+    assert slds.K == slow.K == 1
+    assert_array_equal(slow.Q, slds.Q)
 
 
 def test_a_model_file_is_read_and_converted(sequences, tmp_path):

@@ -676,7 +676,7 @@ def test_a_strange_limb_is_new_where_it_stands_out_and_hangs_on_one_in_sight(rng
     new = field.new(found)
     outline = shank & (templates.weight == 1.0)
     assert new[outline].mean() > 0.9
-    assert not new[shank & field.scenery.plain(field.pixels(found))].any()
+    assert not new[shank & field.scenery.plain(found.pixels)].any()
     # The foot hangs on the shank, of which nothing is known yet.
     assert not new[of_links(templates, "near_toe")].any()
 

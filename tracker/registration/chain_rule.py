@@ -1,0 +1,228 @@
+"""The chain rule of a pose, compiled: the links that it lays out, and normal equations from theirs.
+
+The same as `kinematics.spm.skeleton` and `kinematics.spm.motions`, for loops that lay out a few poses some
+hundred times a second: with M_l how the pose moves link l, and m_l and p_l its sums of weight f f' and of
+weight f residual over what is measured on it,
+
+    information = sum_l M_l' m_l M_l,    gradient = sum_l M_l' p_l.
+"""
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+from kinematics.figure import Figure
+from kinematics.spm import Skeleton
+
+Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.registration.kernel`
+
+LEAST = 1e-9  # added to a diagonal
+
+COMPILED = numba.njit(cache=True, error_model="numpy")
+
+
+class Tree(NamedTuple):
+    """A figure as compiled code takes it; see `kinematics.figure.Layout`."""
+
+    scale: int
+    angle: NDArray[np.intp]
+    stretch: NDArray[np.intp]
+    turns: NDArray[np.bool_]
+    breathes: NDArray[np.bool_]
+    sense: Array
+    rest: Array
+    length: Array
+    chain: Array
+    reach: Array
+
+
+def tree_of(figure: Figure) -> Tree:
+    """The figure's links as arrays."""
+    layout = figure.layout
+    numbers = layout.turns, layout.breathes, layout.sense, layout.rest, layout.length
+    own = figure.chain.astype(float), figure.reach.astype(float)
+    return Tree(layout.scale, layout.angle, layout.stretch, *numbers, *own)
+
+
+def laid_out(tree: Tree, q: Array) -> Skeleton:
+    """The links for poses q (H, D), as of `kinematics.spm.skeleton`."""
+    H, L = len(q), len(tree.rest)
+    bones = Skeleton(np.empty((H, L, 2)), np.empty((H, L, 2)), np.empty((H, L)), np.empty(H))
+    _lay_out(tuple(tree), np.ascontiguousarray(q), (bones.start, bones.direction, bones.length, bones.size))
+    return bones
+
+
+def normal_equations(tree: Tree, bones: Skeleton, moments: Array, pull: Array) -> tuple[Array, Array]:
+    """Information (H, D, D) and gradient (H, D) of poses from what is measured of their links.
+
+    Args:
+        moments: (H, L, 5, 5) sums of weight * f f', f as of `tracker.registration.kernel`.
+        pull: (H, L, 5) sums of weight * f residual.
+    """
+    H, D = len(moments), tree.scale + 1 + int(tree.breathes.sum())
+    information, gradient = np.zeros((H, D, D)), np.zeros((H, D))
+    parts = bones.start, bones.direction, bones.length
+    _sum_up(tuple(tree), parts, (moments, pull), (information, gradient))
+    return information, gradient
+
+
+def damped_steps(information: Array, slope: Array, damping: Array, longest: float) -> Array:
+    """(H, D) -(information + damping diag(information))^-1 slope, no freedom further than `longest`.
+
+    Args:
+        information: (H, D, D) positive semidefinite.
+        slope: (H, D).
+        damping: (H,) shares of the diagonal.
+    """
+    steps = np.empty_like(slope)
+    _solve((information, slope, damping), longest, steps)
+    return steps
+
+
+def pinned(bones: Skeleton, joint: NDArray[np.intp], away: Array, weight: Array) -> tuple[Array, Array]:
+    """The sums of `normal_equations` for joints (H, J), 0 the base, i + 1 the tip of link i.
+
+    Args:
+        away: (H, J, 2) from where each is to be.
+        weight: (H, J) of each.
+    """
+    H, L = bones.length.shape
+    moments, pull = np.zeros((H, L, 5, 5)), np.zeros((H, L, 5))
+    _pin((bones.direction, bones.length), (joint, away, weight), (moments, pull))
+    return moments, pull
+
+
+@COMPILED
+def _solve(systems: Parts, longest: float, steps: Array) -> None:
+    """Damped systems solved by Cholesky's factors into steps."""
+    information, slope, damping = systems
+    H, D = slope.shape
+    root = np.empty((D, D))
+    for h in range(H):
+        x = steps[h]
+        for i in range(D):
+            x[i] = -slope[h, i]
+            for j in range(i + 1):
+                total = information[h, i, j]
+                if i == j:
+                    # A link seen end-on or hidden leaves its freedoms without information, hence the damping.
+                    total += damping[h] * total + LEAST
+                for k in range(j):
+                    total -= root[i, k] * root[j, k]
+                root[i, j] = np.sqrt(max(total, LEAST)) if i == j else total / root[j, j]
+            for k in range(i):
+                x[i] -= root[i, k] * x[k]
+            x[i] /= root[i, i]
+        for i in range(D - 1, -1, -1):
+            for k in range(i + 1, D):
+                x[i] -= root[k, i] * x[k]
+            x[i] /= root[i, i]
+        x *= longest / max(np.max(np.abs(x)), longest)
+
+
+@COMPILED
+def _pin(bones: Parts, points: Parts, links: Parts) -> None:
+    """Sums over points into those of the links that they are fixed to."""
+    direction, length = bones
+    joint, away, weight = points
+    moments, pull = links
+    f = np.zeros((2, 5))
+    f[0, 0] = f[1, 1] = 1.0
+    for h in range(len(joint)):
+        for k in range(joint.shape[1]):
+            i, w = max(joint[h, k] - 1, 0), weight[h, k]
+            u = length[h, i] if joint[h, k] > 0 else 0.0
+            f[0, 2] = f[0, 4] = f[1, 3] = u
+            x, y = away[h, k, 0], away[h, k, 1]
+            dx, dy = direction[h, i, 0], direction[h, i, 1]
+            along, across = x * dx + y * dy, y * dx - x * dy
+            for r in range(5):
+                pull[h, i, r] += w * (f[0, r] * along + f[1, r] * across)
+                for s in range(5):
+                    moments[h, i, r, s] += w * (f[0, r] * f[0, s] + f[1, r] * f[1, s])
+
+
+@COMPILED
+def _lay_out(of_tree: Parts, q: Array, bones: Parts) -> None:
+    """The links into bones: start, direction, length and size."""
+    tree = Tree(*of_tree)
+    start, direction, length, size = bones
+    L = len(tree.rest)
+    for h in range(len(q)):
+        size[h] = np.exp(q[h, tree.scale])
+        for i in range(L):
+            long = tree.length[i] * size[h]
+            length[h, i] = long * np.exp(q[h, tree.stretch[i]]) if tree.breathes[i] else long
+            angle = 0.0
+            for j in range(i + 1):
+                angle += tree.chain[i, j] * (tree.rest[j] + q[h, tree.angle[j]] * tree.sense[j])
+            direction[h, i, 0], direction[h, i, 1] = np.cos(angle), np.sin(angle)
+        for i in range(L):
+            for x in range(2):
+                start[h, i, x] = q[h, x]
+                for j in range(i):
+                    start[h, i, x] += tree.reach[i, j] * length[h, j] * direction[h, j, x]
+
+
+@COMPILED
+def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
+    """Sums over the links into the pose's information and gradient."""
+    tree = Tree(*of_tree)
+    start, direction, length = bones
+    moments, pull = links
+    information, gradient = pose
+    L, D = len(tree.rest), gradient.shape[1]
+    M, mM = np.empty((5, D)), np.empty((5, D))
+    moving = np.empty(D, np.intp)
+    for h in range(len(gradient)):
+        for i in range(L):
+            n = _moved(tree, start[h], direction[h], length[h], i, M, moving)
+            for a in moving[:n]:
+                for r in range(5):
+                    mM[r, a] = 0.0
+                    for s in range(5):
+                        mM[r, a] += moments[h, i, r, s] * M[s, a]
+                    gradient[h, a] += M[r, a] * pull[h, i, r]
+            for a in moving[:n]:
+                for b in moving[:n]:
+                    for r in range(5):
+                        information[h, a, b] += M[r, a] * mM[r, b]
+
+
+@COMPILED
+def _moved(
+    tree: Tree,
+    start: Array,
+    direction: Array,
+    length: Array,
+    i: int,
+    M: Array,
+    moving: NDArray[np.intp],
+) -> int:
+    """How the pose moves link i, into M (5, D); which freedoms do, into `moving`; returns how many."""
+    dx, dy = direction[i, 0], direction[i, 1]
+    M[:, :] = 0.0
+    M[0, 0], M[1, 0] = dx, -dy
+    M[0, 1], M[1, 1] = dy, dx
+    moving[0], moving[1], moving[2] = 0, 1, tree.scale
+    n = 3
+    x, y = start[i, 0] - start[0, 0], start[i, 1] - start[0, 1]
+    M[0, tree.scale], M[1, tree.scale], M[4, tree.scale] = x * dx + y * dy, y * dx - x * dy, 1.0
+    for j in range(i + 1):
+        if tree.turns[j] and tree.chain[i, j] != 0.0:
+            a, sense = tree.angle[j], tree.chain[i, j] * tree.sense[j]
+            x, y = start[i, 0] - start[j, 0], start[i, 1] - start[j, 1]
+            M[0, a], M[1, a], M[3, a] = -sense * (y * dx - x * dy), sense * (x * dx + y * dy), sense
+            moving[n], n = a, n + 1
+        if tree.breathes[j] and (i == j or tree.reach[i, j] != 0.0):
+            a, long = tree.stretch[j], tree.reach[i, j] * length[j]
+            along = direction[j, 0] * dx + direction[j, 1] * dy
+            across = direction[j, 1] * dx - direction[j, 0] * dy
+            M[0, a], M[1, a] = long * along, long * across
+            if i == j:
+                M[2, a] = 1.0
+            moving[n], n = a, n + 1
+    return n
