@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kinematics.sides import other_side
 from tests.benchmarks.evaluation.cases import marks_of
 from tests.benchmarks.processes import spawned
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.outlines import outlined
+from tracker.clip.plan import prepare
 from tracker.gait.figures import gait_of
 from tracker.progress import Progress
 from tracker.run.score import Score, leg_length, places, score
@@ -139,3 +142,18 @@ def test_walks_and_runs_are_told_apart_and_every_leg_that_walks_stands_as_long_a
     # What myogait finds from the same track's points.
     assert stances["gym_walk_rl", "near"] == pytest.approx(58.9, abs=5.0)
     assert stances["gym_walk_rl", "far"] == pytest.approx(61.9, abs=5.0)
+
+
+def test_legs_that_are_exchanged_in_the_marks_are_told_and_right_ones_are_not_doubted(data_dir: Path) -> None:
+    said = {}
+    for folder in ("video", "video_hard"):
+        for path in sorted((data_dir / folder).glob("*.mp4")):
+            marks = marks_of(path)
+            start = 3 if path.stem == "street_run_lr" else min(marks)
+            other = {other_side(name): mark for name, mark in marks[start].items()}
+            said[path.stem] = [
+                outlined(prepare(Job(path, {start: each}, LEARNED)), Progress("quiet")).exchanged
+                for each in (marks[start], other)
+            ]
+    assert sum(wrongly for wrongly, _ in said.values()) <= 1
+    assert sum(rightly for _, rightly in said.values()) >= 10

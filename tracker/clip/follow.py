@@ -227,6 +227,11 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
             f"it is not sure which leg is the nearer one; if it is the one {other} in frame {plan.frame}, "
             f"give --near {other}"
         )
+    if plan.exchanged:
+        warnings.append(
+            "the leg that is marked far looks like the nearer one where they pass; if it is, exchange near "
+            "and far in the marks"
+        )
     lost = [t for t, outcome in enumerate(track.outcome) if outcome is Outcome.LOST]
     if lost:
         warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")

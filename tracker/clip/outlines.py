@@ -1,7 +1,7 @@
 """The joints of a figure's outline in every frame: the film surveyed, the outline fitted, then followed."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,7 +24,23 @@ POINT = 0.06  # spread of an outline's joint, leg lengths
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
-NONE: tuple[Mapping[int, Detections], float, str] = ({}, 0.0, "")
+EXCHANGED = -1.5  # log odds by how the legs look below which those of the start seem to be exchanged
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a figure's outline tells.
+
+    points : its joints by frame
+    wrong  : how likely it names other legs than the start does
+    gait   : "walk" or "run", "" where it is not seen
+    looks  : log odds, by how the legs look where they pass, that the start names them rightly
+    """
+
+    points: Mapping[int, Detections]
+    wrong: float = 0.0
+    gait: str = ""
+    looks: float = 0.0
 
 
 def outlined(plan: Plan, progress: Progress) -> Plan:
@@ -35,29 +51,34 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
     """
     settings = plan.tracker.settings
     wanted = settings.outline and settings.templates and settings.mode == "full" and plan.measured is None
-    points, wrong, gait = _points(plan, progress) if wanted else NONE
-    if not points:
+    seen = _seen(plan, progress) if wanted else Seen({})
+    if not seen.points:
         return plan
-    exchange = min(max(wrong, EXCHANGE), MOST)
+    exchange = min(max(seen.wrong, EXCHANGE), MOST)
     settings = settings.model_copy(update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG})
-    gait = gait if gait in plan.slds.labels else ""
-    return replace(plan, points=points, gait=gait, tracker=replace(plan.tracker, settings=settings))
+    return replace(
+        plan,
+        points=seen.points,
+        gait=seen.gait if seen.gait in plan.slds.labels else "",
+        exchanged=seen.looks < EXCHANGED,
+        tracker=replace(plan.tracker, settings=settings),
+    )
 
 
-def _points(plan: Plan, progress: Progress) -> tuple[Mapping[int, Detections], float, str]:
-    """The outline's joints by frame, how likely it names other legs than the start does, its gait."""
+def _seen(plan: Plan, progress: Progress) -> Seen:
     if plan.job.found is not None:
-        return plan.job.found.points, 0.0, plan.job.found.gait
+        return Seen(plan.job.found.points, gait=plan.job.found.gait)
     video, start, frame, stop = plan.video, plan.start, plan.frame, plan.job.stop
     first = max(frame - REACH, plan.job.first)
     last = frame + REACH if stop is None else min(frame + REACH, stop)
     stage = staged(video, first, last, start.view.unit / LEG, start.view.facing, progress)
     if stage is None or frame - first >= len(stage):
-        return NONE
+        return Seen({})
     stage = _alone(stage, start, frame - first, video.fps)
     cycles = Cycles.load()
     outline = fitted(stage, start, frame - first, video.fps, cycles)
-    return detections(outline, first, video), outline.wrong, cycles.gait(outline.phases.cycle)
+    gait = cycles.gait(outline.phases.cycle)
+    return Seen(detections(outline, first, video), outline.wrong, gait, outline.looks)
 
 
 def _alone(stage: Stage, start: Start, frame: int, fps: float) -> Stage:

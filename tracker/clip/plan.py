@@ -27,6 +27,7 @@ class Plan:
     tracker : goes ahead in time; its settings are the job's with what is known of this clip
     measured: points of another program's file, None for none
     gait    : one of the model's labels that the outline shows, "" for none
+    exchanged: whether the legs look as if the marks name them the wrong way round
     points  : what every frame's pose is measured by beside the templates: those, else the outline's joints
     """
 
@@ -39,6 +40,7 @@ class Plan:
     measured: Measured | None
     points: Mapping[int, Detections]
     gait: str = ""
+    exchanged: bool = False
 
     @cached_property
     def back(self) -> Tracker:

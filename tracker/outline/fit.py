@@ -40,6 +40,7 @@ class Outline:
     shown  : (T, J) whether the link that ends at a joint stands out from the scene
     phases : which gait it was taken for
     named  : log odds that the legs are named rightly
+    looks  : log odds by how the legs look where they pass, that they are named as in the start
     """
 
     q: Array
@@ -50,6 +51,7 @@ class Outline:
     shown: NDArray[np.bool_]
     phases: Phases
     named: float
+    looks: float
 
     @property
     def wrong(self) -> float:
@@ -99,12 +101,13 @@ def fitted(
     path, marks = poses(figure, angles), Marked(frame, q, start.known)
     path, margin = _as_marked(odds, shape, path, marks) if start.known.any() else (path, 0.0)
     best = climb(odds, shape, path, marks, rounds)
-    named = margin / MARGIN + NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
+    looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
+    named = margin / MARGIN + looks
     if named < 0.0:
         best = climb(odds, shape, path[:, figure.exchanged], marks, rounds)
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
-    return Outline(best.q, hips, units, pixels, best.score, shown, phase, abs(named))
+    return Outline(best.q, hips, units, pixels, best.score, shown, phase, abs(named), looks)
 
 
 def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> tuple[Array, Array, Phases]:

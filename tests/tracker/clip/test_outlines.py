@@ -11,8 +11,9 @@ from tests.tracker.clips import write_table, write_video
 from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALK, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
 from tracker.clip import outlines
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
-from tracker.clip.outlines import EXCHANGE, MOST, ONE_LEG, POINT, outlined
+from tracker.clip.outlines import EXCHANGE, EXCHANGED, MOST, ONE_LEG, POINT, outlined
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.progress import Progress
@@ -84,7 +85,7 @@ def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked
 def as_if(monkeypatch):
     """Have every film's outline seen alike: which frames show it, and how sure the legs' names are."""
 
-    def fit(seen=lambda t: t >= 0, named=9.0):
+    def fit(seen=lambda t: t >= 0, named=9.0, looks=3.0):
         def fitted(stage, start, *rest):
             times = np.arange(len(stage))
             joints = np.broadcast_to(start.view.origin, (len(times), len(WALKER.joints), 2))
@@ -94,6 +95,7 @@ def as_if(monkeypatch):
                 shown=shown,
                 seen=seen(times),
                 wrong=expit(-named),
+                looks=looks,
                 phases=SimpleNamespace(cycle=WALK),
             )
 
@@ -112,6 +114,15 @@ def test_the_gait_that_the_outline_shows_is_the_motion_where_the_model_has_none(
         for s, gait in ((0, "walk"), (1, "walk"), (1, ""))
     ]
     assert said == ["run", "walk", FREE]
+
+
+@pytest.mark.parametrize(
+    ("looks", "exchanged"), [(3.0, False), (0.9 * EXCHANGED, False), (1.1 * EXCHANGED, True)]
+)
+def test_legs_that_look_exchanged_in_the_marks_are_told(looks, exchanged, job, as_if):
+    as_if(looks=looks)
+    finished = follow(replace(job, stop=20), QUIET)
+    assert any("exchange near and far in the marks" in said for said in finished.warnings) == exchanged
 
 
 def test_no_frame_after_the_last_asked_for_has_points(plan, as_if):

@@ -121,6 +121,7 @@ class Film:
             np.ones(self.joints.shape[:2], bool),
             phases,
             named,
+            looks=0.0,
         )
         return Person(WALKER, 0, frame, self.facing, direction, "walk", turned, outline)
 
