@@ -158,7 +158,7 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
         assert near(shown.points()["near_ankle"], place)
     rows = {(row["frame"], row["keypoint"]): row for row in read_csv(run / "keypoints.csv")}
     found = rows["5", "near_ankle"]
-    # The frames around it, which were not corrected, pull it back, but within two sigma of what marks repeat to.
+    # The frames around it, which were not corrected, pull it back, but within two sigma of a mark.
     assert near((float(found["x"]), float(found["y"])), place, 2.0 * SEEN)
 
 
