@@ -11,8 +11,10 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES, Side
 from tracker.clip.follow import Run
-from tracker.gait.figures import Gait, gait_of
+from tracker.gait.curves import over_strides, spread
+from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
+from tracker.gait.times import STANCE
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
@@ -147,6 +149,7 @@ class Chapter:
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
             "words": WORDS,
             "floor": {side: self._on_floor(side) for side in SIDES},
+            "cycles": [cycle for cycle in map(self._cycle, LEG_JOINTS) if cycle["legs"]],
         }
 
     def _panels(self) -> Iterable[dict[str, Any]]:
@@ -165,6 +168,26 @@ class Chapter:
                     for name, k in shown.items()
                 ],
             }
+
+    def _cycle(self, joint: str) -> dict[str, Any]:
+        """A joint over the stride, degrees, of legs that have it; `off` is when the foot leaves, per cent."""
+        legs = {}
+        for side in SIDES:
+            freedom = f"{joint}_{side}"
+            if self.gait is None or freedom not in self.track.figure.freedoms:
+                continue
+            angle = np.degrees(self.track.q[:, self.track.figure.index(freedom)])
+            curves = over_strides(angle, self.gait.strides[side].sound, self.track.first)
+            if len(curves):
+                sigma, stance = spread(curves), self.gait.named(STANCE)
+                off = None if stance is None else getattr(stance, side)
+                legs[side] = {
+                    "strides": [_tenths(curve) for curve in curves],
+                    "mean": _tenths(curves.mean(axis=0)),
+                    "sigma": None if sigma is None else _tenths(sigma),
+                    "off": None if off is None else round(off.mean, 1),
+                }
+        return {"title": joint.capitalize(), "legs": legs}
 
     def _on_floor(self, side: Side) -> list[list[float]]:
         strides = () if self.gait is None else self.gait.strides[side].sound

@@ -217,12 +217,43 @@ def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
     assert "run" in legends[0]
     assert "lost: nothing matched" in legends[1]
     shaded = browser.value(
-        "[...document.querySelectorAll('.panel')].map(panel => panel.querySelectorAll('rect.unsure').length)"
+        "[...document.querySelectorAll('.plots .panel')].map(panel =>"
+        "panel.querySelectorAll('rect.unsure').length)"
     )
     assert shaded == [1] * len(shaded)
     report.slide(33)
     report.shows(33)
     assert report.values(0) == ["near not seen", "far not seen"]
+
+
+def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, tmp_path):
+    told = chapter(stroll(6.0), overlay=None)
+    write_report(tmp_path / "report.html", told)
+    report = Report(browser, tmp_path / "report.html")
+    strides = sum(len(of_side.sound) for of_side in told.gait.strides.values())
+    for kind, count in (("thin", strides), ("curve", 2), ("band", 2)):
+        found = browser.value(
+            "[...document.querySelectorAll('.cycles .panel')].map(panel =>"
+            f"panel.querySelectorAll('path.{kind}').length)"
+        )
+        assert found == [count] * 3
+    widths = browser.value(
+        "[...document.querySelectorAll('.cycles path.curve')].map(path => path.getBBox().width)"
+    )
+    assert widths == pytest.approx([100.0] * 6)
+    report.slide(7)
+    box = browser.value(
+        "(() => {const b = document.querySelector('.cycles .chart').getBoundingClientRect();"
+        "window.scrollTo(0, b.y); const c = document.querySelector('.cycles .chart').getBoundingClientRect();"
+        "return [c.x, c.y, c.width, c.height]})()"
+    )
+    browser.click(box[0] + 0.5 * box[2], box[1] + 0.5 * box[3])
+    report.shows(7)
+
+
+def test_without_strides_there_are_no_plots_of_them(browser, tmp_path):
+    Report(browser, made(tmp_path, stroll(0.9)))
+    assert browser.value("document.querySelectorAll('.cycles').length") == 0
 
 
 def test_several_models_move_together_and_each_has_its_own_numbers(browser, tmp_path):

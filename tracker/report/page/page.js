@@ -9,6 +9,9 @@ const axis = new Axis(times);
 
 const tellers = data.chapters.map((chapter, i) =>
   drawChapter(axis, chapter, find(`article[data-chapter="${i}"] .plots`)));
+data.chapters.forEach((chapter, i) => {
+  if (chapter.cycles.length) drawCycles(chapter, find(`article[data-chapter="${i}"] .cycles`));
+});
 if (data.errors) {
   find("#errors").hidden = false;
   drawErrors(axis, data.errors, find("#errors .plots"));
@@ -73,7 +76,7 @@ document.addEventListener("click", (event) => {
   if (event.detail) event.target.closest("button")?.blur();
 });
 
-for (const chart of all(".chart")) {
+for (const chart of all(".plots .chart")) {
   const go = (event) => {
     const box = chart.getBoundingClientRect();
     player.pause();
