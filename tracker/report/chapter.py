@@ -11,9 +11,10 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES, Side
 from tracker.clip.follow import Run
-from tracker.gait.curves import over_strides, spread
+from tracker.gait.curves import over_strides, read_norms, spread
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
+from tracker.gait.strides import BACKWARDS
 from tracker.gait.times import STANCE
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
@@ -187,7 +188,15 @@ class Chapter:
                     "sigma": None if sigma is None else _tenths(sigma),
                     "off": None if off is None else round(off.mean, 1),
                 }
-        return {"title": joint.capitalize(), "legs": legs}
+        return {"title": joint.capitalize(), "legs": legs, "norm": self._norm(joint)}
+
+    def _norm(self, joint: str) -> dict[str, Any] | None:
+        """What people have who walk forwards, or run; None where not enough of them were captured."""
+        way = self.track.q[-1, 0] - self.track.q[0, 0]
+        norm = None if self.gait is None else read_norms().get(f"{self.gait.motion}_{joint}")
+        if norm is None or way < BACKWARDS:
+            return None
+        return {"mean": _tenths(norm.mean), "sigma": _tenths(norm.sigma), "people": norm.people}
 
     def _on_floor(self, side: Side) -> list[list[float]]:
         strides = () if self.gait is None else self.gait.strides[side].sound

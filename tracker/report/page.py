@@ -161,7 +161,9 @@ _SHEET = """<section class='card'><h2>Where they part</h2><div class='wide sheet
 
 _CYCLES = """<h3>Angles over the stride</h3><div class='cycles'></div><p class='soft'>Degrees, from a foot's
 strike, at 0 %, to its next, at 100 %. Thin: every stride; thick: their mean; band: two standard deviations of
-the strides. The upright line is where the foot leaves the ground.</p>"""
+the strides. The upright line is where the foot leaves the ground. Grey, where it is drawn: mean and two
+standard deviations of people in motion capture, whose joints are placed otherwise than marks on a picture:
+compare shape and range sooner than height.</p>"""
 
 _READING = """<p class='soft'>Means over {near} of the near leg's strides and {far} of the far leg's,
 &plusmn; two standard errors: how much the strides differ, and the poses' own uncertainty. A stride lasts

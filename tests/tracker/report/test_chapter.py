@@ -10,6 +10,7 @@ import pytest
 from tests.kinematics.figures import HORSE, WALKER
 from tests.tracker.strolls import stroll
 from tests.tracker.tracks import random_track
+from tracker.gait.curves import read_norms
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
 from tracker.report.chapter import Chapter
@@ -143,6 +144,19 @@ def test_without_strides_there_are_no_cycles_and_one_stride_has_no_spread():
     hip = chapter(stroll(2.0)).drawn()["cycles"][0]["legs"]
     assert [len(leg["strides"]) for leg in hip.values()] == [1] * len(hip)
     assert {leg["sigma"] for leg in hip.values()} == {None}
+
+
+def test_the_norm_is_of_people_who_do_the_same():
+    told = chapter()
+    knee = told.drawn()["cycles"][1]["norm"]
+    norm = read_norms()["walk_knee"]
+    assert knee["people"] == norm.people >= 5
+    assert knee["mean"] == pytest.approx(norm.mean, abs=0.051)
+    assert knee["sigma"] == pytest.approx(norm.sigma, abs=0.051)
+    runs = replace(told, gait=replace(told.gait, motion="run"))
+    backwards = chapter(replace(told.track, q=told.track.q[::-1].copy()))
+    for other in (runs, backwards):
+        assert {cycle["norm"] for cycle in other.drawn()["cycles"]} == {None}
 
 
 def test_a_stance_that_was_left_out_is_not_drawn():

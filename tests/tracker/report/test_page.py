@@ -231,7 +231,7 @@ def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, t
     write_report(tmp_path / "report.html", told)
     report = Report(browser, tmp_path / "report.html")
     strides = sum(len(of_side.sound) for of_side in told.gait.strides.values())
-    for kind, count in (("thin", strides), ("curve", 2), ("band", 2)):
+    for kind, count in (("thin", strides), ("curve", 2), ("band", 2), ("norm", 1)):
         found = browser.value(
             "[...document.querySelectorAll('.cycles .panel')].map(panel =>"
             f"panel.querySelectorAll('path.{kind}').length)"

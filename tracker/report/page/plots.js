@@ -177,19 +177,21 @@ function anglePanel(axis, panel, chapter, sure) {
 }
 
 // Of a joint: the angle of either leg over its strides.
-function cyclePanel({ title, legs }) {
+function cyclePanel({ title, legs, norm }) {
   const axis = new Axis(SHARES);
   const curves = Object.entries(legs);
+  const none = SHARES.map(() => 0);
   const every = curves.flatMap(([, { strides, mean, sigma }]) =>
-    [...strides.map((curve) => ({ mean: curve, sigma: SHARES.map(() => 0) })), { mean, sigma: sigma ?? SHARES.map(() => 0) }]);
-  const chart = new Chart(axis, ...reach(every, SHARES.map(() => true)));
+    [...strides.map((curve) => ({ mean: curve, sigma: none })), { mean, sigma: sigma ?? none }]);
+  const chart = new Chart(axis, ...reach(norm ? [norm, ...every] : every, SHARES.map(() => true)));
   const ticks = chart.ticks(ANGLES);
   const drawn = (curve) => path(curve.map((value, share) => [share, value]));
-  for (const [side, { mean, sigma }] of curves) {
-    if (!sigma) continue;
+  const band = ({ mean, sigma }, attributes) => {
     const edge = (by) => mean.map((value, share) => [share, value + by * sigma[share]]);
-    chart.add("path", { class: "band", style: toned(TONES[side]), d: `M${path([...edge(2), ...edge(-2).reverse()])}Z` });
-  }
+    chart.add("path", { ...attributes, d: `M${path([...edge(2), ...edge(-2).reverse()])}Z` });
+  };
+  if (norm) band(norm, { class: "norm" });
+  for (const [side, leg] of curves) if (leg.sigma) band(leg, { class: "band", style: toned(TONES[side]) });
   for (const [side, { strides, mean, off }] of curves) {
     const style = toned(TONES[side]);
     for (const curve of strides) chart.add("path", { class: "thin", style, d: `M${drawn(curve)}` });
@@ -260,6 +262,8 @@ function drawChapter(axis, chapter, root) {
 function drawCycles(chapter, root) {
   const counts = (side) => Math.max(0, ...chapter.cycles.map(({ legs }) => legs[side]?.strides.length ?? 0));
   const named = ["near", "far"].filter(counts).map((side) => [`${side}, ${counts(side)} ${counts(side) > 1 ? "strides" : "stride"}`, TONES[side]]);
+  const { norm } = chapter.cycles[0];
+  if (norm) named.push([`${norm.people} people, from motion capture`, "--quiet"]);
   root.append(...chapter.cycles.map(cyclePanel), legend(named));
 }
 
