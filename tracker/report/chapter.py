@@ -84,6 +84,11 @@ class Chapter:
             warnings=[*finished.warnings, *(() if gait is None else gait.warnings)],
         )
 
+    @property
+    def backwards(self) -> bool:
+        """Whether the figure goes where its back is."""
+        return bool(self.track.q[-1, 0] - self.track.q[0, 0] < BACKWARDS)
+
     def facts(self) -> list[tuple[str, str]]:
         """Names and values, in words."""
         counts = Counter(self.track.outcome)
@@ -192,9 +197,8 @@ class Chapter:
 
     def _norm(self, joint: str) -> dict[str, Any] | None:
         """What people have who walk forwards, or run; None where not enough of them were captured."""
-        way = self.track.q[-1, 0] - self.track.q[0, 0]
         norm = None if self.gait is None else read_norms().get(f"{self.gait.motion}_{joint}")
-        if norm is None or way < BACKWARDS:
+        if norm is None or self.backwards:
             return None
         return {"mean": _tenths(norm.mean), "sigma": _tenths(norm.sigma), "people": norm.people}
 

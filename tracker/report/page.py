@@ -13,6 +13,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from tracker.report.chapter import Chapter
+from tracker.report.headline import headline, unusual
 from tracker.report.html_tables import comparison_table, gait_table
 from tracker.run.score import LOST_ERROR, Score, error_curve
 
@@ -134,12 +135,14 @@ def _gait(chapter: Chapter) -> str:
     if chapter.gait is None:
         return ""
     cautions = "".join(f"<p class='note'>{html.escape(text)}</p>" for text in chapter.cautions())
+    words = {"headline": headline(chapter), "unusual": unusual(chapter)}
+    lines = "".join(f"<p class='{name}'>{html.escape(text)}</p>" for name, text in words.items() if text)
     cycles, table, reading = "", "", ""
     if chapter.gait.measures:
         counts = [len(chapter.gait.strides[side].sound) for side in ("near", "far")]
         cycles, table = _CYCLES, gait_table(chapter.gait)
         reading = _READING.format(near=counts[0], far=counts[1])
-    return f"<section class='card gait'><h2>Gait</h2>{cautions}{cycles}{table}{reading}</section>"
+    return f"<section class='card gait'><h2>Gait</h2>{lines}{cautions}{cycles}{table}{reading}</section>"
 
 
 def _base64(path: Path) -> Iterator[str]:

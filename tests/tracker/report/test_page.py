@@ -12,6 +12,7 @@ from tests.tracker.report.test_chapter import chapter
 from tests.tracker.report.test_html_tables import SCORE
 from tests.tracker.strolls import stroll
 from tracker.report import page
+from tracker.report.headline import headline
 from tracker.report.page import write_comparison, write_report
 from videos.writer import Writer
 
@@ -251,8 +252,17 @@ def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, t
     report.shows(7)
 
 
+def test_two_sentences_stand_above_the_gait_figures(browser, tmp_path):
+    told = chapter(stroll(6.0), overlay=None, warnings=["<i>odd</i>"])
+    write_report(tmp_path / "report.html", told)
+    Report(browser, tmp_path / "report.html")
+    lines = browser.value("[...document.querySelectorAll('.gait > p')].slice(0, 2).map(p => p.innerText)")
+    assert lines == [headline(told), "Unusual: 1 warning at the top of the page."]
+
+
 def test_without_strides_there_are_no_plots_of_them(browser, tmp_path):
     Report(browser, made(tmp_path, stroll(0.9)))
+    assert browser.value("document.querySelectorAll('.headline, .unusual').length") == 0
     assert browser.value("document.querySelectorAll('.cycles').length") == 0
 
 
