@@ -283,7 +283,7 @@ def test_several_models_move_together_and_each_has_its_own_numbers(browser, tmp_
 
 
 @pytest.mark.parametrize("several", [False, True])
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [390, 1000, 1280, 1920])
 def test_no_window_is_too_narrow(browser, tmp_path, several, width):
     path = compared(tmp_path) if several else made(tmp_path)
     Report(browser, path, width=width, dark=several, touch=width < 500)
@@ -292,6 +292,21 @@ def test_no_window_is_too_narrow(browser, tmp_path, several, width):
         "[...document.querySelectorAll('.gait .wide')].map(box => box.scrollWidth - box.clientWidth)"
     )
     assert max(wide) <= 0
+
+
+@pytest.mark.parametrize("width", [390, 1100, 1280, 1920, 2560])
+def test_the_film_has_half_of_a_wide_window_and_all_of_a_narrow_one(browser, tmp_path, width):
+    Report(browser, made(tmp_path), width=width)
+    film, told = browser.value(
+        "['.clips', '.told'].map(name => document.querySelector(name).getBoundingClientRect())"
+        ".map(box => ({ width: box.width, left: box.left }))"
+    )
+    if width < 1200:
+        assert film["width"] > width - 45  # margins and a scroll bar
+        assert film["left"] == pytest.approx(told["left"], abs=1.0)
+    else:
+        assert film["width"] + 0.1 >= told["width"] > 0.4 * width
+        assert told["left"] > film["left"] + film["width"]
 
 
 def test_large_clips_are_linked_and_play(browser, tmp_path, monkeypatch):
