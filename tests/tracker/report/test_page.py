@@ -309,6 +309,17 @@ def test_the_film_has_half_of_a_wide_window_and_all_of_a_narrow_one(browser, tmp
         assert told["left"] > film["left"] + film["width"]
 
 
+def test_the_film_fills_the_screen_and_goes_back_with_its_slider(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    browser.push("#full")
+    browser.wait("document.fullscreenElement?.matches('.player')")
+    browser.press("ArrowRight")
+    report.shows(1)
+    assert browser.value("document.querySelector('#frame').checkVisibility()")
+    browser.push("#full")
+    browser.wait("document.fullscreenElement === null")
+
+
 def test_large_clips_are_linked_and_play(browser, tmp_path, monkeypatch):
     monkeypatch.setattr(page, "LARGEST", 100)
     path = compared(tmp_path, names=("späte Läufe #1?", "50%25"))

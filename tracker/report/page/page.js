@@ -55,6 +55,11 @@ slider.addEventListener("input", () => {
 play.addEventListener("click", toggle);
 find("#back").addEventListener("click", () => step(-1));
 find("#ahead").addEventListener("click", () => step(1));
+find("#full").hidden = !document.fullscreenEnabled;
+find("#full").addEventListener("click", () => {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else find(".player").requestFullscreen();
+});
 find("#pace").addEventListener("change", (event) => player.pace(Number(event.target.value)));
 for (const tab of all("[data-tab]")) tab.addEventListener("click", () => choose(tab.dataset.tab));
 
