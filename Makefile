@@ -37,6 +37,7 @@ models: $(VENV)/installed
 	done
 	$(BIN)/python -m tracker.outline.learn_cycles $(MOCAP) tracker/outline/cycles.npz --licence CMU --licence "Seoul National"
 	$(BIN)/python -m tests.benchmarks.gait.learn $(MOCAP) tracker/gait/moments.npz --licence CMU --licence "Seoul National"
+	$(BIN)/python -m tests.benchmarks.gait.norms $(MOCAP) tracker/gait/norms.npz --licence CMU --licence "Seoul National"
 
 # The rival that needs opencv-contrib has it in an environment of its own, where it cannot harm ours.
 rivals: .venv-rivals/installed

@@ -10,6 +10,7 @@ from kinematics.mocap import Trial
 from tests.benchmarks.gait.learn import Case as Taught
 from tests.benchmarks.gait.learn import _weights
 from tests.benchmarks.gait.measure import Case, Figure, Moment, _true_track, measured
+from tests.benchmarks.gait.norms import norms
 from tests.benchmarks.gait.page import camera_rows, claims, figure_rows, moment_rows, nobodys
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered import plans
@@ -103,3 +104,16 @@ def test_weights_find_what_is_linear_and_say_what_is_left_of_each_capture(rng):
     assert found.base == pytest.approx(0.1, abs=0.03)
     assert found.error == pytest.approx(0.01, rel=0.3)
     assert found.shared == pytest.approx(0.03, rel=0.5)
+
+
+def test_norms_are_of_people_and_of_no_fewer_than_five():
+    walk = a_motion("walk", 6.0)
+    shown = [replace(walk, name=f"{person}_1:0-9") for person in "abcde"]
+    found = norms([*shown, *(replace(shown[0], name=f"a_{again}:0-9") for again in range(3))])
+    assert set(found) == {"walk_hip", "walk_knee", "walk_ankle"}
+    assert {norm.people for norm in found.values()} == {5}
+    assert norms(shown[:4]) == {}
+    # The same walk all along: people differ by their feet alone.
+    assert found["walk_knee"].sigma.max() < 0.5
+    truth = np.degrees(walk.y[:, 5])
+    assert found["walk_knee"].mean.max() == pytest.approx(truth.max(), abs=1.5)

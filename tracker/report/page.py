@@ -13,6 +13,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from tracker.report.chapter import Chapter
+from tracker.report.headline import headline, unusual
 from tracker.report.html_tables import comparison_table, gait_table
 from tracker.run.score import LOST_ERROR, Score, error_curve
 
@@ -134,12 +135,14 @@ def _gait(chapter: Chapter) -> str:
     if chapter.gait is None:
         return ""
     cautions = "".join(f"<p class='note'>{html.escape(text)}</p>" for text in chapter.cautions())
-    table, reading = "", ""
+    words = {"headline": headline(chapter), "unusual": unusual(chapter)}
+    lines = "".join(f"<p class='{name}'>{html.escape(text)}</p>" for name, text in words.items() if text)
+    cycles, table, reading = "", "", ""
     if chapter.gait.measures:
         counts = [len(chapter.gait.strides[side].sound) for side in ("near", "far")]
-        table = gait_table(chapter.gait)
+        cycles, table = _CYCLES, gait_table(chapter.gait)
         reading = _READING.format(near=counts[0], far=counts[1])
-    return f"<section class='card gait'><h2>Gait</h2>{cautions}{table}{reading}</section>"
+    return f"<section class='card gait'><h2>Gait</h2>{lines}{cautions}{cycles}{table}{reading}</section>"
 
 
 def _base64(path: Path) -> Iterator[str]:
@@ -158,6 +161,12 @@ mean above {limit}.</p></section>"""
 
 _SHEET = """<section class='card'><h2>Where they part</h2><div class='wide sheet'>
 <img alt='Each model at the frames where they part, a row each' src='"""
+
+_CYCLES = """<h3>Angles over the stride</h3><div class='cycles'></div><p class='soft'>Degrees, from a foot's
+strike, at 0 %, to its next, at 100 %. Thin: every stride; thick: their mean; band: two standard deviations of
+the strides. The upright line is where the foot leaves the ground. Grey, where it is drawn: mean and two
+standard deviations of people in motion capture, whose joints are placed otherwise than marks on a picture:
+compare shape and range sooner than height.</p>"""
 
 _READING = """<p class='soft'>Means over {near} of the near leg's strides and {far} of the far leg's,
 &plusmn; two standard errors: how much the strides differ, and the poses' own uncertainty. A stride lasts

@@ -82,7 +82,7 @@ def learn(shown: Sequence[tuple[str, Motion]], licences: Sequence[str]) -> dict[
             everything = list(cases(of_label, toes, rng))
             for kind in (STRIKE, OFF):
                 own = [case for name, case in everything if name == kind]
-                taught = [case for case in own if _allowed(case.licence, licences)]
+                taught = [case for case in own if allowed(case.licence, licences)]
                 found[named(kind, label == "run", toes)] = _weights(own, taught)
     return found
 
@@ -191,7 +191,8 @@ def _fit(cases: Sequence[Case]) -> tuple[float, Array]:
     return float(late.mean() - w @ mean), w.reshape(cases[0].x.shape)
 
 
-def _allowed(licence: str, wanted: Sequence[str]) -> bool:
+def allowed(licence: str, wanted: Sequence[str]) -> bool:
+    """Whether a capture's terms are among those wanted, all where none are."""
     return not wanted or any(text in licence for text in wanted)
 
 

@@ -10,6 +10,7 @@ import pytest
 from tests.kinematics.figures import HORSE, WALKER
 from tests.tracker.strolls import stroll
 from tests.tracker.tracks import random_track
+from tracker.gait.curves import read_norms
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
 from tracker.report.chapter import Chapter
@@ -125,12 +126,53 @@ def test_the_floor_has_a_stretch_for_every_stride():
     assert floor["near"] != floor["far"]
 
 
+def test_a_cycle_has_every_stride_of_either_leg_their_mean_and_their_spread():
+    track = replace(stroll(), first=40)
+    told = chapter(track)
+    hip, knee, ankle = told.drawn()["cycles"]
+    assert [cycle["title"] for cycle in (hip, knee, ankle)] == ["Hip", "Knee", "Ankle"]
+    for side, leg in hip["legs"].items():
+        assert np.shape(leg["strides"]) == (len(told.gait.strides[side].sound), 101)
+        assert leg["mean"] == pytest.approx(np.mean(leg["strides"], axis=0), abs=0.11)
+        assert leg["sigma"] == pytest.approx(np.std(leg["strides"], axis=0, ddof=1), abs=0.11)
+        assert leg["mean"][0] == pytest.approx(28.0, abs=2.0)
+        assert leg["off"] == pytest.approx(getattr(told.gait.named("stance share"), side).mean, abs=0.05)
+
+
+def test_without_strides_there_are_no_cycles_and_one_stride_has_no_spread():
+    assert chapter(stroll(0.9)).drawn()["cycles"] == []
+    hip = chapter(stroll(2.0)).drawn()["cycles"][0]["legs"]
+    assert [len(leg["strides"]) for leg in hip.values()] == [1] * len(hip)
+    assert {leg["sigma"] for leg in hip.values()} == {None}
+
+
+def test_the_norm_is_of_people_who_do_the_same():
+    told = chapter()
+    knee = told.drawn()["cycles"][1]["norm"]
+    norm = read_norms()["walk_knee"]
+    assert knee["people"] == norm.people >= 5
+    assert knee["mean"] == pytest.approx(norm.mean, abs=0.051)
+    assert knee["sigma"] == pytest.approx(norm.sigma, abs=0.051)
+    runs = replace(told, gait=replace(told.gait, motion="run"))
+    backwards = chapter(replace(told.track, q=told.track.q[::-1].copy()))
+    for other in (runs, backwards):
+        assert {cycle["norm"] for cycle in other.drawn()["cycles"]} == {None}
+
+
+def test_a_stance_that_was_left_out_is_not_drawn():
+    told = chapter()
+    kept = tuple(measure for measure in told.gait.measures if measure.name != "stance share")
+    cycles = replace(told, gait=replace(told.gait, measures=kept)).drawn()["cycles"]
+    assert {leg["off"] for cycle in cycles for leg in cycle["legs"].values()} == {None}
+
+
 def test_a_figure_of_another_kind_is_told_without_what_it_has_not(rng):
     told = chapter(random_track(rng, figure=HORSE))
     drawn = told.drawn()
     assert told.gait is None
     assert told.cautions() == []
     assert drawn["floor"] == {"near": [], "far": []}
+    assert drawn["cycles"] == []
     assert all(panel["curves"] for panel in drawn["panels"])
 
 

@@ -12,6 +12,7 @@ from tests.tracker.report.test_chapter import chapter
 from tests.tracker.report.test_html_tables import SCORE
 from tests.tracker.strolls import stroll
 from tracker.report import page
+from tracker.report.headline import headline
 from tracker.report.page import write_comparison, write_report
 from videos.writer import Writer
 
@@ -217,12 +218,52 @@ def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
     assert "run" in legends[0]
     assert "lost: nothing matched" in legends[1]
     shaded = browser.value(
-        "[...document.querySelectorAll('.panel')].map(panel => panel.querySelectorAll('rect.unsure').length)"
+        "[...document.querySelectorAll('.plots .panel')].map(panel =>"
+        "panel.querySelectorAll('rect.unsure').length)"
     )
     assert shaded == [1] * len(shaded)
     report.slide(33)
     report.shows(33)
     assert report.values(0) == ["near not seen", "far not seen"]
+
+
+def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, tmp_path):
+    told = chapter(stroll(6.0), overlay=None)
+    write_report(tmp_path / "report.html", told)
+    report = Report(browser, tmp_path / "report.html")
+    strides = sum(len(of_side.sound) for of_side in told.gait.strides.values())
+    for kind, count in (("thin", strides), ("curve", 2), ("band", 2), ("norm", 1)):
+        found = browser.value(
+            "[...document.querySelectorAll('.cycles .panel')].map(panel =>"
+            f"panel.querySelectorAll('path.{kind}').length)"
+        )
+        assert found == [count] * 3
+    widths = browser.value(
+        "[...document.querySelectorAll('.cycles path.curve')].map(path => path.getBBox().width)"
+    )
+    assert widths == pytest.approx([100.0] * 6)
+    report.slide(7)
+    box = browser.value(
+        "(() => {const b = document.querySelector('.cycles .chart').getBoundingClientRect();"
+        "window.scrollTo(0, b.y); const c = document.querySelector('.cycles .chart').getBoundingClientRect();"
+        "return [c.x, c.y, c.width, c.height]})()"
+    )
+    browser.click(box[0] + 0.5 * box[2], box[1] + 0.5 * box[3])
+    report.shows(7)
+
+
+def test_two_sentences_stand_above_the_gait_figures(browser, tmp_path):
+    told = chapter(stroll(6.0), overlay=None, warnings=["<i>odd</i>"])
+    write_report(tmp_path / "report.html", told)
+    Report(browser, tmp_path / "report.html")
+    lines = browser.value("[...document.querySelectorAll('.gait > p')].slice(0, 2).map(p => p.innerText)")
+    assert lines == [headline(told), "Unusual: 1 warning at the top of the page."]
+
+
+def test_without_strides_there_are_no_plots_of_them(browser, tmp_path):
+    Report(browser, made(tmp_path, stroll(0.9)))
+    assert browser.value("document.querySelectorAll('.headline, .unusual').length") == 0
+    assert browser.value("document.querySelectorAll('.cycles').length") == 0
 
 
 def test_several_models_move_together_and_each_has_its_own_numbers(browser, tmp_path):
@@ -242,7 +283,7 @@ def test_several_models_move_together_and_each_has_its_own_numbers(browser, tmp_
 
 
 @pytest.mark.parametrize("several", [False, True])
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [390, 1000, 1280, 1920])
 def test_no_window_is_too_narrow(browser, tmp_path, several, width):
     path = compared(tmp_path) if several else made(tmp_path)
     Report(browser, path, width=width, dark=several, touch=width < 500)
@@ -251,6 +292,32 @@ def test_no_window_is_too_narrow(browser, tmp_path, several, width):
         "[...document.querySelectorAll('.gait .wide')].map(box => box.scrollWidth - box.clientWidth)"
     )
     assert max(wide) <= 0
+
+
+@pytest.mark.parametrize("width", [390, 1100, 1280, 1920, 2560])
+def test_the_film_has_half_of_a_wide_window_and_all_of_a_narrow_one(browser, tmp_path, width):
+    Report(browser, made(tmp_path), width=width)
+    film, told = browser.value(
+        "['.clips', '.told'].map(name => document.querySelector(name).getBoundingClientRect())"
+        ".map(box => ({ width: box.width, left: box.left }))"
+    )
+    if width < 1200:
+        assert film["width"] > width - 45  # margins and a scroll bar
+        assert film["left"] == pytest.approx(told["left"], abs=1.0)
+    else:
+        assert film["width"] + 0.1 >= told["width"] > 0.4 * width
+        assert told["left"] > film["left"] + film["width"]
+
+
+def test_the_film_fills_the_screen_and_goes_back_with_its_slider(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    browser.push("#full")
+    browser.wait("document.fullscreenElement?.matches('.player')")
+    browser.press("ArrowRight")
+    report.shows(1)
+    assert browser.value("document.querySelector('#frame').checkVisibility()")
+    browser.push("#full")
+    browser.wait("document.fullscreenElement === null")
 
 
 def test_large_clips_are_linked_and_play(browser, tmp_path, monkeypatch):

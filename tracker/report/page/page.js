@@ -9,6 +9,9 @@ const axis = new Axis(times);
 
 const tellers = data.chapters.map((chapter, i) =>
   drawChapter(axis, chapter, find(`article[data-chapter="${i}"] .plots`)));
+data.chapters.forEach((chapter, i) => {
+  if (chapter.cycles.length) drawCycles(chapter, find(`article[data-chapter="${i}"] .cycles`));
+});
 if (data.errors) {
   find("#errors").hidden = false;
   drawErrors(axis, data.errors, find("#errors .plots"));
@@ -52,6 +55,11 @@ slider.addEventListener("input", () => {
 play.addEventListener("click", toggle);
 find("#back").addEventListener("click", () => step(-1));
 find("#ahead").addEventListener("click", () => step(1));
+find("#full").hidden = !document.fullscreenEnabled;
+find("#full").addEventListener("click", () => {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else find(".player").requestFullscreen();
+});
 find("#pace").addEventListener("change", (event) => player.pace(Number(event.target.value)));
 for (const tab of all("[data-tab]")) tab.addEventListener("click", () => choose(tab.dataset.tab));
 
@@ -73,7 +81,7 @@ document.addEventListener("click", (event) => {
   if (event.detail) event.target.closest("button")?.blur();
 });
 
-for (const chart of all(".chart")) {
+for (const chart of all(".plots .chart")) {
   const go = (event) => {
     const box = chart.getBoundingClientRect();
     player.pause();

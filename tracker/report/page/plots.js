@@ -1,4 +1,5 @@
-// Curves, bands and strips over a common axis of seconds. An SVG is stretched over its chart, so its x is seconds.
+// Curves, bands and strips over a common axis of seconds, and angles over the stride. An SVG is stretched over its
+// chart, so its x is seconds, or per cent of a stride.
 
 const SVG = document.querySelector("svg").namespaceURI;
 const TONES = { near: "--near", far: "--far", torso: "--torso", neck: "--neck" };
@@ -33,6 +34,7 @@ function steps(low, high, count, sizes) {
 
 const ANGLES = [5, 10, 20, 30, 45, 60, 90, 180, 360];
 const ERRORS = [0.05, 0.1, 0.2, 0.25, 0.5];
+const SHARES = Array.from({ length: 101 }, (_, share) => share); // of a stride, per cent
 const SECONDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600];
 
 // The seconds that all charts of a page show, and where in them the cursor stands.
@@ -174,6 +176,36 @@ function anglePanel(axis, panel, chapter, sure) {
   return { box: element("div", { class: "panel" }, head, chart.box), tell };
 }
 
+// Of a joint: the angle of either leg over its strides.
+function cyclePanel({ title, legs, norm }) {
+  const axis = new Axis(SHARES);
+  const curves = Object.entries(legs);
+  const none = SHARES.map(() => 0);
+  const every = curves.flatMap(([, { strides, mean, sigma }]) =>
+    [...strides.map((curve) => ({ mean: curve, sigma: none })), { mean, sigma: sigma ?? none }]);
+  const chart = new Chart(axis, ...reach(norm ? [norm, ...every] : every, SHARES.map(() => true)));
+  const ticks = chart.ticks(ANGLES);
+  const drawn = (curve) => path(curve.map((value, share) => [share, value]));
+  const band = ({ mean, sigma }, attributes) => {
+    const edge = (by) => mean.map((value, share) => [share, value + by * sigma[share]]);
+    chart.add("path", { ...attributes, d: `M${path([...edge(2), ...edge(-2).reverse()])}Z` });
+  };
+  if (norm) band(norm, { class: "norm" });
+  for (const [side, leg] of curves) if (leg.sigma) band(leg, { class: "band", style: toned(TONES[side]) });
+  for (const [side, { strides, mean, off }] of curves) {
+    const style = toned(TONES[side]);
+    for (const curve of strides) chart.add("path", { class: "thin", style, d: `M${drawn(curve)}` });
+    if (off !== null) chart.add("line", { class: "off", style, x1: off, x2: off, y1: -chart.low, y2: -chart.high });
+    chart.add("path", { class: "curve", style, d: `M${drawn(mean)}` });
+  }
+  chart.box.append(...ticks);
+  const ruler = [0, 50, 100].map((share) => element("span", { style: `left: ${share}%` }, `${share} %`));
+  return element(
+    "div", { class: "panel" },
+    element("div", { class: "head" }, element("b", {}, title)), chart.box, element("div", { class: "axis" }, ...ruler),
+  );
+}
+
 function strip(axis, name, stretches) {
   const chart = new Chart(axis, 0, 1);
   for (const [start, end, attributes] of stretches) chart.stretch(start, end, attributes);
@@ -225,6 +257,14 @@ function drawChapter(axis, chapter, root) {
   return (frame) => {
     for (const panel of panels) panel.tell(frame);
   };
+}
+
+function drawCycles(chapter, root) {
+  const counts = (side) => Math.max(0, ...chapter.cycles.map(({ legs }) => legs[side]?.strides.length ?? 0));
+  const named = ["near", "far"].filter(counts).map((side) => [`${side}, ${counts(side)} ${counts(side) > 1 ? "strides" : "stride"}`, TONES[side]]);
+  const { norm } = chapter.cycles[0];
+  if (norm) named.push([`${norm.people} people, from motion capture`, "--quiet"]);
+  root.append(...chapter.cycles.map(cyclePanel), legend(named));
 }
 
 // Errors of every model against the marked frames.

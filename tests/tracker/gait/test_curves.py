@@ -1,0 +1,72 @@
+"""Angles over the stride, of strides whose angle is known at every share."""
+
+import numpy as np
+import pytest
+
+from tests.kinematics.figures import WALKER
+from tests.tracker.strolls import stroll
+from tracker.gait.curves import SHARES, Norm, over_strides, read_norms, spread, write_norms
+from tracker.gait.figures import gait_of
+from tracker.gait.moments import Event
+from tracker.gait.strides import Stride
+
+
+def stride(strike, end):
+    return Stride(*(Event(at, 0.1, 0.1) for at in (strike, (strike + end) / 2.0, end)))
+
+
+def test_an_angle_is_read_at_even_shares_from_strike_to_strike():
+    angle = 3.0 * np.arange(100.0)
+    (curve,) = over_strides(angle, [stride(10.25, 50.75)])
+    assert curve == pytest.approx(3.0 * (10.25 + SHARES * 40.5))
+    (later,) = over_strides(angle, [stride(17.25, 57.75)], first=7)
+    assert later == pytest.approx(curve)
+
+
+def test_strides_of_any_length_lie_over_each_other():
+    phase = np.concatenate([np.arange(40) / 40, np.arange(55) / 55, [0.0]])
+    curves = over_strides(np.cos(2.0 * np.pi * phase), [stride(0.0, 40.0), stride(40.0, 95.0)])
+    # A straight line between frames is off by (2 pi / 40)^2 / 8 at most.
+    assert np.abs(curves - np.cos(2.0 * np.pi * SHARES)).max() < 0.0031
+    assert spread(curves).max() < 0.003
+
+
+def test_of_one_stride_there_is_no_spread_and_of_none_no_curve():
+    curves = over_strides(np.arange(100.0), [stride(0.0, 40.0)])
+    assert curves.shape == (1, 101)
+    assert spread(curves) is None
+    assert over_strides(np.arange(100.0), []).shape == (0, 101)
+    assert spread(np.array([[1.0], [3.0]])) == pytest.approx([np.sqrt(2.0)])
+
+
+def test_the_thigh_of_a_walk_is_ahead_at_either_strike_and_behind_where_the_foot_leaves():
+    track = stroll()
+    gait = gait_of(track)
+    for side, strides in gait.strides.items():
+        curves = np.degrees(over_strides(track.q[:, WALKER.index(f"hip_{side}")], strides.sound))
+        assert len(curves) == len(strides.sound) > 2
+        mean = curves.mean(axis=0)
+        assert mean[[0, 100]] == pytest.approx([28.0, 28.0], abs=2.0)
+        assert abs(int(mean.argmin()) - gait.named("stance share").near.mean) < 5
+
+
+def test_norms_come_back_from_their_file(rng, tmp_path):
+    norm = Norm(rng.normal(size=101), rng.uniform(size=101), 7)
+    write_norms(tmp_path / "norms.npz", {"walk_knee": norm})
+    (read,) = read_norms(tmp_path / "norms.npz").values()
+    assert read.people == 7
+    assert np.array_equal(read.mean, norm.mean)
+    assert np.array_equal(read.sigma, norm.sigma)
+
+
+@pytest.mark.parametrize(("joint", "least", "most"), [("hip", 35, 60), ("knee", 45, 75), ("ankle", 15, 45)])
+def test_people_who_walk_move_their_joints_as_far_as_gait_analysis_says(joint, least, most):
+    norm = read_norms()[f"walk_{joint}"]
+    assert least < np.ptp(norm.mean) < most
+    assert abs(norm.mean[0] - norm.mean[100]) < 3.0
+    assert (norm.sigma > 0.0).all()
+    assert norm.people >= 5
+
+
+def test_the_knee_of_people_is_bent_most_in_the_swing():
+    assert 65 < read_norms()["walk_knee"].mean.argmax() < 82

@@ -1,0 +1,67 @@
+"""Joint angles over the stride: from a foot's strike, at 0 per cent, to its next, at 100.
+
+Every stride is read at the same 101 shares of its own length, so strides of any length and frame rate lie
+over each other and have a mean and a standard deviation share by share. What people have is told by norms,
+made from captures by `tests.benchmarks.gait.norms`.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dynamics.gaussian import Array
+from tracker.gait.strides import Stride
+
+SHARES = np.linspace(0.0, 1.0, 101)
+
+
+@dataclass(frozen=True)
+class Norm:
+    """An angle over the stride of several people, degrees.
+
+    mean   : (101,) over people, of whom each is the mean of all strides
+    sigma  : (101,) standard deviation of people
+    people : how many
+    """
+
+    mean: Array
+    sigma: Array
+    people: int
+
+
+def over_strides(angle: Array, strides: Iterable[Stride], first: int = 0) -> Array:
+    """An angle over each of some strides, (S, 101), in the unit of the angle.
+
+    Args:
+        angle: (T,) by frame.
+        strides: S of them, in frames of the clip, within those of the angle.
+        first: frame of the clip that the angle begins with.
+    """
+    found = [_over(angle, stride.strike.at - first, stride.end.at - first) for stride in strides]
+    return np.array(found).reshape(-1, len(SHARES))
+
+
+def spread(curves: Array) -> Array | None:
+    """Standard deviation (101,) of curves (S, 101); None of fewer than two."""
+    return np.std(curves, axis=0, ddof=1) if len(curves) > 1 else None
+
+
+def read_norms(path: Path | None = None) -> dict[str, Norm]:
+    """Those that ship, or those of a file, by motion and joint as in "walk_knee"."""
+    source = resources.files("tracker.gait") / "norms.npz" if path is None else path
+    with resources.as_file(source) as file, np.load(file) as stored:
+        return {name: Norm(row[1:102], row[102:], int(row[0])) for name, row in stored.items()}
+
+
+def write_norms(path: Path, norms: Mapping[str, Norm]) -> None:
+    """A file that `read_norms` reads."""
+    rows: dict[str, Any] = {name: np.array([n.people, *n.mean, *n.sigma]) for name, n in norms.items()}
+    np.savez(path, **rows)
+
+
+def _over(angle: Array, start: float, end: float) -> Array:
+    return np.interp(start + SHARES * (end - start), np.arange(len(angle)), angle)
