@@ -162,6 +162,7 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
     assert near((float(found["x"]), float(found["y"])), place, 2.0 * SEEN)
 
 
+@pytest.mark.whole
 def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run):
     with correcting(browser, run) as shown:
         shown.press(".")
@@ -228,6 +229,7 @@ def test_a_leg_that_is_not_sure_is_told_on_the_page(browser, run):
         assert "not sure which leg" in browser.text("#unsure")
 
 
+@pytest.mark.whole
 def test_a_run_that_is_closed_untouched_is_as_it_was(run):
     before = everything(run)
     with running(run, command="correct") as (process, address):
@@ -259,6 +261,7 @@ def test_where_the_figure_was_lost_the_forecast_is_carried_by_its_hip_and_counts
         assert "as it was followed" in browser.text("#guide")
 
 
+@pytest.mark.whole
 def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corrections(run):
     before = everything(run)
     with running(run, command="correct") as (process, address):
