@@ -75,7 +75,7 @@ def correct(
     no_browser: NoBrowser = False,
     shown: Shown,
 ) -> None:
-    """Open a run in a browser page, put it right, and follow the figure again.
+    """Put a run right in a browser page and follow it again.
 
     The run is replaced once the new one is complete.
 

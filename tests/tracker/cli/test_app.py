@@ -54,7 +54,7 @@ def done(clip, tmp_path_factory):
     out = tmp_path_factory.mktemp("done") / "out"
     result = figtrack(
         "track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--out", out,
-        "--start", 3, "--from", 1, "--stop", 7, "--facing", "right", "--rate", 0.5, "--quiet",
+        "--start", 3, "--stop", 7, "--facing", "right", "--rate", 0.5, "--quiet",
     )  # fmt: skip
     assert result.exit_code == 0, result.output
     return out, result
