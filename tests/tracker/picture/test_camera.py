@@ -277,6 +277,7 @@ def test_a_camera_taken_for_still_is_still(panned):
     assert_array_equal(run.track.shift, 0.0)
 
 
+@pytest.mark.claims
 @pytest.mark.parametrize("way", [sway(22, 16.0, 40), shake(22, 5.0)], ids=["pans", "shakes"])
 def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, data_dir, monkeypatch):
     source = data_dir / "video" / "fence_run_lr.mp4"
