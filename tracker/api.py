@@ -33,12 +33,13 @@ def follow(
             the command takes it; None to find the walker.
         settings: the tracker's, or a TOML file of them; None for the defaults.
         progress: how it is shown on stderr.
-        options: the command's, as in `tracker.clip.job.Following`: `model`, `start`, `stop`, `facing`,
-            `person`, `near`, `anchors`, `measure`, `templates`, `rate`, `height`, `scale` and `smooth`.
+        options: the command's, as in `tracker.clip.job.Following`: `model`, `start`, `from_`, `stop`,
+            `facing`, `person`, `near`, `anchors`, `measure`, `templates`, `rate`, `height`, `scale` and
+            `smooth`.
 
     Returns:
-        A row for each of the T frames from 0 on: `joints()` (T, J, 2) and `joint_covs()` (T, J, 2, 2) in
-        pixels, named by `figure.joints`; the pose `q` (T, D) in leg lengths and radians and its `cov`
+        A row for each of the T frames from 0, or `from_`, on: `joints()` (T, J, 2) and `joint_covs()`
+        (T, J, 2, 2) in pixels, named by `figure.joints`; the pose `q` (T, D) in leg lengths and radians and its `cov`
         (T, D, D), named by `figure.freedoms`; `times` (T,) in seconds, `outcome` and switching state `s`.
 
     Raises:

@@ -74,16 +74,16 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     stage = staged(video, first, last, start.view.unit / LEG, start.view.facing, progress)
     if stage is None or frame - first >= len(stage):
         return Seen({})
-    stage = _alone(stage, start, frame - first, video.fps)
     cycles = Cycles.load()
+    stage = _alone(stage, start, frame - first, video.fps, cycles)
     outline = fitted(stage, start, frame - first, video.fps, cycles)
     gait = cycles.gait(outline.phases.cycle)
     return Seen(detections(outline, first, video), outline.wrong, gait, outline.looks)
 
 
-def _alone(stage: Stage, start: Start, frame: int, fps: float) -> Stage:
+def _alone(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> Stage:
     """The film with nothing known of where others than the marked figure are, where these are seen."""
     hip, unit = np.asarray(start.view.origin), start.view.unit
-    everybody = joined(stage, paths(stage, Shape.of(start.figure), Cycles.load(), fps, unit), fps)
+    everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, fps, unit), fps)
     own = path_of(hip, unit, frame, everybody)
     return stage if own is None else without_others(stage, own, everybody, fps)

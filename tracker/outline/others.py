@@ -6,13 +6,12 @@ import numpy as np
 
 from kinematics.figure import Array
 from tracker.outline.bodies import Path
-from tracker.outline.pieces import in_scene, line
+from tracker.outline.pieces import LATELY, in_scene, line
 from tracker.outline.stage import Stage
 from tracker.survey.evidence import NOTHING
 
 BROAD = 1.0  # leg lengths, of a body's columns
 BESIDE, ABOVE = 0.5, 1.0  # leg lengths beside and above a marked hip in which the path of who is marked lies
-LATELY = 1.0  # seconds that tell how somebody went on who is not seen
 
 
 def path_of(hip: Array, unit: float, frame: int, everybody: list[Path]) -> Path | None:

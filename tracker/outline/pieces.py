@@ -15,7 +15,7 @@ LONGEST = 1.5  # seconds that somebody may be hidden
 NEAR, HIGHER = 0.5, 1.0  # leg lengths along and up by which the two may miss each other
 SPEED = 1.0  # leg lengths a second by which they may have gone differently fast across the picture
 ALIKE = 1.5  # times as large may one be seen as the other
-LATELY = 1.0  # seconds before and after the time between that tell how the person went
+LATELY = 1.0  # seconds before and after a time without a person that tell how the person went
 TURN = 0.4  # seconds before and after a turn that tell of one
 SLOW = 0.3  # leg lengths a second below which nobody has a direction
 
