@@ -39,8 +39,9 @@ def follow(
 
     Returns:
         A row for each of the T frames from 0, or `from_`, on: `joints()` (T, J, 2) and `joint_covs()`
-        (T, J, 2, 2) in pixels, named by `figure.joints`; the pose `q` (T, D) in leg lengths and radians and its `cov`
-        (T, D, D), named by `figure.freedoms`; `times` (T,) in seconds, `outcome` and switching state `s`.
+        (T, J, 2, 2) in pixels, named by `figure.joints`; the pose `q` (T, D) in leg lengths and radians and
+        its `cov` (T, D, D), named by `figure.freedoms`; `times` (T,) in seconds, `outcome` and
+        switching state `s`.
 
     Raises:
         VideoError, ModelError: a file that cannot be used.
