@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 Advance = Callable[[], None]
-EVERY = 5.0  # seconds between plain or JSON lines
+EVERY = {"plain": 5.0, "json": 1.0}  # seconds between lines
 
 
 class Progress:
@@ -55,7 +55,7 @@ class _Lines:
 
     def advance(self) -> None:
         self.done += 1
-        if time.monotonic() - self.written > EVERY:
+        if time.monotonic() - self.written > EVERY[self.progress.style]:
             self.write()
 
     def write(self) -> None:

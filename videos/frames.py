@@ -28,6 +28,7 @@ Image = NDArray[np.uint8]
 FOLDER_FPS = 30.0
 PNG = b"\x89PNG\r\n\x1a\n"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
+FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
 
@@ -149,6 +150,11 @@ class Video:
         if broken:
             return f"{self.path.name} cannot be decoded past frame {count - 1}; what was read was used"
         return None
+
+
+def films_in(folder: Path) -> list[Path]:
+    """The video files of a folder, by their suffix, sorted by name."""
+    return sorted(path for path in folder.absolute().iterdir() if path.suffix.lower() in FILM_SUFFIXES)
 
 
 def _opened(path: Path) -> InputContainer:

@@ -7,6 +7,7 @@ the reason it gives.
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -40,6 +41,7 @@ IN_ITS_PLACE = {
     "demo": "a walk of fewer frames",
     "annotate": "without a browser: what one clicks is sent, then Save and close",
     "correct": "without a browser: a frame is kept as it was followed, then Follow on, then Save and close",
+    "app": "without a browser: the films are asked for, then Ctrl-C",
     "reproduce": "--quick, and one experiment of the six",
     "batch": "by one process: each takes seconds to begin",
 }
@@ -120,6 +122,8 @@ def run(words, folder, scheduler):
         mark(rest[1:], folder)
     elif rest[0] == "correct":
         correct(rest[1:], folder)
+    elif rest[0] == "app":
+        look(rest[1:], folder)
     elif rest[0] == "reproduce":
         run_figtrack(*rest, "--quick")
     elif rest[0] == "batch" and SCHEDULER not in rest:
@@ -158,6 +162,16 @@ def correct(words, folder):
         _, errors = process.communicate(timeout=120)
     if "closed" not in answer or process.returncode:
         raise CommandFailedError(f"correct {' '.join(words)}: {answer} {errors}")
+
+
+def look(words, folder):
+    """See which films there are, and end."""
+    with running(*words, cwd=folder, command="app") as (process, address):
+        films = [film["name"] for film in page(address)["films"]]
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=120)
+    if not films or process.returncode:
+        raise CommandFailedError(f"app {' '.join(words)}: {films} {errors}")
 
 
 def run_figtrack(*words):

@@ -39,7 +39,7 @@ def test_a_note_is_a_line_unless_the_run_is_quiet(capsys):
 
 
 def test_json_progress_is_one_object_a_line_from_the_start(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "EVERY", -1.0)
+    monkeypatch.setattr(progress, "EVERY", {"plain": -1.0, "json": -1.0})
     shown = Progress("json")
     work(shown, steps=2, total=4)
     shown.warn("cut short")

@@ -1,13 +1,13 @@
 """A marking session from the command's options to its last line."""
 
-import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
 
 from tracker.annotate.correction import Correction
+from tracker.annotate.loopback import show
 from tracker.annotate.marks import Table
-from tracker.annotate.server import LOOPBACK, Server
+from tracker.annotate.server import Server
 from tracker.annotate.session import Session
 from tracker.annotate.suggested import suggested
 from tracker.foreign.start_marks import read_start
@@ -60,7 +60,7 @@ def mark(request: Request) -> None:
     marked = min(table.marks, default=0)
     first = request.frame if request.frame is not None else taken.frame if taken else marked
     session = Session(request.video, table, first, taken, request.facing)
-    with _server(session, request.port) as server:
+    with Server(session, request.port) as server:
         if taken is None and not table.marks and not request.empty:
             _suggest(request, session)
         _serve(server, "mark the joints", request.browser)
@@ -81,18 +81,9 @@ def correct(folder: Path, frame: int | None, port: int, browser: bool, progress:
         KeyboardInterrupt: nothing was saved.
     """
     session = Correction(folder, frame, progress)
-    with _server(session, port) as server:
+    with Server(session, port) as server:
         _serve(server, f"put {folder} right", browser)
     print(session.ending())
-
-
-def _server(session: Session, port: int) -> Server:
-    try:
-        return Server(session, port)
-    except OSError as error:
-        raise FolderError(
-            f"port {port} of {LOOPBACK} cannot be had ({error.strerror}); choose another --port"
-        ) from error
 
 
 def _serve(server: Server, what: str, browser: bool) -> None:
@@ -101,7 +92,7 @@ def _serve(server: Server, what: str, browser: bool) -> None:
     print(f"{what} at {server.address}")
     print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
     if browser:
-        _open(server.address)
+        show(server.address)
     answers = Thread(target=server.serve_forever, kwargs={"poll_interval": POLL}, daemon=True)
     answers.start()
     try:
@@ -125,14 +116,3 @@ def _suggest(request: Request, session: Session) -> None:
     else:
         session.start_from(taken)
         print(taken.told)
-
-
-def _open(address: str) -> None:
-    """Show the page, unless the only browser here would take over the terminal."""
-    try:
-        browser = webbrowser.get()
-    except webbrowser.Error:
-        return
-    in_terminal = isinstance(browser, webbrowser.GenericBrowser)
-    if not in_terminal or isinstance(browser, webbrowser.BackgroundBrowser):
-        browser.open(address)

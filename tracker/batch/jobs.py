@@ -12,13 +12,13 @@ from tracker.clip.asked import asked
 from tracker.clip.job import Following, Job, Option, options
 from tracker.progress import Progress
 from tracker.tables.table import Layout
+from videos.frames import FILM_SUFFIXES, films_in
 
 OPTIONS = {option.shown: option for option in options()}
 NEEDED = ("video",)
 HEADER = "video,keypoints,start,model,out"
 COLUMNS = ("video", "keypoints", *OPTIONS, "out")
 FLAGS = {"1": True, "0": False}
-FILMS = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 
 
 class JobsError(ValueError):
@@ -79,12 +79,12 @@ def read_jobs(jobs: Path, place: Path, progress: Progress) -> list[Row]:
 def _films(folder: Path, place: Path) -> list[Row]:
     """A row for each film, started from the marks that `figtrack annotate` left beside it if it did."""
     rows = []
-    for video in sorted(each for each in folder.absolute().iterdir() if each.suffix.lower() in FILMS):
+    for video in films_in(folder):
         marks = video.with_name(f"{video.stem}.keypoints.csv")
         rows.append(Row(video, marks if marks.exists() else None, place / _out(video), Following()))
     if not rows:
         raise JobsError(
-            f"{folder} has no films ({', '.join(FILMS)}); give a folder of films or a table of jobs"
+            f"{folder} has no films ({', '.join(FILM_SUFFIXES)}); give a folder of films or a table of jobs"
         )
     return rows
 

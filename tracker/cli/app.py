@@ -11,6 +11,7 @@ import typer
 
 from tracker import __version__
 from tracker.cli.annotate_command import annotate, correct
+from tracker.cli.desk_command import app as desk
 from tracker.cli.file_commands import batch, export, settings
 from tracker.cli.find_command import find, suggestion
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
@@ -136,7 +137,7 @@ def compare(
 
 
 COMMANDS = (
-    *(demo, annotate, learn, find, track, correct, compare, classify, predict, interpolate, synthesise),
+    *(demo, desk, annotate, learn, find, track, correct, compare, classify, predict, interpolate, synthesise),
     *(reproduce, export, batch, settings),
 )
 for command in COMMANDS:

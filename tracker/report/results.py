@@ -13,6 +13,7 @@ from tracker.clip.follow import Run
 from tracker.progress import Progress
 from tracker.report.chapter import Chapter
 from tracker.report.drawing import write_overlay
+from tracker.report.headline import headline
 from tracker.report.page import write_report
 from tracker.run.track import Track
 from tracker.run.write import write_tables
@@ -73,6 +74,7 @@ def write_run(
         "scale": job.scale,
         "camera": _camera(finished.track),
         "facing": finished.track.view.side,
+        "headline": headline(told),
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
         "warnings": told.warnings,
     } | ({"job": key} if key else {})

@@ -48,6 +48,7 @@ class News(BaseModel):
     height: PositiveFloat | None = None
     scale: PositiveFloat | None = None
     warnings: list[str] = []
+    headline: str = ""
     job: str = ""
 
 

@@ -13,7 +13,7 @@ from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack
 from tests.tracker.people import WALKER
 from tests.tracker.processes import started
-from tracker.annotate import launch as module
+from tracker.annotate import loopback as module
 from tracker.tables.keypoints import Mark, read_keypoints
 
 
@@ -110,7 +110,7 @@ def test_the_browser_is_opened_unless_told_not_to_or_it_would_take_the_terminal(
 
     window = Window()
     monkeypatch.setattr(webbrowser, "get", lambda: window)
-    module._open("http://here/")
+    module.show("http://here/")
     assert window.opened == ["http://here/"]
 
     class Text(webbrowser.GenericBrowser):
@@ -118,13 +118,13 @@ def test_the_browser_is_opened_unless_told_not_to_or_it_would_take_the_terminal(
             raise AssertionError("a browser in the terminal was opened")
 
     monkeypatch.setattr(webbrowser, "get", lambda: Text("w3m"))
-    module._open("http://here/")
+    module.show("http://here/")
 
     def none():
         raise webbrowser.Error("could not locate runnable browser")
 
     monkeypatch.setattr(webbrowser, "get", none)
-    module._open("http://here/")
+    module.show("http://here/")
 
 
 def annotate(video, out, *more):

@@ -16,8 +16,10 @@ from tests.tracker.annotate.test_advice import without
 from tests.tracker.clips import everything
 from tracker.annotate import frames
 from tracker.annotate import server as module
+from tracker.annotate.documents import MARKING
+from tracker.annotate.loopback import MOST_BYTES
 from tracker.annotate.marks import Table
-from tracker.annotate.server import MOST_BYTES, Server
+from tracker.annotate.server import Server
 from tracker.annotate.session import CheckRequest, Session
 from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
@@ -111,7 +113,7 @@ def test_a_name_with_markup_in_it_cannot_leave_its_place_in_the_page(clip, tmp_p
     name = "</script><script>alert(1)</script>{{style}}.csv"
     session = Session(clip.video, Table(tmp_path / name.replace("/", "")), 0)
     with Server(session) as server:
-        page = module.compose(session.opening(), "n")
+        page = MARKING.compose(session.opening(), "n")
     assert page.count("<script") == 2
     assert "{{style}}" in page
     assert server.address.startswith("http://127.0.0.1:")

@@ -1,0 +1,259 @@
+"""The page of a folder of films: what it shows, what it lets be done, and whom it refuses."""
+
+import json
+import re
+import shutil
+import signal
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from tests.tracker.annotate.test_server import Client
+from tests.tracker.clips import write_video
+from tests.tracker.outline.films import a_walk
+from tests.tracker.processes import ended, started
+from tracker.desk import desk_page as module
+from tracker.desk.desk_page import Desk, Server
+from tracker.desk.films import films
+from tracker.desk.work import Asked, Command, words_for
+
+FIRST = 5  # the film begins within a stride
+CLIP = bytes(range(256)) * 40
+
+
+@pytest.fixture(scope="module")
+def walk(tmp_path_factory):
+    """A film of who walks to the right; not to be written to."""
+    path = tmp_path_factory.mktemp("film") / "walk.mp4"
+    write_video(path, a_walk().images[FIRST:])
+    return path
+
+
+@pytest.fixture
+def folder(walk, tmp_path):
+    """A folder with that film in it and something else."""
+    place = tmp_path / "films"
+    place.mkdir()
+    shutil.copy(walk, place)
+    (place / "notes.txt").write_text("not a film")
+    return place
+
+
+@contextmanager
+def served(folder):
+    """A client of a desk that runs."""
+    with Server(Desk(folder, browser=False)) as server:
+        threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
+        yield Client(server)
+        server.shutdown()
+        server.desk.stop()
+
+
+def a_run(folder, **news):
+    """A run's folder as far as the desk reads it."""
+    run = folder / "walk-track"
+    run.mkdir()
+    told = {"figtrack": "0", "video": "walk.mp4", "fps": 25, "frames": 27, "facing": "right"}
+    (run / "run.json").write_text(json.dumps(told | news))
+    (run / "report.html").write_text("<p>a report")
+    (run / "overlay.mp4").write_bytes(CLIP)
+    return run
+
+
+def state(client):
+    return json.loads(client.ask("GET", "state")[2])
+
+
+def post(client, what, **body):
+    status, _, content = client.ask("POST", what, body)
+    return status, json.loads(content)
+
+
+@pytest.mark.parametrize(
+    ("asked", "typed"),
+    [
+        (Asked(film="", command=Command.FIND), "find a.mp4 --out a-people.csv --overwrite"),
+        (Asked(film="", command=Command.TRACK), "track a.mp4 --out a-track --overwrite"),
+        (
+            Asked(film="", command=Command.TRACK, person=2, near="ahead", height=1.7),
+            "track a.mp4 --out a-track --overwrite --person 2 --near ahead --height 1.7",
+        ),
+        (
+            Asked(film="", command=Command.TRACK, person=2, near="ahead", marked=True),
+            "track a.mp4 --out a-track --overwrite --keypoints a.keypoints.csv",
+        ),
+        (Asked(film="", command=Command.ANNOTATE), "annotate a.mp4 --out a.keypoints.csv --no-browser"),
+        (Asked(film="", command=Command.CORRECT), "correct a-track --no-browser"),
+        (
+            Asked(film="", command=Command.EXPORT, to="mot"),
+            "export a-track --to mot --out a-track.mot --overwrite",
+        ),
+    ],
+)
+def test_what_is_done_is_what_would_be_typed(tmp_path, asked, typed):
+    (tmp_path / "a.mp4").touch()
+    (tmp_path / "-b.mp4").touch()
+    there = films(tmp_path)
+    assert " ".join(words_for(asked, there["a.mp4"], browser=False)) == f"{typed} --progress json"
+    assert "--no-browser" not in words_for(asked, there["a.mp4"], browser=True)
+    dashed = words_for(asked, there["-b.mp4"], browser=False)
+    assert not any(word.startswith("-b") for word in dashed if word != "-b-track.mot")
+
+
+def test_a_film_is_shown_with_what_was_made_of_it(folder):
+    with served(folder) as client:
+        (bare,) = state(client)["films"]
+        assert bare == {"name": "walk.mp4", "marked": False, "people": None, "run": None, "work": None}
+        (folder / "walk.keypoints.csv").touch()
+        (folder / "walk-people.csv").write_text("person,facing,score\n1,left,3\n")
+        a_run(folder, headline="Walks.", warnings=["dark"])
+        (film,) = state(client)["films"]
+    assert film["marked"]
+    assert [(one["person"], one["facing"], one["motion"]) for one in film["people"]] == [("1", "left", "")]
+    assert film["run"] == {"headline": "Walks.", "warnings": ["dark"], "report": True}
+
+
+def test_its_picture_report_and_parts_of_its_clip_are_shown(folder):
+    a_run(folder)
+    with served(folder) as client:
+        status, headers, picture = client.ask("GET", "picture/walk.mp4")
+        assert (status, headers["Content-Type"], picture[:2]) == (200, "image/jpeg", b"\xff\xd8")
+        _, headers, page = client.ask("GET", "run/walk.mp4/report.html")
+        assert page == b"<p>a report"
+        assert headers["Content-Security-Policy"].startswith("sandbox allow-scripts")
+        assert "allow-same-origin" not in headers["Content-Security-Policy"]
+        for asked, part in (("bytes=10-19", CLIP[10:20]), ("bytes=10000-", CLIP[10000:]), (None, CLIP)):
+            status, headers, content = client.ask("GET", "run/walk.mp4/overlay.mp4", Range=asked)
+            assert (status, content) == (206, part)
+            assert headers["Content-Range"].endswith(f"/{len(CLIP)}")
+        assert client.ask("GET", "run/walk.mp4/overlay.mp4", Range=f"bytes={len(CLIP)}-")[0] == 416
+
+
+def test_a_long_clip_is_sent_in_parts(folder, monkeypatch):
+    monkeypatch.setattr(module, "MOST_SENT", 100)
+    a_run(folder)
+    with served(folder) as client:
+        _, headers, content = client.ask("GET", "run/walk.mp4/overlay.mp4", Range="bytes=50-")
+    assert (content, headers["Content-Range"]) == (CLIP[50:150], f"bytes 50-149/{len(CLIP)}")
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        "picture/notes.txt",
+        "picture/..%2Fwalk.mp4",
+        "run/walk.mp4/run.json",
+        "run/walk.mp4/..%2Fnotes.txt",
+        "run/walk.mp4/report.html",
+        "people/walk.mp4",
+        "elsewhere",
+    ],
+)
+def test_nothing_else_is_shown(folder, what):
+    with served(folder) as client:
+        assert client.ask("GET", what)[0] == 404
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "why"),
+    [
+        ({"film": "other.mp4", "command": "find"}, 404, "there is no film 'other.mp4'"),
+        ({"film": "walk.mp4", "command": "correct"}, 409, "walk.mp4 was not followed yet"),
+        ({"film": "walk.mp4", "command": "export", "to": "trc"}, 409, "walk.mp4 was not followed yet"),
+        ({"film": "walk.mp4", "command": "settings"}, 400, "command"),
+        ({"film": "walk.mp4", "command": "export", "to": "../x"}, 400, "to"),
+        ({"film": "walk.mp4", "command": "track", "height": 20}, 400, "height"),
+        ({"film": "walk.mp4", "command": "track", "person": 0}, 400, "person"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_and_starts_nothing(folder, body, status, why):
+    with served(folder) as client:
+        answer, told = post(client, "start", **body)
+        assert (answer, why in told["error"]) == (status, True)
+        assert state(client)["films"][0]["work"] is None
+        assert client.ask("POST", "start", body, Origin="http://elsewhere")[0] == 403
+
+
+def test_a_film_has_one_command_at_work_which_can_be_stopped(folder):
+    with served(folder) as client:
+        assert post(client, "start", film="walk.mp4", command="annotate")[0] == 200
+        status, told = post(client, "start", film="walk.mp4", command="find")
+        assert (status, told["error"]) == (
+            409, "'annotate' is still at work on walk.mp4; stop it first",
+        )  # fmt: skip
+        assert post(client, "stop", film="walk.mp4")[0] == 200
+        work = state(client)["films"][0]["work"]
+    assert work["status"] != 0
+    assert work["status"] is not None
+    assert not (folder / "walk.keypoints.csv").exists()
+
+
+def test_why_a_command_failed_is_shown(folder):
+    (folder / "walk.mp4").write_bytes(b"no film")
+    with served(folder) as client:
+        post(client, "start", film="walk.mp4", command="find")
+        while (work := state(client)["films"][0]["work"])["status"] is None:
+            time.sleep(0.05)
+    assert work["status"] == 1
+    assert work["said"][-1].startswith("error: ")
+
+
+def test_a_folder_that_is_none_is_refused_in_one_line(tmp_path):
+    assert ended("app", tmp_path / "none", "--no-browser") == (
+        1, "", f"error: {tmp_path / 'none'} is no folder; give one with films in it\n",
+    )  # fmt: skip
+
+
+@pytest.mark.whole
+def test_a_film_goes_all_the_way_on_the_page(browser, folder):
+    process = started("app", folder, "--no-browser")
+    try:
+        address = next(found[0] for line in process.stdout if (found := re.search(r"http://\S+", line)))
+        browser.errors.clear()
+        browser.open(address)
+        browser.push("[data-command=find]")
+        browser.wait("document.querySelector('.said').innerText.includes('person 1')")
+        browser.wait("document.querySelector('.found').naturalWidth > 100")
+        browser.value("document.querySelector('.person').value = '1'")
+        browser.push("[data-command=track]")
+        browser.wait("document.querySelector('.said').innerText.includes('27 frames of walk.mp4')")
+        assert (folder / "walk-track" / "report.html").exists()
+        browser.value("document.querySelector('.to').value = 'mot'")
+        browser.push("[data-command=export]")
+        browser.wait("document.querySelector('.said').innerText.includes('wrote')")
+        assert (folder / "walk-track.mot").exists()
+        browser.push("[data-command=correct]")
+        browser.wait("document.querySelector('.task a')")
+        link = browser.value("document.querySelector('.task a').href")
+        assert browser.errors == []
+        browser.open(link)
+        browser.wait("document.querySelector('#points circle')")
+        browser.open(browser.value(f"{json.dumps(address)}"))
+        browser.push(".stop")
+        browser.wait("document.querySelector('.work .row').hidden")
+        browser.open(f"{address}run/walk.mp4/report.html")
+        browser.wait("document.querySelector('.plots svg')")
+        assert browser.errors == []
+        browser.open("about:blank")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 0
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize(("width", "dark"), [(390, False), (1280, True), (1920, False)])
+def test_nothing_sticks_out_of_the_page(browser, folder, width, dark):
+    a_run(folder, headline="Walks at 99 steps a minute.", warnings=["a warning " * 30])
+    with served(folder) as client:
+        browser.errors.clear()
+        browser.open(client.server.address, width=width, dark=dark)
+        browser.wait("document.querySelector('.film img').complete")
+        wide = "document.documentElement.scrollWidth <= window.innerWidth"
+        assert browser.value(wide)
+        assert browser.value("[...document.querySelectorAll('button, select, input')].every((one) => "
+                             "one.innerText || one.labels.length || one.ariaLabel)")  # fmt: skip
+        assert browser.errors == []
+        browser.open("about:blank")

@@ -1,0 +1,196 @@
+"""A server for pages of our own: this machine only, one address, one key.
+
+A page of another site that is open in the same browser can send requests here, too. It cannot know the key
+in the address, cannot send a foreign `Host` past the check (which defeats DNS rebinding), and a request that
+changes something must come from this very `Origin` as JSON of bounded length.
+"""
+
+import hmac
+import json
+import secrets
+import sys
+import webbrowser
+from contextlib import suppress
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socketserver import TCPServer
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from tracker.run.folder import FolderError
+from videos.frames import VideoError
+
+LOOPBACK = "127.0.0.1"
+MOST_BYTES = 2**20  # of a request: the marks of two thousand frames
+MOST_SECONDS = 30.0  # for a request to arrive
+
+Request = TypeVar("Request", bound=BaseModel)
+
+
+class RefusalError(Exception):
+    """A request that is not done.
+
+    status : the answer's
+    """
+
+    def __init__(self, status: HTTPStatus, text: str) -> None:
+        super().__init__(text)
+        self.status = status
+
+
+class LoopbackServer(ThreadingHTTPServer):
+    """Serves one page until it is closed or interrupted.
+
+    command : that prints the address, by its name
+    address : the page's, key included
+    """
+
+    # Connections that wait to be let in; one beyond them is tried again by the browser, seconds later.
+    request_queue_size = 128
+
+    def __init__(self, handler: type["LoopbackHandler"], port: int, command: str) -> None:
+        """Args: port: 0 for any that is free. Raises FolderError where the port cannot be had."""
+        try:
+            super().__init__((LOOPBACK, port), handler)
+        except OSError as error:
+            raise FolderError(
+                f"port {port} of {LOOPBACK} cannot be had ({error.strerror}); choose another --port"
+            ) from error
+        self.command = command
+        self.key = secrets.token_urlsafe(24)
+        self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
+        self.address = f"http://{LOOPBACK}:{self.server_port}/{self.key}/"
+
+    def server_bind(self) -> None:
+        """As a TCP server does: an HTTP server would ask for this machine's name, which may take long."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = LOOPBACK, self.server_address[1]
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that hangs up is no error."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
+
+
+class LoopbackHandler(BaseHTTPRequestHandler):
+    """Lets a request in, and answers it by `get` or `post`, which get what follows the key in the address."""
+
+    server: LoopbackServer
+    timeout = MOST_SECONDS
+    server_version, sys_version = "figtrack", ""
+
+    def get(self, what: str) -> None:
+        """Answer a request that changes nothing; raises RefusalError, VideoError or OSError."""
+        raise NotImplementedError
+
+    def post(self, what: str) -> None:
+        """Answer a request that changes something; raises RefusalError, FolderError or OSError."""
+        raise NotImplementedError
+
+    def do_GET(self) -> None:
+        """What is to be seen."""
+        try:
+            self.get(self._admitted(changes=False))
+        except RefusalError as refusal:
+            self._refuse(refusal.status, str(refusal))
+        except (VideoError, OSError) as error:
+            self._refuse(HTTPStatus.NOT_FOUND, str(error))
+
+    def do_POST(self) -> None:
+        """What is to be done."""
+        try:
+            self.post(self._admitted(changes=True))
+        except RefusalError as refusal:
+            self._refuse(refusal.status, str(refusal))
+        except FolderError as error:
+            self._refuse(HTTPStatus.CONFLICT, str(error))
+        except OSError as error:
+            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, f"{error.strerror or error}; nothing was written")
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Nothing: the terminal is for what the user needs to know."""
+
+    def body(self, kind: type[Request]) -> Request:
+        """What was sent, as this type; raises RefusalError where it is not JSON of this kind and length."""
+        if self.headers.get_content_type() != "application/json":
+            raise RefusalError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "send JSON")
+        length = self.headers.get("Content-Length", "")
+        if not (length.isascii() and length.isdecimal()) or "Transfer-Encoding" in self.headers:
+            raise RefusalError(HTTPStatus.LENGTH_REQUIRED, "say how long the request is")
+        if len(length) > 12 or int(length) > MOST_BYTES:
+            raise RefusalError(
+                HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+                f"a request may have {MOST_BYTES} bytes, this has {length}",
+            )
+        try:
+            return kind.model_validate_json(self.rfile.read(int(length)))
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False)[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise RefusalError(HTTPStatus.BAD_REQUEST, f"{where}: {first['msg']}") from error
+
+    def answer(self, reply: Any, status: HTTPStatus = HTTPStatus.OK) -> None:
+        """Send JSON."""
+        self.send(status, json.dumps(reply).encode("ascii"), "application/json", {})
+
+    def answer_page(self, page: str, nonce: str) -> None:
+        """Send a page whose own style and scripts bear a nonce, and which loads nothing from elsewhere."""
+        policy = (
+            f"default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; "
+            "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
+            "frame-ancestors 'none'"
+        )
+        kind = "text/html; charset=utf-8"
+        self.send(HTTPStatus.OK, page.encode("utf-8"), kind, {"Content-Security-Policy": policy})
+
+    def send(self, status: HTTPStatus, body: bytes, kind: str, more: dict[str, str]) -> None:
+        """Send a whole answer with the headers that every one has."""
+        headers = {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": "no-store",
+            "Referrer-Policy": "no-referrer",
+            "X-Content-Type-Options": "nosniff",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            **more,
+        }
+        self.send_response(status)
+        for name, value in headers.items():
+            self.send_header(name, value)
+        with suppress(ConnectionError):  # the page may have been closed meanwhile
+            self.end_headers()
+            self.wfile.write(body)
+
+    def _admitted(self, *, changes: bool) -> str:
+        """What is asked for, once the request has shown that it comes from our own page."""
+        host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
+        if host not in self.server.hosts:
+            raise RefusalError(HTTPStatus.FORBIDDEN, "this server answers to its own address only")
+        if (changes or origin is not None) and origin != f"http://{host}":
+            raise RefusalError(HTTPStatus.FORBIDDEN, "this server answers to its own page only")
+        key, slash, what = self.path.removeprefix("/").partition("/")
+        if not slash or not hmac.compare_digest(key.encode(), self.server.key.encode()):
+            raise RefusalError(
+                HTTPStatus.FORBIDDEN, f"open the very address that figtrack {self.server.command} printed"
+            )
+        return what
+
+    def _refuse(self, status: HTTPStatus, text: str) -> None:
+        self.answer({"error": text}, status)
+
+
+def nothing_here() -> RefusalError:
+    """What is asked for is none of the page's."""
+    return RefusalError(HTTPStatus.NOT_FOUND, "there is nothing here by this name")
+
+
+def show(address: str) -> None:
+    """Open a page, unless the only browser here would take over the terminal."""
+    try:
+        browser = webbrowser.get()
+    except webbrowser.Error:
+        return
+    in_terminal = isinstance(browser, webbrowser.GenericBrowser)
+    if not in_terminal or isinstance(browser, webbrowser.BackgroundBrowser):
+        browser.open(address)

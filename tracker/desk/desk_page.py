@@ -1,0 +1,179 @@
+"""The page of a folder of films: what lies there, what is at work, and what the page may ask for.
+
+Films, marks and runs are looked up by the names of the films in the folder; no path is made of a request.
+"""
+
+import re
+import secrets
+from http import HTTPStatus
+from pathlib import Path
+from threading import Lock
+from typing import Any
+from urllib.parse import unquote
+
+from pydantic import BaseModel
+
+from tracker.annotate.documents import Document
+from tracker.annotate.frames import Frames
+from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here, show
+from tracker.desk.films import Film, films
+from tracker.desk.work import Asked, Command, Work, words_for
+from tracker.foreign.export import FORMATS
+from tracker.run.folder import FolderError
+
+POLL = 0.1  # seconds between looks at whether it was interrupted
+MOST_SENT = 8 * 2**20  # bytes of a clip at a time
+DESK = Document("desk/desk.html", ("annotate/base.css", "desk/desk.css"), ("desk/desk.js",))
+NEEDS_RUN = (Command.CORRECT, Command.EXPORT)
+
+
+class StopAsked(BaseModel):
+    """What the page asks to be stopped."""
+
+    film: str
+
+
+class Desk:
+    """A folder of films and the commands at work on them, one a film."""
+
+    def __init__(self, folder: Path, browser: bool) -> None:
+        """Args: browser: whether the commands may open pages. Raises FolderError where there is no folder."""
+        if not folder.is_dir():
+            raise FolderError(f"{folder} is no folder; give one with films in it")
+        self.folder, self._browser = folder.absolute(), browser
+        self._works: dict[str, Work] = {}
+        self._pictures: dict[tuple[Path, float], bytes] = {}
+        self._lock = Lock()
+
+    def told(self) -> dict[str, Any]:
+        """Every film with what has been made of it and what is at work."""
+        rows = []
+        for name, film in films(self.folder).items():
+            work = self._works.get(name)
+            rows.append(film.told() | {"work": None if work is None else work.told()})
+        return {"folder": str(self.folder), "films": rows, "formats": list(FORMATS)}
+
+    def film(self, name: str) -> Film:
+        """The film of a name; raises RefusalError where there is none."""
+        found = films(self.folder).get(name)
+        if found is None:
+            raise RefusalError(HTTPStatus.NOT_FOUND, f"there is no film {name!r} in {self.folder}")
+        return found
+
+    def start(self, asked: Asked) -> None:
+        """Set a command to work; raises RefusalError where one is at work already or there is no run."""
+        film = self.film(asked.film)
+        if asked.command in NEEDS_RUN and film.told()["run"] is None:
+            raise RefusalError(HTTPStatus.CONFLICT, f"{film.name} was not followed yet; follow it first")
+        with self._lock:
+            work = self._works.get(film.name)
+            if work is not None and work.running:
+                raise RefusalError(
+                    HTTPStatus.CONFLICT, f"'{work.words[0]}' is still at work on {film.name}; stop it first"
+                )
+            self._works[film.name] = Work(words_for(asked, film, self._browser), self.folder)
+
+    def stop(self, name: str | None = None) -> None:
+        """Stop what is at work on a film, or on all."""
+        for of, work in list(self._works.items()):
+            if name in (None, of) and work.running:
+                work.stop()
+
+    def picture(self, film: Film) -> bytes:
+        """Its first frame, small, a JPEG; raises VideoError where it cannot be read."""
+        key = film.path, film.path.stat().st_mtime
+        if key not in self._pictures:
+            self._pictures[key] = Frames(film.path).jpeg(0)
+        return self._pictures[key]
+
+
+class Server(LoopbackServer):
+    """Serves a desk."""
+
+    def __init__(self, desk: Desk, port: int = 0) -> None:
+        """Args: port: 0 for any that is free. Raises FolderError where the port cannot be had."""
+        super().__init__(Handler, port, "app")
+        self.desk = desk
+
+
+class Handler(LoopbackHandler):
+    """Answers one request."""
+
+    server: Server
+
+    def get(self, what: str) -> None:
+        """The page, what there is, and pictures, reports and clips by the name of their film."""
+        desk = self.server.desk
+        kind, _, rest = what.partition("?")[0].partition("/")  # a query only keeps browsers from their caches
+        if what == "":
+            nonce = secrets.token_urlsafe(16)
+            self.answer_page(DESK.compose(desk.told(), nonce), nonce)
+        elif what == "state":
+            self.answer(desk.told())
+        elif kind in ("picture", "people", "run"):
+            name, _, file = rest.partition("/")
+            self._show(desk.film(unquote(name)), kind, file)
+        else:
+            raise nothing_here()
+
+    def post(self, what: str) -> None:
+        """Set to work, or stop."""
+        if what == "start":
+            self.server.desk.start(self.body(Asked))
+        elif what == "stop":
+            self.server.desk.stop(self.body(StopAsked).film)
+        else:
+            raise nothing_here()
+        self.answer(self.server.desk.told())
+
+    def _show(self, film: Film, kind: str, file: str) -> None:
+        if kind == "picture":
+            self.send(HTTPStatus.OK, self.server.desk.picture(film), "image/jpeg", {})
+        elif kind == "people":
+            self.send(HTTPStatus.OK, film.people.with_suffix(".png").read_bytes(), "image/png", {})
+        elif file == "report.html":
+            # A folder may come from anywhere: its page has no part in ours.
+            alone = {"Content-Security-Policy": "sandbox allow-scripts allow-downloads allow-modals"}
+            self.send(HTTPStatus.OK, (film.run / file).read_bytes(), "text/html; charset=utf-8", alone)
+        elif file == "overlay.mp4":
+            self._send_part(film.run / file)
+        else:
+            raise nothing_here()
+
+    def _send_part(self, path: Path) -> None:
+        """What a player asks for of a clip, or its beginning."""
+        size = path.stat().st_size
+        asked = re.fullmatch(r"bytes=(\d{1,15})-(\d{0,15})", self.headers.get("Range", "bytes=0-"))
+        first = int(asked[1]) if asked else 0
+        if first >= size:
+            raise RefusalError(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, f"the clip has {size} bytes")
+        last = min(int(asked[2]) if asked and asked[2] else size - 1, size - 1, first + MOST_SENT - 1)
+        with path.open("rb") as clip:
+            clip.seek(first)
+            part = clip.read(last - first + 1)
+        about = {
+            "Content-Range": f"bytes {first}-{last}/{size}",
+            "Accept-Ranges": "bytes",
+            "Cross-Origin-Resource-Policy": "cross-origin",  # the report is an origin of its own
+        }
+        self.send(HTTPStatus.PARTIAL_CONTENT, part, "video/mp4", about)
+
+
+def open_desk(folder: Path, port: int, browser: bool) -> None:
+    """Serve the page of a folder until Ctrl-C; what is at work then is stopped.
+
+    Raises:
+        FolderError: no such folder, or the port is taken.
+    """
+    desk = Desk(folder, browser)
+    with Server(desk, port) as server:
+        print(f"the films of {folder} at {server.address}")
+        print("this ends with Ctrl-C here", flush=True)
+        if browser:
+            show(server.address)
+        try:
+            server.serve_forever(poll_interval=POLL)
+        except KeyboardInterrupt:
+            print("stopped")
+        finally:
+            desk.stop()

@@ -1,0 +1,155 @@
+// A card for each film of the folder, drawn anew from what the server tells, once a second.
+
+const EVERY = 700; // milliseconds between looks at what is at work
+const PAGES = ["annotate", "correct"]; // commands that open a page of their own
+const cards = new Map();
+const $ = (selector, root = document) => root.querySelector(selector);
+
+function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+}
+
+async function ask(what, body) {
+  const how = body && { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
+  const answer = await fetch(what, how);
+  const news = await answer.json();
+  if (!answer.ok) throw new Error(news.error);
+  return news;
+}
+
+// Leave a list as it is where it would become the same: a choice in it stays.
+function choices(select, options) {
+  const key = JSON.stringify(options);
+  if (select.dataset.options === key) return;
+  const chosen = select.value;
+  select.dataset.options = key;
+  select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
+  if (options.some(([value]) => value === chosen)) select.value = chosen;
+}
+
+const whom = (one) => `${one.person}: ${one.motion}, faces ${one.facing}, frames ${one.first} to ${one.last}`;
+
+function starts(film) {
+  const people = (film.people ?? []).map((one) => [one.person, whom(one)]);
+  const found = film.people?.length === 0 ? "nobody was found" : "whoever walks";
+  return [...(film.marked ? [["marks", "as marked"]] : []), ["", found], ...people];
+}
+
+function request(card, name, command) {
+  const start = $(".person", card).value;
+  const height = $(".height", card).valueAsNumber;
+  return {
+    film: name,
+    command,
+    marked: start === "marks",
+    person: start === "marks" || !start ? null : Number(start),
+    near: $(".near", card).value || null,
+    height: Number.isFinite(height) ? height : null,
+    to: $(".to", card).value || null,
+  };
+}
+
+// What a command is about at the moment, in words.
+function doing({ command, task, said }) {
+  if (PAGES.includes(command) && !task) {
+    const address = said.join(" ").match(/http:\/\/\S+/)?.[0];
+    return address ? ["Its page is open: ", element("a", { href: address, target: "_blank", rel: "noopener" }, "show it")] : ["Opening a page"];
+  }
+  if (!task) return ["Starting"];
+  const left = task.seconds_left > 1 ? `, ${Math.round(task.seconds_left)} s left` : "";
+  return [`${task.task}${left}`];
+}
+
+function showWork(card, work) {
+  const box = $(".work", card);
+  box.hidden = !work;
+  if (!work) return;
+  const running = work.status === null;
+  $(".row", box).hidden = !running;
+  $(".row", box).style.display = running ? "" : "none";
+  const words = doing(work);
+  const key = words.map((word) => word.textContent ?? word).join("");
+  if ($(".task", box).textContent !== key) $(".task", box).replaceChildren(...words);
+  const bar = $("progress", box);
+  if (work.task?.total) [bar.max, bar.value] = [work.task.total, work.task.done];
+  else bar.removeAttribute("value");
+  const told = running ? work.said.filter((line) => line.startsWith("warning")) : work.said;
+  const kind = (line) => (/^(error|warning)/.test(line) ? { class: "fault" } : {});
+  $(".said", box).replaceChildren(...told.map((line) => element("p", kind(line), line)));
+}
+
+function show(card, film) {
+  const busy = film.work !== null && film.work.status === null;
+  $(".headline", card).textContent = film.run ? film.run.headline || "Followed; too short for gait figures." : "";
+  $(".warnings", card).replaceChildren(...(film.run?.warnings ?? []).map((text) => element("li", {}, text)));
+  choices($(".person", card), starts(film));
+  for (const button of card.querySelectorAll("[data-command]")) {
+    const needs = ["correct", "export"].includes(button.dataset.command);
+    button.disabled = busy || (needs && !film.run);
+  }
+  $("[data-command=track]", card).textContent = film.run ? "Follow again" : "Follow";
+  $(".report", card).hidden = !film.run?.report;
+  const found = $(".found", card);
+  const people = film.people?.length ? `people/${encodeURIComponent(film.name)}` : "";
+  if (found.dataset.of !== `${people}${JSON.stringify(film.people)}`) {
+    found.dataset.of = `${people}${JSON.stringify(film.people)}`;
+    found.hidden = !people;
+    found.alt = people ? `Who was found in ${film.name}` : "";
+    if (people) found.src = `${people}?${Date.now()}`;
+  }
+  showWork(card, film.work);
+}
+
+function begun(film, formats) {
+  const card = $("#film").content.cloneNode(true).firstElementChild;
+  const address = encodeURIComponent(film.name);
+  $("h2", card).textContent = film.name;
+  $(".face", card).src = `picture/${address}`;
+  $(".face", card).alt = `The first frame of ${film.name}`;
+  $(".report", card).href = `run/${address}/report.html`;
+  choices($(".to", card), formats.map((name) => [name, name]));
+  for (const button of card.querySelectorAll("[data-command]")) {
+    button.addEventListener("click", () => act(card, "start", request(card, film.name, button.dataset.command)));
+  }
+  $(".stop", card).addEventListener("click", () => act(card, "stop", { film: film.name }));
+  return card;
+}
+
+async function act(card, what, body) {
+  const asks = $(".asks", card);
+  asks.hidden = true;
+  try {
+    draw(await ask(what, body));
+  } catch (error) {
+    asks.textContent = error.message;
+    asks.hidden = false;
+  }
+}
+
+function draw({ folder, films, formats }) {
+  $("#folder").textContent = `Films of ${folder}`;
+  for (const film of films) {
+    if (!cards.has(film.name)) cards.set(film.name, begun(film, formats));
+    show(cards.get(film.name), film);
+  }
+  const there = films.map((film) => cards.get(film.name));
+  const main = $("#films");
+  if (there.length !== main.childElementCount || there.some((card, i) => main.children[i] !== card)) main.replaceChildren(...there);
+  if (!there.length) main.replaceChildren(element("p", { class: "note" }, "There are no films in this folder. Put one there; it appears here."));
+}
+
+async function look() {
+  try {
+    draw(await ask("state"));
+    $("#gone").hidden = true;
+  } catch {
+    $("#gone").hidden = false;
+  }
+  setTimeout(look, EVERY);
+}
+
+draw(JSON.parse($("#opening").textContent));
+setTimeout(look, EVERY);

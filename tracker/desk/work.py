@@ -1,0 +1,157 @@
+"""A command of figtrack at work in a process of its own: the very one that is typed in a terminal."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from threading import Thread
+from typing import Any, Literal
+
+from pydantic import BaseModel, Field
+
+from tracker.desk.films import Film
+from tracker.foreign.export import FORMATS, export_name
+
+PATIENCE = 10.0  # seconds for a command that was told to stop
+
+
+class Command(StrEnum):
+    """What can be done with a film or its run."""
+
+    FIND = "find"
+    TRACK = "track"
+    ANNOTATE = "annotate"
+    CORRECT = "correct"
+    EXPORT = "export"
+
+
+class Asked(BaseModel):
+    """What the page asks to be done.
+
+    film   : its name
+    person : number of the one to follow, None for the only one
+    near   : which leg is nearer in the frame of the start, None as it is seen
+    height : of the person, metres
+    marked : whether to start from the marks beside the film
+    to     : the format of an export
+    """
+
+    film: str
+    command: Command
+    person: int | None = Field(None, ge=1)
+    near: Literal["ahead", "behind"] | None = None
+    height: float | None = Field(None, ge=0.3, le=3.0)
+    marked: bool = False
+    to: Literal[tuple(FORMATS)] | None = None  # type: ignore[valid-type]
+
+
+def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
+    """The command as typed in the film's folder; what it replaces is what it left there before."""
+    words = [asked.command.value]
+    match asked.command:
+        case Command.FIND:
+            words += [_here(film.path), "--out", _here(film.people), "--overwrite"]
+        case Command.TRACK:
+            words += [_here(film.path), "--out", _here(film.run), "--overwrite", *_how(asked, film)]
+        case Command.ANNOTATE:
+            words += [_here(film.path), "--out", _here(film.marks)]
+        case Command.CORRECT:
+            words += [_here(film.run)]
+        case Command.EXPORT:
+            to = asked.to or "trc"
+            words += [_here(film.run), "--to", to, "--out", export_name(film.run, to), "--overwrite"]
+    page = asked.command in (Command.ANNOTATE, Command.CORRECT)
+    words += ["--no-browser"] * (page and not browser)
+    return [*words, "--progress", "json"]
+
+
+class Work:
+    """A command at work, or how it ended.
+
+    words : as typed after `figtrack`
+    """
+
+    def __init__(self, words: Sequence[str], folder: Path) -> None:
+        """Start it in a folder."""
+        self.words = list(words)
+        self._task: dict[str, Any] | None = None
+        self._said: list[str] = []
+        command = [sys.executable, "-P", "-m", "tracker", *words]  # -P: the folder holds films, not modules
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=pipe,
+            stderr=pipe,
+            text=True,
+            errors="replace",
+        )
+        self._readers = [
+            Thread(target=read, daemon=True) for read in (self._read_results, self._read_progress)
+        ]
+        for reader in self._readers:
+            reader.start()
+
+    @property
+    def running(self) -> bool:
+        return self._process.poll() is None or any(reader.is_alive() for reader in self._readers)
+
+    def told(self) -> dict[str, Any]:
+        """Its command, how far it is, what it said and, once it has ended, its exit status."""
+        running = self.running
+        return {
+            "command": self.words[0],
+            "task": self._task if running else None,
+            "said": list(self._said),
+            "status": None if running else self._process.returncode,
+        }
+
+    def stop(self) -> None:
+        """As by Ctrl-C: it leaves no half of a result."""
+        self._process.terminate()
+        try:
+            self._process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+        for reader in self._readers:
+            reader.join(PATIENCE)
+
+    def _read_results(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as lines:
+            for line in lines:
+                self._said.append(line.rstrip())
+
+    def _read_progress(self) -> None:
+        assert self._process.stderr is not None
+        with self._process.stderr as lines:
+            for line in lines:
+                self._hear(line.rstrip())
+
+    def _hear(self, line: str) -> None:
+        """A line of progress as JSON, or a plain one that says why it ended."""
+        try:
+            news = json.loads(line)
+        except json.JSONDecodeError:
+            self._said.append(line)
+            return
+        if "task" in news:
+            self._task = news
+        else:
+            self._said += (f"warning: {text}" if kind == "warning" else text for kind, text in news.items())
+
+
+def _how(asked: Asked, film: Film) -> list[str]:
+    given: dict[str, object] = {"--person": asked.person, "--near": asked.near}
+    if asked.marked:
+        given = {"--keypoints": _here(film.marks)}
+    given["--height"] = asked.height
+    return [str(word) for option, value in given.items() if value is not None for word in (option, value)]
+
+
+def _here(path: Path) -> str:
+    """A file of the folder that the command runs in; one that begins with a dash is no option."""
+    return f"./{path.name}" if path.name.startswith("-") else path.name
