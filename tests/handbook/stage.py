@@ -12,6 +12,8 @@ import subprocess
 import sys
 import time
 from functools import cache, partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -20,6 +22,7 @@ from tests.tracker.annotate.test_launch import page, post, running
 from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_table
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
+from tests.tracker.report.test_before_after import run as walked
 from tracker.cli import demo
 from tracker.experiments import reproduce as experiments
 from tracker.experiments import runtime
@@ -42,6 +45,7 @@ IN_ITS_PLACE = {
     "annotate": "without a browser: what one clicks is sent, then Save and close",
     "correct": "without a browser: a frame is kept as it was followed, then Follow on, then Save and close",
     "app": "without a browser: the films are asked for, then Ctrl-C",
+    "compare-runs": "of two made-up walks: the clips here are too short for strides",
     "reproduce": "--quick, and one experiment of the six",
     "batch": "by one process: each takes seconds to begin",
 }
@@ -124,6 +128,8 @@ def run(words, folder, scheduler):
         correct(rest[1:], folder)
     elif rest[0] == "app":
         look(rest[1:], folder)
+    elif rest[0] == "compare-runs":
+        set_side_by_side(rest, folder)
     elif rest[0] == "reproduce":
         run_figtrack(*rest, "--quick")
     elif rest[0] == "batch" and SCHEDULER not in rest:
@@ -172,6 +178,14 @@ def look(words, folder):
         _, errors = process.communicate(timeout=120)
     if not films or process.returncode:
         raise CommandFailedError(f"app {' '.join(words)}: {films} {errors}")
+
+
+def set_side_by_side(words, folder):
+    """Compare two runs that have the names of the command's."""
+    with TemporaryDirectory() as aside:
+        for number, name in enumerate(words[1:3]):
+            walked(Path(aside) / name, period=1.1 - 0.1 * number)
+        run_figtrack(words[0], *(Path(aside) / name for name in words[1:3]), *words[3:])
 
 
 def run_figtrack(*words):

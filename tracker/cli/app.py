@@ -12,7 +12,7 @@ import typer
 from tracker import __version__
 from tracker.cli.annotate_command import annotate, correct
 from tracker.cli.desk_command import app as desk
-from tracker.cli.file_commands import batch, export, settings
+from tracker.cli.file_commands import batch, compare_runs, export, settings
 from tracker.cli.find_command import find, suggestion
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
 from tracker.cli.options import Common, Keypoints, Video, beside, offered
@@ -138,7 +138,7 @@ def compare(
 
 COMMANDS = (
     *(demo, desk, annotate, learn, find, track, correct, compare, classify, predict, interpolate, synthesise),
-    *(reproduce, export, batch, settings),
+    *(reproduce, compare_runs, export, batch, settings),
 )
 for command in COMMANDS:
     app.command()(offered(command))

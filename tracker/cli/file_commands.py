@@ -74,6 +74,29 @@ def export(
     print(f"wrote {place} from {folder}{f'; {said}' if said else ''}")
 
 
+def compare_runs(
+    before: Annotated[
+        Path, typer.Argument(metavar="BEFORE", help="The folder of a run of 'figtrack track'.")
+    ],
+    after: Annotated[Path, typer.Argument(metavar="AFTER", help="That of another run of the same person.")],
+    *,
+    out: Annotated[Path | None, typer.Option(help="The page [default: BEFORE-AFTER.html].")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Set two runs of one person side by side: gait figures, their changes, angles over the stride.
+
+    Example: figtrack compare-runs monday-track friday-track
+    """
+    from tracker.report.before_after import compare_runs as compare
+    from tracker.run.folder import fresh_file
+
+    page = out or Path(f"{before.absolute().name}-{after.absolute().name}.html")
+    with fresh_file(page, overwrite=overwrite) as aside:
+        table = compare(before, after, aside)
+    print(table)
+    print(f"\nopen {page}")
+
+
 def batch(
     jobs: Annotated[
         Path,

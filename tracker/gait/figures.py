@@ -17,6 +17,9 @@ NEEDED = {f"{side}_{joint}" for side in SIDES for joint in ("knee", "ankle")}
 # Joints whose range of motion is told, of either leg and of the trunk.
 LEG_JOINTS = ("hip", "knee", "ankle")
 TRUNK = "torso"
+# Turns that gait analysis looks for: what each is called, and whether the angle is greatest there. The foot
+# is left out: its turns are too many to be told apart.
+TURNS = {"hip": ("hip extension peak", False), "knee": ("knee flexion peak", True)}
 LEAST_STANCE = 50.0  # per cent of a stride; a foot that walks is on the ground for longer
 
 
@@ -95,6 +98,7 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
         *times(strides, clock, run),
         *lengths(track, strides, clock, leg),
         *_ranges(track, strides),
+        *_turns(track, strides),
     )
     return _possible(replace(gait, measures=tuple(measure for measure in every if measure.both is not None)))
 
@@ -128,10 +132,37 @@ def _ranges(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
         yield Measure(f"{TRUNK} range", "deg", both=either.both)
 
 
+def _turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
+    """When in the stride joints turn, per cent of it."""
+    for joint, (name, greatest) in TURNS.items():
+        of_side = {side: f"{joint}_{side}" for side in SIDES}
+        if set(of_side.values()) <= set(track.figure.freedoms):
+            found = {
+                side: [_turn(track, freedom, s, greatest) for s in strides[side].sound]
+                for side, freedom in of_side.items()
+            }
+            yield Measure.of(name, "% of stride", found)
+
+
+def _turn(track: Track, freedom: str, stride: Stride, greatest: bool) -> Sample:
+    rows = _rows(track, stride)
+    angles = track.q[rows, track.figure.index(freedom)]
+    at = track.first + rows.start + int(angles.argmax() if greatest else angles.argmin())
+    length = stride.end.at - stride.strike.at
+    share = (at - stride.strike.at) / length
+    # A turn lies anywhere within its frame.
+    variance = 1.0 / 12.0 + ((1.0 - share) * stride.strike.error) ** 2 + (share * stride.end.error) ** 2
+    return Sample(100.0 * share, 1e4 * variance / length**2)
+
+
+def _rows(track: Track, stride: Stride) -> slice:
+    """The rows of a track that lie within a stride."""
+    return slice(int(np.ceil(stride.strike.at)) - track.first, int(stride.end.at) - track.first + 1)
+
+
 def _range(track: Track, freedom: str, stride: Stride) -> Sample:
     """Greatest less least angle of a stride, degrees."""
-    k = track.figure.index(freedom)
-    rows = slice(int(np.ceil(stride.strike.at)) - track.first, int(stride.end.at) - track.first + 1)
+    k, rows = track.figure.index(freedom), _rows(track, stride)
     angles, variances = np.degrees(track.q[rows, k]), np.degrees(np.degrees(track.cov[rows, k, k]))
     top, bottom = angles.argmax(), angles.argmin()
     return Sample(float(angles[top] - angles[bottom]), float(variances[top] + variances[bottom]))

@@ -8,15 +8,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from dynamics.gaussian import Array
 from kinematics.sides import SIDES, Side
 from tracker.clip.follow import Run
-from tracker.gait.curves import over_strides, read_norms, spread
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
-from tracker.gait.strides import BACKWARDS
-from tracker.gait.times import STANCE
 from tracker.loop.outcome import Outcome
+from tracker.report.cycles import legs_of, norm_of, tenths
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
 
@@ -84,11 +81,6 @@ class Chapter:
             warnings=[*finished.warnings, *(() if gait is None else gait.warnings)],
         )
 
-    @property
-    def backwards(self) -> bool:
-        """Whether the figure goes where its back is."""
-        return bool(self.track.q[-1, 0] - self.track.q[0, 0] < BACKWARDS)
-
     def facts(self) -> list[tuple[str, str]]:
         """Names and values, in words."""
         counts = Counter(self.track.outcome)
@@ -155,7 +147,7 @@ class Chapter:
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
             "words": WORDS,
             "floor": {side: self._on_floor(side) for side in SIDES},
-            "cycles": [cycle for cycle in map(self._cycle, LEG_JOINTS) if cycle["legs"]],
+            "cycles": list(self._cycles()),
         }
 
     def _panels(self) -> Iterable[dict[str, Any]]:
@@ -168,39 +160,21 @@ class Chapter:
                 "curves": [
                     {
                         "name": name,
-                        "mean": _tenths(np.degrees(self.track.q[:, k])),
-                        "sigma": _tenths(np.degrees(np.sqrt(self.track.cov[:, k, k]))),
+                        "mean": tenths(np.degrees(self.track.q[:, k])),
+                        "sigma": tenths(np.degrees(np.sqrt(self.track.cov[:, k, k]))),
                     }
                     for name, k in shown.items()
                 ],
             }
 
-    def _cycle(self, joint: str) -> dict[str, Any]:
-        """A joint over the stride, degrees, of legs that have it; `off` is when the foot leaves, per cent."""
-        legs = {}
-        for side in SIDES:
-            freedom = f"{joint}_{side}"
-            if self.gait is None or freedom not in self.track.figure.freedoms:
-                continue
-            angle = np.degrees(self.track.q[:, self.track.figure.index(freedom)])
-            curves = over_strides(angle, self.gait.strides[side].sound, self.track.first)
-            if len(curves):
-                sigma, stance = spread(curves), self.gait.named(STANCE)
-                off = None if stance is None else getattr(stance, side)
-                legs[side] = {
-                    "strides": [_tenths(curve) for curve in curves],
-                    "mean": _tenths(curves.mean(axis=0)),
-                    "sigma": None if sigma is None else _tenths(sigma),
-                    "off": None if off is None else round(off.mean, 1),
-                }
-        return {"title": joint.capitalize(), "legs": legs, "norm": self._norm(joint)}
-
-    def _norm(self, joint: str) -> dict[str, Any] | None:
-        """What people have who walk forwards, or run; None where not enough of them were captured."""
-        norm = None if self.gait is None else read_norms().get(f"{self.gait.motion}_{joint}")
-        if norm is None or self.backwards:
-            return None
-        return {"mean": _tenths(norm.mean), "sigma": _tenths(norm.sigma), "people": norm.people}
+    def _cycles(self) -> Iterable[dict[str, Any]]:
+        """Of each joint of the legs: its angle over the stride."""
+        if self.gait is not None:
+            for joint in LEG_JOINTS:
+                legs = legs_of(self.track, self.gait, joint)
+                norm = norm_of(self.track, self.gait, joint)
+                if legs:
+                    yield {"title": joint.capitalize(), "legs": legs, "norm": norm}
 
     def _on_floor(self, side: Side) -> list[list[float]]:
         strides = () if self.gait is None else self.gait.strides[side].sound
@@ -217,7 +191,3 @@ def _walked(gait: Gait, track: Track) -> list[tuple[str, str]]:
     if moved > 0.0:
         lengths += f"; against the background, which the camera moves by up to {moved:.0f} px"
     return [("Motion", gait.motion), ("Lengths", lengths)]
-
-
-def _tenths(values: Array) -> list[float]:
-    return [float(value) for value in np.round(values, 1)]

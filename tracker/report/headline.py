@@ -5,6 +5,7 @@ from tracker.gait.figures import Gait
 from tracker.gait.times import STANCE, SWING
 from tracker.gait.values import Measure, Value
 from tracker.report.chapter import DISCORD, Chapter
+from tracker.report.cycles import goes_backwards
 from tracker.report.html_tables import SIGMAS
 
 NOTED = 10.0  # per cent of their mean by which the legs differ at least
@@ -17,7 +18,9 @@ def headline(chapter: Chapter) -> str:
     cadence = None if gait is None else gait.named("cadence")
     if gait is None or cadence is None or cadence.both is None:
         return ""
-    verb = {"walk": "Walks", "run": "Runs"}[gait.motion] + (" backwards" if chapter.backwards else "")
+    verb = {"walk": "Walks", "run": "Runs"}[gait.motion] + (
+        " backwards" if goes_backwards(chapter.track) else ""
+    )
     told = f"{verb} at {cadence.both.mean:.0f} steps a minute"
     speed = gait.named("speed")
     if speed is not None and speed.both is not None:

@@ -47,8 +47,12 @@ def table_rows(scores: Mapping[str, Score]) -> list[tuple[str, ...]]:
 
 def text_table(scores: Mapping[str, Score]) -> str:
     """The table as lines of text."""
-    rows = [COLUMNS, *table_rows(scores)]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
+    return in_columns([COLUMNS, *table_rows(scores)])
+
+
+def in_columns(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of as many cells as lines of text."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
     ]
@@ -57,30 +61,42 @@ def text_table(scores: Mapping[str, Score]) -> str:
 
 def comparison_table(scores: Mapping[str, Score]) -> str:
     """The same as HTML."""
-    return _table(COLUMNS, [[html.escape(cell) for cell in row] for row in table_rows(scores)])
+    return html_table(COLUMNS, [[html.escape(cell) for cell in row] for row in table_rows(scores)])
 
 
 def gait_table(gait: Gait) -> str:
     """The gait figures as HTML, each with two standard errors."""
-    return _table(GAIT_COLUMNS, [_gait_row(measure) for measure in gait.measures])
+    return html_table(GAIT_COLUMNS, [_gait_row(measure) for measure in gait.measures])
 
 
 def _gait_row(measure: Measure) -> Sequence[str]:
-    places = PLACES.get(measure.unit, 1)
-    unit = "\N{DEGREE SIGN}" if measure.unit == "deg" else measure.unit
-    values = [_spoken(value, places) for value in (measure.near, measure.far, measure.both)]
-    return (f"{measure.name} <small>{unit}</small>", *values, _spoken(measure.symmetry, 1))
+    values = [spoken(value, measure.unit) for value in (measure.near, measure.far, measure.both)]
+    name = f"{measure.name} <small>{unit_of(measure)}</small>"
+    return (name, *map(small_errors, [*values, spoken(measure.symmetry, "%")]))
 
 
-def _spoken(value: Value | None, places: int) -> str:
+def unit_of(measure: Measure) -> str:
+    """A unit as it is written."""
+    return "\N{DEGREE SIGN}" if measure.unit == "deg" else measure.unit
+
+
+def spoken(value: Value | None, unit: str) -> str:
+    """A mean and two standard errors of it, to the places that the unit allows; a dash for none."""
     if value is None:
         return DASH
+    places = PLACES.get(unit, 1)
     # A minus as wide as the plus.
     mean = f"{value.mean:.{places}f}".replace("-", "\N{MINUS SIGN}")
-    return f"{mean} <small>\N{PLUS-MINUS SIGN} {SIGMAS * value.error:.{places}f}</small>"
+    return f"{mean} \N{PLUS-MINUS SIGN} {SIGMAS * value.error:.{places}f}"
 
 
-def _table(columns: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+def small_errors(text: str) -> str:
+    """HTML of such a figure."""
+    mean, sign, error = text.partition("\N{PLUS-MINUS SIGN}")
+    return f"{mean}<small>{sign}{error}</small>" if sign else mean
+
+
+def html_table(columns: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     """Rows of cells in HTML."""
     head = "".join(f"<th scope='col'>{html.escape(column)}</th>" for column in columns)
     body = "".join(

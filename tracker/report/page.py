@@ -17,7 +17,7 @@ from tracker.report.headline import headline, unusual
 from tracker.report.html_tables import comparison_table, gait_table
 from tracker.run.score import LOST_ERROR, Score, error_curve
 
-SCRIPTS = ("plots.js", "player.js", "page.js")
+SCRIPTS = ("plots.js", "saving.js", "player.js", "page.js")
 LARGEST = 60_000_000  # bytes of clips that are written into a page; larger ones are linked
 BLOCK = 3 * 2**18  # bytes turned to base64 at a time: whole groups of three
 
@@ -70,7 +70,6 @@ def _write(
     data = {"chapters": [chapter.drawn() for chapter in chapters], "errors": errors}
     parts: dict[str, Iterable[str]] = {
         "title": [html.escape(video)],
-        "style": [_read("style.css")],
         "kind": [_kind(chapters)],
         "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in notes],
         "warnings": [f"<p class='warning'>{html.escape(text)}</p>" for text in warnings],
@@ -79,14 +78,23 @@ def _write(
         "tabs": _tabs(chapters),
         "chapters": [_chapter(number, chapter) for number, chapter in enumerate(chapters)],
         "sheet": sheet,
-        # "</script>" in a file's name would end the element; JSON may spell "<" as it likes.
-        "data": [json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")],
-        "scripts": [_read(name) for name in SCRIPTS],
+        "data": [script_data(data)],
     }
+    compose(path, "page.html", SCRIPTS, parts)
+
+
+def compose(path: Path, page: str, scripts: Sequence[str], parts: Mapping[str, Iterable[str]]) -> None:
+    """Write a page of this package with its style, its scripts and parts, by their names, in their places."""
+    every = {**parts, "style": [_read("style.css")], "scripts": map(_read, scripts)}
     # A file's name may be no text at all.
     with path.open("w", encoding="utf-8", errors="replace") as file:
-        for i, piece in enumerate(re.split(r"\{\{(\w+)\}\}", _read("page.html"))):
-            file.writelines(parts[piece] if i % 2 else [piece])
+        for i, piece in enumerate(re.split(r"\{\{(\w+)\}\}", _read(page))):
+            file.writelines(every[piece] if i % 2 else [piece])
+
+
+def script_data(data: object) -> str:
+    """JSON that may stand in a page: "</script>" in a file's name would end the element."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def _kind(chapters: Sequence[Chapter]) -> str:

@@ -36,6 +36,20 @@ def test_a_known_walk_gets_its_own_figures():
         assert getattr(found["hip range"], side).mean == pytest.approx(2.0 * np.degrees(SWING), abs=0.3)
         assert getattr(found["knee range"], side).mean == 0.0
     assert found["torso range"].both.mean == 0.0
+
+
+def test_a_joint_turns_when_its_angle_is_greatest_or_least():
+    track = stroll(duty=0.6)
+    bent = track.q.copy()
+    # The knee is most bent 70 per cent after the near foot's strikes at 0.3 s, 1.4 s ...
+    phase = ((track.times - 0.3) / 1.1) % 1.0
+    bent[:, track.figure.index("knee_near")] = np.exp(-(((phase - 0.7) / 0.1) ** 2))
+    found = {measure.name: measure for measure in gait_of(replace(track, q=bent)).measures}
+    knee = found["knee flexion peak"].near
+    assert abs(knee.mean - 70.0) < 2.0 + 2.0 * knee.error
+    # Straight legs are farthest back when they leave the floor.
+    hip = found["hip extension peak"].far
+    assert abs(hip.mean - 60.0) < 2.0 + 2.0 * hip.error
     assert found["torso range"].near is None
 
 

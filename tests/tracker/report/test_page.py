@@ -2,8 +2,10 @@
 
 import json
 import re
+import time
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from tests.tracker.strolls import stroll
 from tracker.report import page
 from tracker.report.headline import headline
 from tracker.report.page import write_comparison, write_report
+from tracker.tables.table import by_column, read_lines
 from videos.writer import Writer
 
 FPS, SECONDS, SIZE = 30.0, 2.0, (64, 48)
@@ -332,6 +335,41 @@ def test_large_clips_are_linked_and_play(browser, tmp_path, monkeypatch):
     browser.push("#play")
     browser.wait("Number(document.querySelector('#frame').value) > 25")
     browser.push("#play")
+
+
+def test_plots_and_tables_are_saved_as_pictures_and_numbers(browser, tmp_path):
+    track = stroll(SECONDS)
+    page, saved = made(tmp_path, track), tmp_path / "saved"
+    browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(saved))
+    Report(browser, page)
+    browser.value("document.querySelectorAll('.save button').forEach((button) => button.click())")
+    files = {f"{what}-walk-run.{kind}" for what in ("angles", "strides") for kind in ("csv", "svg", "png")}
+    files.add("gait-walk-run.csv")
+    end = time.monotonic() + 20.0
+    while not (saved.exists() and {path.name for path in saved.iterdir()} >= files):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+    (head, *rows) = read_lines(saved / "angles-walk-run.csv")
+    angles = [by_column(head[1], cells) for _, cells in rows]
+    found = np.array([float(row["hip_near_deg"]) for row in angles])
+    assert found == pytest.approx(np.degrees(track.q[:, HIP]), abs=0.051)
+    (head, *rows) = read_lines(saved / "gait-walk-run.csv")
+    figures = {cells[0]: by_column(head[1], cells) for _, cells in rows}
+    assert float(figures["stride time"]["near leg"]) == pytest.approx(1.1, abs=0.02)
+    assert figures["stride time"]["unit"] == "s"
+    assert figures["cadence"]["near leg"] == ""
+    (head, *rows) = read_lines(saved / "strides-walk-run.csv")
+    assert [int(cells[0]) for _, cells in rows] == list(range(101))
+    assert {"hip_near_mean", "hip_near_1"} <= set(head[1])
+    for what in ("angles", "strides"):
+        picture = cv2.imread(str(saved / f"{what}-walk-run.png"))
+        assert min(picture.shape[:2]) > 200
+        assert np.ptp(picture) > 100
+        drawn = (saved / f"{what}-walk-run.svg").read_text()
+        assert drawn.count("<text") > 5
+        assert "Hip" in drawn
+        assert "var(" not in drawn
 
 
 def test_long_clips_are_seen_a_few_seconds_at_a_time(browser, tmp_path):

@@ -7,10 +7,10 @@ const [slider, play, where] = [find("#frame"), find("#play"), find("#where")];
 const { first, times } = data.chapters[0];
 const axis = new Axis(times);
 
-const tellers = data.chapters.map((chapter, i) =>
-  drawChapter(axis, chapter, find(`article[data-chapter="${i}"] .plots`)));
+const within = (i, selector) => find(`article[data-chapter="${i}"] ${selector}`);
+const tellers = data.chapters.map((chapter, i) => drawChapter(axis, chapter, within(i, ".plots")));
 data.chapters.forEach((chapter, i) => {
-  if (chapter.cycles.length) drawCycles(chapter, find(`article[data-chapter="${i}"] .cycles`));
+  if (chapter.cycles.length) drawCycles(chapter.cycles, within(i, ".cycles"));
 });
 if (data.errors) {
   find("#errors").hidden = false;
@@ -113,6 +113,13 @@ if (seconds > LONG) {
     root.prepend(element("div", { class: "spans" }, "Show", choice));
   }
 }
+
+data.chapters.forEach((chapter, i) => {
+  const [plots, cycles, table] = [".plots", ".cycles", ".gait table"].map((selector) => within(i, selector));
+  plots.after(savers(`angles-${chapter.name}`, () => angleRows(chapter), plots));
+  if (chapter.cycles.length) cycles.after(savers(`strides-${chapter.name}`, () => cycleRows(chapter.cycles), cycles));
+  if (table) table.parentElement.after(savers(`gait-${chapter.name}`, () => tableRows(table)));
+});
 
 find(".clips").style.setProperty("--clips", data.chapters.length);
 new ResizeObserver(() => axis.rulers.forEach((ruler) => axis.rule(ruler))).observe(document.body);

@@ -1,8 +1,8 @@
 // Curves, bands and strips over a common axis of seconds, and angles over the stride. An SVG is stretched over its
 // chart, so its x is seconds, or per cent of a stride.
 
-const SVG = document.querySelector("svg").namespaceURI;
-const TONES = { near: "--near", far: "--far", torso: "--torso", neck: "--neck" };
+const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI; // no address in the page
+const TONES = { near: "--near", far: "--far", torso: "--torso", neck: "--neck", before: "--pink", after: "--accent" };
 const MOTIONS = { walk: "--green", run: "--pink", free: "--grey", cv: "--grey" };
 const OUTCOMES = { ok: "--quiet", hidden: "--gold", lost: "--wrong", found: "--accent", outside: "--grey" };
 const MODELS = ["--ink", "--pink", "--gold", "--green", "--grey"];
@@ -176,7 +176,7 @@ function anglePanel(axis, panel, chapter, sure) {
   return { box: element("div", { class: "panel" }, head, chart.box), tell };
 }
 
-// Of a joint: the angle of either leg over its strides.
+// Of a joint: the angle over the strides of either leg, or of one leg before and after.
 function cyclePanel({ title, legs, norm }) {
   const axis = new Axis(SHARES);
   const curves = Object.entries(legs);
@@ -259,12 +259,13 @@ function drawChapter(axis, chapter, root) {
   };
 }
 
-function drawCycles(chapter, root) {
-  const counts = (side) => Math.max(0, ...chapter.cycles.map(({ legs }) => legs[side]?.strides.length ?? 0));
-  const named = ["near", "far"].filter(counts).map((side) => [`${side}, ${counts(side)} ${counts(side) > 1 ? "strides" : "stride"}`, TONES[side]]);
-  const { norm } = chapter.cycles[0];
+function drawCycles(cycles, root) {
+  const names = [...new Set(cycles.flatMap(({ legs }) => Object.keys(legs)))];
+  const counts = (name) => Math.max(...cycles.map(({ legs }) => legs[name]?.strides.length ?? 0));
+  const named = names.map((name) => [`${name}, ${counts(name)} ${counts(name) > 1 ? "strides" : "stride"}`, TONES[name]]);
+  const { norm } = cycles[0];
   if (norm) named.push([`${norm.people} people, from motion capture`, "--quiet"]);
-  root.append(...chapter.cycles.map(cyclePanel), legend(named));
+  root.append(...cycles.map(cyclePanel), legend(named));
 }
 
 // Errors of every model against the marked frames.

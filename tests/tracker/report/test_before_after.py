@@ -1,0 +1,124 @@
+"""Two runs side by side: what changed is what was changed, in the table and on the page."""
+
+import json
+import re
+
+import pytest
+
+from tests.tracker.clips import figtrack
+from tests.tracker.strolls import stroll
+from tracker.gait.figures import gait_of
+from tracker.gait.values import Value
+from tracker.report.before_after import Change, compare_runs
+from tracker.run.read import RunError
+from tracker.run.write import write_tables
+
+SECONDS, FPS = 6.0, 30.0
+FLOAT = r"[-\N{MINUS SIGN}]?\d+\.\d+"
+
+
+def run(folder, *, height=None, **walk):
+    """The folder of a stroll's run, as far as it is read."""
+    track = stroll(SECONDS, fps=FPS, **walk)
+    folder.mkdir()
+    write_tables(track, folder, len(track), FPS)
+    (folder / "gait.json").write_text(json.dumps(gait_of(track).summary()))
+    news = {"figtrack": "0", "video": "a.mp4", "fps": FPS, "frames": len(track), "facing": "right"}
+    (folder / "run.json").write_text(json.dumps(news | {"height": height}))
+    return folder
+
+
+@pytest.fixture
+def runs(tmp_path):
+    """A walk, and a quicker one."""
+    return run(tmp_path / "monday"), run(tmp_path / "friday", period=1.0)
+
+
+def rows(text):
+    """Before, after and change by what they are of."""
+    found = {}
+    for line in text.splitlines()[1:]:
+        name = re.split(r"  +", line)[0]
+        numbers = re.findall(rf"({FLOAT}) \N{{PLUS-MINUS SIGN}}", line)
+        found[name] = tuple(float(number.replace("\N{MINUS SIGN}", "-")) for number in numbers)
+    return found
+
+
+def test_what_was_changed_is_what_changed(runs, tmp_path):
+    found = rows(compare_runs(*runs, tmp_path / "page.html"))
+    for side in ("near", "far"):
+        assert found[f"stride time, {side} s"] == pytest.approx((1.1, 1.0, -0.1), abs=0.01)
+        assert found[f"hip range, {side} \N{DEGREE SIGN}"][2] == pytest.approx(0.0, abs=0.3)
+    assert found["cadence steps/min"] == pytest.approx((120 / 1.1, 120.0, 120.0 - 120 / 1.1), abs=1.0)
+    assert all(after - before == pytest.approx(by, abs=0.11) for before, after, by in found.values())
+
+
+def test_errors_of_two_runs_add_in_quadrature_and_tell_a_change_from_chance():
+    change = Change("stance", "%", Value(60.0, 3.0, 4), Value(70.0, 4.0, 2))
+    assert (change.by.mean, change.by.error, change.by.count) == (10.0, 5.0, 2)
+    assert not change.sure
+    assert Change("stance", "%", Value(60.0, 3.0, 4), Value(70.1, 4.0, 2)).sure
+    assert Change("stance", "%", Value(70.1, 3.0, 4), Value(60.0, 4.0, 2)).sure
+
+
+def test_lengths_are_in_metres_only_where_both_are(tmp_path):
+    one, other, third = (
+        run(tmp_path / name, height=height) for name, height in (("a", 1.7), ("b", None), ("c", 1.8))
+    )
+    mixed = compare_runs(one, other, tmp_path / "mixed.html")
+    assert "speed leg lengths/s" in mixed
+    assert "metres are known of one" in (tmp_path / "mixed.html").read_text()
+    assert "speed m/s" in compare_runs(one, third, tmp_path / "both.html")
+    assert "metres are known" not in (tmp_path / "both.html").read_text()
+
+
+def test_the_page_draws_both_and_marks_what_changed(browser, runs, tmp_path):
+    page = tmp_path / "page.html"
+    compare_runs(*runs, page)
+    browser.errors.clear()
+    browser.open(page.as_uri())
+    titles = browser.value("[...document.querySelectorAll('.cycles .head')].map(one => one.innerText)")
+    assert titles[:2] == ["Hip, near", "Knee, near"]
+    counts = browser.value(
+        "['curve', 'thin'].map((kind) =>"
+        " document.querySelectorAll(`.cycles .panel:first-child path.${kind}`).length)"
+    )
+    assert counts[0] == 2
+    assert counts[1] > 4
+    bold = browser.value(
+        "[...document.querySelectorAll('tr')].filter((row) => row.querySelector('b'))"
+        ".map((row) => row.cells[0].innerText)"
+    )
+    assert any("stride time, near" in name for name in bold)
+    assert not any("hip range" in name for name in bold)
+    assert browser.value("document.documentElement.scrollWidth <= window.innerWidth")
+    assert browser.errors == []
+    browser.open("about:blank")
+
+
+def test_the_command_writes_a_page_and_replaces_none(runs, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = figtrack("compare-runs", *runs)
+    assert done.exit_code == 0, done.output
+    assert "open monday-friday.html" in done.stdout
+    before = (tmp_path / "monday-friday.html").read_bytes()
+    refused = figtrack("compare-runs", *runs)
+    assert refused.exit_code == 1
+    assert refused.stderr.startswith("error: ")
+    assert (tmp_path / "monday-friday.html").read_bytes() == before
+
+
+def test_a_run_without_strides_is_refused_in_one_line(runs, tmp_path):
+    short = run(tmp_path / "short", period=50.0)
+    with pytest.raises(RunError, match="short has no whole stride"):
+        compare_runs(runs[0], short, tmp_path / "page.html")
+    (runs[1] / "gait.json").write_text("{")
+    with pytest.raises(RunError, match=r"friday has no gait\.json that can be read"):
+        compare_runs(*runs, tmp_path / "page.html")
+    assert not (tmp_path / "page.html").exists()
+
+
+def test_a_folder_s_name_is_no_html(runs, tmp_path):
+    odd = runs[0].rename(tmp_path / "<i>monday")
+    compare_runs(odd, runs[1], tmp_path / "page.html")
+    assert "<i>monday" not in (tmp_path / "page.html").read_text()

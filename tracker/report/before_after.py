@@ -1,0 +1,146 @@
+"""Two runs of one person side by side: their gait figures, what changed, and angles over the stride."""
+
+import html
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinematics.sides import SIDES
+from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
+from tracker.gait.lengths import Known
+from tracker.gait.values import Value
+from tracker.report.cycles import legs_of, norm_of
+from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_errors, spoken, unit_of
+from tracker.report.page import compose, script_data
+from tracker.run.read import RunError, read_news, read_track
+from tracker.run.track import Track
+
+COLUMNS = ("", "before", "after", "change")
+SCRIPTS = ("plots.js", "saving.js", "before_after.js")
+
+
+@dataclass(frozen=True)
+class Walked:
+    """One of the two runs.
+
+    rate : playback speed by which its seconds were multiplied
+    """
+
+    folder: Path
+    track: Track
+    rate: float
+    known: Known
+
+    def gait(self, metres: bool) -> Gait:
+        """Its gait figures, lengths in metres or in leg lengths; raises RunError where there are none."""
+        gait = gait_of(self.track, self.rate, self.known if metres else None)
+        if gait is None or not gait.measures:
+            raise RunError(
+                f"{self.folder} has no whole stride, so no gait figures to compare; take a longer clip"
+            )
+        return gait
+
+
+@dataclass(frozen=True)
+class Change:
+    """A figure of one leg, or of both, in two runs."""
+
+    name: str
+    unit: str
+    before: Value
+    after: Value
+
+    @property
+    def by(self) -> Value:
+        """After less before; the errors of two runs have nothing in common."""
+        mean, error = self.after.mean - self.before.mean, np.hypot(self.after.error, self.before.error)
+        return Value(mean, float(error), min(self.before.count, self.after.count))
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is more than two standard errors."""
+        return abs(self.by.mean) > SIGMAS * self.by.error
+
+    def cells(self) -> list[str]:
+        """What it is called, both figures and the difference, in words."""
+        return [f"{self.name} {self.unit}", *(spoken(value, self.unit) for value in self._values())]
+
+    def row(self) -> list[str]:
+        """The same as HTML, the difference in bold where it is sure."""
+        *values, by = (small_errors(spoken(value, self.unit)) for value in self._values())
+        name = f"{html.escape(self.name)} <small>{html.escape(self.unit)}</small>"
+        return [name, *values, f"<b>{by}</b>" if self.sure else by]
+
+    def _values(self) -> tuple[Value, Value, Value]:
+        return self.before, self.after, self.by
+
+
+def compare_runs(before: Path, after: Path, page: Path) -> str:
+    """Write the page of two runs, and give its table as text.
+
+    Raises:
+        RunError: a folder without a complete run, or one without gait figures.
+    """
+    runs = [_walked(folder) for folder in (before, after)]
+    metres = all(run.known != Known() for run in runs)
+    gaits = [run.gait(metres) for run in runs]
+    changes = list(_changes(*gaits))
+    parts = {
+        "title": [html.escape(f"{before.name} and {after.name}")],
+        "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in _notes(gaits, metres, runs)],
+        "table": [html_table(COLUMNS, [change.row() for change in changes])],
+        "data": [script_data({"cycles": list(_cycles(runs, gaits))})],
+    }
+    compose(page, "before_after.html", SCRIPTS, parts)
+    return in_columns([COLUMNS, *(change.cells() for change in changes)])
+
+
+def _walked(folder: Path) -> Walked:
+    news = read_news(folder)
+    try:
+        rate = float(json.loads((folder / "gait.json").read_text(encoding="utf-8"))["rate"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RunError(f"{folder} has no gait.json that can be read; track the clip again") from error
+    return Walked(folder, read_track(folder, mark=0.0), rate, Known(news.height, news.scale))
+
+
+def _changes(before: Gait, after: Gait) -> Iterator[Change]:
+    """Every figure that both have, of each leg where legs have their own."""
+    for measure in before.measures:
+        other = after.named(measure.name)
+        make = partial(Change, unit=unit_of(measure))
+        legs = 0
+        for side in SIDES:
+            values = getattr(measure, side), other and getattr(other, side)
+            if values[0] and values[1]:
+                legs += 1
+                yield make(name=f"{measure.name}, {side}", before=values[0], after=values[1])
+        if not legs and other and measure.both and other.both:
+            yield make(name=measure.name, before=measure.both, after=other.both)
+
+
+def _notes(gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked]) -> Iterator[str]:
+    before, after = (gait.motion for gait in gaits)
+    if before != after:
+        yield f"The first is a {before} and the second a {after}: most figures differ for that reason alone."
+    if not metres and any(run.known != Known() for run in runs):
+        yield "Lengths are in leg lengths (thigh + shank): metres are known of one of the two only."
+
+
+def _cycles(runs: Sequence[Walked], gaits: Sequence[Gait]) -> Iterator[dict[str, Any]]:
+    """A plot for each leg and joint that both have."""
+    drawn = {
+        joint: [legs_of(run.track, gait, joint) for run, gait in zip(runs, gaits, strict=True)]
+        for joint in LEG_JOINTS
+    }
+    for side in SIDES:
+        for joint, (before, after) in drawn.items():
+            if side in before and side in after:
+                legs = {"before": before[side], "after": after[side]}
+                norm = norm_of(runs[0].track, gaits[0], joint)
+                yield {"title": f"{joint.capitalize()}, {side}", "legs": legs, "norm": norm}
