@@ -2,12 +2,7 @@
 
 Other programs say right and left, we say near and far: of someone who faces right the camera sees the right
 side. A point that other programs ask for and the figure has not is put where its neighbour is: both hips at
-the hip, both shoulders at the neck. A joint with covariance S has the likelihood
-
-    1 - exp(-r^2 / tr S),   r = 0.1 leg lengths,
-
-which for a round S is the probability that it lies within r of where it is said to be. Where the figure is
-lost or out of the picture it is 0.
+the hip, both shoulders at the neck.
 """
 
 from collections.abc import Mapping
@@ -16,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.gaussian import Array
+from tracker.run.likelihood import likelihood
 from tracker.run.read import Record, RunError
-
-WITHIN = 0.1  # leg lengths
 
 # Of each side's joints; HALPE_26 and BODY_25 agree on these.
 LEGS = {
@@ -74,10 +68,8 @@ def named_points(record: Record, names: Mapping[str, str], facing: int) -> Point
     own = {name: near_far(joint, facing) for name, joint in names.items()}
     kept = {name: joint for name, joint in own.items() if np.isfinite(record.place(joint)).any()}
     columns = [record.names.index(joint) for joint in kept.values()]
-    spread = np.trace(record.covs[:, columns], axis1=2, axis2=3)
-    far = (WITHIN * leg_pixels(record)) ** 2 / np.maximum(spread, 1e-9)
-    likelihood = np.where(record.measured[:, None] & np.isfinite(far), -np.expm1(-far), 0.0)
-    return Points(tuple(kept), record.places[:, columns], likelihood)
+    sure = likelihood(record.covs[:, columns], leg_pixels(record), record.measured)
+    return Points(tuple(kept), record.places[:, columns], sure)
 
 
 def leg_pixels(record: Record) -> float:

@@ -14,8 +14,8 @@ from kinematics.sides import SIDES
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.values import Value
-from tracker.report.cycles import legs_of, norm_of
 from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_errors, spoken, unit_of
+from tracker.report.over_stride import legs_of, norm_of
 from tracker.report.page import compose, script_data
 from tracker.run.read import RunError, read_news, read_track
 from tracker.run.track import Track

@@ -13,7 +13,7 @@ from tracker.clip.follow import Run
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.loop.outcome import Outcome
-from tracker.report.cycles import legs_of, norm_of, tenths
+from tracker.report.over_stride import legs_of, norm_of, tenths
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
 

@@ -5,8 +5,8 @@ from tracker.gait.figures import Gait
 from tracker.gait.times import STANCE, SWING
 from tracker.gait.values import Measure, Value
 from tracker.report.chapter import DISCORD, Chapter
-from tracker.report.cycles import goes_backwards
 from tracker.report.html_tables import SIGMAS
+from tracker.report.over_stride import goes_backwards
 
 NOTED = 10.0  # per cent of their mean by which the legs differ at least
 SECOND = {"m/s": "m a second", "leg lengths/s": "leg lengths a second"}

@@ -1,19 +1,31 @@
 """A figure followed through a clip."""
 
+from collections import Counter
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, transpose
-from kinematics.figure import Figure
+from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.loop.outcome import Outcome
+from tracker.run.likelihood import likelihood
 
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+SPACE = ("x", "y")
 FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
 
 
-@dataclass(frozen=True)
+class LibraryError(ImportError):
+    """A library that is no part of a plain installation is not there."""
+
+
+@dataclass(frozen=True, repr=False)
 class Track:
     """A figure followed through the frames first .. first + T - 1 of a clip.
 
@@ -49,6 +61,10 @@ class Track:
     def __len__(self) -> int:
         return len(self.q)
 
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{count} {outcome}" for outcome, count in Counter(self.outcome).items())
+        return f"<Track with {self.model}: frames {self.first} to {self.first + len(self) - 1}, {counts}>"
+
     @property
     def measured(self) -> NDArray[np.bool_]:
         """(T,) whether the picture said where the figure is."""
@@ -74,3 +90,54 @@ class Track:
             J = joint_jacobian(self.figure, q) * self.view.axes[:, None]
             out.append(J @ cov @ transpose(J) + marked)
         return np.stack(out)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """A row a frame: time_s, motion, outcome, the pose, and joints as NAME_x and NAME_y, pixels.
+
+        Angles are in degrees, the root in leg lengths.
+
+        Raises:
+            LibraryError: pandas is not installed.
+        """
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise LibraryError("a table wants pandas; install figtrack[data], or pandas") from error
+        columns: dict[str, object] = {
+            "time_s": self.times,
+            "motion": [self.motion(t) for t in range(len(self))],
+            "outcome": [str(outcome) for outcome in self.outcome],
+        }
+        for k, name in enumerate(self.figure.freedoms[: self.figure.index(SCALE)]):
+            columns[name] = self.q[:, k] if name in ROOT else np.degrees(self.q[:, k])
+        for name, places in zip(self.figure.joints, np.moveaxis(self.joints(), 1, 0), strict=True):
+            columns |= {f"{name}_{axis}": places[:, a] for a, axis in enumerate(SPACE)}
+        frames = pd.RangeIndex(self.first, self.first + len(self), name="frame")
+        return pd.DataFrame(columns, index=frames)
+
+    def to_xarray(self) -> "xr.Dataset":
+        """Positions, pixels, and their likelihood as `confidence`, laid out as `movement` 0.15 has its poses.
+
+        Raises:
+            LibraryError: xarray is not installed.
+        """
+        try:
+            import xarray as xr
+        except ImportError as error:
+            raise LibraryError("a dataset wants xarray; install figtrack[data], or xarray") from error
+        position = np.moveaxis(self.joints(), 2, 1)[..., None]
+        sure = likelihood(self.joint_covs(), self.view.unit, self.measured)[..., None]
+        step = float(np.diff(self.times).mean()) if len(self) > 1 else float("nan")
+        return xr.Dataset(
+            {
+                "position": (("time", "space", "keypoints", "individuals"), position),
+                "confidence": (("time", "keypoints", "individuals"), sure),
+            },
+            {
+                "time": self.times,
+                "space": list(SPACE),
+                "keypoints": list(self.figure.joints),
+                "individuals": ["walker"],
+            },
+            {"source_software": "figtrack", "ds_type": "poses", "fps": 1.0 / step, "time_unit": "seconds"},
+        )
