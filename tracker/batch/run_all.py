@@ -17,6 +17,8 @@ from tracker.clip.job import Job
 from tracker.errors import fault
 from tracker.models.cluster import cluster_at, local_cluster
 from tracker.progress import Progress
+from tracker.report.overview import Row as Shown
+from tracker.report.overview import is_overview, write_overview
 from tracker.report.results import write_run
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
 from tracker.run.read import RunError, read_news, read_run
@@ -72,7 +74,7 @@ def run_batch(
     overwrite: bool,
     progress: Progress,
 ) -> Ended:
-    """Track every row of a table of jobs, and write summary.csv.
+    """Track every row of a table of jobs, and write summary.csv and summary.html.
 
     Args:
         place: where the folders go that the table names, and the summary.
@@ -86,15 +88,18 @@ def run_batch(
         FolderError: a summary that cannot be written.
     """
     rows = read_jobs(table, place, progress)
-    summary = place / "summary.csv"
-    if summary.exists() and not _is_summary(summary):
-        raise FolderError(f"{summary} is of something else and would be replaced; choose another --out")
+    summary, overview = place / "summary.csv", place / "summary.html"
+    for path, ours in ((summary, _is_summary), (overview, is_overview)):
+        if path.exists() and not ours(path):
+            raise FolderError(f"{path} is of something else and would be replaced; choose another --out")
     # The summary's place is tried first: a batch takes long, and would be lost on a place that cannot be.
     with fresh_file(summary, overwrite=True) as aside:
         outs, processes = [row.out for row in rows], min(workers or _processors(), len(rows))
         with swept(outs), _cluster(scheduler, processes) as client:
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
         write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
+    with fresh_file(overview, overwrite=True) as aside:
+        write_overview(aside, place, [_shown(row, ending) for row, ending in ended])
     return ended
 
 
@@ -128,6 +133,11 @@ def job_key(job: Job) -> str:
         elif field.name not in ("called", "found"):  # the marks tell what was found
             digest.update(f"{field.name} {value!r}\n".encode())
     return digest.hexdigest()
+
+
+def _shown(row: Row, ending: Ending) -> Shown:
+    done = ending.status != FAILED
+    return Shown(row.video.name, row.out if done else None, ending.outcomes if done else ending.error)
 
 
 def summary_cells(row: Row, ending: Ending) -> list[str]:

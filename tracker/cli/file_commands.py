@@ -24,6 +24,7 @@ class To(StrEnum):
     SPORTS2D = "sports2d"
     OPENPOSE = "openpose"
     MYOGAIT = "myogait"
+    ALL = "all"
 
 
 def export(
@@ -32,7 +33,7 @@ def export(
         To,
         typer.Option(
             help="dlc: DeepLabCut CSV; trc, mot: OpenSim; sports2d: TRC in pixels; openpose: JSON files; "
-            "myogait: JSON."
+            "myogait: JSON; all: every one of them."
         ),
     ],
     *,
@@ -65,13 +66,19 @@ def export(
     """
     if height is not None and scale_points is not None:
         raise typer.BadParameter("give either --height or --scale-points, not both")
+    if to is To.ALL and out is not None:
+        raise typer.BadParameter("with --to all every file has its usual name; leave out --out")
     points = None if scale_points is None else _scale_points(scale_points)
-    from tracker.foreign.export import Wish, export_name, export_run
+    from tracker.foreign.export import Wish, export_all, export_name, export_run, told
 
-    place = out or Path(export_name(folder, to.value))
     wish = Wish(to.value, height, points, towards(facing))
+    if to is To.ALL:
+        every = export_all(folder, wish, overwrite=common.overwrite, progress=common.shown())
+        print("\n".join(every))
+        return
+    place = out or Path(export_name(folder, to.value))
     said = export_run(folder, wish, place, overwrite=common.overwrite, progress=common.shown())
-    print(f"wrote {place} from {folder}{f'; {said}' if said else ''}")
+    print(told(folder, place, said))
 
 
 def compare_runs(

@@ -17,8 +17,7 @@ from tracker.annotate.documents import Document
 from tracker.annotate.frames import Frames
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here, show
 from tracker.desk.films import Film, films
-from tracker.desk.work import Asked, Command, Work, words_for
-from tracker.foreign.export import FORMATS
+from tracker.desk.work import EXPORTS, Asked, Command, Work, words_for
 from tracker.run.folder import FolderError
 
 POLL = 0.1  # seconds between looks at whether it was interrupted
@@ -51,7 +50,7 @@ class Desk:
         for name, film in films(self.folder).items():
             work = self._works.get(name)
             rows.append(film.told() | {"work": None if work is None else work.told()})
-        return {"folder": str(self.folder), "films": rows, "formats": list(FORMATS)}
+        return {"folder": str(self.folder), "films": rows, "formats": list(EXPORTS)}
 
     def film(self, name: str) -> Film:
         """The film of a name; raises RefusalError where there is none."""

@@ -12,8 +12,9 @@ from typing import Any, Literal
 from pydantic import BaseModel, Field
 
 from tracker.desk.films import Film
-from tracker.foreign.export import FORMATS, export_name
+from tracker.foreign.export import FORMATS
 
+EXPORTS = ("all", *FORMATS)
 PATIENCE = 10.0  # seconds for a command that was told to stop
 
 
@@ -44,7 +45,7 @@ class Asked(BaseModel):
     near: Literal["ahead", "behind"] | None = None
     height: float | None = Field(None, ge=0.3, le=3.0)
     marked: bool = False
-    to: Literal[tuple(FORMATS)] | None = None  # type: ignore[valid-type]
+    to: Literal[EXPORTS] | None = None  # type: ignore[valid-type]
 
 
 def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
@@ -60,8 +61,7 @@ def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
         case Command.CORRECT:
             words += [_here(film.run)]
         case Command.EXPORT:
-            to = asked.to or "trc"
-            words += [_here(film.run), "--to", to, "--out", export_name(film.run, to), "--overwrite"]
+            words += [_here(film.run), "--to", asked.to or EXPORTS[0], "--overwrite"]
     page = asked.command in (Command.ANNOTATE, Command.CORRECT)
     words += ["--no-browser"] * (page and not browser)
     return [*words, "--progress", "json"]

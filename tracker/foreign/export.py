@@ -1,7 +1,7 @@
 """A run's folder as the file of another program."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tracker.foreign import dlc, mot, myogait, openpose, trc
@@ -52,6 +52,30 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
         said = FORMATS[wish.to].write(record, wish, wish.facing or record.facing, aside)
         advance()
     return said
+
+
+def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress) -> list[str]:
+    """Write the run in every format under its usual name; a line of each, also of one that cannot be written.
+
+    Raises:
+        RunError, FolderError: as `export_run` does.
+    """
+    lines = []
+    for to, its in FORMATS.items():
+        place = Path(export_name(folder, to))
+        of = replace(wish, to=to) if its.scaled else Wish(to, facing=wish.facing)
+        try:
+            lines.append(
+                told(folder, place, export_run(folder, of, place, overwrite=overwrite, progress=progress))
+            )
+        except ForeignError as error:
+            lines.append(f"left out {place}: {error}")
+    return lines
+
+
+def told(folder: Path, place: Path, said: str) -> str:
+    """A line of what was written, with what is to be said of it."""
+    return f"wrote {place} from {folder}{f'; {said}' if said else ''}"
 
 
 def export_name(folder: Path, to: str) -> str:

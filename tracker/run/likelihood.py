@@ -1,4 +1,4 @@
-"""How likely a joint lies near where it is said to be: the one number that other programs keep of a covariance."""
+"""How likely a joint lies near where it is said: the one number that other programs keep of a covariance."""
 
 import numpy as np
 from numpy.typing import NDArray

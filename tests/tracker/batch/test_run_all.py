@@ -101,7 +101,7 @@ def test_a_failed_clip_does_not_stop_the_others_and_a_second_run_skips_what_is_d
     assert '"task": "batch jobs.csv", "done": 6, "total": 6' in again.stderr
     after = everything(path.parent)
     changed = {name for name in before if before[name] != after[name]}
-    assert changed == {Path("summary.csv")}
+    assert changed == {Path("summary.csv"), Path("summary.html")}
 
 
 def test_the_summary_has_the_gait_of_a_run_and_empty_cells_where_there_is_none(table, tmp_path):
@@ -124,7 +124,11 @@ def test_results_go_where_told_and_all_done_is_exit_status_0(table, tmp_path):
     path = table(ROW, header=HEADER)
     result = figtrack("batch", path, "--out", tmp_path / "new" / "place", "--workers", 1)
     assert result.exit_code == 0, result.output
-    assert {inner.name for inner in (tmp_path / "new" / "place").iterdir()} == {"a", "summary.csv"}
+    assert {inner.name for inner in (tmp_path / "new" / "place").iterdir()} == {
+        "a",
+        "summary.csv",
+        "summary.html",
+    }
     assert "batch jobs.csv: 1 of 1" in result.stderr
     (row,) = read_csv(tmp_path / "new" / "place" / "summary.csv")
     counts = Counter(pose["outcome"] for pose in read_csv(tmp_path / "new" / "place" / "a" / "pose.csv"))
@@ -344,12 +348,13 @@ def test_a_file_where_a_folder_should_be_fails_that_row_alone(table, tmp_path):
     assert run_row(below, overwrite=True).status == "failed"
 
 
-def test_a_summary_of_something_else_is_never_replaced(table, tmp_path):
+@pytest.mark.parametrize("name", ["summary.csv", "summary.html"])
+def test_a_summary_of_something_else_is_never_replaced(table, tmp_path, name):
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "summary.csv").write_text("my,own\n1,2\n")
+    (tmp_path / "out" / name).write_text("my,own\n1,2\n")
     said = refused("batch", table(ROW), "--out", tmp_path / "out", "--overwrite")
     assert "is of something else" in said
-    assert everything(tmp_path / "out") == {Path("summary.csv"): b"my,own\n1,2\n"}
+    assert everything(tmp_path / "out") == {Path(name): b"my,own\n1,2\n"}
     (tmp_path / "place").write_text("")
     assert refused("batch", table(ROW), "--out", tmp_path / "place")
 

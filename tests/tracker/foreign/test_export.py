@@ -50,6 +50,27 @@ def test_every_format_is_written_beside_one_unless_told(run, tmp_path, monkeypat
     assert {path.name[:7] for path in (tmp_path / "walk-track-openpose").iterdir()} == {"walk 1_"}
 
 
+def test_all_are_written_as_each_by_itself_and_what_cannot_be_is_said(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = figtrack("export", run, "--to", "all", "--height", 1.7)
+    assert done.exit_code == 0, done.output
+    assert [line.split()[0] for line in done.stdout.splitlines()] == ["wrote"] * len(FORMATS)
+    every = everything(tmp_path)
+    for to in FORMATS:
+        exported(run, to, "--overwrite", *(("--height", 1.7) if FORMATS[to].scaled else ()))
+    assert everything(tmp_path) == every
+
+    (tmp_path / "walk-track.trc").unlink()
+    (line,) = (
+        line
+        for line in figtrack("export", run, "--to", "all", "--overwrite").stdout.splitlines()
+        if not line.startswith("wrote")
+    )
+    assert line.startswith("left out walk-track.trc: a TRC is in metres")
+    assert not (tmp_path / "walk-track.trc").exists()
+    assert figtrack("export", run, "--to", "all", "--out", tmp_path / "x").exit_code == 2
+
+
 def test_all_exports_of_one_run_pass_their_validators(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for to in ("dlc", "trc", "mot", "sports2d"):

@@ -1,0 +1,59 @@
+"""The page of a batch: every clip has its row, its picture and its link, and names are no HTML."""
+
+import json
+
+import pytest
+
+from tests.tracker.report.test_page import write_clip
+from tracker.report.overview import Row, is_overview, write_overview
+
+
+@pytest.fixture
+def place(tmp_path):
+    """A folder with the run of a clip in it."""
+    run = tmp_path / "a b-track"
+    run.mkdir()
+    news = {"figtrack": "0", "video": "a b.mp4", "fps": 25, "frames": 3, "facing": "right"}
+    news |= {"headline": "Walks <slowly>.", "warnings": ["A & B."]}
+    (run / "run.json").write_text(json.dumps(news))
+    (run / "report.html").write_text("a report")
+    write_clip(run / "overlay.mp4", [0.0, 0.1, 0.2])
+    return tmp_path
+
+
+def test_every_clip_has_a_row_and_the_followed_ones_a_picture_and_a_link(browser, place):
+    page = place / "summary.html"
+    write_overview(
+        page, place, [Row("a b.mp4", place / "a b-track", "3 ok"), Row("<i>c.mp4", None, "no <video>")]
+    )
+    assert is_overview(page)
+    browser.errors.clear()
+    browser.open(page.as_uri(), width=390)
+    cells = browser.value(
+        "[...document.querySelectorAll('tr')].map(row => [...row.cells].map(c => c.innerText))"
+    )
+    assert cells[0][1] == "a b.mp4"
+    assert cells[0][2].split("\n\n") == ["Walks <slowly>.", "3 ok", "A & B."]
+    assert cells[1][1:] == ["<i>c.mp4", "no <video>"]
+    assert browser.value("document.querySelector('img').naturalWidth") == 240
+    assert browser.value("document.querySelectorAll('a').length") == 1
+    assert browser.value("document.documentElement.scrollWidth <= window.innerWidth")
+    browser.value("document.querySelector('a').click()")
+    browser.wait("document.body?.innerText === 'a report'")
+    assert browser.errors == []
+    browser.open("about:blank")
+
+
+def test_a_run_without_a_film_or_a_report_is_told_all_the_same(place):
+    for name in ("overlay.mp4", "report.html"):
+        (place / "a b-track" / name).unlink()
+    write_overview(place / "summary.html", place, [Row("a b.mp4", place / "a b-track", "3 ok")])
+    page = (place / "summary.html").read_text()
+    assert "Walks &lt;slowly&gt;." in page
+    assert "<img" not in page
+    assert "href='a" not in page
+
+
+def test_another_page_is_told_from_it(tmp_path):
+    (tmp_path / "a.html").write_text("<!doctype html><p>mine")
+    assert not is_overview(tmp_path / "a.html")
