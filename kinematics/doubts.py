@@ -13,7 +13,6 @@ import numpy as np
 
 from kinematics.figure import Array, Figure, Link
 from kinematics.recover import Marks, recover, span
-from kinematics.sides import on_side, other_side
 
 SMALLEST = 25.0  # pixels of a leg: below, templates have too few pixels to be registered
 TWINS = 1.6  # how many times as long as its twin a limb may seem
@@ -54,9 +53,13 @@ def beyond_limits(figure: Figure, marks: Marks, facing: int) -> list[str]:
     q, known = recover(figure, {name: np.array([facing * x, -y]) for name, (x, y) in marks.items()})
     spans, found = _spans(figure, marks), []
     size = _usual(figure, spans)
-    for i, link in enumerate(figure.links):
-        if link.freedom is None or not known[figure.index(link.freedom)]:
+    told: list[bool] = []  # whether it is known which way each link points
+    for link, parent in zip(figure.links, figure.parents, strict=True):
+        from_there = parent < 0 or told[parent]
+        told.append(from_there if link.freedom is None else bool(known[figure.index(link.freedom)]))
+        if link.freedom is None or not (told[-1] and from_there):
             continue
+        i = len(told) - 1
         if not link.breathes and (size is None or spans[i] < LONG * size * link.length):
             continue
         angle = q[figure.index(link.freedom)]
@@ -142,7 +145,8 @@ def _start(figure: Figure, link: Link) -> str:
 
 def _pairs(figure: Figure, marks: Marks) -> list[tuple[str, str]]:
     """Joints that are easily taken for each other: of the near side and the far, and the ends of a limb."""
-    pairs = [(name, other_side(name)) for name in figure.joints if on_side(name, "near")]
+    names = figure.joints
+    pairs = [(names[i], names[twin]) for i, twin in enumerate(figure.joint_twins.tolist()) if i < twin]
     pairs += [(_start(figure, link), link.joint) for link in figure.links]
     return [(one, other) for one, other in pairs if one in marks and other in marks]
 

@@ -1,4 +1,4 @@
-"""A figure: a tree of links in the image plane, read from TOML, and the layout of its pose vector.
+"""A figure: a tree of links in the image plane, and the layout of its pose vector.
 
 The 2-D scaled prismatic model of Morris and Rehg (1998), as used by Pavlović et al. (1999), section 4:
 every link turns about the joint where it starts and may change its length. Lengths and widths are in leg
@@ -8,13 +8,10 @@ A pose `q` `(D,)` holds, in this order: root_x and root_y; one angle per turning
 a size common to all links; `stretch_<link>`, the log of a breathing link's own length.
 """
 
-import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from importlib import resources
-from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +23,9 @@ Array = NDArray[np.float64]
 ROOT = ("root_x", "root_y")
 SCALE = "scale"
 STRETCH = "stretch_"
+# marked: a constant of each figure, which models are learned without and the start pose tells;
+# lean: one about which figures differ little, by the setting of this name.
+OFFSETS = ("", "marked", "lean")
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,9 @@ class Link:
     width   : at its start, leg lengths
     taper   : width at the tip as a share of the width at the start
     layer   : larger is nearer to the camera
+    twin    : the same link on the other side, None where the names tell it by their words near and far
+    learned : whether motion models speak of its angle
+    offset  : what is a figure's own about its angle, one of OFFSETS
     """
 
     name: str
@@ -60,6 +63,22 @@ class Link:
     width: float
     taper: float
     layer: int
+    twin: str | None = None
+    learned: bool = True
+    offset: str = ""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Angles that a report draws together.
+
+    reading : how to read them
+    curves  : what each is called, and its freedom
+    """
+
+    title: str
+    reading: str
+    curves: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -92,20 +111,38 @@ class Layout:
 class Figure:
     """A tree of links, parents before children.
 
-    name  : of the figure
-    base  : keypoint where the root stands
-    links : the tree
-    leg   : beginnings of the names of those links whose lengths make one leg
+    name     : of the figure
+    base     : keypoint where the root stands
+    links    : the tree
+    leg      : beginnings of the names of those links whose lengths make one leg
+    marks    : joints that are marked, in this order
+    optional : those of them that a start pose can do without
+    ahead    : pairs of joints of which the second lies where the figure faces
+    scored   : joints that tracks are compared by
+    outline  : whether the cycles of people walking and running are its outline's
+    panels   : how a report draws its angles
+    hints    : what joints are, for who marks them
     """
 
     name: str
     base: str
     links: tuple[Link, ...]
     leg: tuple[str, ...]
+    marks: tuple[str, ...]
+    optional: tuple[str, ...] = ()
+    ahead: tuple[tuple[str, str], ...] = ()
+    scored: tuple[str, ...] = ()
+    outline: bool = False
+    panels: tuple[Panel, ...] = ()
+    hints: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.links:
             raise ValueError(f"figure {self.name!r} has no links; give it one at least")
+        self._check_tree()
+        self._check_names()
+
+    def _check_tree(self) -> None:
         names, joints = [link.name for link in self.links], list(self.joints)
         for i, link in enumerate(self.links):
             if link.name in names[:i]:
@@ -115,7 +152,12 @@ class Figure:
             if link.parent is not None and link.parent not in names[:i]:
                 fault = "comes before its parent" if link.parent in names else "hangs on an unlisted link,"
                 raise ValueError(f"link {link.name!r} {fault} {link.parent!r}; list parents first")
+            if link.twin is not None and link.twin not in names:
+                raise ValueError(f"link {link.name!r}: its twin {link.twin!r} is no link of the figure")
             _check_link(link)
+
+    def _check_names(self) -> None:
+        names = [link.name for link in self.links]
         if len(set(self.freedoms)) != len(self.freedoms):
             raise ValueError(
                 f"two freedoms of figure {self.name!r} share a name; got {', '.join(self.freedoms)}"
@@ -126,6 +168,23 @@ class Figure:
                     f"leg of figure {self.name!r} names {part!r}, but no link begins so; "
                     f"the links are {', '.join(names)}"
                 )
+        if self.base not in self.marks:
+            raise ValueError(f"marks of figure {self.name!r} lack its base {self.base!r}; add it")
+        known = {"marks": self.joints, "ahead": self.joints, "optional": self.marks, "scored": self.marks}
+        given = {name: getattr(self, name) for name in known} | {
+            "ahead": [j for two in self.ahead for j in two]
+        }
+        known["hints"], given["hints"] = self.marks, list(self.hints)
+        known["panels"], given["panels"] = self.freedoms, [f for p in self.panels for f in p.curves.values()]
+        for key, values in given.items():
+            for value in values:
+                if value not in known[key]:
+                    raise ValueError(
+                        f"{key} of figure {self.name!r} names {value!r}; known are {', '.join(known[key])}"
+                    )
+        angles = [link.learned for link in self.links if link.freedom is not None]
+        if sorted(angles, reverse=True) != angles:
+            raise ValueError(f"list the links of figure {self.name!r} that are not learned after all others")
 
     @cached_property
     def freedoms(self) -> tuple[str, ...]:
@@ -136,8 +195,17 @@ class Figure:
 
     @cached_property
     def pose_freedoms(self) -> tuple[str, ...]:
-        """The freedoms a motion model speaks of: root and angles."""
+        """Root and angles."""
         return self.freedoms[: self.freedoms.index(SCALE)]
+
+    @cached_property
+    def learned_freedoms(self) -> tuple[str, ...]:
+        """The freedoms a motion model speaks of: root and angles of links that are learned."""
+        return (*ROOT, *(link.freedom for link in self.links if link.freedom is not None and link.learned))
+
+    def offsets(self, kind: str) -> list[str]:
+        """The freedoms with an offset of this kind."""
+        return [link.freedom for link in self.links if link.freedom is not None and link.offset == kind]
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:
@@ -183,7 +251,11 @@ class Figure:
     @cached_property
     def twins(self) -> dict[int, int]:
         """For each link that has one, its twin on the other side; positions in `links`."""
-        twins = exchanged([link.name for link in self.links]).tolist()
+        names = [link.name for link in self.links]
+        twins = exchanged(names).tolist()
+        for i, link in enumerate(self.links):
+            if link.twin is not None:
+                twins[i], twins[names.index(link.twin)] = names.index(link.twin), i
         return {i: twin for i, twin in enumerate(twins) if twin != i}
 
     @cached_property
@@ -202,6 +274,25 @@ class Figure:
             order[layout.angle[link]] = layout.angle[twin]
             order[layout.stretch[link]] = layout.stretch[twin]
         return order
+
+    @cached_property
+    def depth(self) -> tuple[str, ...]:
+        """(L,) far in the farthest layer, near in the nearest, trunk between or where there is but one."""
+        layers = [link.layer for link in self.links]
+        words = {layer: "trunk" for layer in layers}
+        if len(words) > 1:
+            words |= {min(layers): "far", max(layers): "near"}
+        return tuple(words[layer] for layer in layers)
+
+    @cached_property
+    def legs(self) -> tuple[tuple[int, ...], ...]:
+        """Positions of the links of each leg, from where it begins."""
+        found: list[list[int]] = []
+        for i, link in enumerate(self.links):
+            if self.is_leg(link):
+                own = next((leg for leg in found if leg[-1] == self.parents[i]), None)
+                found.append([i]) if own is None else own.append(i)
+        return tuple(map(tuple, found))
 
     @cached_property
     def reach(self) -> Array:
@@ -249,97 +340,6 @@ class Figure:
         return replace(self, links=links)
 
 
-def load_figure(source: str | Path = "walker") -> Figure:
-    """A figure that ships, by name, or one from a TOML file.
-
-    Raises:
-        ValueError: no such figure, not TOML, a key that is unknown, missing or of the wrong kind, or a tree
-            that does not hang together.
-    """
-    path = Path(source)
-    shipped = resources.files("kinematics") / "figures" / f"{source}.toml"
-    if path.suffix == ".toml":
-        if not path.is_file():
-            raise ValueError(f"no figure file {path}; give a TOML file that exists")
-        content = path.read_bytes()
-    elif shipped.is_file():
-        content = shipped.read_bytes()
-    else:
-        raise ValueError(f"no figure {str(source)!r} ships; give the path of a TOML file")
-    try:
-        return figure_from(tomllib.loads(content.decode("utf-8")))
-    except ValueError as error:
-        raise ValueError(f"figure {source}: {error}") from error
-
-
-def figure_from(table: Mapping[str, Any]) -> Figure:
-    """A figure from a parsed TOML table; angles there are degrees.
-
-    Raises:
-        ValueError: a key is unknown, missing or of the wrong kind, or the tree does not hang together.
-    """
-    where = "the figure"
-    _check_keys(table, where, {"name": str, "base": str, "links": list}, {"leg": list})
-    for part in table.get("leg", ()):
-        _check_kind("each part of leg", part, str, where)
-    for entry in table["links"]:
-        _check_kind("each of links", entry, dict, where)
-    links = tuple(_link_from(entry) for entry in table["links"])
-    return Figure(table["name"], table["base"], links, tuple(table.get("leg", ())))
-
-
-_NEEDED = {"name": str, "joint": str, "length": float, "width": float}
-_OPTIONAL = {"parent": str, "freedom": str, "at": float, "rest": float, "taper": float}
-_OPTIONAL |= {"sense": int, "layer": int, "breathes": bool, "limits": list}
-_KINDS = {str: "text", float: "a number", int: "a whole number", bool: "true or false"}
-_KINDS |= {list: "a list", dict: "a table"}
-
-
-def _link_from(entry: Mapping[str, Any]) -> Link:
-    where = f"link {entry.get('name', '?')!r}"
-    _check_keys(entry, where, _NEEDED, _OPTIONAL)
-    limits = entry.get("limits", [-180.0, 180.0])
-    if len(limits) != 2:
-        raise ValueError(f"{where}: limits must be two angles; got {limits}")
-    for limit in limits:
-        _check_kind("each of limits", limit, float, where)
-    return Link(
-        name=entry["name"],
-        joint=entry["joint"],
-        parent=entry.get("parent"),
-        at=float(entry.get("at", 1.0)),
-        rest=float(np.radians(entry.get("rest", 0.0))),
-        sense=entry.get("sense", 1),
-        freedom=entry.get("freedom"),
-        limits=(float(np.radians(limits[0])), float(np.radians(limits[1]))),
-        length=float(entry["length"]),
-        breathes=entry.get("breathes", True),
-        width=float(entry["width"]),
-        taper=float(entry.get("taper", 1.0)),
-        layer=entry.get("layer", 0),
-    )
-
-
-def _check_keys(
-    table: Mapping[str, Any], where: str, needed: Mapping[str, type], optional: Mapping[str, type]
-) -> None:
-    known = {**needed, **optional}
-    for key, value in table.items():
-        if key not in known:
-            raise ValueError(f"{where} has the unknown key {key!r}; known are {', '.join(known)}")
-        _check_kind(key, value, known[key], where)
-    for key in needed:
-        if key not in table:
-            raise ValueError(f"{where} lacks the key {key!r}; add it")
-
-
-def _check_kind(key: str, value: object, kind: type, where: str) -> None:
-    # In TOML 1 is a whole number and true is not 1.
-    fits = type(value) in ((float, int) if kind is float else (kind,))
-    if not fits:
-        raise ValueError(f"{where}: {key} must be {_KINDS[kind]}; got {value!r}")
-
-
 def _check_link(link: Link) -> None:
     where = f"link {link.name!r}"
     if link.sense not in (-1, 1):
@@ -351,5 +351,7 @@ def _check_link(link: Link) -> None:
         raise ValueError(f"{where}: at must be a share of the parent's length, 0 to 1; got {link.at}")
     if not np.isfinite(link.rest):
         raise ValueError(f"{where}: rest must be an angle; got {link.rest}")
+    if link.offset not in OFFSETS:
+        raise ValueError(f"{where}: offset must be {', '.join(map(repr, OFFSETS))}; got {link.offset!r}")
     if not -np.inf < link.limits[0] < link.limits[1] < np.inf:
         raise ValueError(f"{where}: limits must rise; got {np.degrees(link.limits).round(1).tolist()}")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array, Figure
-from kinematics.sides import SIDES, other_side
+from kinematics.figure_file import WALKER
 from kinematics.spm import View
 
 Marks = Mapping[str, tuple[float, float]]
@@ -53,8 +53,7 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     its twin if it looks much shorter.
 
     Args:
-        marks: pixel of each marked joint. The last joint of a leg may be missing, feet and arms altogether;
-            a joint without a finite position counts as missing.
+        marks: pixel of each marked joint; one without a finite position counts as missing.
         facing: +1 right, -1 left.
 
     Raises:
@@ -73,17 +72,16 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     x, y = pixels[figure.base].tolist()
     view = View(origin=(x, y), unit=leg, facing=facing)
     fitted = figure.with_lengths([length / leg for length in lengths])
-    q, known = recover(fitted, {name: view.to_body(point) for name, point in pixels.items()})
+    places = met(fitted, {name: view.to_body(point) for name, point in pixels.items()})
+    q, known = recover(fitted, places)
     figure, q = _evened(fitted, q)
     names = frozenset(figure.links[i].name for i in foreshortened)
-    return Start(figure, view, q, known, foreshortened=names)
+    return Start(figure, view, q, known, frozenset(places) - frozenset(pixels), names)
 
 
 def needed_joints(figure: Figure) -> list[str]:
-    """Joints that a start pose cannot do without: what has no twin, and of a leg all but its last link."""
-    inner = {link.parent for link in figure.links if figure.is_leg(link)}
-    alone = [link.joint for i, link in enumerate(figure.links) if i not in figure.twins or link.name in inner]
-    return [figure.base, *alone]
+    """Joints that a start pose cannot do without."""
+    return [name for name in figure.joints if name in figure.marks and name not in figure.optional]
 
 
 def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
@@ -119,29 +117,68 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
     return q, known
 
 
+def met(figure: Figure, points: Mapping[str, Array]) -> dict[str, Array]:
+    """The known joints, and those that are not but where two links of known lengths meet.
+
+    Of the two places where they can, the one in which the joint bends as its limits have it. Links too short
+    to meet point at each other, and so do those too long.
+
+    Args:
+        figure: with lengths as they are.
+        points: (2,) body coordinates of each known joint.
+    """
+    places = dict(points)
+    for j, link in enumerate(figure.links):
+        i = figure.parents[j]
+        if i < 0 or link.at < 1.0 or not (link.breathes and figure.links[i].breathes):
+            continue
+        middle, start, tip = figure.links[i].joint, _start_point(figure, i, places), places.get(link.joint)
+        if middle not in places and start is not None and tip is not None:
+            places[middle] = _elbow(start, tip, (figure.links[i].length, link.length), _bend(figure, j))
+    return places
+
+
+def _elbow(start: Array, tip: Array, lengths: tuple[float, float], side: float) -> Array:
+    """(2,) where a link from `start` meets one to `tip`: +1 bends the second anticlockwise, -1 clockwise."""
+    way = tip - start
+    apart = max(float(np.hypot(*way)), 1e-9)
+    first, second = lengths
+    along = np.clip((apart**2 + first**2 - second**2) / (2.0 * apart), -first, first)
+    across = -side * np.sqrt(first**2 - along**2)
+    normal = np.array([-way[1], way[0]])
+    return np.asarray(start + (along * way + across * normal) / apart)
+
+
+def _bend(figure: Figure, i: int) -> float:
+    """Which way a link bends from its parent by its limits: +1 anticlockwise, x forward and y up, or -1."""
+    link = figure.links[i]
+    return 1.0 if np.sin(link.rest + link.sense * sum(link.limits) / 2.0) >= 0.0 else -1.0
+
+
 def span(figure: Figure, i: int, points: Mapping[str, Array]) -> Array | None:
     """(2,) from the start of link i to its tip; None where one of the two is not known."""
     start, tip = _start_point(figure, i, points), points.get(figure.links[i].joint)
     return None if start is None or tip is None else tip - start
 
 
-def facing_of(marks: Marks, later: Marks | None = None) -> int:
+def facing_of(marks: Marks, later: Marks | None = None, figure: Figure = WALKER) -> int:
     """Which way the figure faces: +1 right, -1 left.
 
-    From the feet where both toes are marked, else from knees that bend forwards, else from the one foot, else
-    from the way the hip goes, else from a bend too slight to be sure of. Right where nothing tells.
+    From its pairs of joints that lie ahead of each other (toes) where all are marked, else from the middles
+    of legs that bend (knees), else from the pairs there are, else from the way the base goes, else from a
+    bend too slight to be sure of. Right where nothing tells.
     """
-    seen = _positions(marks)
-    feet = [(f"{side}_ankle", f"{side}_toe") for side in SIDES]
-    ways = [np.sign(seen[toe][0] - seen[ankle][0]) for ankle, toe in feet if {ankle, toe} <= seen.keys()]
+    seen, base = _positions(marks), figure.base
+    ways = [
+        np.sign(seen[tip][0] - seen[start][0]) for start, tip in figure.ahead if {start, tip} <= seen.keys()
+    ]
     # One foot alone may mislead: pushing off it points down, and its toe may lie behind its ankle.
-    toes, toe = (sum(ways), 0.0) if len(ways) == len(feet) else (0.0, sum(ways))
-    legs = [("hip", f"{side}_knee", f"{side}_ankle") for side in SIDES]
-    bend = sum(_knee_ahead(*(seen[joint] for joint in leg)) for leg in legs if seen.keys() >= set(leg))
+    toes, toe = (sum(ways), 0.0) if len(ways) == len(figure.ahead) else (0.0, sum(ways))
+    bend = sum(_bent_ahead(figure, leg, seen) for leg in figure.legs)
     travel = 0.0
     if later is not None:
         after = _positions(later)
-        travel = after["hip"][0] - seen["hip"][0] if "hip" in seen and "hip" in after else 0.0
+        travel = after[base][0] - seen[base][0] if base in seen and base in after else 0.0
     for vote in (toes, bend if abs(bend) > STRAIGHT else 0.0, toe, travel, bend):
         if vote != 0.0:
             return 1 if vote > 0 else -1
@@ -154,11 +191,19 @@ def _positions(marks: Marks) -> dict[str, Array]:
     return {name: point for name, point in points.items() if np.isfinite(point).all()}
 
 
-def _knee_ahead(hip: Array, knee: Array, ankle: Array) -> float:
-    """How far right of the line from hip to ankle the knee lies, as a share of that line's length."""
-    leg, thigh = ankle - hip, knee - hip
-    share = np.clip(thigh[1] / max(leg[1], 1e-9), 0.0, 1.0)
-    return float((thigh[0] - share * leg[0]) / max(np.hypot(*leg), 1e-9))
+def _bent_ahead(figure: Figure, leg: Sequence[int], seen: Mapping[str, Array]) -> float:
+    """How far right of the line from a leg's start to its second joint the first lies, if it faces right.
+
+    As a share of that line's length; 0 where one of the three is not known, or the leg has one link.
+    """
+    if len(leg) < 2:
+        return 0.0
+    ends = [_start_point(figure, leg[0], seen), *(seen.get(figure.links[i].joint) for i in leg[:2])]
+    hip, knee, ankle = (np.full(2, np.nan) if end is None else end for end in ends)
+    line, thigh = ankle - hip, knee - hip
+    share = np.clip(thigh[1] / max(line[1], 1e-9), 0.0, 1.0)
+    ahead = float((thigh[0] - share * line[0]) / max(np.hypot(*line), 1e-9))
+    return 0.0 if np.isnan(ahead) else -_bend(figure, leg[1]) * ahead
 
 
 def _check_complete(figure: Figure, marks: Marks, pixels: Mapping[str, Array]) -> None:
@@ -195,7 +240,8 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
                 raise PoseError(f"{link.joint} lies on the joint before it; mark the two apart")
             seen[link.name] = length
     scale = sum(seen.values()) / sum(link.length for link in figure.links if link.name in seen)
-    either = {other_side(name): length for name, length in seen.items()} | seen
+    names = [link.name for link in figure.links]
+    either = {names[twin]: seen[names[i]] for i, twin in figure.twins.items() if names[i] in seen} | seen
     return [either.get(link.name, scale * link.length) for link in figure.links]
 
 
@@ -223,5 +269,6 @@ def _evened(figure: Figure, q: Array) -> tuple[Figure, Array]:
 def _leg_length(figure: Figure, lengths: list[float]) -> float:
     """Pixels: the mean of the legs."""
     legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
-    parts = {frozenset((link.name, other_side(link.name))) for link in figure.links if figure.is_leg(link)}
+    own = [i for i, link in enumerate(figure.links) if figure.is_leg(link)]
+    parts = {frozenset((i, figure.twins.get(i, i))) for i in own}
     return sum(legs) * len(parts) / len(legs)

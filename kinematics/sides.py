@@ -20,6 +20,13 @@ def on_side(name: str, side: str) -> bool:
     return side in name.split("_")
 
 
+def side_of(name: str) -> tuple[str, str]:
+    """The side that a name says, "" for none, and the name without it."""
+    words = name.split("_")
+    side = next((word for word in words if word in _OTHER), "")
+    return side, "_".join(word for word in words if word != side)
+
+
 def other_side(name: str) -> str:
     """The name of the same on the other side; a name of neither side as it is."""
     return "_".join(_OTHER.get(word, word) for word in name.split("_"))

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.viterbi import viterbi
-from kinematics.figure import load_figure
+from kinematics.figure_file import load_figure
 from kinematics.recover import start_pose
 from tests.benchmarks import mutations
 from tests.benchmarks.evaluation.calibration import distances, inside, mark_noise, nees

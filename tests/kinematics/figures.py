@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from kinematics.figure import SCALE, STRETCH, load_figure
+from kinematics.figure import SCALE, STRETCH
+from kinematics.figure_file import load_figure
 
 # Another figure as a TOML and no code.
 HORSE_FILE = Path(__file__).with_name("horse.toml")
@@ -15,7 +16,15 @@ HORSE_FILE = Path(__file__).with_name("horse.toml")
 WALKER = load_figure("walker")
 HORSE = load_figure(HORSE_FILE)
 FIGURES = [WALKER, HORSE]
-FOOTLESS = replace(WALKER, links=WALKER.links[:6])
+FOOTLESS = replace(
+    WALKER,
+    links=WALKER.links[:6],
+    marks=tuple(name for name in WALKER.marks if not name.endswith("toe")),
+    optional=("near_ankle", "far_ankle"),
+    ahead=(),
+    panels=tuple(panel for panel in WALKER.panels if panel.title != "Ankle"),
+    hints={},
+)
 
 
 def random_pose(figure, rng, *, size=0.3):

@@ -2,12 +2,14 @@
 
 import tomllib
 from dataclasses import replace
+from importlib import resources
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from kinematics.figure import Figure, figure_from, load_figure
+from kinematics.figure import Figure
+from kinematics.figure_file import figure_from, load_figure
 from kinematics.mocap import POSE_COLUMNS
 from tests.kinematics.figures import FIGURES, HORSE, HORSE_FILE, WALKER
 
@@ -264,12 +266,58 @@ MISTAKES = {
     "leg of numbers": (
         'base = "shoulder"',
         'base = "shoulder"\nleg = [3]',
-        "each part of leg must be text; got 3",
+        "each of leg must be text; got 3",
     ),
     "leg of no link": (
         'base = "shoulder"',
         'base = "shoulder"\nleg = ["upper", "shank"]',
         "leg of figure 'arm' names 'shank', but no link begins so; the links are upper, fore",
+    ),
+    "marks without the base": (
+        'base = "shoulder"',
+        'base = "shoulder"\nmarks = ["elbow"]',
+        "marks of figure 'arm' lack its base 'shoulder'; add it",
+    ),
+    "mark of no joint": (
+        'base = "shoulder"',
+        'base = "shoulder"\nmarks = ["shoulder", "knee"]',
+        "marks of figure 'arm' names 'knee'; known are shoulder, ",
+    ),
+    "optional that is not marked": (
+        'base = "shoulder"',
+        'base = "shoulder"\nmarks = ["shoulder"]\noptional = ["elbow"]',
+        "optional of figure 'arm' names 'elbow'; known are shoulder$",
+    ),
+    "one joint ahead": (
+        'base = "shoulder"',
+        'base = "shoulder"\nahead = [["elbow"]]',
+        r"ahead holds pairs of joints; got \['elbow'\]",
+    ),
+    "hint of no joint": (
+        'base = "shoulder"',
+        'base = "shoulder"\nhints = { knee = "bend" }',
+        "hints of figure 'arm' names 'knee'",
+    ),
+    "panel of no freedom": (
+        'base = "shoulder"',
+        'base = "shoulder"\npanels = [{ title = "Arm", curves = { arm = "twist" } }]',
+        "panels of figure 'arm' names 'twist'; known are root_x, ",
+    ),
+    "panel without a title": (
+        'base = "shoulder"',
+        'base = "shoulder"\npanels = [{}]',
+        "lacks the key 'title'",
+    ),
+    "no such offset": (
+        "width = 0.1",
+        'width = 0.1\noffset = "far"',
+        "offset must be '', 'marked', 'lean'; got 'far'",
+    ),
+    "no such twin": ("width = 0.1", 'width = 0.1\ntwin = "wing"', "its twin 'wing' is no link of the figure"),
+    "learned after what is not": (
+        'name = "upper"',
+        'name = "upper"\nlearned = false',
+        "list the links of figure 'arm' that are not learned after all others",
     ),
     "not TOML": ("length = 0.4", "length =", "Invalid value"),
 }
@@ -300,7 +348,7 @@ def test_links_that_are_none_or_no_tables_are_refused(links, message):
 
 def test_a_figure_without_links_is_refused():
     with pytest.raises(ValueError, match="figure 'nothing' has no links; give it one at least"):
-        Figure("nothing", "hip", (), ())
+        Figure("nothing", "hip", (), (), ("hip",))
 
 
 def test_a_link_built_in_code_is_checked_as_one_from_a_file():
@@ -308,11 +356,38 @@ def test_a_link_built_in_code_is_checked_as_one_from_a_file():
         replace(WALKER, links=(replace(WALKER.links[0], sense=2), *WALKER.links[1:]))
 
 
+def test_twins_may_be_named_and_angles_that_differ_in_side_alone_share_a_panel():
+    figure = figure_from(tomllib.loads(ARM.replace('name = "fore"', 'name = "fore"\ntwin = "upper"')))
+    assert figure.twins == {0: 1, 1: 0}
+    assert figure.joint_twins.tolist() == [0, 2, 1]
+    assert [dict(panel.curves) for panel in figure.panels] == [{"raise": "raise"}, {"bend": "bend"}]
+    alike = [dict(panel.curves) for panel in HORSE.panels]
+    assert {"near": "hip_near", "far": "hip_far"} in alike
+    assert {"tail": "tail"} in alike
+
+
+def test_layers_rank_from_far_to_near_and_one_layer_is_the_trunk():
+    assert dict(zip((link.name for link in WALKER.links), WALKER.depth, strict=True)) == {
+        "torso": "trunk",
+        "head": "trunk",
+        **{f"{part}_{side}": side for part in ("thigh", "shank", "foot") for side in ("near", "far")},
+    }
+    flat = replace(WALKER, links=tuple(replace(link, layer=4) for link in WALKER.links))
+    assert set(flat.depth) == {"trunk"}
+
+
+@pytest.mark.parametrize("name", ["walker", "horse"])
+def test_a_figure_that_ships_is_found_by_name_and_as_a_file(name):
+    path = resources.files("kinematics") / "figures" / f"{name}.toml"
+    assert load_figure(name) == load_figure(str(path))
+    assert load_figure(name).name == name
+
+
 def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"no figure file .*horse\.toml; give a TOML file that exists"):
         load_figure(tmp_path / "horse.toml")
-    with pytest.raises(ValueError, match="no figure 'horse' ships; give the path of a TOML file"):
-        load_figure("horse")
+    with pytest.raises(ValueError, match="no figure 'cow' ships, only horse and walker; give the path"):
+        load_figure("cow")
     (tmp_path / "arm.toml").write_bytes(b'name = "\xff"')
     with pytest.raises(ValueError, match=r"figure .*arm\.toml: .*utf-8"):
         load_figure(tmp_path / "arm.toml")

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.figure import ROOT, SCALE, STRETCH
-from kinematics.recover import PoseError, facing_of, recover, start_pose
+from kinematics.recover import PoseError, facing_of, met, recover, start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, random_pose, upright
 
@@ -206,14 +206,51 @@ def test_a_horses_hidden_forelegs_are_taken_from_the_other_side_or_from_proporti
     assert_allclose([a.length for a in both.figure.links], [b.length for b in HORSE.links], rtol=1e-12)
 
 
-def test_a_joint_beyond_a_missing_one_is_not_used(rng):
+def test_a_joint_beyond_a_missing_one_is_not_used_where_a_link_may_be_foreshortened(rng):
     q = random_pose(HORSE, rng, size=0.0)
-    hidden, lone = ["far_knee", "far_fetlock"], ["far_knee"]
+    hidden, lone = ["far_hock", "far_hoof"], ["far_hock"]
     without = start_pose(HORSE, marks_of(HORSE, q, without=hidden), 1)
     start = start_pose(HORSE, marks_of(HORSE, q, without=lone), 1)
     assert_array_equal(start.known, without.known)
     assert_array_equal(start.q, without.q)
     assert start.figure == without.figure
+    assert not start.hidden
+
+
+@either_way
+@pytest.mark.parametrize("bend", [0.2, 1.0, 2.0])
+def test_a_missing_joint_is_where_its_links_meet_bent_as_their_limits_have_it(rng, bend, facing):
+    q = random_pose(HORSE, rng, size=0.0)
+    q[HORSE.index("knee_far")] = bend
+    marks = marks_of(HORSE, q, facing=facing, without=["far_knee"])
+    start = start_pose(HORSE, marks, facing)
+    # The length of the arm is its twin's, that of the cannon too.
+    assert_allclose(start.q, q, **ROUNDING)
+    assert start.known.all()
+    assert start.hidden == {"far_knee"}
+    body = {name: start.view.to_body(np.array(place)) for name, place in marks.items()}
+    assert_allclose(
+        met(start.figure, body)["far_knee"], Puppet(HORSE, q).joints()["far_knee"] - q[:2], **ROUNDING
+    )
+
+
+def test_links_that_cannot_meet_point_at_each_other(rng):
+    points = Puppet(HORSE, random_pose(HORSE, rng, size=0.0)).joints()
+    start = points["croup"] + 0.85 * (points["withers"] - points["croup"])
+    del points["far_knee"]
+    points["far_fetlock"] = start + np.array([0.0, -2.0])  # of links of 0.5 and 0.4
+    assert_allclose(met(HORSE, points)["far_knee"], start + np.array([0.0, -0.5]), **ROUNDING)
+    points["far_fetlock"] = start + np.array([0.0, -0.02])
+    assert_allclose(met(HORSE, points)["far_knee"], start + np.array([0.0, -0.5]), **ROUNDING)
+
+
+@either_way
+def test_a_figure_faces_the_way_its_pairs_of_joints_lie(rng, facing):
+    figure = replace(HORSE, ahead=(("croup", "withers"), ("poll", "muzzle")))
+    marks = marks_of(figure, upright(figure, head=1.0, hock_near=0.5, hock_far=0.5), facing=facing)
+    assert facing_of(marks, figure=figure) == facing
+    legs = {name: marks[name] for name in ("croup", "near_stifle", "near_hock")}
+    assert facing_of(legs, figure=figure) == facing
 
 
 def test_recover_rests_what_it_cannot_see_and_still_reads_what_hangs_at_its_start(rng):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kinematics.figure_file import load_figure
 from tracker.annotate.marks import Table
 from tracker.annotate.session import Reply, SaveRequest, Session, told
 from tracker.clip.again import read_finished
@@ -74,7 +75,7 @@ class Correction(Session):
         self._read()
         self._shown = self._finished.start if first is None else first
         job = self._finished.job
-        super().__init__(job.video, self._table(), self._shown, facing=job.facing)
+        super().__init__(job.video, self._table(), self._shown, None, job.facing, job.figure)
         if self.table.path.exists():
             self._said = "What was corrected before is not followed yet."
 
@@ -133,10 +134,11 @@ class Correction(Session):
     def _follow(self) -> None:
         before = self._finished.job
         job = replace(before, marks=dict(self.table.marks), facing=self.facing)
-        inputs = [job.video, job.measure, Path(job.model) if Path(job.model).is_file() else None]
+        named = [Path(name) if Path(name).is_file() else None for name in (job.model, job.figure)]
+        inputs = [job.video, job.measure, *named]
         overlay, report = ((self.folder / name).exists() for name in (OVERLAY, REPORT))
         try:
-            track = read_track(self.folder, before.settings.mark)
+            track = read_track(self.folder, before.settings.mark, self.table.figure)
             kept = Kept.of(track, before.marks, job.marks, self._start())
             with fresh_folder(self.folder, overwrite=True, inputs=inputs) as aside:
                 run = follow(job, self.progress, kept)
@@ -161,7 +163,8 @@ class Correction(Session):
         self._finished, self._run = read_finished(self.folder), read_run(self.folder)
 
     def _table(self) -> Table:
-        return Table(self.folder / CORRECTED, begin=self._finished.job.marks)
+        job = self._finished.job
+        return Table(self.folder / CORRECTED, begin=job.marks, figure=load_figure(job.figure))
 
     def _followed(self, index: int) -> Mapping[str, Mark]:
         run = self._run
@@ -169,6 +172,9 @@ class Correction(Session):
             return {}
         places = dict(zip(run.names, run.places[index].round(2).tolist(), strict=True))
         seen = bool(run.measured[index])
-        figure = {name: Mark(x, y, seen) for name, (x, y) in places.items() if np.isfinite(x)}
+        marked = self.table.figure.marks
+        figure = {
+            name: Mark(x, y, seen) for name, (x, y) in places.items() if name in marked and np.isfinite(x)
+        }
         beyond = outside(figure, (self._frames.width, self._frames.height))
         return {name: mark for name, mark in figure.items() if name not in beyond}

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
 
+from kinematics.figure_file import load_figure
 from tracker.annotate.correction import Correction
 from tracker.annotate.loopback import show
 from tracker.annotate.marks import Table
@@ -24,6 +25,7 @@ class Request:
     frame  : shown first; None for the first that is marked or taken
     source : another program's file to take the marks of one frame from
     facing : +1 right, -1 left, None to see it from those marks
+    figure : that is marked: one that ships, or a TOML file
     port   : 0 for any that is free
     browser: whether to open the page
     empty  : whether to suggest nothing where nothing is marked
@@ -39,6 +41,7 @@ class Request:
     overwrite: bool
     empty: bool
     progress: Progress
+    figure: str = "walker"
 
 
 def mark(request: Request) -> None:
@@ -52,16 +55,17 @@ def mark(request: Request) -> None:
     for given in (request.video, request.source):
         if given is not None and given.exists() and request.table.exists() and given.samefile(request.table):
             raise FolderError(f"{given} is what the work reads; choose another --out")
-    table = Table(request.table, overwrite=request.overwrite)
+    figure = load_figure(request.figure)
+    table = Table(request.table, overwrite=request.overwrite, figure=figure)
     taken = None
     if request.source is not None:
-        taken = read_start(request.source, request.frame, request.facing)
+        taken = read_start(request.source, request.frame, request.facing, figure=figure)
         print(taken.told)
     marked = min(table.marks, default=0)
     first = request.frame if request.frame is not None else taken.frame if taken else marked
-    session = Session(request.video, table, first, taken, request.facing)
+    session = Session(request.video, table, first, taken, request.facing, request.figure)
     with Server(session, request.port) as server:
-        if taken is None and not table.marks and not request.empty:
+        if taken is None and not table.marks and not request.empty and figure.outline:
             _suggest(request, session)
         _serve(server, "mark the joints", request.browser)
     frames = "1 frame" if len(table.marks) == 1 else f"{len(table.marks)} frames"

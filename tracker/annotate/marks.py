@@ -5,8 +5,10 @@ import io
 from collections.abc import Mapping
 from pathlib import Path
 
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from tracker.run.folder import FolderError, fresh_file
-from tracker.tables.keypoints import COLUMNS, KEYPOINTS, KeypointsError, Mark, Marks, read_keypoints
+from tracker.tables.keypoints import COLUMNS, KeypointsError, Mark, Marks, read_keypoints
 
 VISIBLE = "visible"
 
@@ -17,15 +19,19 @@ class Table:
     A row whose mark is still the same keeps its text and its further columns. A row whose mark changed
     keeps none of them, for they spoke of the old one.
 
-    path  : where it is saved
-    marks : as last saved, or as found
+    path   : where it is saved
+    figure : whose joints are marked
+    marks  : as last saved, or as found
     """
 
-    def __init__(self, path: Path, *, overwrite: bool = False, begin: Marks | None = None) -> None:
+    def __init__(
+        self, path: Path, *, overwrite: bool = False, begin: Marks | None = None, figure: Figure = WALKER
+    ) -> None:
         """Open the table; a file that is not there yet, or is to be replaced, gives an empty one.
 
         Args:
             begin: marks that a file which is not there yet begins with.
+            figure: whose joints are marked.
 
         Raises:
             FolderError: a folder in its place.
@@ -33,13 +39,13 @@ class Table:
         """
         if path.is_dir():
             raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
-        self.path = path
+        self.path, self.figure = path, figure
         self.marks: Marks = {}
         self._header, self._rows = [*COLUMNS, VISIBLE], list[list[str]]()
         self._found = path.read_bytes() if path.exists() else None
         if self._found is not None and not overwrite:
             try:
-                self.marks = read_keypoints(path)
+                self.marks = read_keypoints(path, figure.marks)
             except KeypointsError as error:
                 raise KeypointsError(
                     f"{error}; repair it, give another --out, or start anew with --overwrite"
@@ -70,7 +76,7 @@ class Table:
         rows += [
             self._row(frame, name, of[name])
             for frame, of in changed.items()
-            for name in KEYPOINTS
+            for name in self.figure.marks
             if name in of
         ]
         rows.sort(key=self._frame)

@@ -9,7 +9,7 @@ from http import HTTPStatus
 from tracker.annotate.correction import Correction
 from tracker.annotate.documents import MARKING
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
-from tracker.annotate.session import CheckRequest, SaveRequest, Session
+from tracker.annotate.session import CheckRequest, SaveRequest, Session, UnknownJointError
 
 
 class Server(LoopbackServer):
@@ -43,6 +43,12 @@ class Handler(LoopbackHandler):
 
     def post(self, what: str) -> None:
         """Judge marks, save them, follow on from them."""
+        try:
+            self._done(what)
+        except UnknownJointError as error:
+            raise RefusalError(HTTPStatus.BAD_REQUEST, str(error)) from error
+
+    def _done(self, what: str) -> None:
         session = self.server.session
         if what == "check":
             self.answer(session.check(self.body(CheckRequest)))

@@ -10,9 +10,10 @@ from queue import Empty, Queue
 from threading import Lock
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 
-from kinematics.figure import Figure, load_figure
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from kinematics.recover import needed_joints
 from tracker.annotate.advice import Advice, advise
 from tracker.annotate.frames import Frames
@@ -20,22 +21,15 @@ from tracker.annotate.marks import Table
 from tracker.clip.job import Facing, towards
 from tracker.clip.start import facing_at
 from tracker.foreign.start_marks import Taken
-from tracker.tables.keypoints import KEYPOINTS, Mark, Marks
+from tracker.tables.keypoints import Mark, Marks
 
 FARTHEST = 1e5  # pixels; nobody marks a joint beyond it
 
 Reply = dict[str, Any]
 
 
-def _known(name: str) -> str:
-    if name not in KEYPOINTS:
-        raise ValueError(f"unknown joint {name!r}; known are {', '.join(KEYPOINTS)}")
-    return name
-
-
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=0, le=10**8)]
-Joint = Annotated[str, AfterValidator(_known)]
 
 
 class Placed(BaseModel):
@@ -60,7 +54,7 @@ class CheckRequest(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     frame: Index
-    marks: dict[Joint, Placed]
+    marks: dict[str, Placed]
     facing: Facing | None = None
 
 
@@ -75,11 +69,15 @@ class SaveRequest(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    frames: dict[Index, dict[Joint, Placed]]
+    frames: dict[Index, dict[str, Placed]]
     facing: Facing | None = None
     frame: Index = 0
     close: bool = False
     anyway: bool = False
+
+
+class UnknownJointError(ValueError):
+    """A joint that the figure has not."""
 
 
 class Session:
@@ -92,13 +90,20 @@ class Session:
     command = "annotate"
 
     def __init__(
-        self, video: Path, table: Table, first: int, taken: Taken | None = None, facing: int | None = None
+        self,
+        video: Path,
+        table: Table,
+        first: int,
+        taken: Taken | None = None,
+        facing: int | None = None,
+        figure: str = "walker",
     ) -> None:
         """Open the video.
 
         Args:
             first: the frame that the page shows first.
             facing: +1 right, -1 left, None to see it from the marks.
+            figure: by which the video is to be followed; the table's is the same.
 
         Raises:
             VideoError: the video cannot be read, or ends before `first`.
@@ -106,7 +111,7 @@ class Session:
         self.video, self.table, self.taken, self.facing = video, table, taken, facing
         self.saved = False
         self._frames = Frames(video)
-        self._figure = load_figure()
+        self._name, self._figure = figure, table.figure
         self._lock = Lock()
         self._asked: Queue[Callable[[], None]] = Queue()
         self._opening = self.frame(first)
@@ -123,6 +128,7 @@ class Session:
             "video": self.video.name,
             "table": str(self.table.path),
             "joints": _joints(self._figure),
+            "base": self._figure.base,
             "marks": {frame: told(marks) for frame, marks in self.table.marks.items()},
             "frame": self._opening,
             "fps": self._frames.fps,
@@ -143,8 +149,8 @@ class Session:
         }
 
     def check(self, request: CheckRequest) -> Reply:
-        """What is missing and what cannot be right."""
-        marks = {name: placed.mark() for name, placed in request.marks.items()}
+        """What is missing and what cannot be right; raises UnknownJointError."""
+        marks = self._marks(request.marks)
         facing = towards(request.facing) or self.facing
         return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame, facing))
 
@@ -152,12 +158,9 @@ class Session:
         """Write the table; `closed` tells whether the session is over.
 
         Raises:
-            FolderError, OSError: nothing was written.
+            UnknownJointError, FolderError, OSError: nothing was written.
         """
-        changed = {
-            frame: {name: placed.mark() for name, placed in marks.items()}
-            for frame, marks in request.frames.items()
-        }
+        changed = {frame: self._marks(marks) for frame, marks in request.frames.items()}
         with self._lock:
             if changed or not self.table.marks:
                 self.table.save(changed)
@@ -176,6 +179,8 @@ class Session:
     def next_command(self) -> str:
         """What to type in the terminal to follow the figure from the saved marks."""
         words = ["figtrack", "track", str(self.video), "--keypoints", str(self.table.path)]
+        if self._figure != WALKER:
+            words += ["--figure", self._name]
         if self.facing is not None:
             words += ["--facing", "right" if self.facing > 0 else "left"]
         return shlex.join([*words, "--anchors"] if len(self.table.marks) > 1 else words)
@@ -184,6 +189,13 @@ class Session:
         """Do what the page has asked for that takes a while; wait for it so long."""
         with suppress(Empty):
             self._asked.get(timeout=seconds)()
+
+    def _marks(self, placed: Mapping[str, Placed]) -> dict[str, Mark]:
+        for name in placed:
+            if name not in self._figure.marks:
+                known = ", ".join(self._figure.marks)
+                raise UnknownJointError(f"unknown joint {name!r}; known are {known}")
+        return {name: each.mark() for name, each in placed.items()}
 
     def _followed(self, index: int) -> Mapping[str, Mark]:
         """The figure as it was followed in a frame; of a film that is only marked, nothing."""
@@ -204,21 +216,32 @@ class Session:
 
     def _advise(self, marks: Marks, frame: int, facing: int | None) -> Advice:
         size = (self._frames.width, self._frames.height)
-        return advise(self._figure, marks[frame], size, facing or facing_at(marks, frame))
+        return advise(self._figure, marks[frame], size, facing or facing_at(marks, frame, self._figure))
 
 
 def _joints(figure: Figure) -> list[Reply]:
     """The joints in the order they are marked in: where their limb comes from, its side, whether needed."""
-    tips = {link.joint: link for link in figure.links}
-    names = {link.name: link.joint for link in figure.links}
     needed = needed_joints(figure)
-    out: list[Reply] = []
-    for name in KEYPOINTS:
-        link = tips.get(name)
-        before = None if link is None else names.get(link.parent or "", figure.base)
-        side = next((side for side in ("near", "far") if name.startswith(side)), "trunk")
-        out.append({"name": name, "before": before, "side": side, "needed": name in needed})
-    return out
+    twins = dict(zip(figure.joints, (figure.joints[i] for i in figure.joint_twins), strict=True))
+    return [
+        {
+            "name": name,
+            "before": None if name == figure.base else _before(figure, figure.link_of(name)),
+            "side": "trunk" if name == figure.base else figure.depth[figure.link_of(name)],
+            "needed": name in needed,
+            "twin": twins[name],
+            "hint": figure.hints.get(name, ""),
+        }
+        for name in figure.marks
+    ]
+
+
+def _before(figure: Figure, i: int) -> str:
+    """The nearest joint towards the base from link i's own that is marked."""
+    parent = figure.parents[i]
+    while parent >= 0 and (figure.links[i].at < 0.5 or figure.links[parent].joint not in figure.marks):
+        i, parent = parent, figure.parents[parent]
+    return figure.base if parent < 0 else figure.links[parent].joint
 
 
 def told(marks: Mapping[str, Mark]) -> Reply:

@@ -44,6 +44,9 @@ def annotate(
         typer.Option("--empty", help="Do not open with a suggestion, of who is found in the film."),
     ] = False,
     facing: FacingOption = None,
+    figure: Annotated[
+        str, typer.Option(help="What is marked: a figure that ships, or a TOML file of one.")
+    ] = "walker",
     port: Port = 0,
     no_browser: NoBrowser = False,
     overwrite: Annotated[
@@ -61,7 +64,8 @@ def annotate(
 
     table = out or Path(f"{video.absolute().stem}.keypoints.csv")
     way, browser = towards(facing), not no_browser
-    mark(Request(video, table, frame, source, way, port, browser, overwrite, empty, common.shown()))
+    shown = common.shown()
+    mark(Request(video, table, frame, source, way, port, browser, overwrite, empty, shown, figure))
 
 
 def correct(

@@ -138,16 +138,15 @@ def compare(
 
     Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
     """
-    from tracker.clip.asked import asked
+    from tracker.clip.asked import asked, marks_in
     from tracker.report.comparison import compare_models
     from tracker.run.folder import fresh_folder
-    from tracker.tables.keypoints import read_keypoints
 
     shown, folder = common.shown(), out or beside(video, "compare")
     against = truth or keypoints
     if against is None:
         raise typer.BadParameter("give marks to compare with: --keypoints or --truth")
-    marks = read_keypoints(against)
+    marks = marks_in(against, how)
     names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
     files = [Path(name) for name in names if Path(name).is_file()]
     inputs = [video, keypoints, truth, *how.inputs, *files]

@@ -82,6 +82,9 @@ def learn(
         Path | None,
         typer.Option(help="TOML file of licences, choose, pooled, rounds, start, restarts: docs/learn.md."),
     ] = None,
+    figure: Annotated[
+        str, typer.Option(help="Whose poses the tables hold: a figure that ships, or a TOML file of one.")
+    ] = "walker",
     out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),
     common: Common,
 ) -> None:
@@ -106,6 +109,7 @@ def learn(
         inference=inference.value,
         scheduler=scheduler,
         settings=settings,
+        figure=figure,
     )
     print(learn_model(request, out, overwrite=common.overwrite, progress=common.shown()))
 

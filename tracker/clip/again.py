@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, NonNegativeInt
 
+from kinematics.figure_file import load_figure
 from tracker.clip.job import Facing, Following, Job
 from tracker.run.read import News, RunError, read_news
 from tracker.settings import Settings
@@ -58,10 +59,10 @@ def read_finished(folder: Path) -> Finished:
     read_news(folder)
     try:
         news = _Asked.model_validate_json((folder / "run.json").read_bytes())
-        marks = read_keypoints(folder / START)
         how = Following(
             **{**news.options, "start": news.start.frame, "facing": Facing(news.facing), "anchors": True}
         )
+        marks = read_keypoints(folder / START, load_figure(how.figure).marks)
     except (TypeError, ValueError) as error:
         raise RunError(
             f"{folder} does not say how it was made, as none did in an older figtrack; track the clip again"

@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+from kinematics.figure_file import load_figure
 from tracker.clip.job import Following, Job, towards
 from tracker.foreign.start_marks import read_marks
 from tracker.models.find import find_model
 from tracker.progress import Progress
 from tracker.settings import Settings
+from tracker.tables.keypoints import Marks, read_keypoints
 from videos.frames import Video
 
 
@@ -21,19 +23,33 @@ def asked(
         VideoError: the film cannot be read.
         ValueError: as `Following.job`.
     """
+    figure = load_figure(how.figure)
     if keypoints is not None:
-        marks, taken = read_marks(keypoints, how.start, towards(how.facing), how.from_ or 0, how.stop)
+        when = (how.start, towards(how.facing), how.from_ or 0, how.stop)
+        marks, taken = read_marks(keypoints, *when, figure)
         if taken:
             progress.note(taken)
         return how.job(video, marks, settings)
+    if not figure.outline:
+        raise ValueError(
+            f"a {figure.name} is not found by itself; mark one frame with 'figtrack annotate --figure "
+            f"{how.figure}' and give --keypoints"
+        )
     if how.start is not None or how.anchors:
         raise ValueError("start and anchors are of marked frames; give keypoints, or leave them out")
     from tracker.clip.found import people, start_of  # slow to import
 
     film = Video(video)
-    find_model(how.model, film.fps, how.tuned(settings))  # or fails before the film is looked through
+    find_model(
+        how.model, film.fps, how.tuned(settings), figure=figure
+    )  # or fails before the film is looked through
     found = start_of(people(film, progress, how.from_ or 0, how.stop, towards(how.facing)), how, film)
     return how.job(video, found, settings)
+
+
+def marks_in(table: Path, how: Following) -> Marks:
+    """The marks in a table of the figure that is followed; raises KeypointsError, ValueError."""
+    return read_keypoints(table, load_figure(how.figure).marks)
 
 
 def suggestion_path(folder: Path, video: Path) -> Path:

@@ -8,7 +8,6 @@ from itertools import islice
 import numpy as np
 
 from dynamics.belief import Belief
-from kinematics.mocap import POSE_COLUMNS
 from tracker.clip.clock import Clock
 from tracker.clip.heading import footless
 from tracker.clip.job import Job
@@ -211,9 +210,9 @@ def _track(plan: Plan, first: int, times: Sequence[float], estimates: Sequence[E
 def _rate(plan: Plan, track: Track) -> float:
     if plan.job.rate is not None:
         return plan.job.rate
-    poses = track.q[:, : len(POSE_COLUMNS)].copy()
+    poses = track.q[:, : len(track.figure.learned_freedoms)].copy()
     poses[~track.measured] = np.nan
-    return playback_rate(plan.job.model, poses, plan.video.fps)
+    return playback_rate(plan.job.model, poses, plan.video.fps, track.figure)
 
 
 def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:

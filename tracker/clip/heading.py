@@ -28,7 +28,7 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
         start: the pose there, facing either way.
         fps: frames a second.
     """
-    tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings), settings)
+    tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
     frames = iter(images)
     first = next(frames)
     curve = start_curve(tracker, start, first)

@@ -11,11 +11,10 @@ from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
-from tracker.tables.keypoints import Mark, Marks
-
 if TYPE_CHECKING:
     from tracker.loop.detections import Detections
     from tracker.settings import Settings
+    from tracker.tables.keypoints import Mark, Marks
 
 
 class Facing(StrEnum):
@@ -67,6 +66,7 @@ class Following:
     stop: Annotated[
         int | None, About("The last frame to follow [default: the clip's last].", least=0, most=10**9)
     ] = None
+    figure: Annotated[str, About("What is followed: a figure that ships, or a TOML file of one.")] = "walker"
     model: Annotated[str, About("cv, a shipped model, or a file from 'figtrack learn'.")] = "walk-run"
     facing: Annotated[Facing | None, About("Which way the figure faces [default: seen from the marks].")] = (
         None
@@ -115,7 +115,8 @@ class Following:
     @property
     def inputs(self) -> list[Path | None]:
         """The files that are read, None for none; a model may also be a mere name."""
-        return [self.measure, self.settings, Path(self.model) if Path(self.model).is_file() else None]
+        named = [Path(name) if Path(name).is_file() else None for name in (self.figure, self.model)]
+        return [self.measure, self.settings, *named]
 
     def tuned(self, settings: "Settings | None" = None) -> "Settings":
         """The settings given, or else the file's or the usual ones, as the options change them.
@@ -173,7 +174,7 @@ class Found:
     """
 
     frame: int
-    marks: Mapping[str, Mark]
+    marks: "Mapping[str, Mark]"
     facing: int
     nearer: Nearer
     near_leg: str
@@ -237,14 +238,16 @@ class Job:
 
     marks  : marked joints by frame
     found  : the start that these are, None where they were given
+    figure : a figure that ships, or a TOML file
     facing : +1 right, -1 left, None to see it from the start pose
     called : what the results call the video, None for its path
     """
 
     video: Path
-    marks: Marks
+    marks: "Marks"
     model: str
     settings: "Settings" = field(default_factory=_usual_settings)
+    figure: str = "walker"
     start: int | None = None
     from_: int | None = None
     stop: int | None = None

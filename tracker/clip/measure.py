@@ -79,7 +79,7 @@ def read_measured(path: Path, start: Start, frame: int, settings: Settings) -> M
     Raises:
         ForeignError: a file that cannot be read, no point that counts, or points of somebody else.
     """
-    points = read_points(path, start.view.facing)
+    points = read_points(path, start.view.facing, start.figure)
     likely = (points.likelihood >= settings.point_likelihood)[..., None]
     places = np.where(likely, points.known, np.nan)
     frames = {t: Detections.of(start.figure, points.names, row) for t, row in enumerate(places)}

@@ -46,11 +46,18 @@ class Seen:
 def outlined(plan: Plan, progress: Progress) -> Plan:
     """The plan with the joints of the figure's outline as points.
 
-    As it is where points are given, the settings want none, or the figure does not stand out from a scene
-    that is known.
+    As it is where points are given, the settings want none, the figure's is not known, or it does not stand
+    out from a scene that is known.
     """
     settings = plan.tracker.settings
-    wanted = settings.outline and settings.templates and settings.mode == "full" and plan.measured is None
+    known = plan.start.figure.outline
+    wanted = (
+        known
+        and settings.outline
+        and settings.templates
+        and settings.mode == "full"
+        and plan.measured is None
+    )
     seen = _seen(plan, progress) if wanted else Seen({})
     if not seen.points:
         return plan

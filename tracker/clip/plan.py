@@ -7,6 +7,7 @@ from itertools import islice
 
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
+from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from tracker.clip.heading import FRAMES, footless, heading
 from tracker.clip.job import Job
@@ -72,7 +73,7 @@ def prepare(job: Job) -> Plan:
     video = Video(job.video)
     settings = job.settings
     start = _start(job, video, settings)
-    slds = find_model(job.model, video.fps, settings, job.rate or 1.0)
+    slds = find_model(job.model, video.fps, settings, job.rate or 1.0, start.figure)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
         settings = measured.known_by(settings)
@@ -100,8 +101,10 @@ def start_frame(job: Job) -> int:
 def _start(job: Job, video: Video, settings: Settings) -> Start:
     """The start pose; which way it faces is seen from the film where its marks and the job do not tell it."""
     frame, size = start_frame(job), (video.width, video.height)
-    start = marked_start(job.marks, frame, job.facing, size)
+    figure = load_figure(job.figure)
+    start = marked_start(job.marks, frame, job.facing, size, figure)
     if job.facing is None and footless(start) and settings.templates:
         images = (each.image for each in islice(video, frame, frame + FRAMES))
-        start = marked_start(job.marks, frame, heading(images, start, video.fps, settings), size)
+        facing = heading(images, start, video.fps, settings)
+        start = marked_start(job.marks, frame, facing, size, figure)
     return start

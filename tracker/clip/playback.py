@@ -13,7 +13,8 @@ from dynamics.gpb2_filter import gpb2_filter
 from dynamics.layout import among
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
-from kinematics.figure import ROOT
+from kinematics.figure import ROOT, Figure
+from kinematics.figure_file import WALKER
 from tracker.models.find import CONSTANT_VELOCITY, by_freedom, switching_model
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
@@ -23,17 +24,18 @@ PLACE, ANGLE = 0.02, float(np.radians(3.0))  # of tracked poses: leg lengths, ra
 OTHERWISE = "walk-run"  # whose pace is asked where the clip was followed without a learned model
 
 
-def playback_rate(model: str, poses: Array, fps: float) -> float:
-    """The speed at which a clip is played, among RATES.
+def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER) -> float:
+    """The speed at which a clip is played, among RATES; 1 where no model knows how the figure moves.
 
     Args:
         model: by which the clip was followed, see `tracker.models.find.find_model`.
         poses: (T, M) tracked root and angles; rows of NaN where the figure was lost.
         fps: frames a second of the clip.
+        figure: which moves.
     """
     name = OTHERWISE if model == CONSTANT_VELOCITY else model
     known = np.isfinite(poses).all(1)
-    if not known.any():
+    if not known.any() or (model == CONSTANT_VELOCITY and figure.learned_freedoms != WALKER.learned_freedoms):
         return 1.0
     poses = poses[known.argmax() :][:ENOUGH]
 
@@ -42,7 +44,7 @@ def playback_rate(model: str, poses: Array, fps: float) -> float:
             slds = switching_model(name, fps / RATES[number])
         except ValueError:  # further from its own frame rate than the model can go
             return -np.inf
-        return max(_evidence(way, poses) for way in _ways(slds, poses))
+        return max(_evidence(way, poses, figure) for way in _ways(slds, poses))
 
     # Every other speed first, then those beside the best.
     fits = {number: fit(number) for number in range(0, len(RATES), 2)}
@@ -60,13 +62,12 @@ def _ways(slds: SLDS, poses: Array) -> list[SLDS]:
     return ahead + ([backwards(slds)] if travel < TRAVEL else [])
 
 
-def _evidence(slds: SLDS, poses: Array) -> float:
-    """Of tracked poses, the first of them known, without the neck's own constant, nats."""
+def _evidence(slds: SLDS, poses: Array, figure: Figure) -> float:
+    """Of tracked poses, the first of them known, without the figure's own constants, nats."""
     y = poses.copy()
     root = among(slds.names, ROOT)
     y[:, root] -= y[0, root]
-    if "neck" in slds.names:
-        neck = slds.names.index("neck")
-        y[:, neck] -= np.nanmean(y[:, neck])
+    own = [slds.names.index(name) for name in figure.offsets("marked")]
+    y[:, own] -= np.nanmean(y[:, own], axis=0)
     spread = by_freedom(slds.names, PLACE, ANGLE)
     return float(gpb2_filter(replace(slds, R=np.diag(spread**2)), y).log_evidence.sum())

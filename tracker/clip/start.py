@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kinematics.doubts import beyond_limits, doubts
-from kinematics.figure import Figure, load_figure
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from kinematics.recover import Marks as Places
 from kinematics.recover import Start, facing_of, start_pose
 from tracker.tables.keypoints import Mark, Marks, hidden, points
@@ -25,7 +26,9 @@ class FoundError(ValueError):
         self.suggested = suggested
 
 
-def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, int]) -> Start:
+def marked_start(
+    marks: Marks, frame: int, facing: int | None, size: tuple[int, int], figure: Figure = WALKER
+) -> Start:
     """The start pose of a marked frame of a clip.
 
     Args:
@@ -36,10 +39,11 @@ def marked_start(marks: Marks, frame: int, facing: int | None, size: tuple[int, 
         StartError: marks outside the picture, or a pose that cannot be right.
         PoseError: a joint that the figure cannot do without is missing, or two joints fall together.
     """
-    marked, figure = marks[frame], load_figure()
-    places, way = points(marked), facing or facing_at(marks, frame)
+    marked = marks[frame]
+    places, way = points(marked), facing or facing_at(marks, frame, figure)
     _check_in_picture(marked, figure.base, frame, size)
-    start = replace(start_pose(figure, places, way), hidden=hidden(marked))
+    start = start_pose(figure, places, way)
+    start = replace(start, hidden=start.hidden | hidden(marked))
     wrong = objections(figure, places, way)
     if wrong:
         raise StartError(f"mark the start again at frame {frame}: {'; '.join(wrong)}")
@@ -59,10 +63,10 @@ def objections(figure: Figure, places: Places, facing: int, turn: str = "give --
     return wrong
 
 
-def facing_at(marks: Marks, frame: int) -> int:
+def facing_at(marks: Marks, frame: int, figure: Figure = WALKER) -> int:
     """Which way the figure faces in a marked frame, seen from it and the next: +1 right, -1 left."""
     later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
-    return facing_of(points(marks[frame]), later)
+    return facing_of(points(marks[frame]), later, figure)
 
 
 def outside(marked: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:

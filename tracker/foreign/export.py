@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tracker.foreign import dlc, mot, myogait, openpose, trc
-from tracker.foreign.points import HALPE, JOINTS, named_points
+from tracker.foreign.points import HALPE, JOINTS, named_points, of_people
 from tracker.foreign.scale import Scale, scale_by_height, scale_by_pixels, scale_by_points
 from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
@@ -48,6 +48,11 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
         place = fresh_file(out, overwrite=overwrite, inputs=[folder / name for name in RUN_FILES])
     with place as aside, progress.task(f"{folder.name} for {wish.to}", 2) as advance:
         record = read_run(folder)
+        if FORMATS[wish.to].people and not of_people(record):
+            raise ForeignError(
+                f"{wish.to} has places for people's joints alone, which this run's figure has not; "
+                "--to dlc takes any figure"
+            )
         advance()
         said = FORMATS[wish.to].write(record, wish, wish.facing or record.facing, aside)
         advance()
@@ -85,15 +90,21 @@ def export_name(folder: Path, to: str) -> str:
 
 @dataclass(frozen=True)
 class Format:
-    """How a format's files end, what writes one and gives what must be said of it, and if a scale counts."""
+    """How a format's files end, what writes one and gives what must be said of it.
+
+    scaled : whether a scale counts
+    people : whether it has names for people's joints only
+    """
 
     ending: str
     write: Callable[[Record, Wish, int, Path], str]
     scaled: bool = False
+    people: bool = True
 
 
 def _dlc(record: Record, wish: Wish, facing: int, path: Path) -> str:
-    dlc.write_dlc(named_points(record, JOINTS, facing), path)
+    names = JOINTS if of_people(record) else {name: name for name in record.names}
+    dlc.write_dlc(named_points(record, names, facing), path)
     return ""
 
 
@@ -141,7 +152,7 @@ def _myogait(record: Record, wish: Wish, facing: int, path: Path) -> str:
 
 
 FORMATS = {
-    "dlc": Format(".dlc.csv", _dlc),
+    "dlc": Format(".dlc.csv", _dlc, people=False),
     "trc": Format(".trc", _trc, scaled=True),
     "mot": Format(".mot", _mot, scaled=True),
     "sports2d": Format(f"{PIXELS}.trc", _sports2d),

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from tracker.foreign import coco, dlc, labelme, openpose, trc
 from tracker.foreign.names import joints_of, parts_of
 from tracker.foreign.people import People, largest
 from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError, load_json, opened
-from tracker.tables.keypoints import KEYPOINTS
 
 JSON = ("{", "[")  # how it begins
 LONGEST = 1_000_000  # frames of a file; more is damage
@@ -32,7 +33,7 @@ def read_people(path: Path) -> tuple[str, People]:
     return program, people
 
 
-def read_points(path: Path, facing: int) -> Points:
+def read_points(path: Path, facing: int, figure: Figure = WALKER) -> Points:
     """The largest and surest person of each frame under our names; what is hidden or estimated is left out.
 
     Args:
@@ -44,9 +45,10 @@ def read_points(path: Path, facing: int) -> Points:
     _, people = read_people(path)
     found = {}
     for frame, seen in people.items():
-        joints, _ = joints_of(parts_of(seen[largest(seen)]), facing) if seen else ({}, [])
+        parts = parts_of(seen[largest(seen)], figure) if seen else {}
+        joints, _ = joints_of(parts, facing, figure)
         found[frame] = {name: point for name, point in joints.items() if point.visible}
-    names = tuple(name for name in KEYPOINTS if any(name in joints for joints in found.values()))
+    names = tuple(name for name in figure.marks if any(name in joints for joints in found.values()))
     if not names:
         raise ForeignError(f"{path} has no point of ours; docs/annotate.md has the names")
     places = np.full((max(people) + 1, len(names), 2), np.nan)

@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
-from kinematics.mocap import POSE_COLUMNS
-from kinematics.sides import SIDES
 from tracker.foreign.points import side_seen
 from tracker.foreign.scale import Scale
 from tracker.foreign.text_files import ForeignError
@@ -63,8 +61,7 @@ def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> s
 def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Array]:
     # Seen to face the other way, every angle in the picture's plane turns the other way.
     sign = facing * record.facing
-    degrees = {name: sign * np.degrees(record.poses[:, i]) for i, name in enumerate(POSE_COLUMNS) if i >= 2}
-    ankles = dict(zip(SIDES, sign * np.degrees(record.ankles.T), strict=True))
+    degrees = {name: sign * np.degrees(record.angle(name)) for name in record.freedoms}
     columns: dict[str, Array] = {}
     if scale is not None:
         ahead, up = scale.to_metres(record.place("hip")).T
@@ -74,8 +71,9 @@ def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Arra
         own = side_seen(side, facing)
         columns[f"hip_flexion_{letter}"] = degrees[f"hip_{own}"]
         columns[f"knee_angle_{letter}"] = -degrees[f"knee_{own}"]
-        if np.isfinite(ankles[own]).any():
-            columns[f"ankle_angle_{letter}"] = ankles[own]
+        ankle = sign * np.degrees(record.angle(f"ankle_{own}"))
+        if np.isfinite(ankle).any():
+            columns[f"ankle_angle_{letter}"] = ankle
     columns["lumbar_extension"] = -degrees["torso"]
     return columns
 

@@ -1,18 +1,19 @@
 """What other programs' points are called here, in any spelling, and which leg is near.
 
 Points are matched by their names' words (`RKnee`, `right_knee`, `knee_r`): the table is `PARTS` and `SIDES`.
-The near leg is the right one of somebody who faces right. What the figure needs and a file has not is
-derived: the hip and the neck midway between both hips and both shoulders, the head's top above the ears (else
-the nose), and that is an estimate.
+A figure's own names are taken as they are. The near leg is the right one of somebody who faces right. What
+the figure needs and a file has not is derived: the hip and the neck midway between both hips and both
+shoulders, the head's top above the ears (else the nose), and that is an estimate.
 """
 
 import re
 from collections.abc import Mapping
 
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from kinematics.recover import facing_of
 from tracker.foreign.people import Person, Sighting
 from tracker.foreign.points import near_far
-from tracker.tables.keypoints import KEYPOINTS
 
 PARTS = {
     **dict.fromkeys(("headtop", "topofhead", "head", "vertex", "crown"), "head_top"),
@@ -29,10 +30,13 @@ CROWN = 1.5  # from the neck, in multiples of the way from there to the ears
 Parts = Mapping[tuple[str, str], Sighting]  # by side ("" for none) and part
 
 
-def parts_of(person: Person) -> Parts:
+def parts_of(person: Person, figure: Figure = WALKER) -> Parts:
     """Those of a person's points that are named like one of ours, or one that ours are derived from."""
     out: dict[tuple[str, str], Sighting] = {}
     for name, point in person.items():
+        if name in figure.marks:
+            out["", name] = point
+            continue
         words = [word.lower() for word in WORD.findall(name)]
         if len(words) == 1 and words[0] not in PARTS and words[0][0] in "rl":
             words = [words[0][0], words[0][1:]]
@@ -43,8 +47,8 @@ def parts_of(person: Person) -> Parts:
     return out
 
 
-def joints_of(parts: Parts, facing: int) -> tuple[dict[str, Sighting], list[str]]:
-    """Our joints, in our order, and the names of those that were derived rather than seen.
+def joints_of(parts: Parts, facing: int, figure: Figure = WALKER) -> tuple[dict[str, Sighting], list[str]]:
+    """The figure's joints, in its order, and the names of those that were derived rather than seen.
 
     Args:
         facing: +1 right, -1 left.
@@ -52,20 +56,21 @@ def joints_of(parts: Parts, facing: int) -> tuple[dict[str, Sighting], list[str]
     seen: dict[str, Sighting] = {}
     for (side, part), point in parts.items():
         name = near_far(f"{side}_{part}" if side else part, facing)
-        if name in KEYPOINTS:
+        if name in figure.marks:
             seen[name] = point
     every = _derived(parts, seen) | seen
-    joints = {name: every[name] for name in KEYPOINTS if name in every}
+    joints = {name: every[name] for name in figure.marks if name in every}
     return joints, [name for name in joints if name not in seen]
 
 
-def facing_seen(parts: Parts) -> int:
+def facing_seen(parts: Parts, figure: Figure = WALKER) -> int:
     """Which way a figure faces: by its toes, else by its nose, else as `facing_of` has it."""
     head, nose = _middle(parts, "ear"), parts.get(("", "nose"))
-    toes = any(part == "toe" for _, part in parts)
+    toes = any(part.endswith("toe") for _, part in parts)
     if not toes and head is not None and nose is not None and nose.x != head.x:
         return 1 if nose.x > head.x else -1
-    return facing_of({name: (point.x, point.y) for name, point in joints_of(parts, 1)[0].items()})
+    joints, _ = joints_of(parts, 1, figure)
+    return facing_of({name: (point.x, point.y) for name, point in joints.items()}, None, figure)
 
 
 def _derived(parts: Parts, seen: Mapping[str, Sighting]) -> dict[str, Sighting]:

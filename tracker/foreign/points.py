@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.gaussian import Array
+from kinematics.sides import SIDES
 from tracker.run.likelihood import likelihood
 from tracker.run.read import Record, RunError
 
@@ -72,15 +73,22 @@ def named_points(record: Record, names: Mapping[str, str], facing: int) -> Point
     return Points(tuple(kept), record.places[:, columns], sure)
 
 
+def of_people(record: Record) -> bool:
+    """Whether a run's figure has what people are measured by: hip, knees and ankles."""
+    return {"hip", *(f"{side}_{joint}" for side in SIDES for joint in ("knee", "ankle"))} <= set(record.names)
+
+
 def leg_pixels(record: Record) -> float:
-    """Thigh and shank, pixels: the median over legs and frames.
+    """Pixels of a leg: thigh and shank, the median over legs and frames; of other figures as at the start.
 
     Raises:
         RunError: the figure was followed in no frame.
     """
+    if not of_people(record):
+        return record.unit
     legs = [
         apart(record, "hip", f"{side}_knee") + apart(record, f"{side}_knee", f"{side}_ankle")
-        for side in ("near", "far")
+        for side in SIDES
     ]
     return middle(np.stack(legs), record)
 

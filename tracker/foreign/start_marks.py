@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kinematics.doubts import doubts
-from kinematics.figure import load_figure
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from kinematics.recover import needed_joints
 from tracker.foreign.formats import is_foreign, read_people
 from tracker.foreign.names import Parts, facing_seen, joints_of, parts_of
 from tracker.foreign.people import People, Person, Sighting, largest
 from tracker.foreign.text_files import ForeignError
-from tracker.tables.keypoints import KEYPOINTS, Mark, Marks, read_keypoints
+from tracker.tables.keypoints import Mark, Marks, read_keypoints
 
 LEAST = 0.1  # confidence below which a point is not taken
 SURE = 0.5  # confidence below which it is taken for an estimate
@@ -30,7 +31,12 @@ class Taken:
 
 
 def read_marks(
-    path: Path, frame: int | None, facing: int | None, first: int, last: int | None
+    path: Path,
+    frame: int | None,
+    facing: int | None,
+    first: int,
+    last: int | None,
+    figure: Figure = WALKER,
 ) -> tuple[Marks, str]:
     """The marks of a table of ours, or those of `read_start`, and what is to be said of these.
 
@@ -38,13 +44,18 @@ def read_marks(
         KeypointsError, ForeignError: a file that cannot be used.
     """
     if not is_foreign(path):
-        return read_keypoints(path), ""
-    taken = read_start(path, frame, facing, first, last)
+        return read_keypoints(path, figure.marks), ""
+    taken = read_start(path, frame, facing, first, last, figure)
     return {taken.frame: dict(taken.marks)}, taken.told
 
 
 def read_start(
-    path: Path, frame: int | None = None, facing: int | None = None, first: int = 0, last: int | None = None
+    path: Path,
+    frame: int | None = None,
+    facing: int | None = None,
+    first: int = 0,
+    last: int | None = None,
+    figure: Figure = WALKER,
 ) -> Taken:
     """The marks of one frame of another program's file, told apart by content.
 
@@ -53,17 +64,18 @@ def read_start(
             The only frame of a file is taken for whichever is asked for.
         facing: +1 right, -1 left, None to see it from the points.
         first, last: frames between which the best is looked for, None for the file's last.
+        figure: whose joints they are.
 
     Raises:
         ForeignError: none of these formats, nobody in it, or not in this frame.
     """
     program, people = read_people(path)
     people = {number: seen for number, seen in people.items() if seen}
-    source = _choose_frame(people, frame, first, last, path)
+    source = _choose_frame(people, frame, (first, last), path, figure)
     number = largest(people[source])
-    parts = parts_of(_likely(people[source][number]))
-    way = facing or facing_seen(parts)
-    joints, derived = joints_of(parts, way)
+    parts = parts_of(_likely(people[source][number]), figure)
+    way = facing or facing_seen(parts, figure)
+    joints, derived = joints_of(parts, way, figure)
     if not joints:
         known = ", ".join(people[source][number])
         raise ForeignError(f"{path} has no point of ours, only {known}; docs/annotate.md has the names")
@@ -84,52 +96,55 @@ def read_start(
         ]
     if derived:
         told += [f"estimated: {', '.join(derived)}"]
-    lacking = [name for name in KEYPOINTS if name not in marks]
+    lacking = [name for name in figure.marks if name not in marks]
     if lacking:
         told += [f"not there: {', '.join(lacking)}"]
     return Taken(source if frame is None else frame, marks, "; ".join(told) + ". Check every joint.")
 
 
-def _choose_frame(people: People, frame: int | None, first: int, last: int | None, path: Path) -> int:
-    frames = sorted(people)
+def _choose_frame(
+    people: People, frame: int | None, between: tuple[int, int | None], path: Path, figure: Figure
+) -> int:
+    frames, (first, last) = sorted(people), between
     if len(frames) == 1:
         return frames[0]
     within = [number for number in frames if first <= number and (last is None or number <= last)]
     asked = [number for number in within if frame in (None, number)]
     if not asked:
-        between = f"from frame {first}" + (f" to {last}" if last is not None else " on")
-        which = f"in frame {frame}" if frame is not None else between
+        part = f"from frame {first}" + (f" to {last}" if last is not None else " on")
+        which = f"in frame {frame}" if frame is not None else part
         shown = ", ".join(map(str, frames[:8])) + (", .." if len(frames) > 8 else "")
         raise ForeignError(f"nobody is marked {which} of {path}; there is somebody in {shown}")
-    seen = {number: parts_of(_likely(people[number][largest(people[number])])) for number in asked}
-    asked.sort(key=lambda number: _worth(seen[number]), reverse=True)
-    return next((number for number in asked if _can_be(seen[number])), asked[0])
+    seen = {number: parts_of(_likely(people[number][largest(people[number])]), figure) for number in asked}
+    asked.sort(key=lambda number: _worth(seen[number], figure), reverse=True)
+    return next((number for number in asked if _can_be(seen[number], figure)), asked[0])
 
 
-def _worth(parts: Parts) -> float:
-    """How far apart the ankles are, shares of the figure's height, times how likely the least likely point
-    is; below 0 of a figure that is not whole.
+def _worth(parts: Parts, figure: Figure) -> float:
+    """How far apart the ends of twin legs are, shares of the figure's height, times how likely the least
+    likely point is; below 0 of a figure that is not whole.
     """
-    joints, _ = joints_of(parts, 1)
-    if not _whole(joints):
+    joints, _ = joints_of(parts, 1, figure)
+    if not _whole(joints, figure):
         return -1.0
-    if not {"near_ankle", "far_ankle"} <= joints.keys():
-        return 0.0
+    ends = [leg[-1] for leg in figure.legs if leg[-1] in figure.twins]
+    pairs = [(figure.links[i].joint, figure.links[figure.twins[i]].joint) for i in ends]
+    across = [abs(joints[one].x - joints[other].x) for one, other in pairs if {one, other} <= joints.keys()]
     rows = [point.y for point in joints.values()]
-    apart = abs(joints["near_ankle"].x - joints["far_ankle"].x) / max(max(rows) - min(rows), 1.0)
+    apart = max(across, default=0.0) / max(max(rows) - min(rows), 1.0)
     return apart * min(point.confidence for point in joints.values())
 
 
-def _can_be(parts: Parts) -> bool:
+def _can_be(parts: Parts, figure: Figure) -> bool:
     """Whether it is a whole figure that nothing speaks against."""
-    facing = facing_seen(parts)
-    joints, _ = joints_of(parts, facing)
+    facing = facing_seen(parts, figure)
+    joints, _ = joints_of(parts, facing, figure)
     places = {name: (point.x, point.y) for name, point in joints.items()}
-    return _whole(joints) and not doubts(load_figure(), places, facing)
+    return _whole(joints, figure) and not doubts(figure, places, facing)
 
 
-def _whole(joints: Mapping[str, Sighting]) -> bool:
-    return joints.keys() >= set(needed_joints(load_figure()))
+def _whole(joints: Mapping[str, Sighting], figure: Figure) -> bool:
+    return joints.keys() >= set(needed_joints(figure))
 
 
 def _likely(person: Person) -> Person:

@@ -43,8 +43,10 @@ def begin(
         scene = scene.compared(image, box)
         # A figure that stays where it is, on a treadmill say, is part of what was taken for the scene.
         places = tracker.view.to_pixels(state.templates.places(tracker.figure, start.q))
-        if scene.scenery.plain(places[state.templates.inner]).mean() < settings.bare:
-            state = replace(state, backdrop=scene)
+        places = places[state.templates.inner]
+        alike = scene.scenery.plain(places)
+        if alike.mean() < settings.bare:
+            state = replace(state, backdrop=scene.unknown_at(places[alike]))
     return state, replace(tracker.estimate(state), began=True)
 
 

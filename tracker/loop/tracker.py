@@ -45,7 +45,7 @@ class Tracker:
 
     view   : of the scene in the marked frame
     slds   : speaks of every freedom of the figure
-    offset : (D,) what the model's poses lack: the neck's own constant
+    offset : (D,) what the model's poses lack: constants that are the figure's own
     """
 
     figure: Figure
@@ -208,18 +208,18 @@ def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
         ValueError: the model was learned on other freedoms than the figure has.
     """
     figure = start.figure
-    if slds.names != figure.pose_freedoms[: len(slds.names)]:
+    if slds.names != figure.learned_freedoms:
         raise ValueError(
             f"the model speaks of {', '.join(slds.names)}; the figure {figure.name!r} has "
-            f"{', '.join(figure.pose_freedoms)}; learn a model for this figure"
+            f"{', '.join(figure.learned_freedoms)}; learn a model for this figure, or take --model cv"
         )
-    learned = slds.labels != ("cv",)
     offset = np.zeros(len(figure.freedoms))
-    if learned and "neck" in figure.freedoms:
-        # Where "the neck" lies differs between skeletons; models know the head's deviation only.
-        offset[figure.index("neck")] = start.q[figure.index("neck")]
-    if learned and "torso" in slds.names:
-        slds = slds.with_constants({"torso": np.radians(settings.lean)})
+    if slds.labels != ("cv",):
+        # Where a joint lies differs between skeletons; models know an angle's deviation only.
+        own = [figure.index(name) for name in figure.offsets("marked")]
+        offset[own] = start.q[own]
+        if leaning := figure.offsets("lean"):
+            slds = slds.with_constants(dict.fromkeys(leaning, float(np.radians(settings.lean))))
     full = _with_drifts(slds, figure.freedoms[len(slds.names) :], settings)
     return Tracker(figure, start.view, full, offset, settings)
 

@@ -21,8 +21,8 @@ from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
-from kinematics.figure import ROOT
-from kinematics.mocap import POSE_COLUMNS, mirror
+from kinematics.figure import ROOT, Figure
+from kinematics.figure_file import WALKER
 from tracker.run.track import FREE
 from tracker.settings import Settings
 
@@ -37,7 +37,7 @@ Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
 
 
-def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0) -> SLDS:
+def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, figure: Figure = WALKER) -> SLDS:
     """The model a user names, at this frame rate, as the tracker uses it.
 
     The noise of a learned one is inflated for people it has not seen. At second order one free state of
@@ -47,13 +47,14 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0) -> 
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
         fps: frames a second of the clip.
         rate: its playback speed, 1 as filmed.
+        figure: of which constant velocity is to speak.
 
     Raises:
         ModelError: no such model, or a file that cannot be used.
         ValueError: a frame rate that the model cannot be converted to.
     """
     if name == CONSTANT_VELOCITY:
-        return _constant_velocity(fps, settings)
+        return _constant_velocity(figure.learned_freedoms, fps, settings)
     learned = replace(switching_model(name, fps / rate), fps=fps)
     inflated = replace(learned, Q=learned.Q * settings.inflation)
     if settings.surprise == 0.0 or learned.order == 1:
@@ -112,6 +113,7 @@ def learn_motions(
     *,
     fps: float,
     options: Options,
+    figure: Figure = WALKER,
     pooled: bool = False,
     noise: float = 0.0,
     choose_from: Sequence[int] = (),
@@ -119,13 +121,14 @@ def learn_motions(
 ) -> SLDS:
     """One model of several motions: each learned by itself, then joined.
 
-    Every sequence is used twice, with near and far legs exchanged the second time; subjects count alike; the
-    neck's mean over a sequence is taken off.
+    Every sequence is used twice, with near and far side exchanged the second time; subjects count alike;
+    means over a sequence that are a figure's own, as the neck's of the walking one, are taken off.
 
     Args:
-        sequences: (subject, label, poses (T, 8) in body units) each.
+        sequences: (subject, label, poses (T, M) in body units) each.
         fps: their frame rate.
         options: states are per motion.
+        figure: whose learned freedoms they are.
         pooled: learn all motions as one, labelled with their names joined by a hyphen.
         noise: standard deviation added to the angles, radians.
         choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
@@ -136,11 +139,11 @@ def learn_motions(
         ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
     """
     models = []
-    for motion in _motions(sequences, pooled, noise, options.seed):
+    for motion in _motions(sequences, figure, pooled, noise, options.seed):
         chosen = _chosen(motion, fps, options, choose_from, e_steps) if choose_from else options
         fit = learn(
             motion.poses,
-            names=POSE_COLUMNS,
+            names=motion.names,
             travelling=ROOT,
             fps=fps,
             label=motion.name,
@@ -152,12 +155,19 @@ def learn_motions(
     return combine(models)
 
 
-def learn_hmms(sequences: Sequence[Labelled], *, fps: float, options: HMMOptions, noise: float = 0.0) -> HMM:
+def learn_hmms(
+    sequences: Sequence[Labelled],
+    *,
+    fps: float,
+    options: HMMOptions,
+    figure: Figure = WALKER,
+    noise: float = 0.0,
+) -> HMM:
     """The same with hidden Markov models of the angles, the papers' baseline."""
-    angles = ~among(POSE_COLUMNS, ROOT)
-    names = [name for name in POSE_COLUMNS if name not in ROOT]
+    angles = ~among(figure.learned_freedoms, ROOT)
+    names = [name for name in figure.learned_freedoms if name not in ROOT]
     models = []
-    for motion in _motions(sequences, False, noise, options.seed):
+    for motion in _motions(sequences, figure, False, noise, options.seed):
         seen = [y[:, angles] for y in motion.poses]
         fit = learn_hmm(
             seen, names=names, fps=fps, label=motion.name, options=options, weights=motion.weights
@@ -171,6 +181,7 @@ class _Motion:
     """What one motion is learned from: subjects and weights are those of each sequence."""
 
     name: str
+    names: tuple[str, ...]
     poses: list[Array]
     subjects: list[str]
     weights: Array
@@ -182,31 +193,37 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
         motion.poses,
         motion.subjects,
         [replace(options, states=n, restarts=1) for n in states],
-        names=POSE_COLUMNS,
+        names=motion.names,
         travelling=ROOT,
         fps=fps,
         infer=ESteps(spread=e_steps.spread).begin(),
     ).best
 
 
-def _motions(sequences: Sequence[Labelled], pooled: bool, noise: float, seed: int) -> Iterator[_Motion]:
+def _motions(
+    sequences: Sequence[Labelled], figure: Figure, pooled: bool, noise: float, seed: int
+) -> Iterator[_Motion]:
     """What each motion is to be learned from."""
     if not sequences:
         raise ValueError("learning needs at least one sequence; got none")
     rng = np.random.default_rng(seed)
     labels = sorted({label for _, label, _ in sequences}, reverse=True)
     for group in [labels] if pooled else [[label] for label in labels]:
-        yield _motion("-".join(group), [s for s in sequences if s[1] in group], noise, rng)
+        of_group = [s for s in sequences if s[1] in group]
+        yield _motion("-".join(group), of_group, figure, noise, rng)
 
 
-def _motion(name: str, sequences: Sequence[Labelled], noise: float, rng: np.random.Generator) -> _Motion:
+def _motion(
+    name: str, sequences: Sequence[Labelled], figure: Figure, noise: float, rng: np.random.Generator
+) -> _Motion:
+    names = figure.learned_freedoms
     poses, subjects, keys = [], [], []
-    neck = POSE_COLUMNS.index("neck")
+    own = [names.index(freedom) for freedom in figure.offsets("marked") if freedom in names]
     for subject, label, y in sequences:
         centred = y.copy()
-        centred[:, neck] -= centred[:, neck].mean()
+        centred[:, own] -= centred[:, own].mean(axis=0)
         centred[:, :2] -= centred[0, :2]
-        for twin in (centred, mirror(centred)):
+        for twin in (centred, centred[:, figure.exchanged[: len(names)]]):
             spoiled = twin.copy()
             spoiled[:, 2:] += rng.normal(scale=noise, size=spoiled[:, 2:].shape) if noise > 0 else 0.0
             poses.append(spoiled)
@@ -217,16 +234,16 @@ def _motion(name: str, sequences: Sequence[Labelled], noise: float, rng: np.rand
         of_label = frames.setdefault(key[0], {})
         of_label[key] = of_label.get(key, 0) + len(y)
     weights = np.array([1.0 / (len(frames[key[0]]) * frames[key[0]][key]) for key in keys])
-    return _Motion(name, poses, subjects, weights * len(weights) / weights.sum())
+    return _Motion(name, names, poses, subjects, weights * len(weights) / weights.sum())
 
 
-def _constant_velocity(fps: float, settings: Settings) -> SLDS:
+def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> SLDS:
     """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
     step = 30.0 / fps
-    noise = by_freedom(POSE_COLUMNS, settings.cv_place, np.radians(settings.cv_angle))
-    speed = by_freedom(POSE_COLUMNS, 0.0, FIRST_ANGLE_SPEED)
+    noise = by_freedom(names, settings.cv_place, np.radians(settings.cv_angle))
+    speed = by_freedom(names, 0.0, FIRST_ANGLE_SPEED)
     speed[: len(ROOT)] = FIRST_ROOT_SPEED
-    return constant_velocity(POSE_COLUMNS, noise * step**2, speed * step, fps)
+    return constant_velocity(names, noise * step**2, speed * step, fps)
 
 
 def _free(learned: SLDS, settings: Settings) -> SLDS:

@@ -16,8 +16,10 @@ from dynamics.learning.baum_welch import HMMOptions
 from dynamics.learning.options import Options
 from dynamics.slds import SLDS
 from dynamics.store import Model, save
-from kinematics.mocap import POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
-from tracker.models.find import ESteps, Spread, learn_hmms, learn_motions
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER, load_figure
+from kinematics.mocap import SHORTEST, Trial, read_trials, sequences
+from tracker.models.find import CONSTANT_VELOCITY, ESteps, Spread, learn_hmms, learn_motions
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file
 from tracker.settings import read_toml
@@ -58,6 +60,7 @@ class Request:
     inference : of the E-step, or "hmm" for hidden Markov models of the angles
     scheduler : address of a Dask scheduler whose workers do the E-steps; None does them here
     settings  : TOML file of what is `Further` to say, None for the defaults
+    figure    : a figure that ships, or a TOML file, of which the pose tables are
     """
 
     trials: Path | None
@@ -72,6 +75,12 @@ class Request:
     inference: str
     scheduler: str | None
     settings: Path | None
+    figure: str = "walker"
+
+    @cached_property
+    def body(self) -> Figure:
+        """What moves; raises ValueError."""
+        return load_figure(self.figure)
 
     @cached_property
     def further(self) -> Further:
@@ -88,7 +97,8 @@ class Request:
     @property
     def inputs(self) -> tuple[Path, ...]:
         """The files that are read, none of which may be written over."""
-        return self.tables if self.settings is None else (*self.tables, self.settings)
+        files = (self.settings, Path(self.figure) if Path(self.figure).is_file() else None)
+        return (*self.tables, *(path for path in files if path is not None))
 
 
 def gait_options(**changes: Any) -> Options:
@@ -120,6 +130,8 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
 
 def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[Data, list[str]]:
     """Subject, label and poses of every sequence of the captures, and their terms of use."""
+    if request.body != WALKER:
+        raise ValueError(f"captures are of people; learn a {request.body.name} from pose tables")
     labels = request.labels or ACTIVITIES
     trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels)]
     data: Data = []
@@ -132,18 +144,23 @@ def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[D
 
 
 def _read_tables(request: Request) -> tuple[Data, list[str]]:
-    """The same of pose tables: a file is a subject, a gap ends a sequence, no label is a label of its own."""
+    """The same of pose tables: a file is a subject, a gap ends a sequence, no label is a label of its own.
+
+    What was tracked by constant velocity has its name for a label, which is none of a motion.
+    """
     runs = [
-        (path.stem, label or UNLABELLED, y)
+        (path.stem, UNLABELLED if label in ("", CONSTANT_VELOCITY) else label, y)
         for path in request.poses
-        for sequence in read_poses(path)
+        for sequence in read_poses(path, request.body)
         for label, y in sequence.runs()
         if len(y) >= SHORTEST
     ]
     data = [run for run in runs if not request.labels or run[1] in request.labels]
     wanted = request.labels or tuple({label for _, label, _ in runs}) or (UNLABELLED,)
     names = ", ".join(str(path) for path in request.poses)
-    advice = f"rows need all of {','.join(POSE_COLUMNS)}, {SHORTEST} frames or more without a gap"
+    advice = (
+        f"rows need all of {','.join(request.body.learned_freedoms)}, {SHORTEST} frames or more without a gap"
+    )
     _check_labels(data, wanted, names, advice)
     return data, ["those of the tables"]
 
@@ -169,7 +186,7 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
         hmm_options = HMMOptions(states=request.states, rounds=further.rounds, seed=request.seed)
-        return learn_hmms(data, fps=request.fps, options=hmm_options, noise=noise)
+        return learn_hmms(data, fps=request.fps, options=hmm_options, figure=request.body, noise=noise)
     options = gait_options(
         states=request.states,
         order=request.order,
@@ -185,6 +202,7 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
             data,
             fps=request.fps,
             options=options,
+            figure=request.body,
             pooled=further.pooled,
             noise=noise,
             choose_from=[n for n in CHOICE if n <= request.states] if further.choose else (),

@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 
 from dynamics.gaussian import Array
-from kinematics.figure import Figure, load_figure
+from kinematics.figure import Figure
+from kinematics.figure_file import load_figure
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.spm import skeleton
 

@@ -6,7 +6,8 @@ from typing import Self
 
 import numpy as np
 
-from kinematics.figure import Array, Figure, load_figure
+from kinematics.figure import Array, Figure
+from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from kinematics.spm import View
 from tracker.outline.bodies import Path

@@ -70,10 +70,14 @@ class Scenery:
         planes[..., 0] = FRONT * cv2.GaussianBlur(wide, (0, 0), level.sigma)
         return planes
 
-    def _at(self, pixels: Array) -> Planes:
+    def cells(self, pixels: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """(P,) rows and (P,) columns of the places at (P, 2) pixels."""
         h, w = self.differs.shape
         column, row = np.clip((pixels + 0.5).astype(int) // self.step, 0, (w - 1, h - 1)).T
-        return np.asarray(self.differs[row, column])
+        return row, column
+
+    def _at(self, pixels: Array) -> Planes:
+        return np.asarray(self.differs[self.cells(pixels)])
 
 
 UNSEEN = Scenery(np.full((1, 1), UNKNOWN, np.float32), 1 << 30)
@@ -116,6 +120,12 @@ class Backdrop:
     def replaced(self, scene: Planes, known: NDArray[np.bool_]) -> Self:
         """With another scene (h, w, 3) where that is known (h, w); elsewhere nothing is known any more."""
         return replace(self, scene=np.where(known[..., None], scene, self.scene), known=known)
+
+    def unknown_at(self, pixels: Array) -> Self:
+        """With nothing known of the scene at (P, 2) pixels of the frame."""
+        known = self.known.copy()
+        known[self.scenery.cells(pixels)] = False
+        return replace(self, known=known)
 
     def compared(self, image: Image, box: Box) -> Self:
         """With how the first frame itself differs from the scene; image and box as of `follow`."""

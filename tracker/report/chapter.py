@@ -17,13 +17,6 @@ from tracker.report.over_stride import legs_of, norm_of, tenths
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
 
-# A panel: its title, how to read it, and its curves: what each is called and its freedom.
-PANELS = (
-    ("Hip", "thigh ahead of hanging is positive", {"near": "hip_near", "far": "hip_far"}),
-    ("Knee", "straight is 0, bent is positive", {"near": "knee_near", "far": "knee_far"}),
-    ("Ankle", "square to the shank is 0, toes up is positive", {"near": "ankle_near", "far": "ankle_far"}),
-    ("Trunk", "torso: lean forward; neck: head against torso", {"torso": "torso", "neck": "neck"}),
-)
 OWN_SPEED = (0.8, 1.25)  # playback speeds found that pass for real time
 DISCORD = 0.1  # of a stride: legs that differ by more were not followed well
 WORDS = {
@@ -142,7 +135,7 @@ class Chapter:
             "name": self.name,
             "first": track.first,
             "times": np.round(track.times - track.times[0], 4).tolist(),
-            "panels": [panel for panel in self._panels() if panel["curves"]],
+            "panels": list(self._panels()),
             "motions": [[start, end, track.motion(start)] for start, end in stretches(motions)],
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
             "words": WORDS,
@@ -151,12 +144,12 @@ class Chapter:
         }
 
     def _panels(self) -> Iterable[dict[str, Any]]:
-        freedoms = self.track.figure.freedoms
-        for title, reading, curves in PANELS:
-            shown = {name: freedoms.index(freedom) for name, freedom in curves.items() if freedom in freedoms}
+        figure = self.track.figure
+        for panel in figure.panels:
+            shown = {name: figure.index(freedom) for name, freedom in panel.curves.items()}
             yield {
-                "title": title,
-                "reading": reading,
+                "title": panel.title,
+                "reading": panel.reading,
                 "curves": [
                     {
                         "name": name,

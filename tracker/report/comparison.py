@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from kinematics.figure_file import load_figure
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.plan import prepare, start_frame
@@ -14,7 +15,7 @@ from tracker.report.html_tables import text_table
 from tracker.report.page import write_comparison
 from tracker.report.results import write_run
 from tracker.report.sheets import write_error_plot, write_sheet
-from tracker.run.score import SCORED, Score, places, score
+from tracker.run.score import Score, places, score
 from tracker.tables.keypoints import Marks
 
 
@@ -29,6 +30,7 @@ def compare_models(
         ValueError: a truth without marked frames after the start that are no anchors, or two models of one
             name; and whatever `clip.follow` raises.
     """
+    figure = load_figure(job.figure)
     jobs = {_name(model): replace(job, model=model) for model in models}
     if len(jobs) < len(models):
         raise ValueError(f"two of the models {', '.join(models)} have one name; rename a file")
@@ -36,13 +38,13 @@ def compare_models(
     for each in jobs.values():
         prepare(each)
     start = start_frame(job)
-    given = _anchors_of(job, _within(truth, job.stop), start)
+    given = _anchors_of(job, _within(truth, job.stop, figure.scored), start)
     truth = {frame: marks for frame, marks in truth.items() if frame not in given}
     if given and not any(frame > start for frame in truth):
         raise ValueError(
             f"all {len(given)} truth frames after frame {start} are anchors; give --truth with other frames"
         )
-    score(_within(truth, job.stop), {}, start)
+    score(_within(truth, job.stop, figure.scored), {}, start, figure)
 
     chapters: dict[str, Chapter] = {}
     scores: dict[str, Score] = {}
@@ -52,7 +54,9 @@ def compare_models(
         chapters[name] = replace(write_run(finished, folder / name, progress), name=name)
         for warning in finished.warnings:
             progress.warn(f"{name}: {warning}")
-        scores[name] = score(_within(truth, finished.frames - 1), places(finished.track), start)
+        scores[name] = score(
+            _within(truth, finished.frames - 1, figure.scored), places(finished.track), start, figure
+        )
     write_error_plot(scores, folder / "errors.png")
     sheet = folder / "failure.png"
     write_sheet(job.video, {name: each.track for name, each in chapters.items()}, scores, sheet)
@@ -75,10 +79,10 @@ def _anchors_of(job: Job, truth: Marks, start: int) -> set[int]:
     return {frame for frame, marks in truth.items() if frame > start and marks == told.get(frame)}
 
 
-def _within(truth: Marks, last: int | None) -> Marks:
+def _within(truth: Marks, last: int | None, scored: Sequence[str]) -> Marks:
     """Frames up to `last` with a joint that is scored."""
     return {
         frame: marks
         for frame, marks in truth.items()
-        if (last is None or frame <= last) and not marks.keys().isdisjoint(SCORED)
+        if (last is None or frame <= last) and not marks.keys().isdisjoint(scored)
     }

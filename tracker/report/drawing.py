@@ -23,11 +23,9 @@ SMALL = 300  # frames lower than this are drawn twice as large
 
 
 def colours(figure: Figure) -> list[tuple[int, int, int]]:
-    """One colour a link: far legs, trunk, near legs."""
-    layers = [link.layer for link in figure.links]
-    by_rank = {layer: rank for rank, layer in enumerate(sorted(set(layers)))}
-    palette = (FAR, TRUNK, NEAR) if len(by_rank) > 2 else (FAR, NEAR)
-    return [palette[min(by_rank[layer], len(palette) - 1)] for layer in layers]
+    """One colour a link, by its layer: the farthest, those between, the nearest."""
+    palette = {"far": FAR, "trunk": TRUNK, "near": NEAR}
+    return [palette[depth] for depth in figure.depth]
 
 
 def segments(figure: Figure, q: Array, view: View) -> list[Segment]:

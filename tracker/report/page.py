@@ -53,7 +53,7 @@ def write_comparison(
         for name, score in scores.items()
     ]
     sheet = [_SHEET, "data:image/png;base64,", *_base64(failure), "'></div></section>"]
-    table = _ERRORS.format(limit=LOST_ERROR, table=comparison_table(scores))
+    table = _ERRORS.format(limit=LOST_ERROR, joints=_told(chapters[0]), table=comparison_table(scores))
     _write(path, video, chapters, warnings, notes, table, sheet, {"models": errors, "lost": LOST_ERROR})
 
 
@@ -95,6 +95,12 @@ def compose(path: Path, page: str, scripts: Sequence[str], parts: Mapping[str, I
 def script_data(data: object) -> str:
     """JSON that may stand in a page: "</script>" in a file's name would end the element."""
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def _told(chapter: Chapter) -> str:
+    """The joints that a run is scored by, in words."""
+    *names, last = (name.replace("_", " ") for name in chapter.track.figure.scored)
+    return html.escape(f"{', '.join(names)} and {last}" if names else last)
 
 
 def _kind(chapters: Sequence[Chapter]) -> str:
@@ -164,7 +170,7 @@ def _read(name: str) -> str:
 
 
 _ERRORS = """<section class='card'><h2>Errors</h2>{table} <p class='soft'>Against the marked joints, in leg
-lengths (thigh + shank), over head top, neck, hip, knees and ankles. Lost: two marked frames in a row with a
+lengths, over {joints}. Lost: two marked frames in a row with a
 mean above {limit}.</p></section>"""
 
 _SHEET = """<section class='card'><h2>Where they part</h2><div class='wide sheet'>

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
-from kinematics.figure import load_figure
-from kinematics.mocap import POSE_COLUMNS
+from kinematics.figure import ROOT, Figure
+from kinematics.figure_file import WALKER
 from kinematics.spm import View
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
-from tracker.run.write import ANKLES
 from tracker.tables.table import by_column, read_lines, why
 
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
 POINT_COLUMNS = ("x", "y", "sxx", "sxy", "syy")
+BESIDE = ("seq", "frame", "time_s", "state", "label", "outcome")  # columns of pose.csv that are no freedom
 
 
 class RunError(ValueError):
@@ -61,10 +61,11 @@ class Record:
     names   : (J,) keypoints, also those that the figure has not
     places  : (T, J, 2) pixels
     covs    : (T, J, 2, 2) px^2
-    poses   : (T, 8) root in leg lengths, angles in radians
-    ankles  : (T, 2) near and far, radians; NaN of a figure without feet
+    freedoms: (M,) names of root and angles
+    poses   : (T, M) root in leg lengths, angles in radians
     outcome : (T,) of each frame, None where the figure was not followed
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
+    unit    : pixels in a leg length at the start
     """
 
     news: News
@@ -72,10 +73,11 @@ class Record:
     names: tuple[str, ...]
     places: Array
     covs: Array
+    freedoms: tuple[str, ...]
     poses: Array
-    ankles: Array
     outcome: tuple[Outcome | None, ...]
     shift: Array
+    unit: float
 
     def __len__(self) -> int:
         return len(self.times)
@@ -100,6 +102,12 @@ class Record:
         if name not in self.names:
             return np.full((len(self), 2), np.nan)
         return self.places[:, self.names.index(name)]
+
+    def angle(self, freedom: str) -> Array:
+        """(T,) radians of an angle; NaN throughout if the figure has none of this name."""
+        if freedom not in self.freedoms:
+            return np.full(len(self), np.nan)
+        return self.poses[:, self.freedoms.index(freedom)]
 
 
 def read_news(folder: Path) -> News:
@@ -131,19 +139,20 @@ def read_run(folder: Path) -> Record:
     with _sound(folder / "keypoints.csv") as path:
         names, numbers = _points(path, news.frames)
     with _sound(folder / "pose.csv") as path:
-        times, poses, ankles, outcome = _poses(path, news.frames)
+        times, freedoms, poses, outcome = _poses(path, news.frames)
     with _sound(folder / "track.npz") as path:
-        shift = _shift(path, news.frames)
+        shift, unit = _shift(path, news.frames)
     return Record(
         news=news,
         times=times,
         names=names,
         places=numbers[..., :2],
         covs=numbers[..., [2, 3, 3, 4]].reshape(*numbers.shape[:2], 2, 2),
+        freedoms=freedoms,
         poses=poses,
-        ankles=ankles,
         outcome=outcome,
         shift=shift,
+        unit=unit,
     )
 
 
@@ -170,27 +179,26 @@ def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
     return names, _numbers(rows, POINT_COLUMNS).reshape(T, len(names), len(POINT_COLUMNS))
 
 
-def _poses(path: Path, T: int) -> tuple[Array, Array, Array, tuple[Outcome | None, ...]]:
-    """Times (T,), poses (T, 8) in body units, ankles (T, 2) and outcomes (T,) of pose.csv."""
+def _poses(path: Path, T: int) -> tuple[Array, tuple[str, ...], Array, tuple[Outcome | None, ...]]:
+    """Times (T,), names (M,) and poses (T, M) in body units, and outcomes (T,) of pose.csv."""
     rows = _rows(path)
     if len(rows) != T or any(int(row["frame"]) != t for t, row in enumerate(rows)):
         raise ValueError(f"it should hold {T} frames, in order")
     times = _numbers(rows, ["time_s"])[:, 0]
     if not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
         raise ValueError("time_s should rise from row to row")
-    poses = _numbers(rows, POSE_COLUMNS)
-    poses[:, 2:] = np.radians(poses[:, 2:])
-    ankles = np.radians(_numbers(rows, [name for name in ANKLES if name in rows[0]]))
-    if ankles.shape[1] < len(ANKLES):  # runs of versions that did not write them
-        ankles = np.full((T, len(ANKLES)), np.nan)
-    return times, poses, ankles, tuple(Outcome(row["outcome"]) if row["outcome"] else None for row in rows)
+    angles = [name for name in rows[0] if name not in (*BESIDE, *ROOT)]
+    poses = np.hstack([_numbers(rows, ROOT), np.radians(_numbers(rows, angles))])
+    outcome = tuple(Outcome(row["outcome"]) if row["outcome"] else None for row in rows)
+    return times, (*ROOT, *angles), poses, outcome
 
 
-def read_track(folder: Path, mark: float) -> Track:
-    """The track of a complete run, its figure the walking one.
+def read_track(folder: Path, mark: float, figure: Figure = WALKER) -> Track:
+    """The track of a complete run.
 
     Args:
         mark: setting of that name.
+        figure: that was followed, at rest.
 
     Raises:
         RunError: a file that is damaged.
@@ -199,7 +207,7 @@ def read_track(folder: Path, mark: float) -> Track:
         header, rows = _archive(path, ("times", "q", "cov", "s", "outcome", "shift"))
         *origin, unit, facing = header["view"]
         return Track(
-            figure=load_figure().with_lengths(header["lengths"]),
+            figure=figure.with_lengths(header["lengths"]),
             view=View((origin[0], origin[1]), unit, facing),
             model=header["model"],
             labels=tuple(header["labels"]),
@@ -211,13 +219,13 @@ def read_track(folder: Path, mark: float) -> Track:
         )
 
 
-def _shift(path: Path, frames: int) -> Array:
-    """(T, 2), zero in frames that were not followed."""
+def _shift(path: Path, frames: int) -> tuple[Array, float]:
+    """(T, 2), zero in frames that were not followed; and pixels in a leg length."""
     header, rows = _archive(path, ("shift",))
     first, followed = header["first"], rows["shift"]
     shift = np.zeros((frames, 2))
     shift[first : first + len(followed)] = followed
-    return shift
+    return shift, float(header["view"][2])
 
 
 def _archive(path: Path, names: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -1,27 +1,23 @@
 """Tracks against marked poses: errors in leg lengths, when a track is lost, where two tracks part.
 
-Errors are over head top, neck, hip, knees and ankles, in leg lengths (thigh + shank, the mean of the two legs
-in the first marked frame), each at most 1. A track is lost at the first of two marked frames in a row with a
-mean error over 0.25, not recovered in the third where there is one.
+Errors are over the joints that a figure is scored by (of the walking one head top, neck, hip, knees and
+ankles), in leg lengths (thigh + shank, the mean of the legs in the first marked frame), each at most 1. A
+track is lost at the first of two marked frames in a row with a mean error over 0.25, not recovered in the
+third where there is one.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from dynamics.gaussian import Array
-from kinematics.sides import other_side
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark, Marks
 
-SCORED = ("head_top", "neck", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
-LEGS = ("near_knee", "near_ankle", "far_knee", "far_ankle")
-LINKS = tuple(
-    (start, end)
-    for side in ("near", "far")
-    for start, end in (("hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle"))
-)
 LOST_ERROR = 0.25  # leg lengths, mean over a frame
 SWAP_GAIN = 0.1  # leg lengths: by how much exchanged legs must fit better
 
@@ -74,22 +70,48 @@ def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
     }
 
 
-def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
+@dataclass(frozen=True)
+class Scored:
+    """What a figure is scored by.
+
+    joints : whose places count
+    twins  : of those that are of one side, the same of the other
+    legs   : joints of each leg, from where it begins
+    """
+
+    joints: tuple[str, ...]
+    twins: Mapping[str, str]
+    legs: tuple[tuple[str, ...], ...]
+
+    @classmethod
+    def of(cls, figure: Figure) -> "Scored":
+        names, twin = figure.joints, figure.joint_twins.tolist()
+        twins = {name: names[twin[i]] for i, name in enumerate(names) if twin[i] != i}
+        begins = [figure.parents[leg[0]] + 1 for leg in figure.legs]
+        legs = tuple(
+            (names[begin], *(figure.links[i].joint for i in leg))
+            for begin, leg in zip(begins, figure.legs, strict=True)
+        )
+        return cls(figure.scored, {name: twins[name] for name in figure.scored if name in twins}, legs)
+
+
+def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure = WALKER) -> Score:
     """Errors of a track in every marked frame after the start frame.
 
     Raises:
         ValueError: no marked frame after the start, or no leg marked whole.
     """
+    scored = Scored.of(figure)
     frames = [frame for frame in sorted(truth) if frame >= start]
     later = [frame for frame in frames if frame > start]
     if not later:
         raise ValueError(f"the truth marks no frame after frame {start}; mark some or give another --truth")
-    leg = leg_length(truth, frames)
-    errors = {frame: _errors(truth[frame], found.get(frame, {}), leg) for frame in later}
+    leg = leg_length(truth, frames, figure)
+    errors = {frame: _errors(truth[frame], found.get(frame, {}), leg, scored) for frame in later}
     means = {frame: float(np.mean(list(error.values()))) for frame, error in errors.items() if error}
     everything = np.concatenate([list(error.values()) for error in errors.values()])
     failure = _first_failure(means)
-    angles = [angle for frame in later for angle in _angles(truth[frame], found.get(frame, {}))]
+    angles = [angle for frame in later for angle in _angles(truth[frame], found.get(frame, {}), scored)]
     return Score(
         first_failure_frame=failure,
         frames_followed=sum(1 for frame in means if failure is None or frame < failure),
@@ -97,7 +119,7 @@ def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
         mean_error_leg=float(np.mean(list(means.values()))),
         median_error_leg=float(np.median(everything)),
         pck_02_leg=float(np.mean(everything < 0.2)),
-        swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg) for frame in later),
+        swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg, scored) for frame in later),
         angle_median_deg=float(np.median(angles)) if angles else None,
         frame_errors=means,
         mark_errors=tuple(everything.tolist()),
@@ -105,19 +127,20 @@ def score(truth: Marks, found: Mapping[int, Places], start: int) -> Score:
     )
 
 
-def leg_length(truth: Marks, frames: list[int]) -> float:
-    """Thigh and shank in pixels, mean of the legs that the first possible marked frame shows whole."""
+def leg_length(truth: Marks, frames: list[int], figure: Figure = WALKER) -> float:
+    """A leg in pixels, mean of the legs that the first possible marked frame shows whole."""
+    joints = Scored.of(figure).legs
     for frame in frames:
         marks = truth[frame]
         legs = [
-            _apart(marks["hip"], marks[f"{side}_knee"])
-            + _apart(marks[f"{side}_knee"], marks[f"{side}_ankle"])
-            for side in ("near", "far")
-            if {"hip", f"{side}_knee", f"{side}_ankle"} <= set(marks)
+            sum(_apart(marks[one], marks[other]) for one, other in pairwise(leg))
+            for leg in joints
+            if set(leg) <= set(marks)
         ]
         if legs:
             return float(np.mean(legs))
-    raise ValueError("the truth marks no whole leg (hip, knee, ankle) in any frame; mark one")
+    whole = ", ".join(joints[0]) if joints else "none is listed"
+    raise ValueError(f"the truth marks no whole leg ({whole}) in any frame; mark one")
 
 
 def parting(errors: list[Mapping[int, float]]) -> int | None:
@@ -130,10 +153,10 @@ def parting(errors: list[Mapping[int, float]]) -> int | None:
     return common[int(np.flatnonzero(gaps >= gaps.max() - 1e-12)[0])]
 
 
-def _errors(marks: Mapping[str, Mark], found: Places, leg: float) -> dict[str, float]:
+def _errors(marks: Mapping[str, Mark], found: Places, leg: float, scored: Scored) -> dict[str, float]:
     return {
         name: min(_apart(marks[name], Mark(*found[name])) / leg, 1.0) if name in found else 1.0
-        for name in SCORED
+        for name in scored.joints
         if name in marks
     }
 
@@ -147,21 +170,23 @@ def _first_failure(means: Mapping[int, float]) -> int | None:
     return None
 
 
-def _swapped(marks: Mapping[str, Mark], found: Places, leg: float) -> bool:
-    if not all(name in marks and name in found for name in LEGS):
+def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, scored: Scored) -> bool:
+    twins = scored.twins
+    if not twins or not all(name in marks and name in found for name in twins):
         return False
-    as_named = np.mean([_apart(marks[name], Mark(*found[name])) for name in LEGS])
-    exchanged = np.mean([_apart(marks[name], Mark(*found[other_side(name)])) for name in LEGS])
+    as_named = np.mean([_apart(marks[name], Mark(*found[name])) for name in twins])
+    exchanged = np.mean([_apart(marks[name], Mark(*found[other])) for name, other in twins.items()])
     return bool((as_named - exchanged) / leg > SWAP_GAIN)
 
 
-def _angles(marks: Mapping[str, Mark], found: Places) -> list[float]:
+def _angles(marks: Mapping[str, Mark], found: Places, scored: Scored) -> list[float]:
     """Errors of the visible links' directions, degrees."""
     out = []
-    for start, end in LINKS:
+    begins = {leg[0] for leg in scored.legs}  # where legs begin is a guess in any frame
+    for start, end in (link for leg in scored.legs for link in pairwise(leg)):
         if not ({start, end} <= set(marks) and {start, end} <= set(found)):
             continue
-        if marks[end].visible and (marks[start].visible or start == "hip"):
+        if marks[end].visible and (marks[start].visible or start in begins):
             wanted = np.arctan2(marks[end].x - marks[start].x, marks[end].y - marks[start].y)
             got = np.arctan2(found[end][0] - found[start][0], found[end][1] - found[start][1])
             out.append(float(abs(np.degrees((wanted - got + np.pi) % (2.0 * np.pi) - np.pi))))

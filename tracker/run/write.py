@@ -6,13 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from kinematics.mocap import POSE_COLUMNS
+from kinematics.figure import ROOT
 from tracker.run.track import Track
-from tracker.tables.keypoints import KEYPOINTS
 
 FORMAT = "figtrack-track"
 VERSION = 1
-ANKLES = ("ankle_near", "ankle_far")  # further columns of pose.csv
 
 
 def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
@@ -26,6 +24,7 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         "labels": track.labels,
         "gait": track.gait,
         "first": track.first,
+        "figure": track.figure.name,
         "freedoms": track.figure.freedoms,
         "joints": track.figure.joints,
         "lengths": [link.length for link in track.figure.links],
@@ -48,7 +47,7 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
 def _write_keypoints(track: Track, path: Path, frames: int, fps: float) -> None:
     places, covs = track.joints(), track.joint_covs()
     column = {name: j for j, name in enumerate(track.figure.joints)}
-    names = tuple(dict.fromkeys((*KEYPOINTS, *track.figure.joints)))
+    names = tuple(dict.fromkeys((*track.figure.marks, *track.figure.joints)))
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(("frame", "keypoint", "x", "y", "visible", "time_s", "sxx", "sxy", "syy"))
@@ -66,22 +65,23 @@ def _write_keypoints(track: Track, path: Path, frames: int, fps: float) -> None:
 
 
 def _write_poses(track: Track, path: Path, frames: int, fps: float) -> None:
-    freedoms = track.figure.freedoms
-    ankles = [freedoms.index(name) if name in freedoms else None for name in ANKLES]
+    columns = track.figure.learned_freedoms
+    further = track.figure.pose_freedoms[len(columns) :]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(("seq", "frame", *POSE_COLUMNS, "time_s", "state", "label", "outcome", *ANKLES))
+        writer.writerow(("seq", "frame", *columns, "time_s", "state", "label", "outcome", *further))
         for frame in range(frames):
             t = frame - track.first
             if not 0 <= t < len(track):
-                nothing = [""] * (3 + len(ANKLES))
-                writer.writerow((0, frame, *[""] * len(POSE_COLUMNS), _time(track, t, fps), *nothing))
+                nothing = [""] * (3 + len(further))
+                writer.writerow((0, frame, *[""] * len(columns), _time(track, t, fps), *nothing))
                 continue
             q, s = track.q[t], track.s[t]
-            cells = [f"{v:.5f}" for v in q[:2]] + [f"{v:.4f}" for v in np.degrees(q[2 : len(POSE_COLUMNS)])]
-            feet = [f"{np.degrees(q[k]):.4f}" if k is not None else "" for k in ankles]
+            place = [f"{v:.5f}" for v in q[: len(ROOT)]]
+            turns = [f"{v:.4f}" for v in np.degrees(q[len(ROOT) : len(columns) + len(further)])]
+            of_model, rest = turns[: len(columns) - len(ROOT)], turns[len(columns) - len(ROOT) :]
             said = (s, track.motion(t), track.outcome[t])
-            writer.writerow((0, frame, *cells, _time(track, t, fps), *said, *feet))
+            writer.writerow((0, frame, *place, *of_model, _time(track, t, fps), *said, *rest))
 
 
 def _time(track: Track, t: int, fps: float) -> str:

@@ -5,19 +5,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from kinematics.figure_file import WALKER
 from tracker.tables.table import Layout, write_table
 
-KEYPOINTS = (
-    "head_top",
-    "neck",
-    "hip",
-    "near_knee",
-    "near_ankle",
-    "near_toe",
-    "far_knee",
-    "far_ankle",
-    "far_toe",
-)
+KEYPOINTS = WALKER.marks
 COLUMNS = ("frame", "keypoint", "x", "y")
 FARTHEST = 1e6  # pixels; no picture is as large
 LAST = 10**8  # frame; no clip is as long

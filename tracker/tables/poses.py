@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
+from kinematics.figure import Figure
+from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
 from tracker.tables.table import Layout, write_table
 
 ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
-READ = ("seq", "frame", *POSE_COLUMNS, "label", "time_s")
+BESIDE = ("label", "time_s")  # columns that are read beside the pose
 LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a slip of the pen
 LARGEST = 1e9  # in any cell; beyond, numbers swamp one another
 RADIANS = 3.2  # degrees: no figure that moves keeps every angle below, in radians every figure does
@@ -29,16 +31,18 @@ class PosesError(ValueError):
     """A pose table that cannot be used."""
 
 
-LAYOUT = Layout(
-    error=PosesError,
-    name="pose table",
-    header=f"seq,frame,{','.join(POSE_COLUMNS)}",
-    needed=("frame", *POSE_COLUMNS[ROOT_COLUMNS:]),
-    known=READ,
-    absent="no pose table {path}; check its name",
-    misfit="has {cells} cells, the header {columns}; empty cells want their commas, numbers a point",
-    whole=True,
-)
+def layout_of(columns: Sequence[str]) -> Layout:
+    """The table of poses that have these columns."""
+    return Layout(
+        error=PosesError,
+        name="pose table",
+        header=f"seq,frame,{','.join(columns)}",
+        needed=("frame", *columns[ROOT_COLUMNS:]),
+        known=("seq", "frame", *columns, *BESIDE),
+        absent="no pose table {path}; check its name",
+        misfit="has {cells} cells, the header {columns}; empty cells want their commas, numbers a point",
+        whole=True,
+    )
 
 
 @dataclass(frozen=True)
@@ -47,9 +51,9 @@ class PoseSequence:
 
     name   : its `seq`, "0" where the table has none
     first  : frame of the first row
-    y      : (T, 8) in body units, angles in radians; NaN where nothing was given
+    y      : (T, M) in body units, angles in radians; NaN where nothing was given
     labels : (T,) of each frame, "" where none was given
-    cells  : (T,) each frame's 8 cells as written, "" where nothing was given
+    cells  : (T,) each frame's M cells as written, "" where nothing was given
     fps    : frames a second by the column time_s, None where there is none
     """
 
@@ -65,7 +69,7 @@ class PoseSequence:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """(T, 8) whether each number was measured."""
+        """(T, M) whether each number was measured."""
         return np.isfinite(self.y)
 
     def runs(self) -> list[tuple[str, Array]]:
@@ -80,17 +84,17 @@ def stretches(values: Sequence[object]) -> list[tuple[int, int]]:
     return list(pairwise(cuts))
 
 
-def read_poses(path: str | Path) -> list[PoseSequence]:
-    """Every sequence of a pose table, in the order of the file; frames left out become rows of NaN.
+def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
+    """Every sequence of a figure's pose table, in the order of the file; frames left out become rows of NaN.
 
     Raises:
         PosesError: no such file, not such a table, a cell that is no number, a frame given twice, or a
             sequence whose rows stand in two places.
     """
     rows: Rows = {}
-    last = None
-    for where, row in LAYOUT.rows(path):
-        last = _read_row(rows, row, where, last)
+    last, columns = None, figure.learned_freedoms
+    for where, row in layout_of(columns).rows(path):
+        last = _read_row(rows, row, columns, where, last)
     if not rows:
         raise PosesError(f"{path} has no poses; give a table with one row a frame")
     return [_sequence(name, frames, path) for name, frames in rows.items()]
@@ -128,7 +132,9 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
     return said
 
 
-def _read_row(rows: Rows, row: Mapping[str, str], where: str, last: str | None) -> str:
+def _read_row(
+    rows: Rows, row: Mapping[str, str], columns: Sequence[str], where: str, last: str | None
+) -> str:
     """Add a row to its sequence, and name that."""
     frame = _number(row["frame"], "frame", where)
     if not frame >= 0 or frame != int(frame):
@@ -142,8 +148,8 @@ def _read_row(rows: Rows, row: Mapping[str, str], where: str, last: str | None) 
     frames = rows.setdefault(seq, {})
     if int(frame) in frames:
         raise PosesError(f"{where}: frame {int(frame)} is given twice; number frames within each seq")
-    given = tuple(row.get(name, "") for name in POSE_COLUMNS)
-    pose = np.array([_number(text, name, where) for name, text in zip(POSE_COLUMNS, given, strict=True)])
+    given = tuple(row.get(name, "") for name in columns)
+    pose = np.array([_number(text, name, where) for name, text in zip(columns, given, strict=True)])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
     frames[int(frame)] = pose, row.get("label", ""), _seconds(row.get("time_s", "")), given
     return seq
@@ -179,7 +185,8 @@ def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSeq
             f"{path}: sequence {name!r} goes from frame {first} to frame {last}; "
             f"at most {LONGEST} frames are read, correct the numbers"
         )
-    gap = np.full(len(POSE_COLUMNS), np.nan), "", np.nan, ("",) * len(POSE_COLUMNS)
+    pose, *_ = frames[first]
+    gap = np.full(len(pose), np.nan), "", np.nan, ("",) * len(pose)
     poses, labels, times, cells = zip(*(frames.get(t, gap) for t in range(first, last + 1)), strict=True)
     return PoseSequence(name, first, np.stack(poses), labels, cells, _fps(np.array(times)))
 

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from kinematics.figure import Figure, load_figure
+from kinematics.figure import Figure
+from kinematics.figure_file import load_figure
 from kinematics.mocap import MotionError, Trial, read_trials
 from kinematics.sides import SIDES
 from kinematics.spm import View

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from kinematics.figure import load_figure
+from kinematics.figure_file import load_figure
 from kinematics.recover import PoseError
 from tests.tracker.people import WALKER
 from tracker.annotate.advice import advise

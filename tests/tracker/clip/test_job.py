@@ -29,6 +29,7 @@ OTHERS = {
     "scale": (55.0, "55"),
     "smooth": (False, "0"),
     "settings": (Path("s.toml"), "s.toml"),
+    "figure": ("horse", "horse"),
 }
 
 
@@ -92,5 +93,7 @@ def test_a_job_has_the_settings_of_the_file_or_those_given_and_templates_are_one
 def test_the_files_that_are_read_are_told_and_a_shipped_model_is_none(tmp_path):
     (tmp_path / "m.npz").write_bytes(b"")
     asked = Following(model=tmp_path / "m.npz", measure="net.csv", settings="s.toml")
-    assert set(asked.inputs) == {tmp_path / "m.npz", Path("net.csv"), Path("s.toml")}
+    assert set(asked.inputs) == {None, tmp_path / "m.npz", Path("net.csv"), Path("s.toml")}
+    (tmp_path / "cow.toml").write_text("")
+    assert tmp_path / "cow.toml" in Following(figure=tmp_path / "cow.toml").inputs
     assert not any(Following().inputs)

@@ -1,6 +1,6 @@
 import numpy as np
 
-from kinematics.figure import load_figure
+from kinematics.figure_file import load_figure
 from tracker.outline.cycles import COLUMNS, NECK, PHASES, Cycles, poses
 from tracker.outline.learn_cycles import MIRRORED
 

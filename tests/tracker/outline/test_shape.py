@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from kinematics.figure import load_figure
+from kinematics.figure_file import load_figure
 from kinematics.spm import skeleton
 from tests.oracles import central_difference
 from tracker.outline.rasters import SURE, _span, _window

@@ -340,6 +340,15 @@ def test_another_scene_takes_the_place_of_the_first_frame_s_where_it_is_known(be
     assert_array_equal(found.scenery.differs, begun.scenery.differs)
 
 
+def test_the_scene_can_be_forgotten_at_single_pixels(begun, image):
+    pixels = np.array([[100.0, 50.0], [101.0, 51.0], [3.0, 2.0]])
+    less = begun.unknown_at(pixels)
+    changed = np.argwhere(begun.known & ~less.known).tolist()
+    assert changed == [[1, 1], [25, 50]]
+    assert not (less.known & ~begun.known).any()
+    assert_array_equal(less.scene, begun.scene)
+
+
 def test_the_first_frame_itself_is_compared_with_a_scene_that_is_known_behind_the_figure(image):
     x0, y0, x1, y1 = HERE
     left = (x0, y0, 39.0, y1)

@@ -28,7 +28,9 @@ def test_a_run_comes_back_as_it_was_written(rng, tmp_path, facing):
             record.covs[rows, record.names.index(name)], track.joint_covs()[:, j], atol=0.5e-4 + 1e-9
         )
     # Four decimals of a degree, five of a leg length.
-    assert_allclose(record.poses[rows], track.q[:, :8], atol=6e-6)
+    assert_allclose(record.poses[rows], track.q[:, :10], atol=6e-6)
+    assert record.freedoms == WALKER.pose_freedoms
+    assert record.unit == track.view.unit
     for numbers in (record.places, record.covs, record.poses):
         assert np.isnan(numbers[[0, -1]]).all()
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.kinematics.figures import WALKER, Puppet
 from tests.tracker.tracks import random_track
-from tracker.run.score import SCORED, error_curve, parting, places, score
+from tracker.run.score import error_curve, parting, places, score
 from tracker.tables.keypoints import KEYPOINTS, Mark
 
 # A leg of 100 px on each side, hanging straight.
@@ -135,12 +135,12 @@ def test_errors_are_shares_of_the_leg_and_the_start_frame_is_not_scored():
 def test_an_error_counts_one_leg_at_most_and_so_does_a_joint_that_was_not_tracked():
     found = {1: {name: at for name, at in STANDING.items() if name != "head_top"}, 2: off_by(40.0)}
     result = score(marks(range(4)), found, 0)
-    assert result.frame_errors == pytest.approx({1: 1 / len(SCORED), 2: 1.0, 3: 1.0})
+    assert result.frame_errors == pytest.approx({1: 1 / len(WALKER.scored), 2: 1.0, 3: 1.0})
 
 
 def test_medians_and_shares_are_over_joints_not_over_frames():
     near = STANDING | {name: off_by(0.19)[name] for name in ("hip", "neck")}
-    far = STANDING | {name: off_by(0.21)[name] for name in SCORED if name != "hip"}
+    far = STANDING | {name: off_by(0.21)[name] for name in WALKER.scored if name != "hip"}
     result = score(marks(range(3)), {1: near, 2: far}, 0)
     # Of 14 joints: six at 0 (five in the first frame, one in the second), two at 0.19, six at 0.21.
     assert result.median_error_leg == pytest.approx(0.19)

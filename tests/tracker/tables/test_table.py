@@ -2,6 +2,7 @@
 
 import pytest
 
+from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import figtrack
 from tracker.batch import jobs
 from tracker.tables import keypoints, poses
@@ -21,7 +22,12 @@ SHEEP = Layout(
     absent="no sheep at {path}; count again",
     misfit="has {cells} cells for {columns}; quote commas",
 )
-LAYOUTS = {"keypoints": keypoints.LAYOUT, "poses": poses.LAYOUT, "jobs": jobs.LAYOUT, "sheep": SHEEP}
+LAYOUTS = {
+    "keypoints": keypoints.LAYOUT,
+    "poses": poses.layout_of(POSE_COLUMNS),
+    "jobs": jobs.LAYOUT,
+    "sheep": SHEEP,
+}
 
 
 @pytest.fixture

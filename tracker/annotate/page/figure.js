@@ -44,9 +44,9 @@ function isExchanged(frame) {
   return sum(twin) < sum((name) => name);
 }
 
-/** The joint of the other leg, or the joint itself where it is of none. */
+/** The joint of the other side, or the joint itself where it is of none. */
 function twin(name) {
-  return name.startsWith("near_") ? name.replace("near_", "far_") : name.replace("far_", "near_");
+  return joints.find((joint) => joint.name === name)?.twin ?? name;
 }
 
 function twins(figure) {
@@ -58,12 +58,12 @@ function isLost() {
   return (opening.run?.lost ?? []).some(([first, end]) => first <= shown.index && shown.index < end);
 }
 
-/** The figure with one joint moved; with its hip a figure of another frame, or a forecast, moves as a whole. */
+/** The figure with one joint moved; with its base a figure of another frame, or a forecast, moves as a whole. */
 function moved(joint, at) {
   const from = here()[joint];
   if (!begins()) return { ...here(), [joint]: { ...from, ...at } };
   const figure = each(here(), (mark) => ({ ...mark, visible: mark.visible || isLost() }));
-  if (joint !== "hip" || (opening.run && !isLost())) return { ...figure, [joint]: { ...from, ...at, visible: true } };
+  if (joint !== base || (opening.run && !isLost())) return { ...figure, [joint]: { ...from, ...at, visible: true } };
   const [dx, dy] = [at.x - from.x, at.y - from.y];
   return each(figure, (mark) => ({ ...mark, ...rounded({ x: mark.x + dx, y: mark.y + dy }) }));
 }

@@ -4,6 +4,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 const $ = (id) => document.getElementById(id);
 const opening = JSON.parse($("opening").textContent);
 const joints = opening.joints;
+const base = opening.base; // the joint that moves the whole figure
 const names = joints.map((joint) => joint.name);
 const marks = new Marks(opening.marks);
 const skipped = new Map();

@@ -1,15 +1,4 @@
 /* The side of the page: what is asked for, the joints, the marked frames and what is said of them. */
-const HINTS = {
-  head_top: "the top of the head, hair included",
-  neck: "the base of the neck, between the shoulders",
-  hip: "the hip joint, one point for both legs",
-  near_knee: "the knee of the leg towards the camera",
-  near_ankle: "the ankle of the leg towards the camera",
-  near_toe: "the tip of the foot towards the camera",
-  far_knee: "the knee of the leg away from the camera",
-  far_ankle: "the ankle of the leg away from the camera",
-  far_toe: "the tip of the foot away from the camera",
-};
 const NEAREST = 12; // marked frames that have a button
 
 function draw() {
@@ -58,7 +47,7 @@ function guidance(joint) {
     const rest = open.length ? ` Left out: ${open.join(", ")}.` : "";
     return [text("strong", "All done in this frame."), `${rest} Drag points that are not right, then save.`];
   }
-  const what = `: ${HINTS[joint.name]}.`;
+  const what = `${joint.hint ? ": " + joint.hint : ""}.`;
   const name = text("strong", label(joint.name));
   if (here()[joint.name]) return [name, `${what} Drag it, or move it with the arrow keys.`];
   const may = joint.needed ? "" : " It may be left out (Skip).";
@@ -68,7 +57,7 @@ function guidance(joint) {
 /** Of a frame that is not marked and need not be marked from nothing. */
 function beginning() {
   if (isLost()) {
-    const what = " What is shown is a forecast. Drag the hip, and the whole figure goes along; then every joint to its place.";
+    const what = ` What is shown is a forecast. Drag the ${label(base)}, and the whole figure goes along; then every joint to its place.`;
     return [text("strong", "The figure was lost here."), what];
   }
   if (opening.run) {
@@ -76,7 +65,7 @@ function beginning() {
     return [text("strong", "This frame is as it was followed."), what];
   }
   const from = ` The figure is that of frame ${nearestMarked(shown.index)}. `;
-  const what = "Drag its hip, and the whole of it goes along; then drag every joint to its place.";
+  const what = `Drag its ${label(base)}, and the whole of it goes along; then drag every joint to its place.`;
   return [text("strong", "This frame is not marked yet."), from, what];
 }
 

@@ -152,8 +152,8 @@ function anglePanel(axis, panel, chapter, sure) {
   for (const [start, end, name] of chapter.outcomes) {
     if (UNSURE.includes(name)) chart.stretch(start, end, { class: "unsure" });
   }
-  const values = panel.curves.map(({ name, mean, sigma }) => {
-    const style = toned(TONES[name]);
+  const values = panel.curves.map(({ name, mean, sigma }, at) => {
+    const style = toned(TONES[name] ?? SPARE[at % SPARE.length]);
     const times = mean.map((_, t) => axis.times[t]);
     const upper = mean.map((value, t) => [times[t], value + 2 * sigma[t]]);
     const lower = mean.map((value, t) => [times[t], value - 2 * sigma[t]]).reverse();
