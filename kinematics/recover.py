@@ -76,7 +76,7 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     q, known = recover(fitted, places)
     figure, q = _evened(fitted, q)
     names = frozenset(figure.links[i].name for i in foreshortened)
-    return Start(figure, view, q, known, frozenset(places) - frozenset(pixels), names)
+    return Start(figure, view, q, known, foreshortened=names)
 
 
 def needed_joints(figure: Figure) -> list[str]:

@@ -33,9 +33,9 @@ def follow(
             the command takes it; None to find the walker.
         settings: the tracker's, or a TOML file of them; None for the defaults.
         progress: how it is shown on stderr.
-        options: the command's, as in `tracker.clip.job.Following`: `model`, `start`, `from_`, `stop`,
-            `facing`, `person`, `near`, `anchors`, `measure`, `templates`, `rate`, `height`, `scale` and
-            `smooth`.
+        options: the command's, as in `tracker.clip.job.Following`: `figure`, `model`, `start`, `from_`,
+            `stop`, `facing`, `person`, `near`, `anchors`, `measure`, `templates`, `rate`, `height`, `scale`
+            and `smooth`.
 
     Returns:
         A row for each of the T frames from 0, or `from_`, on: `joints()` (T, J, 2) and `joint_covs()`

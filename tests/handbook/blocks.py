@@ -1,5 +1,6 @@
 """The blocks of code in the README and the pages of docs/, and the commands in them."""
 
+import re
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +40,12 @@ class Block:
         if any(line.split()[0] in PROGRAMS for line in self.lines):
             return "commands"
         return "python" if self.lines[0].startswith(("import ", "from ")) else "shown"
+
+    @property
+    def file(self):
+        """The name of the file that it is to be saved as, which a comment at its top gives; "" for none."""
+        named = re.fullmatch(r"# (\w+\.toml)", self.lines[0])
+        return named[1] if named else ""
 
     @property
     def lines(self):

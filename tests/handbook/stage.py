@@ -17,6 +17,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from kinematics.figure_file import load_figure
 from tests.handbook.blocks import FIGTRACK, PYTHON, ROOT
 from tests.tracker.annotate.test_launch import page, post, running
 from tests.tracker.annotate.test_server import told
@@ -148,7 +149,8 @@ def shorten(monkeypatch):
 
 def mark(words, folder):
     """Mark the frame that the page shows as it was rendered."""
-    truth = read_keypoints((folder / words[0]).with_suffix(".keypoints.csv"))
+    figure = load_figure(words[words.index("--figure") + 1] if "--figure" in words else "walker")
+    truth = read_keypoints((folder / words[0]).with_suffix(".keypoints.csv"), figure.marks)
     with running(*words, cwd=folder) as (process, address):
         opening = page(address)
         frame = opening["frame"]["index"]

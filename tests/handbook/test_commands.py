@@ -17,7 +17,9 @@ def test_a_page_can_be_followed_from_its_top_to_its_end(page, stage, here, sched
     set_up(stage, here, page)
     names = {}
     for block in blocks_of(page):
-        if block.kind == "python":
+        if block.file:
+            (here / block.file).write_text(block.text)
+        elif block.kind == "python":
             exec(compile(block.text, f"{page}:{block.line}", "exec"), names)
         elif block.kind == "commands":
             for words in block.commands:

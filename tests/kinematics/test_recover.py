@@ -214,7 +214,6 @@ def test_a_joint_beyond_a_missing_one_is_not_used_where_a_link_may_be_foreshorte
     assert_array_equal(start.known, without.known)
     assert_array_equal(start.q, without.q)
     assert start.figure == without.figure
-    assert not start.hidden
 
 
 @either_way
@@ -227,7 +226,6 @@ def test_a_missing_joint_is_where_its_links_meet_bent_as_their_limits_have_it(rn
     # The length of the arm is its twin's, that of the cannon too.
     assert_allclose(start.q, q, **ROUNDING)
     assert start.known.all()
-    assert start.hidden == {"far_knee"}
     body = {name: start.view.to_body(np.array(place)) for name, place in marks.items()}
     assert_allclose(
         met(start.figure, body)["far_knee"], Puppet(HORSE, q).joints()["far_knee"] - q[:2], **ROUNDING

@@ -17,7 +17,7 @@ def footless(start: Start) -> bool:
     """Whether the last link of no leg is marked, so that nothing tells where its knees bend to."""
     figure, needed = start.figure, needed_joints(start.figure)
     last = [i for i, link in enumerate(figure.links) if figure.is_leg(link) and link.joint not in needed]
-    return not start.known[figure.layout.angle[last]].any()
+    return bool(last) and not start.known[figure.layout.angle[last]].any()
 
 
 def heading(images: Iterable[Image], start: Start, fps: float, settings: Settings) -> int:

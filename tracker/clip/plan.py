@@ -67,6 +67,8 @@ def prepare(job: Job) -> Plan:
     """
     if job.measure is None and not job.settings.templates:
         raise ValueError("without templates there is nothing to follow; give --measure FILE")
+    if not load_figure(job.figure).outline and (job.height or job.scale):
+        raise ValueError("height and scale are for people; leave them out, or follow a walker")
     frame = start_frame(job)
     if job.stop is not None and job.stop < frame:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")

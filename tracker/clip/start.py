@@ -42,8 +42,7 @@ def marked_start(
     marked = marks[frame]
     places, way = points(marked), facing or facing_at(marks, frame, figure)
     _check_in_picture(marked, figure.base, frame, size)
-    start = start_pose(figure, places, way)
-    start = replace(start, hidden=start.hidden | hidden(marked))
+    start = replace(start_pose(figure, places, way), hidden=hidden(marked))
     wrong = objections(figure, places, way)
     if wrong:
         raise StartError(f"mark the start again at frame {frame}: {'; '.join(wrong)}")
