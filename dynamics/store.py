@@ -1,8 +1,9 @@
-"""A model, switching linear or hidden Markov, to and from one file.
+"""A model, switching linear, hidden Markov or harmonic stride, to and from one file.
 
-The file is a numpy .npz archive without pickled objects: `header`, a JSON text with `format` ("figtrack-slds"
-or "figtrack-hmm"), `version` (1), names, travelling (of an SLDS only), labels, fps and `origin` (what it was
-learned from, in words); and the float64 arrays that `slds.SLDS` or `hmm.HMM` documents, under their names.
+The file is a numpy .npz archive without pickled objects: `header`, a JSON text with `format`
+("figtrack-slds", "figtrack-hmm" or "figtrack-stride"), `version` (1), names, travelling (not of an HMM),
+labels, fps and `origin` (what it was learned from, in words); and the float64 arrays that `slds.SLDS`,
+`hmm.HMM` or `stride.Stride` documents, under their names.
 """
 
 import dataclasses
@@ -16,10 +17,11 @@ import numpy as np
 
 from dynamics.hmm import HMM
 from dynamics.slds import SLDS
+from dynamics.stride import Stride
 
 VERSION = 1
-Model = SLDS | HMM
-KINDS: dict[str, type[Model]] = {"figtrack-slds": SLDS, "figtrack-hmm": HMM}
+Model = SLDS | HMM | Stride
+KINDS: dict[str, type[Model]] = {"figtrack-slds": SLDS, "figtrack-hmm": HMM, "figtrack-stride": Stride}
 TEXTS = ("names", "travelling", "labels")  # what is kept in the header, besides fps
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tracker.cli.options import Common, beside
-from tracker.motion.choices import Inference, Use
+from tracker.motion.choices import Inference, Learning, Use
 
 if TYPE_CHECKING:
     from tracker.motion.commands import Outputs
@@ -63,16 +63,23 @@ def learn(
         typer.Option(help="Activities to learn [default: walk and run, or all labels of the pose tables]."),
     ] = None,
     exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = "",
-    states: Annotated[int, typer.Option(min=1, max=32, help="Switching states of each activity.")] = 8,
-    order: Annotated[int, typer.Option(min=1, max=2, help="Order of the dynamics.")] = 2,
+    states: Annotated[
+        int | None, typer.Option(min=1, max=32, help="Switching states of each activity [default: 8].")
+    ] = None,
+    order: Annotated[
+        int | None, typer.Option(min=1, max=2, help="Order of the dynamics [default: 2].")
+    ] = None,
     fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames a second to learn at.")] = 30.0,
     noise: Annotated[
         float, typer.Option(min=0.0, max=45.0, help="Noise added to the angles, degrees.")
     ] = 1.0,
     inference: Annotated[
-        Inference,
-        typer.Option(help="Of the switching states while learning; hmm for a model without dynamics."),
-    ] = Inference.VITERBI,
+        Learning,
+        typer.Option(
+            help="Of the switching states while learning; hmm for a model without dynamics, stride for "
+            "one of periodic gait, which fills gaps."
+        ),
+    ] = Learning.VITERBI,
     seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
     scheduler: Annotated[
         str | None,

@@ -16,9 +16,11 @@ from dynamics.learning.em import anywhere, learn
 from dynamics.learning.options import Options
 from dynamics.learning.selection import choose
 from dynamics.motion.rate import at_rate
+from dynamics.periodic.learn import learn as learn_stride
 from dynamics.posterior import Infer, Posterior
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, load, load_shipped
+from dynamics.stride import Stride, combine_strides
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from kinematics.figure import ROOT, Figure
@@ -31,6 +33,7 @@ FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, al
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
 VITERBI = "viterbi"
 INFERENCES = (VITERBI, "gpb2", "variational")
+STRIDE_ROUNDS = 10  # of EM
 
 Labelled = tuple[str, str, Array]
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
@@ -66,8 +69,9 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
 def switching_model(name: str, fps: float) -> SLDS:
     """The learned model of this name at this frame rate; raises as `find_model`."""
     model = motion_model(name, fps)
-    if isinstance(model, HMM):
-        raise ModelError(f"{name} is a hidden Markov model, which has no dynamics; learn one without it")
+    if not isinstance(model, SLDS):
+        kind = "a hidden Markov model" if isinstance(model, HMM) else "a harmonic stride"
+        raise ModelError(f"{name} is {kind}, which has no dynamics from frame to frame; learn one without it")
     return at_rate(model, fps)
 
 
@@ -174,6 +178,38 @@ def learn_hmms(
         )
         models.append(fit.hmm)
     return combine_hmms(models, CROSSING)
+
+
+def learn_strides(
+    sequences: Sequence[Labelled],
+    *,
+    fps: float,
+    figure: Figure = WALKER,
+    noise: float = 0.0,
+    rounds: int = STRIDE_ROUNDS,
+    seed: int = 0,
+    tick: Callable[[], None] = lambda: None,
+) -> Stride:
+    """The same with harmonic strides; `tick` is called after each of the rounds of each motion.
+
+    Raises:
+        ValueError: no sequences, or none of a motion that is long enough.
+    """
+    models = [
+        learn_stride(
+            motion.poses[::2],  # a stride's mirror image is known without learning from it
+            motion.subjects[::2],
+            names=motion.names,
+            travelling=ROOT,
+            twins=figure.exchanged[: len(motion.names)],
+            fps=fps,
+            label=motion.name,
+            rounds=rounds,
+            tick=tick,
+        )
+        for motion in _motions(sequences, figure, False, noise, seed)
+    ]
+    return combine_strides(models)
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,18 @@ from dynamics.learning.baum_welch import HMMOptions
 from dynamics.learning.options import Options
 from dynamics.slds import SLDS
 from dynamics.store import Model, save
+from dynamics.stride import Stride
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER, load_figure
 from kinematics.mocap import SHORTEST, Trial, read_trials, sequences
-from tracker.models.find import CONSTANT_VELOCITY, ESteps, Spread, learn_hmms, learn_motions
+from tracker.models.find import (
+    CONSTANT_VELOCITY,
+    ESteps,
+    Spread,
+    learn_hmms,
+    learn_motions,
+    learn_strides,
+)
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file
 from tracker.settings import read_toml
@@ -29,9 +37,12 @@ Data = list[tuple[str, str, Array]]
 ACTIVITIES = ("walk", "run")
 UNLABELLED = "motion"
 STATES = 8  # per activity
+ORDER = 2
 NOISE = 1.0  # degrees
 CHOICE = (1, 2, 4, 6, 8, 12)  # states that `choose` tries, as far as --states goes
 HMM = "hmm"
+STRIDE = "stride"
+SWITCHING = ("choose", "pooled", "start", "restarts")  # settings that only switching states have
 
 
 class Further(BaseModel):
@@ -53,11 +64,13 @@ class Further(BaseModel):
 
 @dataclass(frozen=True)
 class Request:
-    """What to learn, as `figtrack learn` asks; `noise` is in degrees, `states` are per activity.
+    """What to learn, as `figtrack learn` asks; `noise` is in degrees.
 
     trials    : table of captures, or None to learn from `poses`, pose tables at `fps`
     labels    : activities to learn; () for walk and run, or for all that the pose tables name
-    inference : of the E-step, or "hmm" for hidden Markov models of the angles
+    states    : of each activity, STATES for None
+    order     : of the dynamics, ORDER for None
+    inference : of the E-step, "hmm" for hidden Markov models of the angles, "stride" for harmonic strides
     scheduler : address of a Dask scheduler whose workers do the E-steps; None does them here
     settings  : TOML file of what is `Further` to say, None for the defaults
     figure    : a figure that ships, or a TOML file, of which the pose tables are
@@ -67,8 +80,8 @@ class Request:
     poses: tuple[Path, ...]
     labels: tuple[str, ...]
     excluded: tuple[str, ...]
-    states: int
-    order: int
+    states: int | None
+    order: int | None
     fps: float
     noise: float
     seed: int
@@ -180,16 +193,30 @@ def _check_labels(data: Data, labels: Sequence[str], source: str, advice: str) -
 
 def _learn(data: Data, request: Request, progress: Progress) -> Model:
     noise, further = float(np.radians(request.noise)), request.further
+    states = STATES if request.states is None else request.states
+    if request.inference == STRIDE:
+        _check_stride(request)
+        steps = further.rounds * len({label for _, label, _ in data})
+        with progress.task("learning", steps) as advance:
+            return learn_strides(
+                data,
+                fps=request.fps,
+                figure=request.body,
+                noise=noise,
+                rounds=further.rounds,
+                seed=request.seed,
+                tick=advance,
+            )
     if request.inference == HMM:
         if further.pooled or further.choose:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
-        hmm_options = HMMOptions(states=request.states, rounds=further.rounds, seed=request.seed)
+        hmm_options = HMMOptions(states=states, rounds=further.rounds, seed=request.seed)
         return learn_hmms(data, fps=request.fps, options=hmm_options, figure=request.body, noise=noise)
     options = gait_options(
-        states=request.states,
-        order=request.order,
+        states=states,
+        order=ORDER if request.order is None else request.order,
         rounds=further.rounds,
         start=further.start,
         restarts=further.restarts,
@@ -205,9 +232,23 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
             figure=request.body,
             pooled=further.pooled,
             noise=noise,
-            choose_from=[n for n in CHOICE if n <= request.states] if further.choose else (),
+            choose_from=[n for n in CHOICE if n <= states] if further.choose else (),
             e_steps=ESteps(request.inference, spread, advance),
         )
+
+
+def _check_stride(request: Request) -> None:
+    """Refuse what a harmonic stride has not."""
+    further, usual = request.further, Further()
+    given = {
+        "--states": request.states is not None,
+        "--order": request.order is not None,
+        "--scheduler": request.scheduler is not None,
+        **{key: getattr(further, key) != getattr(usual, key) for key in SWITCHING},
+    }
+    for name, told in given.items():
+        if told:
+            raise ValueError(f"a stride has no switching states, so {name} does not apply; leave it out")
 
 
 @contextmanager
@@ -224,6 +265,8 @@ def _spread(request: Request) -> Iterator[Spread | None]:
 
 def _described(model: Model) -> str:
     """States of each motion where they differ, and of what kind."""
+    if isinstance(model, Stride):
+        return _counted(len(model.labels), "harmonic stride")
     counts = Counter(model.labels)
     each = "" if len(set(counts.values())) == 1 else f" ({', '.join(f'{n} {m}' for m, n in counts.items())})"
     kind = f"order {model.order}" if isinstance(model, SLDS) else "hidden Markov"

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +14,11 @@ from dynamics.motion.rate import at_rate
 from dynamics.motion.tasks import Labelling, synthesise
 from dynamics.slds import SLDS
 from dynamics.store import Model
+from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.find import motion_model
 from tracker.motion.choices import Inference, Use
+from tracker.motion.fill import at_table_noise, fill_gaps, fillers
 from tracker.motion.summary import (
     ANGLES,
     filled_cells,
@@ -26,9 +28,7 @@ from tracker.motion.summary import (
     label_shares,
 )
 from tracker.motion.tasks import (
-    at_table_noise,
     chosen_inference,
-    fill_gaps,
     forecast_all,
     label_all,
     of_motion,
@@ -135,15 +135,15 @@ def interpolate_table(task: Task, *, seed: int, recurrent: bool) -> str:
     """Write the table again with what was not measured filled in; raises as `classify_table`."""
     with _fresh(task) as outputs:
         model, sequences, fps = _read(task)
-        slds = whole_pose(model, "interpolate")
+        with_what = fillers(task.model, model, fps, recurrent=recurrent)
+        if with_what.slds is not None and not all(sequence.seen.all() for sequence in sequences):
+            noisy = at_table_noise(with_what.slds, sequences, task.progress)
+            with_what = replace(with_what, slds=noisy)
         filled = []
-        if not all(sequence.seen.all() for sequence in sequences):
-            slds = at_table_noise(slds, sequences, task.progress)
         with task.progress.task("filling gaps", len(sequences)) as advance:
             for sequence in sequences:
                 # A generator for each, so that its answer does not hang on its neighbours.
-                rng = np.random.default_rng(seed)
-                filled.append(fill_gaps(slds, sequence, rng, recurrent=recurrent))
+                filled.append(fill_gaps(with_what, sequence, np.random.default_rng(seed)))
                 advance()
         rows = _pose_rows(sequences, [f.y for f in filled], [f.sd for f in filled], keep=True)
         write_poses(outputs.table, rows, SD_COLUMNS)
@@ -227,7 +227,7 @@ def _model(task: Task) -> tuple[Model, float]:
                 f"{fps:g}; learn it again with --fps {fps:g}"
             )
         return model, fps
-    return at_rate(model, fps), fps
+    return (model if isinstance(model, Stride) else at_rate(model, fps)), fps
 
 
 def _shown(task: Task, sequences: Sequence[PoseSequence], usual: int) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
 from kinematics.mocap import POSE_COLUMNS
-from tracker.motion.tasks import Filled
+from tracker.motion.fill import Filled
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
 ANGLES = slice(ROOT_COLUMNS, len(POSE_COLUMNS))
@@ -65,6 +65,9 @@ def filled_cells(sequences: Sequence[PoseSequence], filled: Sequence[Filled]) ->
     sds = np.concatenate([f.sd[:, ANGLES][np.isfinite(f.sd[:, ANGLES])] for f in filled])
     if len(sds):
         text += f", angles to {np.degrees(np.sqrt((sds**2).mean())):.1f} degrees by the model's own account"
+    by = Counter(name for f in filled for name in f.by)
+    if by:
+        text += f"; gaps filled by the {' and the '.join(f'{name} {count}' for name, count in by.items())}"
     if missing > done:
         text += f"; {missing - done} of a root that was never measured stay empty"
     return text

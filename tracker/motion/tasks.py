@@ -1,4 +1,4 @@
-"""The motion tasks on the sequences of a pose table: the papers' classification, prediction and gaps.
+"""The motion tasks on the sequences of a pose table: the papers' classification and prediction.
 
 A model knows neither where a figure stands nor how its head is carried. The neck's mean over a sequence, and
 the place where the root is first measured, are therefore taken off before and put back afterwards. A forecast
@@ -7,15 +7,13 @@ prior, and inferred with everything else.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from dynamics.gaussian import Array, Gaussian
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM
-from dynamics.motion.gaps import interpolate
-from dynamics.motion.noise import SEARCHES, at_noise
 from dynamics.motion.tasks import (
     CLASSIFY_TICKS,
     Labelling,
@@ -28,6 +26,7 @@ from dynamics.posterior import InferWithHints
 from dynamics.region import POSE
 from dynamics.slds import SLDS
 from dynamics.store import Model
+from dynamics.stride import Stride
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
@@ -40,6 +39,7 @@ NECK = POSE_COLUMNS.index("neck")
 UNKNOWN_PLACE = {"root_x": 10.0, "root_y": 10.0}
 UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
 SILENT = Progress("quiet")
+OTHERWISE = "give one learned with another --inference"
 
 INFERENCES: Mapping[Inference, InferWithHints] = {
     Inference.VITERBI: viterbi_all,
@@ -48,43 +48,36 @@ INFERENCES: Mapping[Inference, InferWithHints] = {
 }
 
 
-@dataclass(frozen=True)
-class Filled:
-    """A sequence without gaps.
-
-    y, sd : (T, 8) poses, measured numbers as they were, and standard deviations; body units. A place that was
-            never measured stays NaN; so does the deviation of what was measured
-    """
-
-    y: Array
-    sd: Array
-
-
 def chosen_inference(model: Model, asked: Inference | None) -> Inference:
     """The inference for this kind of model, GPB2 or HMM unless asked; ValueError if they do not fit."""
+    if isinstance(model, Stride):
+        raise ValueError(f"the model is {_kind(model)}, which cannot classify; {OTHERWISE}")
     hidden = isinstance(model, HMM)
     if asked is None:
         return Inference.HMM if hidden else Inference.GPB2
     if hidden != (asked is Inference.HMM):
-        kind = "a hidden Markov model" if hidden else "a switching linear dynamic system"
         fits = "hmm" if hidden else "viterbi, gpb2 or variational"
-        raise ValueError(f"the model is {kind}: it wants --inference {fits}, not {asked.value}")
+        raise ValueError(f"the model is {_kind(model)}: it wants --inference {fits}, not {asked.value}")
     return asked
 
 
 def whole_pose(model: Model, task: str) -> SLDS:
     """The model, if it has dynamics of all that a pose table holds; else a ValueError."""
-    if isinstance(model, HMM):
-        raise ValueError(
-            f"the model is a hidden Markov model, which cannot {task}; give one learned "
-            "with another --inference"
-        )
+    if not isinstance(model, SLDS):
+        raise ValueError(f"the model is {_kind(model)}, which cannot {task}; {OTHERWISE}")
     if model.names != POSE_COLUMNS:
         raise ValueError(
             f"the model speaks of {', '.join(model.names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
             "give a model learned from captures or pose tables"
         )
     return model
+
+
+def _kind(model: Model) -> str:
+    """What kind of model it is, in words."""
+    if isinstance(model, SLDS):
+        return "a switching linear dynamic system"
+    return "a hidden Markov model" if isinstance(model, HMM) else "a harmonic stride"
 
 
 def label_all(
@@ -131,8 +124,8 @@ def forecast_all(
     Raises:
         PosesError: a sequence without a measured number.
     """
-    starts = [_first_measured(sequence) for sequence in sequences]
-    places = [_place(sequence) for sequence in sequences]
+    starts = [first_measured(sequence) for sequence in sequences]
+    places = [place(sequence) for sequence in sequences]
     free = slds.with_constants(UNKNOWN_PLACE | UNKNOWN_NECK)
     ys = [s.y[start:] - place for s, start, place in zip(sequences, starts, places, strict=True)]
     with progress.task("predicting", predict_ticks(ys)) as tick:
@@ -148,41 +141,6 @@ def forecast_all(
             mean[:unplaced, column] = np.nan
         forecasts.append(Gaussian(mean, cov))
     return forecasts
-
-
-def fill_gaps(slds: SLDS, sequence: PoseSequence, rng: np.random.Generator, *, recurrent: bool) -> Filled:
-    """Every number that was not measured, from what was, before and after.
-
-    Args:
-        recurrent: let the switch depend on the pose; False is the papers' switch.
-
-    Raises:
-        PosesError: a sequence without a measured number.
-    """
-    _first_measured(sequence)
-    seen = sequence.seen
-    placed = np.ones(len(POSE_COLUMNS), dtype=bool)
-    placed[:ROOT_COLUMNS] = seen[:, :ROOT_COLUMNS].any(0)
-    if (seen | ~placed).all():
-        return Filled(sequence.y, np.full(sequence.y.shape, np.nan))
-    taken = _place(sequence) + _neck(sequence)
-    found = interpolate(slds, sequence.y - taken, rng, recurrent=recurrent)
-    sd = np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2))
-    filled = np.where(seen, sequence.y, found.mean + taken)
-    return Filled(np.where(placed, filled, np.nan), np.where(placed & ~seen, sd, np.nan))
-
-
-def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Progress = SILENT) -> SLDS:
-    """The model with R raised to the noise of these sequences, the root's and the angles'.
-
-    Raises:
-        PosesError: a sequence without a measured number.
-    """
-    for sequence in sequences:
-        _first_measured(sequence)
-    ys = [s.y - _place(s) - _neck(s) for s in sequences]
-    with progress.task("measuring the noise", SEARCHES) as tick:
-        return replace(slds, R=at_noise(slds.with_constants(UNKNOWN_PLACE), ys, tick).R)
 
 
 def of_motion(slds: SLDS, label: str | None) -> SLDS:
@@ -207,7 +165,7 @@ def _evidence(sequence: PoseSequence, use: Use) -> Array:
     """The poses that a motion is told by: centred, the root blanked unless it is used."""
     if not sequence.seen[:, ROOT_COLUMNS:].any():
         raise PosesError(f"sequence {sequence.name!r} has no measured angle; leave it out")
-    y = sequence.y - _place(sequence) - _neck(sequence)
+    y = sequence.y - place(sequence) - neck(sequence)
     if use is Use.ANGLES:
         y[:, :ROOT_COLUMNS] = np.nan
     elif not sequence.seen[:, :ROOT_COLUMNS].any(0).all():
@@ -228,14 +186,15 @@ def _columns(hmm: HMM, use: Use) -> list[int]:
     return [POSE_COLUMNS.index(name) for name in hmm.names]
 
 
-def _first_measured(sequence: PoseSequence) -> int:
+def first_measured(sequence: PoseSequence) -> int:
+    """The first frame of which anything was measured; PosesError if there is none."""
     seen = np.flatnonzero(sequence.seen.any(1))
     if not len(seen):
         raise PosesError(f"sequence {sequence.name!r} has no measured number; leave it out")
     return int(seen[0])
 
 
-def _place(sequence: PoseSequence) -> Array:
+def place(sequence: PoseSequence) -> Array:
     """(8,) where the root is first measured, 0 for the angles."""
     place = np.zeros(len(POSE_COLUMNS))
     for column in range(ROOT_COLUMNS):
@@ -244,7 +203,7 @@ def _place(sequence: PoseSequence) -> Array:
     return place
 
 
-def _neck(sequence: PoseSequence) -> Array:
+def neck(sequence: PoseSequence) -> Array:
     """(8,) the neck's mean, 0 for the rest."""
     mean = np.zeros(len(POSE_COLUMNS))
     seen = sequence.y[sequence.seen[:, NECK], NECK]

@@ -1,0 +1,1 @@
+"""The harmonic stride at work: learned, fitted to what was measured, and filling gaps."""

@@ -1,0 +1,223 @@
+"""One stretch of gait under one motion of a harmonic stride.
+
+All that is unknown of the stretch is one vector z = [c, omega, travel, place, phase shift, bend, drift],
+Gaussian beforehand. What was measured, f(z) and noise, is nonlinear in z through the phase alone, so the
+most probable z is found by Gauss-Newton steps, and the rest is one linear Gaussian conditioning at that z:
+with L L' the covariance of residual and noise over the measured cells, J = df/dz and P the prior's
+precision,
+
+    e = L^-1 (y - f(z)),  A = L^-1 J,  Cov(z) = (P + A'A)^-1
+    log p(y) = -(e'e + (z - m)' P (z - m) + log |2 pi L L'| + log |P + A'A| - log |P|) / 2,
+
+Laplace's approximation, exact where the phase is known.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, symmetric
+from dynamics.periodic.harmonics import harmonics, slopes
+from dynamics.stride import DRIFTING, QUICK, SLOW, Stride
+
+Cells = tuple[NDArray[np.intp], NDArray[np.intp]]  # frame and freedom of each
+
+ANYWHERE = 100.0  # deviation of the place of a freedom that travels, body units
+SHIFT = 3.0  # deviation of the phase about a start, radians
+DRIFTS = 12  # shapes of the drift that are kept, at most
+NEGLIGIBLE = 1e-3  # variance of a shape of the drift beside the greatest, below which it is left out
+STEPS = 8
+ENOUGH = 1e-3  # gain of a step in nats that ends the search
+SHORTEN = 4  # halvings of a step that does not rise
+
+
+def matern(lag: Array, scale: float) -> Array:
+    """Matern correlation of smoothness 3/2."""
+    r = np.sqrt(3.0) * np.abs(lag) / scale
+    return np.asarray((1.0 + r) * np.exp(-r))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The most probable z of a stretch from one start, and Laplace's approximation about it.
+
+    z            : (Z + W,) all that was unknown
+    start        : the phase at t = 0 that its shift is added to, radians
+    factor       : Cholesky factor of P + A'A, as `scipy.linalg.cho_factor` gives it
+    white, slope : e (n,) and A (n, Z + W) of the n measured cells
+    phase        : (T,) radians, of every frame
+    log_evidence : nats
+    """
+
+    z: Array
+    start: float
+    factor: tuple[Array, bool]
+    white: Array
+    slope: Array
+    phase: Array
+    log_evidence: float
+
+    @cached_property
+    def cov(self) -> Array:
+        """(Z + W, Z + W) covariance of z."""
+        return np.asarray(cho_solve(self.factor, np.eye(len(self.z))))
+
+
+class Stretch:
+    """The frames of one stretch, t (T,) seconds and y (T, M), NaN where not measured, under motion k.
+
+    noise (M,) is a variance added to R.
+    """
+
+    def __init__(self, stride: Stride, k: int, t: Array, y: Array, noise: Array | float = 0.0) -> None:
+        self.stride, self.k, self.t, self.y, self.noise = stride, k, t, y, noise
+        self.R = stride.R[k] + np.diag(np.broadcast_to(noise, len(stride.names)))
+        frame, freedom = np.nonzero(np.isfinite(y))
+        self.cells: Cells = frame, freedom
+        self.Z = stride.mean.shape[1]
+        self.speed = len(stride.names) * stride.basis
+        self.travels = np.flatnonzero(stride.travels)
+        self.moves = self._shapes()
+        places, W = len(self.travels), self.moves.shape[1]
+        self.prior = Gaussian(
+            np.concatenate([stride.mean[k], np.zeros(places + W)]),
+            np.eye(self.Z + places + W),
+        )
+        self.prior.cov[: self.Z, : self.Z] = stride.root[k] @ stride.root[k].T
+        rest = np.arange(self.Z, self.Z + places)
+        self.prior.cov[rest, rest] = ANYWHERE**2
+        self.prior.cov[self.Z + places, self.Z + places] = SHIFT**2
+        noise_between = _spread(self.correlations[2], self.R, self.cells, self.cells)
+        self.L = cholesky(self.residual(self.cells, self.cells) + noise_between, lower=True)
+
+    @cached_property
+    def precision(self) -> Array:
+        """(Z + W, Z + W) of z beforehand."""
+        P = np.zeros_like(self.prior.cov)
+        P[: self.Z, : self.Z] = cho_solve((self.stride.root[self.k], True), np.eye(self.Z))
+        rest = np.arange(self.Z, len(P))
+        P[rest, rest] = 1.0 / self.prior.cov[rest, rest]
+        return P
+
+    @cached_property
+    def _constant(self) -> float:
+        """Log determinants that do not depend on z: -log |2 pi L L'| / 2 + log |P| / 2."""
+        n = len(self.L)
+        spread = (
+            np.log(np.diag(self.stride.root[self.k])).sum()
+            + 0.5 * np.log(np.diag(self.prior.cov)[self.Z :]).sum()
+        )
+        return float(-np.log(np.diag(self.L)).sum() - 0.5 * n * LOG_2PI - spread)
+
+    @cached_property
+    def correlations(self) -> Array:
+        """(3, T, T) over time: of the quick residual, of the slow one, of the noise."""
+        lag = self.t[:, None] - self.t
+        return np.stack([matern(lag, QUICK), matern(lag, SLOW), np.eye(len(lag))])
+
+    def residual(self, one: Cells, other: Cells) -> Array:
+        """(n, m) covariance of the residual, without the noise, between cells."""
+        quick, slow, _ = self.correlations
+        return _spread(quick, self.stride.quick[self.k], one, other) + _spread(
+            slow, self.stride.slow[self.k], one, other
+        )
+
+    def value(self, z: Array, start: float, cells: Cells) -> tuple[Array, Array, Array]:
+        """f (n,) at cells, df/dz (n, Z + W), and the phase (T,), which `start` is added to."""
+        frame, freedom = cells
+        stride, M = self.stride, len(self.stride.names)
+        size, rows = stride.basis, np.arange(len(frame))
+        c = z[: M * size].reshape(M, size)
+        speed = self.speed
+        phase = start + z[speed] * self.t + self.moves @ z[self.Z + len(self.travels) :]
+        basis = harmonics(phase, size)[frame]
+        turn = (slopes(phase, size)[frame] * c[freedom]).sum(1)
+        J = np.zeros((len(frame), len(z)))
+        J[rows[:, None], freedom[:, None] * size + np.arange(size)] = basis
+        J[:, speed] = turn * self.t[frame]
+        J[:, self.Z + len(self.travels) :] = turn[:, None] * self.moves[frame]
+        f = (basis * c[freedom]).sum(1)
+        for n, column in enumerate(self.travels):
+            here = freedom == column
+            J[here, speed + 1 + n] = self.t[frame[here]]
+            J[here, self.Z + n] = 1.0
+            f[here] += z[speed + 1 + n] * self.t[frame[here]] + z[self.Z + n]
+        return f, J, phase
+
+    def fit(self, start: float, speed: float, bend: float = 0.0, steps: int = STEPS) -> Fit:
+        """Climb from the phase at t = 0, the phase speed and its bend, in radians and seconds."""
+        z = self.prior.mean.copy()
+        z[self.speed] = speed
+        z[self.Z + len(self.travels) + 1] = bend / self.stride.bend[self.k]
+        z[self.Z : self.Z + len(self.travels)] = self._places()
+        return self._climb(z, start, steps)
+
+    def fit_from(self, fit: Fit) -> Fit:
+        """Climb on from where a search ended."""
+        return self._climb(fit.z, fit.start, STEPS)
+
+    def predict(self, fit: Fit, rows: NDArray[np.intp]) -> Gaussian:
+        """mean (m, M) and cov (m, M, M) of frames' poses, without noise, given all that was measured."""
+        M = len(self.stride.names)
+        cells = np.repeat(rows, M), np.tile(np.arange(M), len(rows))
+        f, J, _ = self.value(fit.z, fit.start, cells)
+        cross = solve_triangular(self.L, self.residual(self.cells, cells), lower=True, check_finite=False)
+        mean = (f + cross.T @ fit.white).reshape(-1, M)
+        away = (J - cross.T @ fit.slope).reshape(len(rows), M, -1)
+        tied = cross.T.reshape(len(rows), M, -1)
+        own = self.stride.quick[self.k] + self.stride.slow[self.k]
+        spread = solve_triangular(fit.factor[0], away.reshape(-1, away.shape[-1]).T, lower=True).T.reshape(
+            away.shape
+        )
+        cov = own - tied @ tied.swapaxes(1, 2) + spread @ spread.swapaxes(1, 2)
+        return Gaussian(mean, symmetric(cov))
+
+    def _climb(self, z: Array, start: float, steps: int) -> Fit:
+        """Gauss-Newton steps, each halved until it rises."""
+        fit, cost, uphill = self._at(z, start)
+        for _ in range(steps):
+            step = cho_solve(fit.factor, uphill)
+            if uphill @ step < ENOUGH:
+                break
+            for n in range(SHORTEN):
+                following = self._at(fit.z + 0.5**n * step, start)
+                if following[1] <= cost:
+                    break
+            else:
+                break
+            fit, cost, uphill = following
+        return fit
+
+    def _at(self, z: Array, start: float) -> tuple[Fit, float, Array]:
+        """The approximation about z, minus its log density up to a constant, and that density's gradient."""
+        f, J, phase = self.value(z, start, self.cells)
+        away = self.y[self.cells] - f
+        white = solve_triangular(self.L, np.column_stack([away, J]), lower=True, check_finite=False)
+        e, A = white[:, 0], white[:, 1:]
+        pull = self.precision @ (z - self.prior.mean)
+        cost = 0.5 * float(e @ e + (z - self.prior.mean) @ pull)
+        factor = cho_factor(self.precision + A.T @ A, lower=True)
+        log_evidence = self._constant - cost - float(np.log(np.diag(factor[0])).sum())
+        return Fit(z, start, factor, e, A, phase, log_evidence), cost, A.T @ e - pull
+
+    def _places(self) -> Array:
+        """(n,) the means of what was measured of the freedoms that travel."""
+        seen = np.isfinite(self.y[:, self.travels])
+        return np.asarray(np.where(seen, self.y[:, self.travels], 0.0).sum(0) / np.maximum(seen.sum(0), 1))
+
+    def _shapes(self) -> Array:
+        """(T, W) of the phase: shift, bend, and the drift's principal components, each by its deviation."""
+        cov = self.stride.drift[self.k] ** 2 * matern(self.t[:, None] - self.t, DRIFTING)
+        variance, shapes = np.linalg.eigh(cov)
+        kept = np.flatnonzero(variance > NEGLIGIBLE * variance[-1])[-DRIFTS:]
+        drift = shapes[:, kept] * np.sqrt(variance[kept])
+        return np.column_stack([np.ones(len(self.t)), self.stride.bend[self.k] * self.t**2, drift])
+
+
+def _spread(over_time: Array, cov: Array, one: Cells, other: Cells) -> Array:
+    """(n, m) covariance between cells of a process with these correlations (T, T) and covariance (M, M)."""
+    (f, i), (g, j) = one, other
+    return np.asarray(over_time[f[:, None], g] * cov[i[:, None], j])

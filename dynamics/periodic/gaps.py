@@ -1,0 +1,179 @@
+"""Gaps filled by the harmonic stride.
+
+A window of what was measured around each gap is explained. Every motion, and every start of the search that
+ends elsewhere, above all with another count of strides across the gap, is a hypothesis that is weighed by
+its evidence; the answer has the moments of their mixture. A long run of frames that lack single freedoms is
+cut into pieces.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, Gaussian, collapse
+from dynamics.periodic.fit import Fit, Stretch
+from dynamics.periodic.starts import starts
+from dynamics.stride import Stride
+
+CONTEXT = 2.0  # seconds of measured frames that are looked at on either side
+PIECE = 2.0  # seconds of frames partly measured that are filled at once
+STARTS = 6  # a motion
+ROUGH = 2  # steps from each start, after which
+BEHIND = 25.0  # nats behind the best end a search
+APART = 0.5  # radians of phase by which two answers differ at least
+NOISES = (0.02, 0.04, 0.07, 0.12, 0.2)  # deviations that are tried beyond the learned noise, radians
+PLACE_NOISE = 0.3  # of a freedom that travels beside that of an angle, leg lengths a radian
+FAINT = 1e-3  # share of a hypothesis that is left out
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One motion and course of the phase through a window."""
+
+    stretch: Stretch
+    fit: Fit
+
+    @property
+    def label(self) -> str:
+        """The motion."""
+        return self.stretch.stride.labels[self.stretch.k]
+
+
+@dataclass(frozen=True)
+class Filling:
+    """The frames of one gap.
+
+    rows         : (m,) frames of the sequence
+    window       : the frames that were looked at
+    poses        : mean (m, M), cov (m, M, M) without measurement noise, given what was measured in the window
+    log_evidence : of what was measured in the window, nats, every motion as probable
+    label        : the motion of the most probable hypothesis
+    """
+
+    rows: NDArray[np.intp]
+    window: slice
+    poses: Gaussian
+    log_evidence: float
+    label: str
+
+
+def interpolate(stride: Stride, y: Array, fps: float) -> list[Filling]:
+    """Every gap of a sequence, at the noise that makes what was measured about it most probable.
+
+    Args:
+        y: (T, M) in body units; NaN entries, whole rows too, were not measured. A freedom that travels and
+            was never measured makes no gap.
+        fps: frames a second.
+
+    Raises:
+        ValueError: nothing was measured.
+    """
+    if np.isnan(y).all():
+        raise ValueError("nothing was measured; give at least one frame to fill from")
+    return [fill(stride, y, rows, fps) for rows in gaps(stride, y, fps)]
+
+
+def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
+    """The frames of each gap: runs of frames that lack a freedom, cut where much of them is measured."""
+    wanted = ~stride.travels | np.isfinite(y).any(0)
+    lacking = np.flatnonzero(np.isnan(y[:, wanted]).any(1))
+    for run in np.split(lacking, np.flatnonzero(np.diff(lacking) > 1) + 1):
+        if len(run):
+            measured = np.cumsum(np.isfinite(y[run]).any(1))
+            yield from np.split(run, np.flatnonzero(np.diff(measured // max(1, round(PIECE * fps)))) + 1)
+
+
+def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Filling:
+    """One gap, the frames `rows` that follow each other; arguments as of `interpolate`."""
+    window = around(y, rows, fps)
+    t = (np.arange(window.start, window.stop) - rows.mean()) / fps
+    found = hypotheses(stride, t, np.where(stride.travels, np.nan, y[window]))
+    log_p = np.array([h.fit.log_evidence for h in found])
+    total = np.logaddexp.reduce(log_p)
+    share = np.exp(log_p - total)
+    kept = np.flatnonzero(share >= FAINT)
+    each = [_poses(found[i], y[window], rows - window.start) for i in kept]
+    together = Gaussian(np.stack([g.mean for g in each], 1), np.stack([g.cov for g in each], 1))
+    poses = collapse(np.tile(share[kept] / share[kept].sum(), (len(rows), 1)), together)
+    return Filling(rows, window, poses, float(total - np.log(len(stride.labels))), found[0].label)
+
+
+def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
+    """The gap with CONTEXT seconds of measured frames on either side."""
+    measured = np.flatnonzero(np.isfinite(y).any(1))
+    near = max(1, round(CONTEXT * fps))
+    before, after = measured[measured < rows[0]][-near:], measured[measured > rows[-1]][:near]
+    return slice(int(min([rows[0], *before])), int(max([rows[-1], *after])) + 1)
+
+
+def hypotheses(stride: Stride, t: Array, y: Array) -> list[Hypothesis]:
+    """The courses of the phase that explain a window, the most probable first; arguments as of `Stretch`.
+
+    Raises:
+        ValueError: no freedom that stays was measured in the window.
+    """
+    if np.isnan(y[:, ~stride.travels]).all():
+        raise ValueError(
+            "no angle was measured near a gap, of which a stride then tells nothing; give a switching model"
+        )
+    rough = []
+    for k in range(len(stride.labels)):
+        stretch = Stretch(stride, k, t, y)
+        for s in starts(stride, k, t, y, STARTS):
+            rough.append(Hypothesis(stretch, stretch.fit(s.phase, s.speed, s.bend, ROUGH)))
+    best = max(h.fit.log_evidence for h in rough)
+    near = [h for h in rough if h.fit.log_evidence > best - BEHIND]
+    climbed = _sorted([Hypothesis(h.stretch, h.stretch.fit_from(h.fit)) for h in near])
+    noise = _likeliest_noise(climbed[0])
+    return _distinct(_sorted([_at_noise(h, noise) for h in climbed]) if noise > 0.0 else climbed)
+
+
+def _likeliest_noise(h: Hypothesis) -> float:
+    """The deviation added to the noise that makes a window most probable: the last of NOISES that rises."""
+    best, log_evidence = 0.0, h.fit.log_evidence
+    for noise in NOISES:
+        h = _at_noise(h, noise)
+        if h.fit.log_evidence <= log_evidence:
+            break
+        best, log_evidence = noise, h.fit.log_evidence
+    return best
+
+
+def _at_noise(h: Hypothesis, noise: float) -> Hypothesis:
+    own = h.stretch
+    stretch = Stretch(own.stride, own.k, own.t, own.y, _added(own.stride, noise))
+    return Hypothesis(stretch, stretch.fit_from(h.fit))
+
+
+def _added(stride: Stride, noise: float) -> Array:
+    """(M,) variances for noise of a deviation in radians."""
+    return np.where(stride.travels, PLACE_NOISE * noise, noise) ** 2
+
+
+def _sorted(found: list[Hypothesis]) -> list[Hypothesis]:
+    return sorted(found, key=lambda h: -h.fit.log_evidence)
+
+
+def _poses(h: Hypothesis, y: Array, rows: NDArray[np.intp]) -> Gaussian:
+    """Frames of a window by one hypothesis, now that the freedoms that travel are heard too."""
+    own = h.stretch
+    stretch = Stretch(own.stride, own.k, own.t, y, own.noise)
+    return stretch.predict(stretch.fit_from(h.fit), rows)
+
+
+def _distinct(found: list[Hypothesis]) -> list[Hypothesis]:
+    """Each course of the phase once."""
+    kept: list[Hypothesis] = []
+    for h in found:
+        if not any(h.stretch is other.stretch and _same(h.fit.phase, other.fit.phase) for other in kept):
+            kept.append(h)
+    return kept
+
+
+def _same(one: Array, other: Array) -> bool:
+    """Whether two courses of the phase differ by whole strides alone."""
+    apart = one - other
+    turns = 2.0 * np.pi * np.round(apart.mean() / (2.0 * np.pi))
+    return bool(np.abs(apart - turns).max() < APART)

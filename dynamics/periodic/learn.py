@@ -1,0 +1,255 @@
+"""Learning a harmonic stride from gait by expectation-maximisation.
+
+Each sequence is cut into pieces. The E-step fits a piece (`dynamics.periodic.fit`) and linearises it there,
+y = f + J (z - z0) + residual + noise; the M-step is that of this linear Gaussian model, people counted alike:
+
+    mean, cov   moments of z over pieces and their mirror images, with an inverse Wishart prior on cov
+    S           S + S W S / T,  W = sum over t, u of K[t, u] (a_t a_u' - (C^-1)_tu),  a = C^-1 (y - E y),
+
+for the covariance S of each process whose correlation over time is K (the identity for the noise), where C
+is the covariance of all that was measured. At the same linearisation the evidence never falls. The mirror
+image of a piece is the same half a stride later with twin freedoms exchanged, so it is fitted but once.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from dynamics.gaussian import Array, symmetric
+from dynamics.layout import among
+from dynamics.periodic.fit import Fit, Stretch
+from dynamics.periodic.harmonics import half_a_stride_on, harmonics
+from dynamics.stride import Stride
+
+HARMONICS = 5
+LONGEST, LEAST = 3.2, 0.6  # seconds of a piece
+SLOWEST, QUICKEST, TRIED = 0.45, 1.9, 120  # strides a second that the first phase is sought among
+PEOPLE = 2.0  # as many people the prior of the covariance counts for
+MANNER = float(np.radians(2.0))  # its deviation of a first harmonic; of the h-th MANNER / h
+WAYS = 0.05  # the same of a freedom that travels, body units
+HURRY = 0.3  # its deviation of the phase speed, radians a second
+TRAVEL = 0.1  # its deviation of the travel, body units a second
+FIRST_ANGLES = tuple(float(np.radians(sd)) for sd in (1.3, 2.0, 1.0))  # quick, slow, noise
+FIRST_PLACES = (0.01, 0.02, 0.005)
+FIRST_BEND, FIRST_DRIFT = 0.5, 0.2
+SETTLED = 2  # rounds before the residual is learned too
+FLOOR = 1e-8  # variance that a covariance keeps
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Frames of one person: t (T,) seconds about their middle, poses y (T, M), and how much they count."""
+
+    person: str
+    t: Array
+    y: Array
+    weight: float = 0.0
+
+
+@dataclass(frozen=True)
+class Moments:
+    """What the M-step needs of one piece.
+
+    z, cov   : of the population's numbers, (Z,) and (Z, Z)
+    bend     : E u^2
+    drift    : E of the drift's squared components, their mean
+    residual : (3, M, M) W of quick, slow and noise
+    """
+
+    z: Array
+    cov: Array
+    bend: float
+    drift: float
+    residual: Array
+
+
+def learn(
+    ys: Sequence[Array],
+    people: Sequence[str],
+    *,
+    names: Sequence[str],
+    travelling: Sequence[str],
+    twins: NDArray[np.intp],
+    fps: float,
+    label: str,
+    rounds: int,
+    tick: Callable[[], None] = lambda: None,
+) -> Stride:
+    """Learn one motion.
+
+    Args:
+        ys: sequences (T, M) in body units (leg lengths, radians), all measured.
+        people: whose each sequence is; people count alike.
+        names: the M freedoms; `travelling` those whose place does not matter.
+        twins: (M,) the freedom of the other side; the first that has one gives the first phase.
+        fps: frames a second of the sequences.
+        label: name of the motion.
+        rounds: of EM.
+        tick: called after each round.
+
+    Raises:
+        ValueError: no sequence of LEAST seconds.
+    """
+    pieces = _pieces(ys, people, fps)
+    if not pieces:
+        raise ValueError(f"no sequence of {label!r} lasts {LEAST} seconds; a stride needs longer ones")
+    stride, begun = _first(pieces, tuple(names), tuple(travelling), twins, fps, label)
+    count = len({p.person for p in pieces})
+    for n in range(rounds):
+        found = []
+        for i, piece in enumerate(pieces):
+            stretch = Stretch(stride, 0, piece.t, piece.y)
+            fit = stretch.fit(*begun[i])
+            begun[i] = _end(stretch, fit)
+            found.append(moments(stretch, fit, residual=n >= SETTLED))
+        stride = maximise(stride, pieces, found, twins, count, residual=n >= SETTLED)
+        tick()
+    return stride
+
+
+def moments(stretch: Stretch, fit: Fit, *, residual: bool = True) -> Moments:
+    """The E-step of a piece linearised at a fit; `residual` asks for its part too, which takes longest."""
+    Z, places = stretch.Z, len(stretch.travels)
+    spread, z = fit.cov, fit.z
+    bend = Z + places + 1
+    drifts = slice(bend + 1, None)
+    drift = np.mean(z[drifts] ** 2 + np.diag(spread)[drifts])
+    return Moments(
+        z[:Z],
+        spread[:Z, :Z],
+        float(z[bend] ** 2 + spread[bend, bend]),
+        float(drift),
+        _residual_moments(stretch, fit) if residual else np.zeros((3, *stretch.R.shape)),
+    )
+
+
+def maximise(
+    stride: Stride,
+    pieces: Sequence[Piece],
+    found: Sequence[Moments],
+    twins: NDArray[np.intp],
+    people: int,
+    *,
+    residual: bool = True,
+) -> Stride:
+    """The M-step: `people` is how many the weights stand for."""
+    F = mirror_matrix(stride, twins)
+    w = np.array([p.weight for p in pieces])
+    both = np.concatenate([w, w]) / 2.0
+    z = np.stack([m.z for m in found])
+    z = np.concatenate([z, z @ F.T])
+    spread = np.tensordot(w, np.stack([m.cov for m in found]), 1)
+    mean = both @ z
+    away = z - mean
+    cov = 0.5 * (spread + F @ spread @ F.T) + away.T @ (both[:, None] * away)
+    cov = (people * cov + PEOPLE * _manner(stride)) / (people + PEOPLE)
+    changed = replace(
+        stride,
+        mean=mean[None],
+        root=np.asarray(np.linalg.cholesky(symmetric(cov))[None], dtype=float),
+        bend=stride.bend * np.sqrt(w @ [m.bend for m in found]),
+        drift=stride.drift * np.sqrt(w @ [m.drift for m in found]),
+    )
+    if not residual:
+        return changed
+    frames = w @ [len(p.t) for p in pieces]
+    W = np.tensordot(w, np.stack([m.residual for m in found]), 1) / frames
+    W = 0.5 * (W + W[:, twins][:, :, twins])
+    S = np.stack([stride.quick[0], stride.slow[0], stride.R[0]])
+    S = symmetric(S + S @ W @ S) + FLOOR * np.eye(S.shape[-1])
+    return replace(changed, quick=S[:1], slow=S[1:2], R=S[2:])
+
+
+def mirror_matrix(stride: Stride, twins: NDArray[np.intp]) -> Array:
+    """(Z, Z) that takes a stretch's numbers to those of its mirror image."""
+    M, size, Z = len(stride.names), stride.basis, stride.mean.shape[1]
+    F = np.eye(Z)
+    F[: M * size, : M * size] = np.kron(np.eye(M)[twins], np.diag(half_a_stride_on(size)))
+    return F
+
+
+def _residual_moments(stretch: Stretch, fit: Fit) -> Array:
+    """(3, M, M) W of the module's equation for quick, slow and noise; all must be measured."""
+    T, M = stretch.y.shape
+    inverse = solve_triangular(stretch.L, np.eye(T * M), lower=True, check_finite=False)
+    a = inverse.T @ fit.white
+    known = solve_triangular(fit.factor[0], fit.slope.T, lower=True) @ inverse
+    C = inverse.T @ inverse - known.T @ known
+    pairs = (np.outer(a, a) - C).reshape(T, M, T, M)
+    return np.asarray(np.tensordot(stretch.correlations, pairs.transpose(0, 2, 1, 3), 2))
+
+
+def _end(stretch: Stretch, fit: Fit) -> tuple[float, float, float]:
+    """Phase, speed and bend where a search ended, to begin the next from."""
+    speed, shift = stretch.speed, stretch.Z + len(stretch.travels)
+    bend = stretch.stride.bend[stretch.k]
+    return float(fit.start + fit.z[shift]), float(fit.z[speed]), float(fit.z[shift + 1] * bend)
+
+
+def _pieces(ys: Sequence[Array], people: Sequence[str], fps: float) -> list[Piece]:
+    found = []
+    for y, person in zip(ys, people, strict=True):
+        for part in np.array_split(y, max(1, int(np.ceil(len(y) / (LONGEST * fps))))):
+            if len(part) >= LEAST * fps:
+                t = np.arange(len(part)) / fps
+                found.append(Piece(person, t - t.mean(), part))
+    frames: dict[str, int] = {}
+    for p in found:
+        frames[p.person] = frames.get(p.person, 0) + len(p.t)
+    return [replace(p, weight=len(p.t) / frames[p.person] / len(frames)) for p in found]
+
+
+def _first(
+    pieces: Sequence[Piece],
+    names: tuple[str, ...],
+    travelling: tuple[str, ...],
+    twins: NDArray[np.intp],
+    fps: float,
+    label: str,
+) -> tuple[Stride, list[tuple[float, float, float]]]:
+    """A first model, phases by the first freedom that has a twin less that twin; and each piece's start."""
+    M, size, travels = len(names), 2 * HARMONICS + 1, among(names, travelling)
+    pair = int(np.flatnonzero(twins != np.arange(M))[0])
+    begun, z = [], []
+    for p in pieces:
+        phase, speed = _sinusoid(p.t, p.y[:, pair] - p.y[:, twins[pair]])
+        begun.append((phase, speed, 0.0))
+        B = harmonics(phase + speed * p.t, size)
+        ridge = np.diag(np.append(0.1, np.repeat(np.arange(1, HARMONICS + 1.0) ** 2, 2) * 0.1))
+        travel = np.polyfit(p.t, p.y[:, travels], 1)
+        flat = p.y.copy()
+        flat[:, travels] -= p.t[:, None] * travel[0] + travel[1]
+        c = np.linalg.solve(B.T @ B + ridge, B.T @ flat)
+        z.append(np.concatenate([c.T.ravel(), [speed], travel[0]]))
+    angle, place = np.array(FIRST_ANGLES), np.array(FIRST_PLACES)
+    quick, slow, R = (np.diag(np.where(travels, b, a) ** 2)[None] for a, b in zip(angle, place, strict=True))
+    Z = len(z[0])
+    blank = Stride(
+        mean=np.zeros((1, Z)), root=np.eye(Z)[None], quick=quick, slow=slow, R=R,
+        bend=np.array([FIRST_BEND]), drift=np.array([FIRST_DRIFT]),
+        names=names, travelling=travelling, labels=(label,), fps=fps,
+    )  # fmt: skip
+    about = np.diag(np.diag(_manner(blank)))
+    found = [Moments(one, about, 1.0, 1.0, np.zeros((3, M, M))) for one in z]
+    people = len({p.person for p in pieces})
+    return maximise(blank, pieces, found, twins, people, residual=False), begun
+
+
+def _sinusoid(t: Array, x: Array) -> tuple[float, float]:
+    """Phase at t = 0 and speed (radians a second) of the sinusoid that fits best."""
+    best = (np.inf, 0.0, 0.0)
+    for speed in 2.0 * np.pi * np.linspace(SLOWEST, QUICKEST, TRIED):
+        B = harmonics(speed * t, 3)
+        b = np.linalg.lstsq(B, x, rcond=None)[0]
+        best = min(best, (float(((x - B @ b) ** 2).sum()), float(np.arctan2(-b[2], b[1])), float(speed)))
+    return best[1], best[2]
+
+
+def _manner(stride: Stride) -> Array:
+    """(Z, Z) the covariance that the prior speaks for."""
+    order = np.maximum(np.append(0, np.repeat(np.arange(1, stride.basis // 2 + 1), 2)), 1)
+    each = np.where(stride.travels, WAYS, MANNER)[:, None] / order
+    return np.diag(np.concatenate([each.ravel(), [HURRY], np.full(len(stride.travelling), TRAVEL)]) ** 2)

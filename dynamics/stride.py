@@ -1,0 +1,100 @@
+"""The harmonic stride: a periodic gait as harmonics of a phase, with coefficients that differ between people.
+
+    y_t = B(phi_t) c + s t + r_t + w_t,              w_t ~ N(0, R)
+    phi_t = phi_0 + omega t + bend u t^2 + d_t,      u ~ N(0, 1)
+
+B(phi) = [1, cos phi, sin phi, cos 2 phi, ..]. Coefficients c, phase speed omega and travel s of one stretch
+of gait are Gaussian over the population. The residual r is a sum of two Matern processes with a covariance
+over the freedoms each; the drift d of the phase is another. Time is in seconds, so that a model serves
+every frame rate.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, frozen
+from dynamics.layout import among
+
+QUICK, SLOW = 0.1, 0.4  # time scales of the residual, seconds
+DRIFTING = 1.0  # time scale of the phase's drift, seconds
+
+
+@dataclass(frozen=True)
+class Stride:
+    """K motions of M freedoms, Z = M (2 H + 1) + 1 + n numbers a stretch of gait: c, omega, travel.
+
+    mean   : (K, Z) c freedom after freedom (body units), omega (radians a second), travel (units a second)
+    root   : (K, Z, Z) lower Cholesky factor of their covariance
+    quick  : (K, M, M) covariance of the residual that changes within QUICK seconds
+    slow   : (K, M, M) of the one that changes within SLOW seconds
+    R      : (K, M, M) covariance of the measurement noise
+    bend   : (K,) deviation of the change of speed, radians a second a second
+    drift  : (K,) deviation of the phase's drift, radians
+    names  : the M freedoms; `travelling` the n of them whose place does not matter
+    labels : (K,) the motions
+    fps    : frames a second that it was learned at
+    """
+
+    mean: Array
+    root: Array
+    quick: Array
+    slow: Array
+    R: Array
+    bend: Array
+    drift: Array
+    names: tuple[str, ...]
+    travelling: tuple[str, ...]
+    labels: tuple[str, ...]
+    fps: float
+
+    def __post_init__(self) -> None:
+        K, M, Z = len(self.labels), len(self.names), np.shape(self.mean)[-1]
+        shapes = {"mean": (K, Z), "root": (K, Z, Z), "bend": (K,), "drift": (K,)}
+        shapes |= dict.fromkeys(("quick", "slow", "R"), (K, M, M))
+        for name, shape in shapes.items():
+            object.__setattr__(self, name, frozen(name, getattr(self, name), shape))
+        if K < 1 or M * self.basis + 1 + len(self.travelling) != Z or self.basis < 3 or not self.basis % 2:
+            raise ValueError(f"mean has {Z} numbers a motion, which {M} freedoms have not for any harmonics")
+        if not set(self.travelling) <= set(self.names):
+            raise ValueError(f"travelling must be among {', '.join(self.names)}; got {self.travelling}")
+        for name in ("quick", "slow", "R"):
+            _check_covariance(name, getattr(self, name))
+        if (self.root != np.tril(self.root)).any() or not (
+            np.diagonal(self.root, axis1=1, axis2=2) > 0
+        ).all():
+            raise ValueError("root must be lower triangular with a positive diagonal")
+        for name in ("bend", "drift"):
+            if not (getattr(self, name) > 0).all():
+                raise ValueError(f"{name} must be positive; got {getattr(self, name)}")
+        if not self.fps > 0:
+            raise ValueError(f"fps must be positive; got {self.fps}")
+
+    @property
+    def basis(self) -> int:
+        """2 H + 1, the numbers that describe one freedom over a stride."""
+        return int(self.mean.shape[-1] - 1 - len(self.travelling)) // len(self.names)
+
+    @property
+    def travels(self) -> NDArray[np.bool_]:
+        """(M,) whether each freedom travels."""
+        return among(self.names, self.travelling)
+
+
+def combine_strides(strides: Sequence[Stride]) -> Stride:
+    """One model of the motions of several, of the same freedoms, each as probable."""
+    first = strides[0]
+    arrays = ("mean", "root", "quick", "slow", "R", "bend", "drift")
+    joined: dict[str, Any] = {name: np.concatenate([getattr(s, name) for s in strides]) for name in arrays}
+    return replace(first, **joined, labels=tuple(label for s in strides for label in s.labels))
+
+
+def _check_covariance(name: str, covs: Array) -> None:
+    if not np.allclose(covs, covs.swapaxes(-1, -2), rtol=1e-9, atol=0.0):
+        raise ValueError(f"{name} must be symmetric")
+    least = float(np.linalg.eigvalsh(covs).min())
+    if not least > 0:
+        raise ValueError(f"{name} must be positive definite; its least eigenvalue is {least:.3g}")

@@ -1,0 +1,157 @@
+"""Gaps of a pose table filled: by a switching model, by the harmonic stride, or by the more probable one.
+
+Both explain the angles that were measured around a gap. Where the switching model's evidence, that of its
+best path, is the greater, it fills the gap: motion that is not periodic. Where a figure stands and how its
+head is carried is taken off before and put back afterwards, as in `tracker.motion.tasks`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array, Gaussian
+from dynamics.motion.gaps import interpolate
+from dynamics.motion.noise import SEARCHES, at_noise
+from dynamics.periodic.gaps import Filling, around, fill, gaps
+from dynamics.slds import SLDS
+from dynamics.store import Model
+from dynamics.stride import Stride
+from dynamics.viterbi import best_log_p_all
+from kinematics.mocap import POSE_COLUMNS
+from tracker.models.find import motion_model
+from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, first_measured, neck, place, whole_pose
+from tracker.progress import Progress
+from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
+
+BY_EVIDENCE = "gait"  # the model's name for which the stride is asked too
+STRIDE = "stride"
+# A switching model follows measured frames more closely than it bridges missing ones. Nats a measured frame by which
+# it must be ahead: captured gait lies below 1.4, jumps, crouches and changes of gait above 4.
+HANDICAP = 2.0
+BY_STRIDE, BY_SWITCHING = "stride", "switching model"
+
+
+@dataclass(frozen=True)
+class Filled:
+    """A sequence without gaps.
+
+    y, sd : (T, 8) poses, measured numbers as they were, and standard deviations; body units. A place that was
+            never measured stays NaN; so does the deviation of what was measured
+    by    : what filled each gap, BY_STRIDE or BY_SWITCHING
+    """
+
+    y: Array
+    sd: Array
+    by: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fillers:
+    """What fills gaps: one of the two, or for each gap the one that its neighbourhood speaks for.
+
+    slds      : at the table's frame rate and noise
+    fps       : frames a second of the table
+    recurrent : whether the switch depends on the pose; False is the papers' switch
+    """
+
+    slds: SLDS | None
+    stride: Stride | None
+    fps: float
+    recurrent: bool = True
+
+
+def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
+    """For the model that was asked for by this name; ValueError if it cannot fill gaps."""
+    if isinstance(model, Stride):
+        return Fillers(None, whole_stride(model), fps)
+    slds = whole_pose(model, "interpolate")
+    shipped = motion_model(STRIDE) if name == BY_EVIDENCE else None
+    return Fillers(slds, shipped if isinstance(shipped, Stride) else None, fps, recurrent)
+
+
+def whole_stride(stride: Stride) -> Stride:
+    """The stride, if it is one of all that a pose table holds; else a ValueError."""
+    if stride.names != POSE_COLUMNS:
+        raise ValueError(
+            f"the model speaks of {', '.join(stride.names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
+            "give a model learned from captures or pose tables"
+        )
+    return stride
+
+
+def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Progress = SILENT) -> SLDS:
+    """The model with R raised to the noise of these sequences, the root's and the angles'.
+
+    Raises:
+        PosesError: a sequence without a measured number.
+    """
+    for sequence in sequences:
+        first_measured(sequence)
+    ys = [s.y - place(s) - neck(s) for s in sequences]
+    with progress.task("measuring the noise", SEARCHES) as tick:
+        return replace(slds, R=at_noise(slds.with_constants(UNKNOWN_PLACE), ys, tick).R)
+
+
+def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator) -> Filled:
+    """Every number that was not measured, from what was, before and after.
+
+    Raises:
+        PosesError: a sequence without a measured number.
+        ValueError: a stride alone, and a gap near which no angle was measured.
+    """
+    first_measured(sequence)
+    seen = sequence.seen
+    placed = np.ones(len(POSE_COLUMNS), dtype=bool)
+    placed[:ROOT_COLUMNS] = seen[:, :ROOT_COLUMNS].any(0)
+    if (seen | ~placed).all():
+        return Filled(sequence.y, np.full(sequence.y.shape, np.nan))
+    taken = place(sequence) + neck(sequence)
+    found, by = _poses(fillers, sequence.y - taken, rng)
+    sd = np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2))
+    filled = np.where(seen, sequence.y, found.mean + taken)
+    return Filled(np.where(placed, filled, np.nan), np.where(placed & ~seen, sd, np.nan), by)
+
+
+def prefers_stride(stride: float, switching: float, window: Array) -> bool:
+    """Whether the stride is to fill a gap, by the log evidences (nats) of a window (T, 8) about it."""
+    frames = np.isfinite(window[:, ROOT_COLUMNS:]).any(1).sum()
+    return bool(stride >= switching - HANDICAP * frames)
+
+
+def angles_evidence(slds: SLDS, y: Array) -> float:
+    """Log density of the best path through a window's angles (T, 8), nats."""
+    shown = y.copy()
+    shown[:, :ROOT_COLUMNS] = np.nan
+    return float(best_log_p_all(slds, [shown])[0])
+
+
+def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussian, tuple[str, ...]]:
+    """Poses (T, 8) and covariances of the frames in gaps, and what filled each gap."""
+    slds, stride = fillers.slds, fillers.stride
+    if stride is None:
+        assert slds is not None
+        return interpolate(slds, y, rng, recurrent=fillers.recurrent), ()
+    found = [_by_stride(stride, slds, y, rows, fillers.fps) for rows in gaps(stride, y, fillers.fps)]
+    if slds is not None and None in found:
+        whole = interpolate(slds, y, rng, recurrent=fillers.recurrent)
+    else:
+        whole = Gaussian(y.copy(), np.zeros((*y.shape, y.shape[1])))
+    for gap in found:
+        if gap is not None:
+            whole.mean[gap.rows], whole.cov[gap.rows] = gap.poses.mean, gap.poses.cov
+    return whole, tuple(BY_SWITCHING if gap is None else BY_STRIDE for gap in found)
+
+
+def _by_stride(
+    stride: Stride, slds: SLDS | None, y: Array, rows: NDArray[np.intp], fps: float
+) -> Filling | None:
+    """A gap filled by the stride; None where the switching model explains its neighbourhood better."""
+    window = y[around(y, rows, fps)]
+    if slds is None:
+        return fill(stride, y, rows, fps)
+    if np.isnan(window[:, ROOT_COLUMNS:]).all():
+        return None
+    gap = fill(stride, y, rows, fps)
+    return gap if prefers_stride(gap.log_evidence, angles_evidence(slds, window), window) else None
