@@ -55,14 +55,14 @@ class Moments:
 
     z, cov   : of the population's numbers, (Z,) and (Z, Z)
     bend     : E u^2
-    drift    : E of the drift's squared components, their mean
+    drift    : E of the drift's squared components, their sum, and how many they are
     residual : (3, M, M) W of quick, slow and noise
     """
 
     z: Array
     cov: Array
     bend: float
-    drift: float
+    drift: tuple[float, int]
     residual: Array
 
 
@@ -116,12 +116,12 @@ def moments(stretch: Stretch, fit: Fit, *, residual: bool = True) -> Moments:
     spread, z = fit.cov, fit.z
     bend = Z + places + 1
     drifts = slice(bend + 1, None)
-    drift = np.mean(z[drifts] ** 2 + np.diag(spread)[drifts])
+    squares = z[drifts] ** 2 + np.diag(spread)[drifts]
     return Moments(
         z[:Z],
         spread[:Z, :Z],
         float(z[bend] ** 2 + spread[bend, bend]),
-        float(drift),
+        (float(squares.sum()), len(squares)),
         _residual_moments(stretch, fit) if residual else np.zeros((3, *stretch.R.shape)),
     )
 
@@ -146,12 +146,13 @@ def maximise(
     away = z - mean
     cov = 0.5 * (spread + F @ spread @ F.T) + away.T @ (both[:, None] * away)
     cov = (people * cov + PEOPLE * _manner(stride)) / (people + PEOPLE)
+    drifted, components = w @ [m.drift for m in found]
     changed = replace(
         stride,
         mean=mean[None],
         root=np.asarray(np.linalg.cholesky(symmetric(cov))[None], dtype=float),
         bend=stride.bend * np.sqrt(w @ [m.bend for m in found]),
-        drift=stride.drift * np.sqrt(w @ [m.drift for m in found]),
+        drift=stride.drift * np.sqrt(drifted / components),
     )
     if not residual:
         return changed
@@ -233,7 +234,7 @@ def _first(
         names=names, travelling=travelling, labels=(label,), fps=fps,
     )  # fmt: skip
     about = np.diag(np.diag(_manner(blank)))
-    found = [Moments(one, about, 1.0, 1.0, np.zeros((3, M, M))) for one in z]
+    found = [Moments(one, about, 1.0, (1.0, 1), np.zeros((3, M, M))) for one in z]
     people = len({p.person for p in pieces})
     return maximise(blank, pieces, found, twins, people, residual=False), begun
 

@@ -9,7 +9,7 @@ from dynamics.learning.options import Options
 from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import write_table
-from tracker.models.find import learn_hmms, learn_motions
+from tracker.models.find import learn_hmms, learn_motions, learn_strides
 from tracker.tables.poses import PoseSequence, pose_cells
 
 HEADER = ("seq", "frame", *POSE_COLUMNS)
@@ -53,6 +53,12 @@ def gait_model():
 def gait_hmm():
     """Hidden Markov models of the same."""
     return learn_hmms(_captures(), fps=30.0, options=HMMOptions(states=4, rounds=6))
+
+
+@cache
+def gait_stride():
+    """Harmonic strides of the same."""
+    return learn_strides(_captures(), fps=30.0, rounds=3)
 
 
 def saved(path, model):

@@ -21,14 +21,14 @@ from dynamics.stride import Stride
 from dynamics.viterbi import best_log_p_all
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.find import motion_model
-from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, first_measured, neck, place, whole_pose
+from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, first_measured, first_place, mean_neck, whole_pose
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
 BY_EVIDENCE = "gait"  # the model's name for which the stride is asked too
 STRIDE = "stride"
-# A switching model follows measured frames more closely than it bridges missing ones. Nats a measured frame by which
-# it must be ahead: captured gait lies below 1.4, jumps, crouches and changes of gait above 4.
+# Nats a measured frame by which a switching model must be ahead, as it follows measured frames more closely
+# than it bridges missing ones: captured gait lies below 1.4; jumps, crouches, changes of gait lie above 4.
 HANDICAP = 2.0
 BY_STRIDE, BY_SWITCHING = "stride", "switching model"
 
@@ -65,6 +65,8 @@ class Fillers:
 def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
     """For the model that was asked for by this name; ValueError if it cannot fill gaps."""
     if isinstance(model, Stride):
+        if not recurrent:
+            raise ValueError("a stride has no switch, so --no-recurrent does not apply; leave it out")
         return Fillers(None, whole_stride(model), fps)
     slds = whole_pose(model, "interpolate")
     shipped = motion_model(STRIDE) if name == BY_EVIDENCE else None
@@ -89,7 +91,7 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Prog
     """
     for sequence in sequences:
         first_measured(sequence)
-    ys = [s.y - place(s) - neck(s) for s in sequences]
+    ys = [s.y - first_place(s) - mean_neck(s) for s in sequences]
     with progress.task("measuring the noise", SEARCHES) as tick:
         return replace(slds, R=at_noise(slds.with_constants(UNKNOWN_PLACE), ys, tick).R)
 
@@ -107,7 +109,7 @@ def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator
     placed[:ROOT_COLUMNS] = seen[:, :ROOT_COLUMNS].any(0)
     if (seen | ~placed).all():
         return Filled(sequence.y, np.full(sequence.y.shape, np.nan))
-    taken = place(sequence) + neck(sequence)
+    taken = first_place(sequence) + mean_neck(sequence)
     found, by = _poses(fillers, sequence.y - taken, rng)
     sd = np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2))
     filled = np.where(seen, sequence.y, found.mean + taken)

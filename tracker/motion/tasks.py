@@ -125,7 +125,7 @@ def forecast_all(
         PosesError: a sequence without a measured number.
     """
     starts = [first_measured(sequence) for sequence in sequences]
-    places = [place(sequence) for sequence in sequences]
+    places = [first_place(sequence) for sequence in sequences]
     free = slds.with_constants(UNKNOWN_PLACE | UNKNOWN_NECK)
     ys = [s.y[start:] - place for s, start, place in zip(sequences, starts, places, strict=True)]
     with progress.task("predicting", predict_ticks(ys)) as tick:
@@ -165,7 +165,7 @@ def _evidence(sequence: PoseSequence, use: Use) -> Array:
     """The poses that a motion is told by: centred, the root blanked unless it is used."""
     if not sequence.seen[:, ROOT_COLUMNS:].any():
         raise PosesError(f"sequence {sequence.name!r} has no measured angle; leave it out")
-    y = sequence.y - place(sequence) - neck(sequence)
+    y = sequence.y - first_place(sequence) - mean_neck(sequence)
     if use is Use.ANGLES:
         y[:, :ROOT_COLUMNS] = np.nan
     elif not sequence.seen[:, :ROOT_COLUMNS].any(0).all():
@@ -194,7 +194,7 @@ def first_measured(sequence: PoseSequence) -> int:
     return int(seen[0])
 
 
-def place(sequence: PoseSequence) -> Array:
+def first_place(sequence: PoseSequence) -> Array:
     """(8,) where the root is first measured, 0 for the angles."""
     place = np.zeros(len(POSE_COLUMNS))
     for column in range(ROOT_COLUMNS):
@@ -203,7 +203,7 @@ def place(sequence: PoseSequence) -> Array:
     return place
 
 
-def neck(sequence: PoseSequence) -> Array:
+def mean_neck(sequence: PoseSequence) -> Array:
     """(8,) the neck's mean, 0 for the rest."""
     mean = np.zeros(len(POSE_COLUMNS))
     seen = sequence.y[sequence.seen[:, NECK], NECK]

@@ -148,6 +148,20 @@ def test_interpolate_is_the_same_for_a_seed_and_a_sequence_alone(tmp_path, model
     assert one.splitlines()[1:] == two.splitlines()[25:]
 
 
+def test_interpolate_says_what_filled_the_gaps(tmp_path, poses):
+    said = done("interpolate", poses, "--no-plot", "--out", tmp_path / "i.csv")
+    assert "; gaps filled by the " in said
+    said = done("interpolate", poses, "--model", "stride", "--no-plot", "--out", tmp_path / "s.csv")
+    assert "; gaps filled by the stride 3" in said
+
+
+@pytest.mark.parametrize("command", ["classify", "predict", "synthesise"])
+def test_a_stride_alone_is_refused_where_it_tells_nothing(tmp_path, poses, command):
+    given = [poses] if command != "synthesise" else []
+    said = refused(command, *given, "--model", "stride", "--out", tmp_path / "o.csv")
+    assert f"the model is a harmonic stride, which cannot {command}; give one learned with another" in said
+
+
 def test_synthesise_leaves_a_table_a_picture_and_a_clip(tmp_path, model):
     out = tmp_path / "s.csv"
     said = done("synthesise", "--model", model, "--frames", 40, "--label", "run", "--out", out)

@@ -136,6 +136,35 @@ def test_settings_of_learning_are_heeded(trials, tmp_path, monkeypatch):
     assert (options.rounds, options.start, options.restarts) == (3, "hmm", 4)
 
 
+def test_a_stride_is_learned_for_every_label_and_saved(trials, tmp_path):
+    quick = trials.with_name("quick.toml")
+    asked = ["learn", "--trials", trials, "--inference", "stride", "--settings", quick]
+    result = figtrack(*asked, "--out", tmp_path / "s.npz", "--quiet")
+    assert result.exit_code == 0, result.output
+    stride = load(tmp_path / "s.npz")
+    assert (sorted(stride.labels), stride.names, stride.fps) == (["run", "walk"], POSE_COLUMNS, FPS)
+    assert "2 harmonic strides, 30 frames a second, from 3 sequences of subjects s0, s1, s2" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("more", "text", "name"),
+    [
+        (["--states", 2], "", "--states"),
+        (["--order", 2], "", "--order"),
+        (["--scheduler", "tcp://127.0.0.1:1"], "", "--scheduler"),
+        ([], "choose = true", "choose"),
+        ([], "pooled = true", "pooled"),
+        ([], 'start = "hmm"', "start"),
+        ([], "restarts = 2", "restarts"),
+    ],
+)
+def test_options_that_a_stride_has_not_are_refused(trials, tmp_path, more, text, name):
+    file = settings(tmp_path, text)
+    asked = ["learn", "--trials", trials, "--inference", "stride", "--settings", file, *more]
+    said = refused(*asked, "--out", tmp_path / "s.npz")
+    assert f"a stride has no switching states, so {name} does not apply; leave it out" in said
+
+
 @pytest.mark.parametrize("name", ["learn", "pooled"])
 def test_the_models_that_ship_are_learned_with_settings_that_can_be_read(name):
     wanted = Further(licences=("CMU", "Seoul National"), pooled=name == "pooled")

@@ -6,8 +6,8 @@ import pytest
 from dynamics.motion.tasks import Labelling
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import gait, sequence
+from tracker.motion.fill import Filled
 from tracker.motion.summary import filled_cells, forecast_errors, free_motion, label_shares, stride_period
-from tracker.motion.tasks import Filled
 
 NOTHING = np.full((4, 8), np.nan)
 
@@ -46,6 +46,10 @@ def test_filled_cells_are_counted_and_so_is_what_stays_empty():
     y[1] = np.nan
     text = filled_cells([sequence(y)], [Filled(y, sd)])
     assert text.startswith("6 cells filled in 1 frame of 1 sequence, angles to 3.0 degrees")
+    assert "gaps filled" not in text
+    by = ("stride", "switching model", "stride")
+    told = filled_cells([sequence(y)], [Filled(y, sd, by)])
+    assert "; gaps filled by the stride 2 and the switching model 1" in told
     assert "2 of a root that was never measured stay empty" in text
     assert filled_cells([sequence(np.zeros((4, 8)))] * 2, []) == "nothing was missing in 2 sequences"
 

@@ -13,9 +13,7 @@ from tests.tracker.gaits import NECK, STRIDES, both, gait, gait_hmm, gait_model,
 from tracker.motion.tasks import (
     Inference,
     Use,
-    at_table_noise,
     chosen_inference,
-    fill_gaps,
     forecast_all,
     label_all,
     of_motion,
@@ -138,8 +136,6 @@ def test_sequences_that_say_nothing_of_a_motion_are_refused_by_name(rng):
     nothing = [sequence(blanked(y, slice(None)), "b")]
     with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
         forecast_all(gait_model(), nothing, 1)
-    with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
-        fill_gaps(gait_model(), nothing[0], rng, recurrent=True)
 
 
 # Forecasts
@@ -212,77 +208,6 @@ def test_an_unknown_constant_is_integrated_out(rng):
     found = viterbi(one.with_constants({"neck": spread}), y).log_evidence
     # The evidence is a Gaussian of the constant, some steps wide: a sum over a grid is its integral.
     assert found == pytest.approx(np.logaddexp.reduce(each) + np.log(step), abs=1e-6)
-
-
-# Gaps
-
-
-@pytest.mark.parametrize("recurrent", [True, False])
-def test_what_was_measured_stays_and_the_rest_is_filled(rng, recurrent):
-    y = gait("walk", 70, rng) + OFFSET
-    given = blanked(blanked(y, slice(30, 38)), slice(50, 60), [4, 5])
-    filled = fill_gaps(gait_model(), sequence(given), rng, recurrent=recurrent)
-    seen = np.isfinite(given)
-    assert_array_equal(filled.y[seen], given[seen])
-    assert_array_equal(np.isnan(filled.sd), seen)
-    assert (filled.sd[~seen] > 0).all()
-    away = np.degrees(np.abs(filled.y - y)[~seen])
-    assert away.mean() < 6.0
-    assert np.abs(filled.y - y)[30:38, 0].max() < 0.05
-
-
-def test_a_table_is_filled_at_its_own_noise(rng):
-    y = gait("walk", 80, rng, noise=0.0)
-    given = sequence(
-        blanked(y + np.radians(rng.normal(scale=[0] * 2 + [4.0] * 6, size=y.shape)), slice(40, 48))
-    )
-    used = at_table_noise(gait_model(), [given])
-    assert np.sqrt(used.R.diagonal()[2:]) == pytest.approx(np.radians(4.0), rel=0.2)
-    error, without = (
-        np.abs(fill_gaps(slds, given, rng, recurrent=True).y - y)[40:48].mean()
-        for slds in (used, gait_model())
-    )
-    assert error < 0.8 * without
-
-
-def test_a_gap_at_the_start_and_at_the_end_is_filled(rng):
-    y = gait("walk", 60, rng)
-    filled = fill_gaps(gait_model(), sequence(blanked(y, [*range(8), *range(52, 60)])), rng, recurrent=True)
-    assert np.isfinite(filled.y).all()
-    assert np.degrees(np.abs(filled.y - y)[:, 2:]).mean() < 5.0
-    # The figure goes on at its pace to both sides.
-    assert np.abs(filled.y - y)[:, 0].max() < 0.15
-
-
-def test_filling_does_not_hang_on_the_place_or_the_head(rng):
-    given = blanked(gait("walk", 40, rng), slice(15, 22))
-    here, there = (
-        fill_gaps(gait_model(), sequence(shifted), np.random.default_rng(1), recurrent=True)
-        for shifted in (given, given + OFFSET)
-    )
-    # As above: rounding of the place.
-    assert_allclose(there.y - OFFSET, here.y, atol=1e-6)
-    assert_allclose(there.sd, here.sd, atol=1e-6)
-
-
-def test_a_root_that_was_never_measured_stays_empty(rng):
-    given = blanked(blanked(gait("walk", 40, rng), slice(None), slice(0, 2)), slice(15, 20))
-    filled = fill_gaps(gait_model(), sequence(given), rng, recurrent=True)
-    assert np.isnan(filled.y[:, :2]).all()
-    assert np.isnan(filled.sd[:, :2]).all()
-    assert np.isfinite(filled.y[:, 2:]).all()
-
-
-def test_a_sequence_without_gaps_comes_back_as_it_was(rng):
-    y = gait("walk", 12, rng)
-    filled = fill_gaps(gait_model(), sequence(y), rng, recurrent=True)
-    assert_array_equal(filled.y, y)
-    assert np.isnan(filled.sd).all()
-
-
-def test_one_frame_is_enough_to_fill_from(rng):
-    y = blanked(gait("walk", 20, rng), [t for t in range(20) if t != 10])
-    assert np.isfinite(fill_gaps(gait_model(), sequence(y), rng, recurrent=True).y).all()
 
 
 # One motion of a model

@@ -1,0 +1,133 @@
+"""Gaps filled by a stride: what it draws itself, which strides are counted, and where gaps are cut."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from dynamics.periodic.gaps import around, gaps, hypotheses, interpolate
+from dynamics.periodic.starts import starts
+from dynamics.stride import combine_strides
+from tests.dynamics.periodic.strides import FPS, drawn, little, noisy
+
+
+def holed(stride, T, first, stop, rng, **more):
+    """Poses without noise, and measured ones with a gap."""
+    _, y, phase = drawn(stride, T, rng, **more)
+    given = noisy(stride, y, rng)
+    given[first:stop] = np.nan
+    return y, given, phase
+
+
+def test_the_best_start_is_near_the_true_phase_and_speed(rng):
+    stride = little(rng, drift=0.05)
+    t, y, phase = drawn(stride, 80, rng)
+    best = starts(stride, 0, t, noisy(stride, y, rng), 3)[0]
+    away = best.phase - np.interp(0.0, t, phase)
+    assert abs((away + np.pi) % (2.0 * np.pi) - np.pi) < 0.5
+    assert best.speed == pytest.approx(np.polyfit(t, phase, 1)[0], rel=0.1)
+
+
+def test_two_sigma_hold_most_of_what_the_stride_draws_itself(rng):
+    stride = little(rng)
+    inside, errors = [], []
+    for _ in range(12):
+        y, given, _ = holed(stride, 60, 22, 38, rng)
+        (gap,) = interpolate(stride, given, FPS)
+        assert_array_equal(gap.rows, np.arange(22, 38))
+        away = gap.poses.mean - y[22:38]
+        inside.append(np.abs(away) <= 2.0 * np.sqrt(np.diagonal(gap.poses.cov, axis1=1, axis2=2)))
+        errors.append(away[:, 1:])
+    # 768 cells that are far from independent.
+    assert 0.85 < np.mean(inside) < 0.995
+    assert np.sqrt(np.mean(np.square(errors))) < 0.07
+
+
+def test_single_freedoms_that_are_missing_are_filled_from_the_others(rng):
+    stride = little(rng)
+    y, given, _ = holed(stride, 60, 0, 0, rng)
+    given[20:40, 2] = np.nan
+    (gap,) = interpolate(stride, given, FPS)
+    assert np.sqrt(np.mean((gap.poses.mean - y[20:40])[:, 2] ** 2)) < 0.06
+
+
+def test_the_motion_is_the_one_that_explains_what_was_measured(rng):
+    walk, run = little(rng), little(rng, speed=10.0, hurry=0.3, label="run")
+    both = combine_strides([walk, run])
+    for stride in (walk, run):
+        _, given, _ = holed(stride, 70, 30, 40, rng)
+        (gap,) = interpolate(both, given, FPS)
+        assert gap.label == stride.labels[0]
+
+
+def test_strides_across_a_long_gap_are_counted_in_more_ways_than_one(rng):
+    stride = little(rng, hurry=1.5)
+    t, y, _ = drawn(stride, 130, rng)
+    given = noisy(stride, y, rng)
+    given[10:120] = np.nan
+    given[:, 0] = np.nan
+    found = hypotheses(stride, t, given)
+    turns = {round((h.fit.phase[-1] - h.fit.phase[0]) / (2.0 * np.pi)) for h in found}
+    assert len(turns) > 1
+    evidence = [h.fit.log_evidence for h in found]
+    assert evidence == sorted(evidence, reverse=True)
+
+
+def test_noise_beyond_what_was_learned_is_noticed(rng):
+    stride = little(rng)
+    _, y, _ = drawn(stride, 60, rng)
+    given = y + 0.1 * rng.normal(size=y.shape) * [0.3, 1.0, 1.0, 1.0]
+    given[25:35] = np.nan
+    best = hypotheses(stride, (np.arange(60) - 30) / FPS, given)[0]
+    assert 0.04 <= np.sqrt(best.stretch.noise[1]) <= 0.15
+    quiet = hypotheses(
+        stride, (np.arange(60) - 30) / FPS, np.where(np.isnan(given), np.nan, noisy(stride, y, rng))
+    )
+    assert np.max(quiet[0].stretch.noise) < 0.03**2
+
+
+def test_another_frame_rate_gives_the_same_answer(rng):
+    stride = replace(little(rng), quick=1e-7 * np.eye(4)[None])
+    _, y, _ = drawn(stride, 121, rng, fps=60.0)
+    given = noisy(stride, y, rng)
+    given[50:71] = np.nan
+    (fast,) = interpolate(stride, given, 60.0)
+    (slow,) = interpolate(stride, given[::2], 30.0)
+    away = fast.poses.mean[::2] - slow.poses.mean
+    sd = np.sqrt(np.diagonal(slow.poses.cov, axis1=1, axis2=2))
+    # The frames of sixty a second that thirty have not lie next to the gap.
+    assert (np.abs(away) < 2.0 * sd)[:, 1:].all()
+
+
+def test_a_place_that_was_never_measured_makes_no_gap_and_long_runs_are_cut(rng):
+    stride = little(rng)
+    y = np.zeros((200, 4))
+    y[:, 0] = np.nan
+    assert list(gaps(stride, y, FPS)) == []
+    y[3:190, 2] = np.nan
+    runs = list(gaps(stride, y, FPS))
+    assert_array_equal(np.concatenate(runs), np.arange(3, 190))
+    assert max(map(len, runs)) == 60
+    y[:, 1:] = np.nan
+    y[0], y[-1] = 0.0, 0.0
+    assert [len(run) for run in gaps(stride, y, FPS)] == [198]
+
+
+def test_a_window_holds_two_seconds_of_measured_frames_on_either_side():
+    y = np.zeros((300, 4))
+    y[100:150] = np.nan
+    assert around(y, np.arange(100, 150), FPS) == slice(40, 210)
+    assert around(y[:160], np.arange(100, 150), FPS) == slice(40, 160)
+    assert around(y[100:160], np.arange(50), FPS) == slice(0, 60)
+    y[60:90] = np.nan
+    assert around(y, np.arange(100, 150), FPS) == slice(10, 210)
+
+
+def test_nothing_measured_is_refused(rng):
+    with pytest.raises(ValueError, match="nothing was measured; give at least one frame"):
+        interpolate(little(rng), np.full((9, 4), np.nan), FPS)
+    y = np.full((9, 4), np.nan)
+    y[:3, 0] = 0.0
+    with pytest.raises(ValueError, match="no angle was measured near a gap"):
+        interpolate(little(rng), y, FPS)

@@ -1,0 +1,94 @@
+"""The stride's type: what it holds, its file, and what is refused when it is made or read."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from dynamics.store import ModelError, load, load_shipped, save
+from dynamics.stride import Stride, combine_strides
+from tests.dynamics.periodic.strides import SIZE, little
+
+ARRAYS = ("mean", "root", "quick", "slow", "R", "bend", "drift")
+
+
+@pytest.fixture
+def stride(rng):
+    return combine_strides([little(rng), little(rng, speed=10.0, label="run")])
+
+
+def test_motions_are_joined_one_after_the_other(stride):
+    assert stride.labels == ("walk", "run")
+    assert stride.mean[:, -2].tolist() == [6.0, 10.0]
+    assert stride.basis == SIZE
+    assert stride.travels.tolist() == [True, False, False, False]
+
+
+def test_what_is_saved_is_what_is_loaded(stride, tmp_path):
+    save(stride, tmp_path / "s.npz", "a test")
+    again = load(tmp_path / "s.npz")
+    assert isinstance(again, Stride)
+    for name in ARRAYS:
+        assert_array_equal(getattr(again, name), getattr(stride, name))
+    assert (again.names, again.travelling, again.labels) == (stride.names, stride.travelling, stride.labels)
+    assert again.fps == stride.fps
+
+
+def spoiled(name, change):
+    def spoil(stride):
+        value = np.array(getattr(stride, name))
+        change(value)
+        return {name: value}
+
+    return spoil
+
+
+def put(index, value):
+    def change(array):
+        array[index] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("mean", put((0, 3), np.nan), "mean must be finite"),
+        ("root", put((0, 0, 1), 0.1), "root must be lower triangular"),
+        ("root", put((1, 2, 2), -0.1), "root must be lower triangular with a positive diagonal"),
+        ("quick", put((0, 0, 1), 0.1), "quick must be symmetric"),
+        ("slow", put((1, 0, 0), -1.0), "slow must be positive definite"),
+        ("R", put((0, 0, 0), np.inf), "R must be finite"),
+        ("bend", put(0, 0.0), "bend must be positive"),
+        ("drift", put(1, -0.1), "drift must be positive"),
+    ],
+)
+def test_numbers_that_cannot_be_are_refused_in_a_file_too(stride, tmp_path, name, change, words):
+    told = spoiled(name, change)(stride)
+    with pytest.raises(ValueError, match=words):
+        replace(stride, **told)
+    save(stride, tmp_path / "s.npz", "a test")
+    with np.load(tmp_path / "s.npz") as archive:
+        parts = {key: archive[key] for key in archive.files}
+    np.savez_compressed(tmp_path / "s.npz", **(parts | told))
+    with pytest.raises(ModelError, match=f"is damaged: {words}"):
+        load(tmp_path / "s.npz")
+
+
+def test_shapes_that_do_not_fit_are_refused(stride):
+    with pytest.raises(ValueError, match=r"quick must have shape \(2, 4, 4\); got \(1, 4, 4\)"):
+        replace(stride, quick=stride.quick[:1])
+    with pytest.raises(ValueError, match="mean has 21 numbers a motion, which 4 freedoms have not"):
+        replace(stride, mean=stride.mean[:, :-1], root=stride.root[:, :-1, :-1])
+    with pytest.raises(ValueError, match="travelling must be among root_x, torso, hip_near, hip_far"):
+        replace(stride, travelling=("root_y",))
+    with pytest.raises(ValueError, match="fps must be positive; got 0"):
+        replace(stride, fps=0.0)
+
+
+def test_one_small_file_serves_every_frame_rate():
+    at = [load_shipped("stride", fps) for fps in (24.0, 60.0)]
+    assert all(isinstance(model, Stride) for model in at)
+    assert_array_equal(at[0].mean, at[1].mean)
+    assert set(at[0].labels) == {"walk", "run"}

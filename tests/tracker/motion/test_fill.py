@@ -1,0 +1,170 @@
+"""Gaps of pose tables filled each way: what must not matter, what must stay, which way is taken."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from kinematics.mocap import POSE_COLUMNS
+from tests.tracker.gaits import gait, gait_hmm, gait_model, gait_stride, sequence
+from tracker.motion.fill import (
+    BY_STRIDE,
+    BY_SWITCHING,
+    Fillers,
+    angles_evidence,
+    at_table_noise,
+    fill_gaps,
+    fillers,
+    prefers_stride,
+)
+from tracker.tables.poses import PosesError
+
+OFFSET = np.array([7.0, -3.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0])  # of the place and of how the head is carried
+
+
+def switching():
+    return Fillers(gait_model(), None, 30.0)
+
+
+def papers():
+    return Fillers(gait_model(), None, 30.0, recurrent=False)
+
+
+def stride():
+    return Fillers(None, gait_stride(), 30.0)
+
+
+def by_evidence():
+    return Fillers(gait_model(), gait_stride(), 30.0)
+
+
+EACH_WAY = pytest.mark.parametrize("way", [switching, papers, stride, by_evidence])
+
+
+def blanked(y, rows, columns=slice(None)):
+    out = y.copy()
+    out[rows, columns] = np.nan
+    return out
+
+
+@EACH_WAY
+def test_what_was_measured_stays_and_the_rest_is_filled(rng, way):
+    y = gait("walk", 70, rng) + OFFSET
+    given = blanked(blanked(y, slice(30, 38)), slice(50, 60), [4, 5])
+    filled = fill_gaps(way(), sequence(given), rng)
+    seen = np.isfinite(given)
+    assert_array_equal(filled.y[seen], given[seen])
+    assert_array_equal(np.isnan(filled.sd), seen)
+    assert (filled.sd[~seen] > 0).all()
+    away = np.degrees(np.abs(filled.y - y)[~seen])
+    assert away.mean() < 6.0
+    assert np.abs(filled.y - y)[30:38, 0].max() < 0.05
+
+
+def test_a_table_is_filled_at_its_own_noise(rng):
+    y = gait("walk", 80, rng, noise=0.0)
+    given = sequence(
+        blanked(y + np.radians(rng.normal(scale=[0] * 2 + [4.0] * 6, size=y.shape)), slice(40, 48))
+    )
+    used = at_table_noise(gait_model(), [given])
+    assert np.sqrt(used.R.diagonal()[2:]) == pytest.approx(np.radians(4.0), rel=0.2)
+    error, without = (
+        np.abs(fill_gaps(Fillers(slds, None, 30.0), given, rng).y - y)[40:48].mean()
+        for slds in (used, gait_model())
+    )
+    assert error < 0.8 * without
+
+
+@EACH_WAY
+def test_a_gap_at_the_start_and_at_the_end_is_filled(rng, way):
+    y = gait("walk", 60, rng)
+    filled = fill_gaps(way(), sequence(blanked(y, [*range(8), *range(52, 60)])), rng)
+    assert np.isfinite(filled.y).all()
+    assert np.degrees(np.abs(filled.y - y)[:, 2:]).mean() < 5.0
+    # The figure goes on at its pace to both sides.
+    assert np.abs(filled.y - y)[:, 0].max() < 0.15
+
+
+@EACH_WAY
+def test_filling_does_not_hang_on_the_place_or_the_head(rng, way):
+    given = blanked(gait("walk", 40, rng), slice(15, 22))
+    here, there = (
+        fill_gaps(way(), sequence(shifted), np.random.default_rng(1)) for shifted in (given, given + OFFSET)
+    )
+    # As above: rounding of the place.
+    assert_allclose(there.y - OFFSET, here.y, atol=1e-6)
+    assert_allclose(there.sd, here.sd, atol=1e-6)
+
+
+@EACH_WAY
+def test_a_root_that_was_never_measured_stays_empty(rng, way):
+    given = blanked(blanked(gait("walk", 40, rng), slice(None), slice(0, 2)), slice(15, 20))
+    filled = fill_gaps(way(), sequence(given), rng)
+    assert np.isnan(filled.y[:, :2]).all()
+    assert np.isnan(filled.sd[:, :2]).all()
+    assert np.isfinite(filled.y[:, 2:]).all()
+
+
+@EACH_WAY
+def test_a_sequence_without_gaps_comes_back_as_it_was(rng, way):
+    y = gait("walk", 12, rng)
+    filled = fill_gaps(way(), sequence(y), rng)
+    assert_array_equal(filled.y, y)
+    assert np.isnan(filled.sd).all()
+
+
+@EACH_WAY
+def test_one_frame_is_enough_to_fill_from(rng, way):
+    y = blanked(gait("walk", 20, rng), [t for t in range(20) if t != 10])
+    assert np.isfinite(fill_gaps(way(), sequence(y), rng).y).all()
+
+
+def test_each_gap_is_filled_by_what_its_neighbourhood_speaks_for(rng, monkeypatch):
+    y = gait("walk", 140, rng)
+    given = blanked(y, [*range(10, 18), *range(110, 118)])
+    evidence = iter([-1e6, 1e6])
+    monkeypatch.setattr("tracker.motion.fill.angles_evidence", lambda slds, window: next(evidence))
+    found = fill_gaps(by_evidence(), sequence(given), np.random.default_rng(1))
+    assert found.by == (BY_STRIDE, BY_SWITCHING)
+    one, other = (fill_gaps(way(), sequence(given), np.random.default_rng(1)) for way in (stride, switching))
+    assert_array_equal(found.y[:100], one.y[:100])
+    assert_array_equal(found.y[100:], other.y[100:])
+    assert_array_equal(found.sd[100:], other.sd[100:])
+
+
+def test_the_stride_is_preferred_unless_the_switching_model_is_far_ahead():
+    window = np.zeros((30, 8))
+    window[10:20] = np.nan
+    assert prefers_stride(100.0, 139.0, window)
+    assert not prefers_stride(100.0, 141.0, window)
+
+
+def test_only_angles_speak_for_a_way(rng):
+    y = gait("walk", 30, rng)
+    assert angles_evidence(gait_model(), y) == angles_evidence(gait_model(), y + OFFSET * [1, 1, *[0] * 6])
+
+
+def test_a_gap_near_which_no_angle_was_measured_is_left_to_the_switching_model(rng):
+    y = blanked(gait("walk", 20, rng), slice(None), slice(2, 8))
+    y[0, 2:] = 0.1
+    y = np.vstack([y[:1], np.full((300, 8), np.nan), y[1:]])
+    y[1:90, 0] = np.arange(89) * 0.06
+    assert np.isfinite(fill_gaps(by_evidence(), sequence(y), rng).y).all()
+    with pytest.raises(ValueError, match="no angle was measured near a gap"):
+        fill_gaps(stride(), sequence(blanked(y, 0, slice(2, 8))), rng)
+
+
+def test_models_that_fill_no_gaps_are_refused(rng):
+    nothing = sequence(np.full((4, 8), np.nan), "b")
+    with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
+        fill_gaps(switching(), nothing, rng)
+    with pytest.raises(ValueError, match="a hidden Markov model, which cannot interpolate"):
+        fillers("hmm.npz", gait_hmm(), 30.0, recurrent=True)
+    with pytest.raises(ValueError, match="a stride has no switch, so --no-recurrent does not apply"):
+        fillers("stride", gait_stride(), 30.0, recurrent=False)
+
+
+def test_the_shipped_stride_joins_the_shipped_gait_alone():
+    both, one = (fillers(name, gait_model(), 30.0, recurrent=True) for name in ("gait", "mine.npz"))
+    assert both.stride is not None
+    assert both.stride.names == POSE_COLUMNS
+    assert one.stride is None
