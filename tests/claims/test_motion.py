@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from dynamics.hmm import HMM
 from dynamics.slds import SLDS, combine
+from dynamics.store import Model
 from tests.benchmarks.motion.ahead import SHARE, Forecast, Rival
 from tests.benchmarks.motion.data import MOTIONS, SPLICED, Job, Source, learn
 from tests.benchmarks.motion.measure import run
@@ -40,14 +40,14 @@ def pool() -> Iterator[Executor]:
 
 
 @pytest.fixture(scope="module")
-def models(source: Source, pool: Executor) -> dict[Recipe, SLDS | HMM]:
+def models(source: Source, pool: Executor) -> dict[Recipe, Model]:
     """Without the six subjects, and of each motion on everyone."""
     waiting = {recipe: pool.submit(learn, source, recipe) for recipe in (UNSEEN, *ALONE.values())}
     return {recipe: future.result() for recipe, future in waiting.items()}
 
 
 @pytest.fixture(scope="module")
-def measured(source: Source, pool: Executor, models: dict[Recipe, SLDS | HMM]) -> dict[Job, Any]:
+def measured(source: Source, pool: Executor, models: dict[Recipe, Model]) -> dict[Job, Any]:
     """The answer of every job, of the models by the jobs' recipes."""
     seen = combine([model for label in MOTIONS if isinstance(model := models[ALONE[label]], SLDS)])
     jobs: list[Job] = [

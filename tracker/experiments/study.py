@@ -13,9 +13,11 @@ import numpy as np
 from dynamics.hmm import HMM
 from dynamics.learning.baum_welch import HMMOptions
 from dynamics.slds import SLDS
+from dynamics.store import Model
+from dynamics.stride import Stride
 from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
 from kinematics.mocap import Sequence as Capture
-from tracker.models.find import learn_hmms, learn_motions
+from tracker.models.find import STRIDE_ROUNDS, learn_hmms, learn_motions, learn_strides
 from tracker.models.learn import NOISE, STATES, gait_options
 from tracker.progress import Progress
 
@@ -32,7 +34,7 @@ Item = TypeVar("Item")
 class Recipe:
     """How one model is learned; without numbers, as `figtrack learn` does it.
 
-    states  : per motion
+    states  : per motion; 0 for a harmonic stride
     order   : 1 or 2; 0 for a hidden Markov model of the angles
     noise   : added to the angles, degrees
     held    : subjects left out
@@ -70,7 +72,7 @@ class Study:
         self.subjects = tuple(sorted({c.subject for c in self.captures}))
         self.folds = _folds(self.captures, self.motions, 2 if quick else FOLDS, seed)
         self.progress = Progress("quiet")
-        self._models: dict[Recipe, SLDS | HMM] = {}
+        self._models: dict[Recipe, Model] = {}
 
     @property
     def held_out(self) -> tuple[frozenset[str], ...]:
@@ -108,7 +110,11 @@ class Study:
         """The learned model of a recipe of order 0."""
         return cast(HMM, self.learn(recipe))
 
-    def learn(self, recipe: Recipe) -> SLDS | HMM:
+    def stride(self, recipe: Recipe) -> Stride:
+        """The learned model of a recipe of no states."""
+        return cast(Stride, self.learn(recipe))
+
+    def learn(self, recipe: Recipe) -> Model:
         """The model of a recipe, learned when it is first asked for."""
         if recipe not in self._models:
             self._models[recipe] = self._learned(recipe)
@@ -121,9 +127,12 @@ class Study:
                 yield item
                 advance()
 
-    def _learned(self, recipe: Recipe) -> SLDS | HMM:
+    def _learned(self, recipe: Recipe) -> Model:
         data = [(c.subject, c.label, c.y) for c in self.lessons(recipe)]
         noise = float(np.radians(recipe.noise))
+        if recipe.states == 0:
+            rounds = QUICK_ROUNDS if self.quick else STRIDE_ROUNDS
+            return learn_strides(data, fps=FPS, noise=noise, seed=self.seed, rounds=rounds)
         if recipe.order == 0:
             hidden = HMMOptions(states=recipe.states, seed=self.seed)
             return learn_hmms(data, fps=FPS, options=hidden, noise=noise)

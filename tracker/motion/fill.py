@@ -116,10 +116,14 @@ def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator
     return Filled(np.where(placed, filled, np.nan), np.where(placed & ~seen, sd, np.nan), by)
 
 
-def prefers_stride(stride: float, switching: float, window: Array) -> bool:
-    """Whether the stride is to fill a gap, by the log evidences (nats) of a window (T, 8) about it."""
-    frames = np.isfinite(window[:, ROOT_COLUMNS:]).any(1).sum()
-    return bool(stride >= switching - HANDICAP * frames)
+def prefers_stride(stride: float, switching: float, frames: int) -> bool:
+    """Whether the stride is to fill a gap, by the log evidences (nats) of the measured frames about it."""
+    return stride >= switching - HANDICAP * frames
+
+
+def measured_frames(window: Array) -> int:
+    """Frames of a window (T, 8) of which an angle was measured."""
+    return int(np.isfinite(window[:, ROOT_COLUMNS:]).any(1).sum())
 
 
 def angles_evidence(slds: SLDS, y: Array) -> float:
@@ -153,7 +157,8 @@ def _by_stride(
     window = y[around(y, rows, fps)]
     if slds is None:
         return fill(stride, y, rows, fps)
-    if np.isnan(window[:, ROOT_COLUMNS:]).all():
+    frames = measured_frames(window)
+    if frames == 0:
         return None
     gap = fill(stride, y, rows, fps)
-    return gap if prefers_stride(gap.log_evidence, angles_evidence(slds, window), window) else None
+    return gap if prefers_stride(gap.log_evidence, angles_evidence(slds, window), frames) else None

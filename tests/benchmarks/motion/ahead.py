@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dynamics.hmm import HMM
 from dynamics.motion.tasks import predict
 from dynamics.slds import SLDS
+from dynamics.store import Model
 from tests.benchmarks.motion.data import (
     DEFAULT,
     MOTIONS,
@@ -63,7 +63,7 @@ class Forecast:
     label: str
     root: str = "clean"
 
-    def run(self, source: Source, model: SLDS | HMM | None) -> list[Errors]:
+    def run(self, source: Source, model: Model | None) -> list[Errors]:
         """Each segment's errors."""
         assert isinstance(model, SLDS)
         return errors(model, straight(source, self.label, self.recipe.held), self.root)
@@ -81,7 +81,7 @@ class Rival:
         """It learns nothing."""
         return None
 
-    def run(self, source: Source, model: SLDS | HMM | None) -> tuple[list[Errors], Noises, list[Errors]]:
+    def run(self, source: Source, model: Model | None) -> tuple[list[Errors], Noises, list[Errors]]:
         """See `best_rival`."""
         everyone = frozenset[str]().union(*folds(source, self.label))
         return best_rival(straight(source, self.label, self.subjects or everyone))

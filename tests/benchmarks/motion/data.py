@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMM
-from dynamics.slds import SLDS
+from dynamics.store import Model
 from kinematics.mocap import POSE_COLUMNS, mirror
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments.measures import ANGLES, Errors, by_person, centred, noisy, rms
@@ -32,6 +31,7 @@ SPLICED = frozenset(("02", "29", "35", "49", "am1", "hddg"))  # the subjects of 
 SAME = ("07", "08")  # probably one person
 SHOWN_STATES = tuple(sorted({1, 4, STATES}, reverse=True))
 DEFAULT: Variant = (STATES, 2, NOISE)
+STRIDE: Variant = (0, 2, NOISE)  # as Recipe tells a stride
 QUICK_FRAMES = 100  # of the splices
 
 
@@ -76,7 +76,7 @@ class Job(Protocol):
     def recipe(self) -> Recipe | None:
         """The model that `run` is to be handed."""
 
-    def run(self, source: Source, model: SLDS | HMM | None) -> object:
+    def run(self, source: Source, model: Model | None) -> object:
         """Measure."""
 
 
@@ -90,7 +90,7 @@ def study(source: Source) -> Study:
     return read_study(table, Progress("quiet"), quick=source.quick)
 
 
-def learn(source: Source, recipe: Recipe) -> SLDS | HMM:
+def learn(source: Source, recipe: Recipe) -> Model:
     """The model of a recipe."""
     return study(source).learn(recipe)
 
@@ -126,6 +126,8 @@ def held_out(source: Source, label: str, *variants: Variant) -> Iterator[Recipe]
 
 def named(states: int, order: int, noise: float = NOISE) -> str:
     """The name of such a model; the noise is told where it is not the usual."""
+    if not states:
+        return "harmonic stride"
     kind = f"order {order}" if order else "HMM"
     plural = "s" if states > 1 else ""
     return f"{states} state{plural}, {kind}" + (f", learned at {noise:g}°" if noise != NOISE else "")

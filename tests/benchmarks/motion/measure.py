@@ -1,7 +1,6 @@
 """All that docs/motion.md shows, measured in processes of their own."""
 
-from dynamics.hmm import HMM
-from dynamics.slds import SLDS
+from dynamics.store import Model
 from tests.benchmarks.motion import ahead, gaps, splices, synthesis
 from tests.benchmarks.motion.data import Job, Results, Source, learn
 from tests.benchmarks.processes import each, spawned
@@ -26,9 +25,9 @@ def measure(source: Source, progress: Progress) -> Results:
 
 def cost(recipe: Recipe | None) -> int:
     """How long learning takes beside others."""
-    return recipe.states * max(recipe.order, 1) * len(recipe.motions) if recipe else 0
+    return max(recipe.states, 1) * max(recipe.order, 1) * len(recipe.motions) if recipe else 0
 
 
-def run(source: Source, job: Job, model: SLDS | HMM | None) -> object:
+def run(source: Source, job: Job, model: Model | None) -> object:
     """The answer of one job."""
     return job.run(source, model)

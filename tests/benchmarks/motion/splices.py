@@ -12,7 +12,7 @@ import numpy as np
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import Labelling, classify, classify_hmm
 from dynamics.region import POSE
-from dynamics.slds import SLDS
+from dynamics.store import Model
 from tests.benchmarks.motion.data import (
     SHOWN_STATES,
     SPLICED,
@@ -58,7 +58,7 @@ class Segmentation:
     inference: Inference = INFERENCE
     pose: float = POSE
 
-    def run(self, source: Source, model: SLDS | HMM | None) -> Wrong:
+    def run(self, source: Source, model: Model | None) -> Wrong:
         """Label the splices and compare."""
         assert model is not None
         cut = splices(source, self.noise)

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.signal import welch
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMM
 from dynamics.motion.tasks import synthesise
 from dynamics.slds import SLDS
+from dynamics.store import Model
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, STATES, Results, Source, both, named, study
@@ -61,7 +61,7 @@ class Making:
     recipe: Recipe
     recurrent: bool
 
-    def run(self, source: Source, model: SLDS | HMM | None) -> Likeness:
+    def run(self, source: Source, model: Model | None) -> Likeness:
         """See `compare`."""
         assert isinstance(model, SLDS)
         known = both(study(source).lessons(self.recipe))

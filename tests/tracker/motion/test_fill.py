@@ -14,6 +14,7 @@ from tracker.motion.fill import (
     at_table_noise,
     fill_gaps,
     fillers,
+    measured_frames,
     prefers_stride,
 )
 from tracker.tables.poses import PosesError
@@ -134,8 +135,10 @@ def test_each_gap_is_filled_by_what_its_neighbourhood_speaks_for(rng, monkeypatc
 def test_the_stride_is_preferred_unless_the_switching_model_is_far_ahead():
     window = np.zeros((30, 8))
     window[10:20] = np.nan
-    assert prefers_stride(100.0, 139.0, window)
-    assert not prefers_stride(100.0, 141.0, window)
+    frames = measured_frames(window)
+    assert frames == 20
+    assert prefers_stride(100.0, 139.0, frames)
+    assert not prefers_stride(100.0, 141.0, frames)
 
 
 def test_only_angles_speak_for_a_way(rng):
