@@ -25,6 +25,7 @@ BEHIND = 25.0  # nats behind the best end a search
 APART = 0.5  # radians of phase by which two answers differ at least
 NOISES = (0.02, 0.04, 0.07, 0.12, 0.2)  # deviations that are tried beyond the learned noise, radians
 PLACE_NOISE = 0.3  # of a freedom that travels beside that of an angle, leg lengths a radian
+DOUBT = 0.3  # power of the evidence that weighs: a person not learned from differs from the population
 FAINT = 1e-3  # share of a hypothesis that is left out
 
 
@@ -92,8 +93,8 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
     found = hypotheses(stride, t, np.where(stride.travels, np.nan, y[window]))
     log_p = np.array([h.fit.log_evidence for h in found])
     total = np.logaddexp.reduce(log_p)
-    share = np.exp(log_p - total)
-    kept = np.flatnonzero(share >= FAINT)
+    share = np.exp(DOUBT * (log_p - log_p.max()))
+    kept = np.flatnonzero(share >= FAINT * share.sum())
     each = [_poses(found[i], y[window], rows - window.start) for i in kept]
     together = Gaussian(np.stack([g.mean for g in each], 1), np.stack([g.cov for g in each], 1))
     poses = collapse(np.tile(share[kept] / share[kept].sum(), (len(rows), 1)), together)

@@ -33,7 +33,7 @@ FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, al
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
 VITERBI = "viterbi"
 INFERENCES = (VITERBI, "gpb2", "variational")
-STRIDE_ROUNDS = 8  # of EM
+STRIDE_ROUNDS = 10  # of EM
 
 Labelled = tuple[str, str, Array]
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
