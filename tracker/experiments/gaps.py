@@ -11,7 +11,7 @@ from dynamics.slds import SLDS
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
-from tracker.experiments.ahead import model
+from tracker.experiments.ahead import NOISE, model
 from tracker.experiments.measures import ANGLES, SIDE, Errors, Fill
 from tracker.experiments.panels import GREY, INK, figures, grid, legend_below, to_svg
 from tracker.experiments.section import (
@@ -24,7 +24,7 @@ from tracker.experiments.section import (
     pooled_and_range,
     verdict,
 )
-from tracker.experiments.study import FPS, Study
+from tracker.experiments.study import FPS, Recipe, Study
 
 HEADING = Heading("interpolation", "Frames that are missing", "1999, figure 6")
 FIRST, END = 50, 100  # frames missing in the figure
@@ -32,11 +32,12 @@ AROUND = 40  # frames of a side that the figure shows
 GAPS = (10, 25, 50)
 EACH = 2  # captures of a subject, the longest
 BETTER = 0.75  # times the error of knowing nothing, at most
-LINEAR, SPLINE, PATH, SAMPLED = (
+LINEAR, SPLINE, PATH, SAMPLED, PERIODIC = (
     "straight line",
     "cubic spline",
     "SLDS, best path (papers)",
     "SLDS, sampled paths *",
+    "harmonic stride *",
 )
 SHADES = {SPLINE: "#c1272d", PATH: "#009e73", SAMPLED: "#0072b2"}
 JOINTS = {"hip_near": "near thigh", "knee_near": "near knee", "knee_far": "far knee"}
@@ -49,18 +50,18 @@ def run(study: Study) -> Section:
         return left_out(HEADING, f"no walk is {GAPS[0] + 2 * SIDE} frames long")
     found: dict[tuple[str, int], list[Errors]] = {}
     for walk in study.each(HEADING.key, walks):
-        fills = _fills(_model_of(study, walk), study).items()
+        fills = (_fills(_model_of(study, walk), study) | _periodic(study, walk)).items()
         for gap, (name, fill) in product(GAPS[:2] if study.quick else GAPS, fills):
             if measures.spans(walk.y, gap):
                 found.setdefault((name, gap), []).append(measures.gap_errors(fill, walk, gap))
     total = {key: measures.rms(errors) for key, errors in found.items()}
     people = {key: measures.by_person(errors) for key, errors in found.items()}
     gaps = [gap for gap in GAPS if (LINEAR, gap) in total]
-    names = (LINEAR, SPLINE, PATH, SAMPLED)
+    names = [name for name in (LINEAR, SPLINE, PATH, SAMPLED, PERIODIC) if (name, gaps[0]) in total]
     table = Table(
         "Error inside the gap, degrees, root mean square over frames and six angles (least to greatest "
         "over subjects). * Not in the papers: switching paths are sampled, and the switch depends on the "
-        "pose.",
+        "pose; the stride is harmonics of a phase, with coefficients that are Gaussian over people.",
         ("filled by", *(f"{gap} frames" for gap in gaps)),
         tuple((name, *(pooled_and_range(total[name, g], people[name, g]) for g in gaps)) for name in names),
     )
@@ -91,9 +92,22 @@ def _walks(study: Study) -> list[Capture]:
     return [walk for theirs in chosen.values() for walk in theirs[: 1 if study.quick else EACH]]
 
 
+def _held(study: Study, walk: Capture) -> frozenset[str]:
+    """Who is left out of the models that this walk is shown to."""
+    return next((fold for fold in study.folds if walk.subject in fold), frozenset[str]())
+
+
 def _model_of(study: Study, walk: Capture) -> SLDS:
-    held = next((fold for fold in study.folds if walk.subject in fold), frozenset[str]())
-    return study.slds(model(study, held))
+    return study.slds(model(study, _held(study, walk)))
+
+
+def _periodic(study: Study, walk: Capture) -> dict[str, Fill]:
+    """The stride's way; none where the captures to learn from are too short for a stride."""
+    try:
+        stride = study.stride(Recipe(states=0, noise=NOISE, held=_held(study, walk), motions=("walk",)))
+    except ValueError:
+        return {}
+    return {PERIODIC: partial(measures.by_stride, stride)}
 
 
 def _fills(slds: SLDS, study: Study) -> dict[str, Fill]:

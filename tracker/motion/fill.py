@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.noise import SEARCHES, at_noise
-from dynamics.periodic.gaps import Filling, around, fill, gaps
+from dynamics.periodic.filling import Filling, around, fill, gaps
 from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from dynamics.gaussian import Array
-from dynamics.periodic.gaps import around
-from dynamics.periodic.gaps import fill as periodic
+from dynamics.periodic.filling import around
+from dynamics.periodic.filling import fill as periodic
 from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from dynamics.periodic.gaps import around, gaps, hypotheses, interpolate
+from dynamics.periodic.filling import around, gaps, hypotheses, interpolate
 from dynamics.periodic.starts import starts
 from dynamics.stride import combine_strides
 from tests.dynamics.periodic.strides import FPS, drawn, little, noisy
