@@ -152,7 +152,7 @@ def test_interpolate_says_what_filled_the_gaps(tmp_path, poses):
     said = done("interpolate", poses, "--no-plot", "--out", tmp_path / "i.csv")
     assert "; gaps filled by the " in said
     said = done("interpolate", poses, "--model", "stride", "--no-plot", "--out", tmp_path / "s.csv")
-    assert "; gaps filled by the stride 3" in said
+    assert "; gaps filled by the stride 2" in said
 
 
 @pytest.mark.parametrize("command", ["classify", "predict", "synthesise"])
