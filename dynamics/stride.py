@@ -20,7 +20,7 @@ from dynamics.gaussian import Array, frozen
 from dynamics.layout import among
 
 QUICK, SLOW = 0.1, 0.4  # time scales of the residual, seconds
-DRIFTING = 1.0  # time scale of the phase's drift, seconds
+DRIFTING = 4.0  # time scale of the drift of the phase, seconds
 
 
 @dataclass(frozen=True)
