@@ -5,8 +5,8 @@
 
 B(phi) = [1, cos phi, sin phi, cos 2 phi, ..]. Coefficients c, phase speed omega and travel s of one stretch
 of gait are Gaussian over the population. The residual r is a sum of two Matern processes with a covariance
-over the freedoms each; the drift d of the phase is another. Time is in seconds, so that a model serves
-every frame rate.
+over the freedoms each; the drift d of the phase, less the parabola that fits it best, is another. Time is
+in seconds, so that a model serves every frame rate.
 """
 
 from collections.abc import Sequence

@@ -29,6 +29,7 @@ ANYWHERE = 100.0  # deviation of the place of a freedom that travels, body units
 SHIFT = 3.0  # deviation of the phase about a start, radians
 DRIFTS = 12  # shapes of the drift that are kept, at most
 NEGLIGIBLE = 1e-3  # variance of a shape of the drift beside the greatest, below which it is left out
+NOTHING = 1e-12  # variance of the phase, radians squared, that is none at all
 STEPS = 8
 ENOUGH = 1e-3  # gain of a step in nats that ends the search
 SHORTEN = 4  # halvings of a step that does not rise
@@ -209,10 +210,15 @@ class Stretch:
         return np.asarray(np.where(seen, self.y[:, self.travels], 0.0).sum(0) / np.maximum(seen.sum(0), 1))
 
     def _shapes(self) -> Array:
-        """(T, W) of the phase: shift, bend, and the drift's principal components, each by its deviation."""
+        """(T, W) of the phase: shift, bend, and the drift's principal components, each by its deviation.
+
+        The drift has no part in what shift, speed and bend tell.
+        """
         cov = self.stride.drift[self.k] ** 2 * matern(self.t[:, None] - self.t, DRIFTING)
-        variance, shapes = np.linalg.eigh(cov)
-        kept = np.flatnonzero(variance > NEGLIGIBLE * variance[-1])[-DRIFTS:]
+        told = np.linalg.qr(np.vander(self.t, 3))[0]
+        rest = np.eye(len(self.t)) - told @ told.T
+        variance, shapes = np.linalg.eigh(rest @ cov @ rest)
+        kept = np.flatnonzero(variance > max(NEGLIGIBLE * variance[-1], NOTHING))[-DRIFTS:]
         drift = shapes[:, kept] * np.sqrt(variance[kept])
         return np.column_stack([np.ones(len(self.t)), self.stride.bend[self.k] * self.t**2, drift])
 
