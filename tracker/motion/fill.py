@@ -28,7 +28,7 @@ from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 BY_EVIDENCE = "gait"  # the model's name for which the stride is asked too
 STRIDE = "stride"
 # Nats a measured frame by which a switching model must be ahead, as it follows measured frames more closely
-# than it bridges missing ones: captured gait lies below 1.4; jumps, crouches, changes of gait lie above 4.
+# than it bridges missing ones: captured gait, but for slow jogs, lies below 1.4; jumps above 4.
 HANDICAP = 2.0
 BY_STRIDE, BY_SWITCHING = "stride", "switching model"
 
