@@ -119,7 +119,7 @@ class Figure:
     optional : those of them that a start pose can do without
     ahead    : pairs of joints of which the second lies where the figure faces
     scored   : joints that tracks are compared by
-    outline  : whether the cycles of people walking and running are its outline's
+    outline  : the figure whose outline, by the cycles of people, is this one's too; "" for none
     panels   : how a report draws its angles
     hints    : what joints are, for who marks them
     """
@@ -132,7 +132,7 @@ class Figure:
     optional: tuple[str, ...] = ()
     ahead: tuple[tuple[str, str], ...] = ()
     scored: tuple[str, ...] = ()
-    outline: bool = False
+    outline: str = ""
     panels: tuple[Panel, ...] = ()
     hints: Mapping[str, str] = field(default_factory=dict)
 

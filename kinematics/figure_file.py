@@ -48,7 +48,7 @@ def figure_from(table: Mapping[str, Any]) -> Figure:
     """
     where = "the figure"
     _check_keys(
-        table, where, {"name": str, "base": str, "links": list}, _LISTS | {"outline": bool, "hints": dict}
+        table, where, {"name": str, "base": str, "links": list}, _LISTS | {"outline": str, "hints": dict}
     )
     for key in ("leg", "marks", "optional", "scored"):
         for part in table.get(key, ()):
@@ -69,7 +69,7 @@ def figure_from(table: Mapping[str, Any]) -> Figure:
         optional=tuple(table.get("optional", ())),
         ahead=tuple(_pair(entry, where) for entry in table.get("ahead", ())),
         scored=tuple(table.get("scored", marks)),
-        outline=table.get("outline", False),
+        outline=table.get("outline", ""),
         panels=tuple(_panel(entry) for entry in table["panels"]) if "panels" in table else _panels(links),
         hints=table.get("hints", {}),
     )

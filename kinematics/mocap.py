@@ -17,6 +17,7 @@ from kinematics.sagittal import Body, find_body, project
 from kinematics.sides import exchanged
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
+ARM_COLUMNS = ("shoulder_near", "elbow_near", "shoulder_far", "elbow_far")
 SHORTEST = 8  # frames; less holds no motion to learn from
 CURVE = "curve"  # tag of a trial that is walked or run on a bend
 FROZEN = 3  # frames; as many copies of one pose are a fault of the capture, not a pause
@@ -48,7 +49,7 @@ class Trial:
 class Sequence:
     """Poses of one straight segment.
 
-    y     : (T, 8) pose rows, POSE_COLUMNS; near is the right side
+    y     : (T, 8) pose rows, POSE_COLUMNS, or (T, 12) with ARM_COLUMNS behind; near is the right side
     label : the trial's activity
     name  : subject, trial and source frames, as in "am1_B10:26-119"
     """
@@ -61,8 +62,9 @@ class Sequence:
 
     def __post_init__(self) -> None:
         y = np.array(self.y, dtype=np.float64)
-        if y.ndim != 2 or y.shape[1] != len(POSE_COLUMNS):
-            raise ValueError(f"y must be (T, {len(POSE_COLUMNS)}); got {y.shape}")
+        widths = (len(POSE_COLUMNS), len(POSE_COLUMNS) + len(ARM_COLUMNS))
+        if y.ndim != 2 or y.shape[1] not in widths:
+            raise ValueError(f"y must be (T, {widths[0]}) or (T, {widths[1]}); got {y.shape}")
         y.setflags(write=False)
         object.__setattr__(self, "y", y)
 
@@ -87,7 +89,7 @@ def read_trials(path: str | Path) -> list[Trial]:
         raise MotionError(f"cannot read {path} ({error}); give a UTF-8 CSV table of trials") from error
 
 
-def sequences(trial: Trial, fps: float, *, curves: bool = False) -> list[Sequence]:
+def sequences(trial: Trial, fps: float, *, curves: bool = False, arms: bool = False) -> list[Sequence]:
     """The poses of a trial, one sequence for each straight segment of at least SHORTEST frames.
 
     Frames outside the segments, a T-pose among them, are dropped. So are FROZEN or more copies of one pose
@@ -98,6 +100,7 @@ def sequences(trial: Trial, fps: float, *, curves: bool = False) -> list[Sequenc
         fps: frames per second wanted.
         curves: take all of a trial with the tag `curve`, straight or not: every frame is seen from the side
             that its body shows there, which is as good to learn a gait from.
+        arms: take their angles too; of a capture without arms nothing is taken.
 
     Raises:
         MotionError: the capture is missing or malformed, or does not fit its row in the table.
@@ -107,6 +110,8 @@ def sequences(trial: Trial, fps: float, *, curves: bool = False) -> list[Sequenc
     if not (whole or trial.segments):
         return []
     body = read_body(trial)
+    if arms and body.arms is None:
+        return []
     T = len(body.neck)
     found = []
     for first, end in [(0, T)] if whole else trial.segments:
@@ -115,7 +120,8 @@ def sequences(trial: Trial, fps: float, *, curves: bool = False) -> list[Sequenc
         for start, stop in _moving(body, first, end):
             if len(_times(stop - start, trial.fps, fps)) < SHORTEST:
                 continue
-            y = resample(project(body.between(start, stop), curve=CURVE in trial.tags), trial.fps, fps)
+            seen = project(body.between(start, stop), curve=CURVE in trial.tags, arms=arms)
+            y = resample(seen, trial.fps, fps)
             name = f"{trial.subject}_{trial.trial}:{start}-{stop}"
             found.append(Sequence(y, trial.subject, trial.activity, trial.licence, name))
     return found

@@ -21,12 +21,14 @@ class Body:
 
     right, left : (T, 4, 3) hip, knee, ankle and ball of the foot
     neck, head  : (T, 3) base of the neck, top of the head
+    arms        : (2, T, 3, 3) right and left: shoulder, elbow, wrist; None where they were not captured
     """
 
     right: Array
     left: Array
     neck: Array
     head: Array
+    arms: Array | None = None
 
     @property
     def leg_length(self) -> float:
@@ -37,7 +39,8 @@ class Body:
     def between(self, first: int, end: int) -> "Body":
         """Frames first .. end - 1."""
         part = slice(first, end)
-        return Body(self.right[part], self.left[part], self.neck[part], self.head[part])
+        arms = None if self.arms is None else self.arms[:, part]
+        return Body(self.right[part], self.left[part], self.neck[part], self.head[part], arms)
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,7 @@ class _Dialect:
     """What a family of files calls the figure's joints; several names for the neck mean their mean."""
 
     leg: str
+    arm: str
     sides: tuple[str, str]
     neck: tuple[str, ...]
     head: str
@@ -54,16 +58,23 @@ class _Dialect:
         return [self.leg.replace("*", side).split() for side in self.sides]
 
     @property
+    def arms(self) -> list[list[str]]:
+        return [self.arm.replace("*", side).split() for side in self.sides]
+
+    @property
     def names(self) -> set[str]:
         right, left = self.legs
         return {*right, *left, *self.neck, self.head}
 
 
+_ARM = "*Arm *ForeArm *Hand"
 _DIALECTS = (
-    _Dialect("*UpLeg *Leg *Foot *ToeBase", ("Right", "Left"), ("Neck",), "Head_end"),
-    _Dialect("UpperLeg_* LowerLeg_* Foot_* Toes_*", ("R", "L"), ("Neck",), "Head"),
-    _Dialect("*UpLeg *Leg *Foot *Toes", ("Right", "Left"), ("LeftArm", "RightArm"), "HEad_end"),
-    _Dialect("*hipjoint *femur *tibia *foot", ("r", "l"), ("thorax",), "head"),
+    _Dialect("*UpLeg *Leg *Foot *ToeBase", _ARM, ("Right", "Left"), ("Neck",), "Head_end"),
+    _Dialect(
+        "UpperLeg_* LowerLeg_* Foot_* Toes_*", "UpperArm_* LowerArm_* Hand_*", ("R", "L"), ("Neck",), "Head"
+    ),
+    _Dialect("*UpLeg *Leg *Foot *Toes", _ARM, ("Right", "Left"), ("LeftArm", "RightArm"), "HEad_end"),
+    _Dialect("*hipjoint *femur *tibia *foot", "*clavicle *humerus *radius", ("r", "l"), ("thorax",), "head"),
 )
 
 
@@ -78,19 +89,23 @@ def find_body(capture: Capture) -> Body:
         )
     neck = np.mean([capture.at(name) for name in dialect.neck], axis=0)
     right, left = (np.stack([capture.at(name) for name in leg], axis=1) for leg in dialect.legs)
-    return Body(right, left, neck, capture.at(dialect.head))
+    arms = None
+    if all(set(arm) <= set(capture.names) for arm in dialect.arms):
+        arms = np.stack([np.stack([capture.at(name) for name in arm], axis=1) for arm in dialect.arms])
+    return Body(right, left, neck, capture.at(dialect.head), arms)
 
 
-def project(body: Body, *, curve: bool = False) -> Array:
+def project(body: Body, *, curve: bool = False, arms: bool = False) -> Array:
     """See a body from its right side, in the plane of its travel.
 
     Args:
         body: one straight segment, T frames.
         curve: the way bends, so each frame is seen across the way the hips face in it.
+        arms: whether those are seen too.
 
     Returns:
-        (T, 8) pose rows, POSE_COLUMNS; root_x starts at 0, near is the right side. The floor is the line,
-        tilted along the way, on which the balls of the feet stand.
+        (T, 8) pose rows, POSE_COLUMNS, or (T, 12) with ARM_COLUMNS behind; root_x starts at 0, near is the
+        right side. The floor is the line, tilted along the way, on which the balls of the feet stand.
     """
     hips = (body.right[:, 0] + body.left[:, 0]) / 2.0
     level = _facing(body) if curve else _heading(hips, body)
@@ -109,7 +124,11 @@ def project(body: Body, *, curve: bool = False) -> Array:
         # What leans back from knee to hip swings forward from hip to knee.
         thigh, shank = -lean(leg[:, 0] - leg[:, 1]), -lean(leg[:, 1] - leg[:, 2])
         leg_angles += [thigh, _wrap(thigh - shank)]
-    return np.stack([*root, torso, neck, *leg_angles], axis=1)
+    arm_angles = []
+    for arm in body.arms if arms and body.arms is not None else ():
+        upper, fore = -lean(arm[:, 0] - arm[:, 1]), -lean(arm[:, 1] - arm[:, 2])
+        arm_angles += [_wrap(upper + torso), _wrap(fore - upper)]
+    return np.stack([*root, torso, neck, *leg_angles, *arm_angles], axis=1)
 
 
 def _dot(v: Array, w: Array) -> Array:

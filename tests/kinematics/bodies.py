@@ -5,7 +5,18 @@ import numpy as np
 from kinematics.sagittal import Body
 
 
-def walker(T, *, facing=0.0, step=0.1, torso=0.0, neck=0.0, right=(0.0, 0.0), left=(0.0, 0.0)):
+def walker(
+    T,
+    *,
+    facing=0.0,
+    step=0.1,
+    torso=0.0,
+    neck=0.0,
+    right=(0.0, 0.0),
+    left=(0.0, 0.0),
+    arm=(0.0, 0.0),
+    other_arm=(0.0, 0.0),
+):
     """A body of leg length 2 in one pose, gliding `step` a frame the way it faces, `facing` from +z to +x."""
     forward = np.array([np.sin(facing), 0.0, np.cos(facing)])
     across = np.array([np.cos(facing), 0.0, -np.sin(facing)])
@@ -23,7 +34,14 @@ def walker(T, *, facing=0.0, step=0.1, torso=0.0, neck=0.0, right=(0.0, 0.0), le
         joints.append(joints[-1] + 0.3 * forward)
         legs.append(np.stack(joints, axis=1))
     base = hips + hang(np.pi - torso)
-    return Body(legs[0], legs[1], base, base + 0.5 * hang(np.pi - torso - neck))
+    arms = []
+    for side, (shoulder, elbow) in ((-0.3, arm), (0.3, other_arm)):
+        joints = [base + side * across]
+        joints.append(joints[-1] + 0.7 * hang(shoulder - torso))
+        joints.append(joints[-1] + 0.5 * hang(shoulder - torso + elbow))
+        arms.append(np.stack(joints, axis=1))
+    head = base + 0.5 * hang(np.pi - torso - neck)
+    return Body(legs[0], legs[1], base, head, np.stack(arms))
 
 
 def stepping_body(tilt):

@@ -15,6 +15,7 @@ HORSE_FILE = Path(__file__).with_name("horse.toml")
 
 WALKER = load_figure("walker")
 HORSE = load_figure(HORSE_FILE)
+ARMS = load_figure("walker-arms")
 FIGURES = [WALKER, HORSE]
 FOOTLESS = replace(
     WALKER,

@@ -376,7 +376,7 @@ def test_layers_rank_from_far_to_near_and_one_layer_is_the_trunk():
     assert set(flat.depth) == {"trunk"}
 
 
-@pytest.mark.parametrize("name", ["walker", "horse"])
+@pytest.mark.parametrize("name", ["walker", "walker-arms", "horse"])
 def test_a_figure_that_ships_is_found_by_name_and_as_a_file(name):
     path = resources.files("kinematics") / "figures" / f"{name}.toml"
     assert load_figure(name) == load_figure(str(path))
@@ -386,7 +386,7 @@ def test_a_figure_that_ships_is_found_by_name_and_as_a_file(name):
 def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"no figure file .*horse\.toml; give a TOML file that exists"):
         load_figure(tmp_path / "horse.toml")
-    with pytest.raises(ValueError, match="no figure 'cow' ships, only horse and walker; give the path"):
+    with pytest.raises(ValueError, match="no figure 'cow' ships, only horse, walker and walker-arms"):
         load_figure("cow")
     (tmp_path / "arm.toml").write_bytes(b'name = "\xff"')
     with pytest.raises(ValueError, match=r"figure .*arm\.toml: .*utf-8"):

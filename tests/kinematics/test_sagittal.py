@@ -8,6 +8,7 @@ from kinematics.bvh import Capture, MotionError
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.sagittal import Body, find_body, project
 from tests.kinematics.bodies import stepping_body, walker
+from tests.kinematics.figures import ARMS, Puppet, upright
 
 CMU = ("Hips", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase", "LeftUpLeg", "LeftLeg", "LeftFoot")
 CMU += ("LeftToeBase", "Neck", "Head_end")
@@ -91,6 +92,34 @@ def test_a_body_is_found_in_every_dialect_in_whatever_order_its_joints_come(rng,
         assert_allclose(body.left[:, i], capture.at(left[i]), rtol=0)
     assert_allclose(body.neck, sum(capture.at(name) for name in neck) / len(neck), rtol=1e-15)
     assert_allclose(body.head, capture.at(head), rtol=0)
+
+
+@pytest.mark.parametrize("facing", [0.0, 0.7, 3.0])
+def test_arms_are_seen_against_the_trunk_and_elbows_bend_ahead(facing):
+    body = walker(10, facing=facing, torso=0.2, arm=(0.5, 1.2), other_arm=(-0.4, 0.1))
+    y = project(body, arms=True)
+    assert_allclose(y[:, 8:], np.tile([0.5, 1.2, -0.4, 0.1], (10, 1)), atol=1e-12)
+    assert_allclose(y[:, :8], project(body), rtol=0)
+    assert_allclose(project(body.between(2, 5), arms=True), y[2:5] - np.eye(12)[0] * y[2, 0], atol=1e-12)
+
+
+def test_a_figure_with_arms_points_them_as_the_capture_does():
+    body = walker(2, torso=0.3, arm=(0.4, 0.9))
+    q = upright(ARMS, torso=0.3, shoulder_near=0.4, elbow_near=0.9)
+    places = Puppet(ARMS, q).joints()
+    shoulder, elbow, wrist = (joint[[2, 1]] for joint in body.arms[0, 0])  # along the way and up
+    upper, fore = (elbow - shoulder) / 0.7, (wrist - elbow) / 0.5
+    neck, near_elbow, near_wrist = (np.array(places[name]) for name in ("neck", "near_elbow", "near_wrist"))
+    assert_allclose(near_elbow - 0.85 * neck, 0.36 * upper, atol=1e-12)
+    assert_allclose(near_wrist - near_elbow, 0.3 * fore, atol=1e-12)
+
+
+def test_a_capture_without_a_hand_has_no_arms(rng):
+    names = (*CMU, "LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand")
+    whole = Capture(names, rng.normal(size=(3, len(names), 3)), 30.0)
+    assert_allclose(find_body(whole).arms[1, :, 2], whole.at("LeftHand"), rtol=0)
+    less = Capture(names[:-1], whole.positions[:, :-1], 30.0)
+    assert find_body(less).arms is None
 
 
 def test_joints_of_no_known_dialect_are_named():

@@ -5,9 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinematics.figure import Figure
+from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from tracker.clip.plan import Plan
 from tracker.clip.staged import detections, staged
+from tracker.clip.start import marked_start
 from tracker.loop.detections import Detections
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
@@ -73,9 +76,11 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
 
 
 def _seen(plan: Plan, progress: Progress) -> Seen:
+    figure, shown = plan.start.figure, load_figure(plan.start.figure.outline)
     if plan.job.found is not None:
-        return Seen(plan.job.found.points, gait=plan.job.found.gait)
-    video, start, frame, stop = plan.video, plan.start, plan.frame, plan.job.stop
+        found = plan.job.found
+        return Seen({t: of.named(shown, figure) for t, of in found.points.items()}, gait=found.gait)
+    video, start, frame, stop = plan.video, _shown(plan, shown), plan.frame, plan.job.stop
     first = max(frame - REACH, plan.job.first)
     last = frame + REACH if stop is None else min(frame + REACH, stop)
     stage = staged(video, first, last, start.view.unit / LEG, start.view.facing, progress)
@@ -85,7 +90,18 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     stage = _alone(stage, start, frame - first, video.fps, cycles)
     outline = fitted(stage, start, frame - first, video.fps, cycles)
     gait = cycles.gait(outline.phases.cycle)
-    return Seen(detections(outline, first, video), outline.wrong, gait, outline.looks)
+    points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
+    return Seen(points, outline.wrong, gait, outline.looks)
+
+
+def _shown(plan: Plan, shown: Figure) -> Start:
+    """The start as the figure has it whose outline is fitted."""
+    start, marks = plan.start, plan.job.marks[plan.frame]
+    if start.figure.joints == shown.joints:
+        return start
+    own = {name: mark for name, mark in marks.items() if name in shown.marks}
+    size = (plan.video.width, plan.video.height)
+    return marked_start({plan.frame: own}, plan.frame, start.view.facing, size, shown)
 
 
 def _alone(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> Stage:

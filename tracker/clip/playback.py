@@ -15,7 +15,7 @@ from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
-from tracker.models.find import CONSTANT_VELOCITY, by_freedom, switching_model
+from tracker.models.find import CONSTANT_VELOCITY, by_freedom, own_model, switching_model
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
 ENOUGH = 600  # frames: twenty seconds tell the pace
@@ -35,13 +35,14 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     """
     name = OTHERWISE if model == CONSTANT_VELOCITY else model
     known = np.isfinite(poses).all(1)
-    if not known.any() or (model == CONSTANT_VELOCITY and figure.learned_freedoms != WALKER.learned_freedoms):
+    foreign = figure.learned_freedoms != WALKER.learned_freedoms and own_model(name, figure) == name
+    if not known.any() or (model == CONSTANT_VELOCITY and foreign):
         return 1.0
     poses = poses[known.argmax() :][:ENOUGH]
 
     def fit(number: int) -> float:
         try:
-            slds = switching_model(name, fps / RATES[number])
+            slds = switching_model(name, fps / RATES[number], figure)
         except ValueError:  # further from its own frame rate than the model can go
             return -np.inf
         return max(_evidence(way, poses, figure) for way in _ways(slds, poses))

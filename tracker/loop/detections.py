@@ -56,6 +56,13 @@ class Detections:
             np.array([place for _, place in known]).reshape(-1, 2),
         )
 
+    def named(self, figure: Figure, other: Figure) -> Self:
+        """The points of a figure's joints as another names them; those that it has not are left out."""
+        names = [figure.joints[joint] for joint in self.joint]
+        kept = np.array([name in other.joints for name in names], dtype=bool)
+        joint = [other.joints.index(name) for name in names if name in other.joints]
+        return type(self)(np.array(joint, dtype=np.intp), self.pixels[kept])
+
     def exchanged(self, figure: Figure) -> Self:
         """The same with the names of near and far leg exchanged."""
         return replace(self, joint=figure.joint_twins[self.joint])

@@ -19,7 +19,7 @@ from dynamics.motion.rate import at_rate
 from dynamics.periodic.learn import learn as learn_stride
 from dynamics.posterior import Infer, Posterior
 from dynamics.slds import CROSSING, SLDS, combine, constant_velocity
-from dynamics.store import Model, ModelError, load, load_shipped
+from dynamics.store import Model, ModelError, load, load_shipped, shipped
 from dynamics.stride import Stride, combine_strides
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
@@ -50,7 +50,7 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
         fps: frames a second of the clip.
         rate: its playback speed, 1 as filmed.
-        figure: of which constant velocity is to speak.
+        figure: of whose freedoms it is to speak; what ships under its name and this one goes first.
 
     Raises:
         ModelError: no such model, or a file that cannot be used.
@@ -58,7 +58,7 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
     """
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(figure.learned_freedoms, fps, settings)
-    learned = replace(switching_model(name, fps / rate), fps=fps)
+    learned = replace(switching_model(name, fps / rate, figure), fps=fps)
     inflated = replace(learned, Q=learned.Q * settings.inflation)
     if settings.surprise == 0.0 or learned.order == 1:
         return inflated
@@ -66,13 +66,19 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
     return combine([inflated, _free(inflated, settings)], surprise, [1.0 - surprise, surprise])
 
 
-def switching_model(name: str, fps: float) -> SLDS:
+def switching_model(name: str, fps: float, figure: Figure = WALKER) -> SLDS:
     """The learned model of this name at this frame rate; raises as `find_model`."""
-    model = motion_model(name, fps)
+    model = motion_model(own_model(name, figure), fps)
     if not isinstance(model, SLDS):
         kind = "a hidden Markov model" if isinstance(model, HMM) else "a harmonic stride"
         raise ModelError(f"{name} is {kind}, which has no dynamics from frame to frame; learn one without it")
     return at_rate(model, fps)
+
+
+def own_model(name: str, figure: Figure) -> str:
+    """The name of the model that ships for a figure under another's name, else that name."""
+    own = f"{figure.name}-{name}"
+    return own if own in shipped() else name
 
 
 def motion_model(name: str, fps: float = 30.0) -> Model:

@@ -19,7 +19,7 @@ from dynamics.store import Model, save
 from dynamics.stride import Stride
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER, load_figure
-from kinematics.mocap import SHORTEST, Trial, read_trials, sequences
+from kinematics.mocap import ARM_COLUMNS, POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
 from tracker.models.find import (
     CONSTANT_VELOCITY,
     ESteps,
@@ -34,6 +34,7 @@ from tracker.settings import read_toml
 from tracker.tables.poses import read_poses
 
 Data = list[tuple[str, str, Array]]
+CAPTURED = (POSE_COLUMNS, (*POSE_COLUMNS, *ARM_COLUMNS))
 ACTIVITIES = ("walk", "run")
 UNLABELLED = "motion"
 STATES = 8  # per activity
@@ -143,14 +144,15 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
 
 def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[Data, list[str]]:
     """Subject, label and poses of every sequence of the captures, and their terms of use."""
-    if request.body != WALKER:
+    if request.body.learned_freedoms not in CAPTURED:
         raise ValueError(f"captures are of people; learn a {request.body.name} from pose tables")
+    arms = request.body.learned_freedoms != POSE_COLUMNS
     labels = request.labels or ACTIVITIES
     trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels)]
     data: Data = []
     with progress.task("reading captures", len(trials)) as advance:
         for trial in trials:
-            data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True)]
+            data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True, arms=arms)]
             advance()
     _check_labels(data, labels, str(table), "check --label, --exclude-subjects and the licences")
     return data, sorted({trial.licence for trial in trials})

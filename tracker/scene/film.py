@@ -24,6 +24,7 @@ from tracker.scene.street import FLOOR, foreground, light_fields, street
 Picture = NDArray[np.uint8]
 
 KEYPOINTS = tuple(MARK_RANKS)
+ARM_JOINTS = ("near_elbow", "near_wrist", "far_elbow", "far_wrist")
 SHUTTER = (-2, 0, 2)  # moments averaged into one frame, of STEPS: open for about half of it
 MARGIN = 0.55  # of a leg, kept free beside the hip at both ends: half a step, and the arms
 STRIDES = (31.0, 37.0)  # frames at 30 a second
@@ -38,6 +39,7 @@ class Scene:
 
     images : T pictures (H, W, 3) uint8 RGB, the compressed ones
     joints : (T, 2) pixels for each keypoint; x right, y down, (0, 0) the centre of the top-left pixel
+    arms   : the same of elbows and wrists
     visible: (T,) bool for each keypoint: no nearer limb covers it
     pose   : (T, 8) root_x, root_y, torso, neck, hip_near, knee_near, hip_far, knee_far; the root in leg
              lengths from the hip's place in frame 0, x forward and y up; angles in radians, lean forward,
@@ -49,6 +51,7 @@ class Scene:
 
     images: list[Picture]
     joints: dict[str, Array]
+    arms: dict[str, Array]
     visible: dict[str, NDArray[np.bool_]]
     pose: Array
     leg_px: float
@@ -56,7 +59,13 @@ class Scene:
     fps: float
 
     def __post_init__(self) -> None:
-        arrays: list[NDArray[Any]] = [*self.images, *self.joints.values(), *self.visible.values(), self.pose]
+        arrays: list[NDArray[Any]] = [
+            *self.images,
+            *self.joints.values(),
+            *self.arms.values(),
+            *self.visible.values(),
+            self.pose,
+        ]
         for array in arrays:
             array.flags.writeable = False
 
@@ -139,6 +148,7 @@ def render(
     return Scene(
         images=compress(images, quality),
         joints={name: places[name] for name in KEYPOINTS},
+        arms={name: places[name] for name in ARM_JOINTS},
         visible={name: np.array([now[name] for now in visible]) & ~covered[name] for name in KEYPOINTS},
         pose=pose,
         leg_px=float(leg_px),

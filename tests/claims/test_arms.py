@@ -1,0 +1,38 @@
+"""The walker with arms on rendered walks whose every joint is known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.tracker.clips import write_table, write_video
+from tracker.api import follow
+from tracker.run.track import Track
+from tracker.scene.film import Scene, render
+
+pytestmark = pytest.mark.claims
+
+FRAMES, SIZE = 60, (480, 270)
+TRUNK_AND_LEGS = ("head_top", "neck", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
+
+
+def errors(track: Track, scene: Scene, names: tuple[str, ...]) -> np.ndarray:
+    """(T, J) leg lengths."""
+    places, truth = track.joints(), scene.joints | scene.arms
+    of_each = [places[:, track.figure.joints.index(name)] - truth[name] for name in names]
+    return np.hypot(*np.stack(of_each).T).T / scene.leg_px
+
+
+@pytest.mark.parametrize("seed", [1, 3, 5])
+def test_elbows_and_wrists_are_followed_and_legs_no_worse(seed: int, tmp_path: Path) -> None:
+    scene = render(seed, frames=FRAMES, size=SIZE, shrubs=False)
+    write_video(tmp_path / "walk.mp4", scene.images)
+    for name, marked in (("arms", scene.joints | scene.arms), ("none", scene.joints)):
+        rows = [(0, joint, *places[0], 1) for joint, places in marked.items()]
+        write_table(tmp_path / f"{name}.csv", rows)
+    film, arms = tmp_path / "walk.mp4", tuple(scene.arms)
+    alone = errors(follow(film, tmp_path / "none.csv"), scene, TRUNK_AND_LEGS).mean()
+    for name, most in (("arms", 0.05), ("none", 0.1)):
+        track = follow(film, tmp_path / f"{name}.csv", figure="walker-arms")
+        assert np.median(errors(track, scene, arms)) < most
+        assert errors(track, scene, TRUNK_AND_LEGS).mean() < alone + 0.002
