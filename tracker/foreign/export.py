@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tracker.foreign import dlc, mot, myogait, openpose, trc
-from tracker.foreign.points import HALPE, JOINTS, named_points, of_people
+from tracker.foreign.points import ARMS, HALPE, JOINTS, named_points, of_people
 from tracker.foreign.scale import Scale, scale_by_height, scale_by_pixels, scale_by_points
 from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
@@ -103,7 +103,7 @@ class Format:
 
 
 def _dlc(record: Record, wish: Wish, facing: int, path: Path) -> str:
-    names = JOINTS if of_people(record) else {name: name for name in record.names}
+    names = JOINTS | ARMS if of_people(record) else {name: name for name in record.names}
     dlc.write_dlc(named_points(record, names, facing), path)
     return ""
 
@@ -116,7 +116,7 @@ def _trc(record: Record, wish: Wish, facing: int, path: Path) -> str:
             "a TRC is in metres, and the run knows no height; give --height METRES of the person, "
             "or --scale-points x1,y1,x2,y2,METRES"
         )
-    trc.write_trc(named_points(scene, HALPE, facing), record.times, record.news.fps, scale, path)
+    trc.write_trc(named_points(scene, HALPE | ARMS, facing), record.times, record.news.fps, scale, path)
     return ""
 
 
@@ -125,7 +125,7 @@ def _sports2d(record: Record, wish: Wish, facing: int, path: Path) -> str:
         raise ForeignError(
             f"Sports2D takes a file in pixels only with {PIXELS!r} in its name; got {path.name}"
         )
-    trc.write_px_trc(named_points(record, HALPE, facing), record.times, record.news.fps, path)
+    trc.write_px_trc(named_points(record, HALPE | ARMS, facing), record.times, record.news.fps, path)
     return ""
 
 
@@ -136,7 +136,7 @@ def _mot(record: Record, wish: Wish, facing: int, path: Path) -> str:
 
 def _openpose(record: Record, wish: Wish, facing: int, path: Path) -> str:
     prefix = Path(record.news.video).stem or "frame"
-    openpose.write_openpose(named_points(record, openpose.NAMES, facing), path, prefix)
+    openpose.write_openpose(named_points(record, openpose.NAMES | ARMS, facing), path, prefix)
     return ""
 
 

@@ -4,7 +4,8 @@ Their pelvis is upright here, since nothing is known of its tilt: hip flexion is
 vertical, ahead +; knee flexion is negative; the ankle's angle is that of the line from ankle to toe against
 the shank, toes up +, which is below 0 of a foot that stands flat; lumbar extension is the trunk's lean from
 the vertical, ahead negative, and `trunk_angle` the same with ahead +. Where a scale is known, the pelvis
-stands at the hip, metres.
+stands at the hip, metres. Arms, of a figure that has them, are as in the models with arms (Rajagopal 2016):
+`arm_flex` against the trunk and `elbow_flex`, ahead +.
 """
 
 from pathlib import Path
@@ -71,9 +72,10 @@ def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Arra
         own = side_seen(side, facing)
         columns[f"hip_flexion_{letter}"] = degrees[f"hip_{own}"]
         columns[f"knee_angle_{letter}"] = -degrees[f"knee_{own}"]
-        ankle = sign * np.degrees(record.angle(f"ankle_{own}"))
-        if np.isfinite(ankle).any():
-            columns[f"ankle_angle_{letter}"] = ankle
+        for name, angle in (("ankle_angle", "ankle"), ("arm_flex", "shoulder"), ("elbow_flex", "elbow")):
+            values = sign * np.degrees(record.angle(f"{angle}_{own}"))
+            if np.isfinite(values).any():
+                columns[f"{name}_{letter}"] = values
     columns["lumbar_extension"] = -degrees["torso"]
     return columns
 

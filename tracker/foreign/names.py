@@ -20,7 +20,7 @@ PARTS = {
     **dict.fromkeys(("neck", "c7"), "neck"),
     **dict.fromkeys(("hip", "hips", "midhip", "pelvis"), "hip"),
     **dict.fromkeys(("toe", "toes", "bigtoe", "toetip", "foottip", "footindex"), "toe"),
-    **{part: part for part in ("knee", "ankle", "shoulder", "ear", "nose")},
+    **{part: part for part in ("knee", "ankle", "shoulder", "elbow", "wrist", "ear", "nose")},
 }
 SIDES = {"right": "right", "r": "right", "left": "left", "l": "left", "near": "near", "far": "far"}
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")

@@ -25,6 +25,12 @@ HIPS = {"RHip": "hip", "LHip": "hip"}
 SHOULDERS = {"RShoulder": "neck", "LShoulder": "neck"}
 JOINTS = {"Head": "head_top", "Neck": "neck", "Hip": "hip"} | LEGS
 HALPE = JOINTS | HIPS | SHOULDERS
+# Of a figure that has them, beside those.
+ARMS = {
+    f"{letter}{part}": f"{side}_{part.lower()}"
+    for letter, side in (("R", "right"), ("L", "left"))
+    for part in ("Elbow", "Wrist")
+}
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from dynamics.slds import SLDS
 from dynamics.store import Model, save
 from dynamics.stride import Stride
 from kinematics.figure import Figure
-from kinematics.figure_file import WALKER, load_figure
+from kinematics.figure_file import load_figure
 from kinematics.mocap import ARM_COLUMNS, POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
 from tracker.models.find import (
     CONSTANT_VELOCITY,

@@ -139,6 +139,12 @@ def test_what_cannot_be_is_said_in_a_line(film, tmp_path):
     )
 
 
+def test_captures_are_of_people(tmp_path):
+    (tmp_path / "t.csv").write_text("file,subject,trial,activity,fps,segments,tags,licence\n")
+    said = refused("learn", "--trials", tmp_path / "t.csv", "--figure", FILE, "--out", tmp_path / "m.npz")
+    assert said == "error: captures are of people; learn a five-legs from pose tables"
+
+
 def _one_mark(folder, name):
     write_table(folder / "one.csv", [(0, name, 5.0, 5.0, 1)])
     return folder / "one.csv"

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.kinematics.figures import ARMS
 from tests.tracker import clips
 from tests.tracker.clips import everything, figtrack
 from tests.tracker.records import FIRST, FRAMES, T, made_track, validated, write_folder
@@ -92,6 +93,26 @@ def test_all_readers_find_the_run_s_own_pixels(run, tmp_path, monkeypatch):
             places = points.places[:, points.names.index(joint)]
             assert_allclose(places[record.measured], record.place(joint)[record.measured], atol=0.01)
             assert np.isnan(places[~record.measured]).all()
+
+
+def test_elbows_and_wrists_and_their_angles_have_their_places(rng, tmp_path):
+    track = made_track(rng, figure=ARMS)
+    run = write_folder(track, tmp_path / "run")
+    record, tips = read_run(run), {"near_elbow", "near_wrist", "far_elbow", "far_wrist"}
+    for to in ("dlc", "openpose", "sports2d"):
+        path = tmp_path / f"out_px.{to}"
+        exported(run, to, "--out", path)
+        points = read_points(path, record.facing, ARMS)
+        assert tips <= set(points.names)
+        wrist = points.places[:, points.names.index("near_wrist")]
+        assert_allclose(wrist[record.measured], record.place("near_wrist")[record.measured], atol=0.01)
+    exported(run, "trc", *HEIGHT[True], "--out", tmp_path / "m.trc")
+    assert "RElbow" in (tmp_path / "m.trc").read_text()
+    exported(run, "mot", "--out", tmp_path / "a.mot")
+    header, first, *_ = (tmp_path / "a.mot").read_text().partition("endheader\n")[2].splitlines()
+    row = dict(zip(header.split("\t"), map(float, first.split("\t")), strict=True))
+    for name, freedom in (("arm_flex_r", "shoulder_near"), ("elbow_flex_l", "elbow_far")):
+        assert row[name] == pytest.approx(np.degrees(track.q[0, ARMS.index(freedom)]), abs=1e-3)
 
 
 def test_metres_do_not_follow_a_camera_that_moves_and_pixels_do(rng, tmp_path):

@@ -10,7 +10,7 @@ from scipy.stats import multivariate_t
 
 from dynamics.gaussian import Gaussian
 from kinematics.spm import View
-from tests.kinematics.figures import FOOTLESS, WALKER, Puppet, upright
+from tests.kinematics.figures import ARMS, FOOTLESS, WALKER, Puppet, upright
 from tests.oracles import central_difference, condition
 from tests.tracker.painted import FULL, STRIDE, VIEW
 from tracker.loop.detections import FREEDOM, Detections, Detector
@@ -230,3 +230,17 @@ def test_agreement_is_one_where_points_meet_joints_and_little_far_off():
     assert not whole
     far = View((VIEW.origin[0] + VIEW.unit, VIEW.origin[1]), VIEW.unit, 1)
     assert Detector(WALKER, far, FULL).agreement(detected(STRIDE), STRIDE)[0] < 0.02
+
+
+def test_points_of_one_figure_are_those_of_another_by_their_names():
+    places = np.arange(6.0).reshape(3, 2)
+    found = Detections.of(WALKER, ("near_toe", "hip", "far_knee"), places)
+    other = found.named(WALKER, ARMS)
+    assert {ARMS.joints[j]: tuple(at) for j, at in zip(other.joint, other.pixels, strict=True)} == {
+        "near_toe": (0.0, 1.0),
+        "hip": (2.0, 3.0),
+        "far_knee": (4.0, 5.0),
+    }
+    less = found.named(WALKER, FOOTLESS)
+    assert [FOOTLESS.joints[j] for j in less.joint] == ["hip", "far_knee"]
+    assert_allclose(less.pixels, places[[1, 2]])

@@ -10,6 +10,7 @@ from dynamics.learning.options import Options
 from dynamics.motion.rate import at_rate
 from dynamics.store import ModelError, load_shipped, save
 from kinematics.mocap import POSE_COLUMNS, mirror
+from tests.kinematics.figures import ARMS
 from tests.tracker.painted import FULL
 from tracker.models.find import ESteps, find_model, learn_motions
 
@@ -157,6 +158,13 @@ def test_every_round_of_every_motion_is_told(sequences):
 def test_learning_from_nothing_is_refused(pooled):
     with pytest.raises(ValueError, match="at least one sequence"):
         learned([], pooled=pooled)
+
+
+def test_a_figure_with_arms_has_models_of_its_own_under_the_same_names():
+    for name in ("walk-run", "gait"):
+        assert find_model(name, 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
+        assert find_model(name, 30.0, FULL).names == POSE_COLUMNS
+    assert find_model("cv", 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
 
 
 @pytest.mark.parametrize("name", ["walk-run", "walk-run-1"])
