@@ -35,4 +35,4 @@ def test_elbows_and_wrists_are_followed_and_legs_no_worse(seed: int, tmp_path: P
     for name, most in (("arms", 0.05), ("none", 0.1)):
         track = follow(film, tmp_path / f"{name}.csv", figure="walker-arms")
         assert np.median(errors(track, scene, arms)) < most
-        assert errors(track, scene, TRUNK_AND_LEGS).mean() < alone + 0.002
+        assert errors(track, scene, TRUNK_AND_LEGS).mean() < alone + 0.003  # a fifth of a pixel

@@ -137,7 +137,7 @@ class Track:
                 "time": self.times,
                 "space": list(SPACE),
                 "keypoints": list(self.figure.joints),
-                "individuals": ["walker"],
+                "individuals": [self.figure.name],
             },
             {"source_software": "figtrack", "ds_type": "poses", "fps": 1.0 / step, "time_unit": "seconds"},
         )
