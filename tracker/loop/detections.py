@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
-from kinematics.sides import SIDES, on_side
+from kinematics.sides import SIDES
 from kinematics.spm import View, joints, joints_of
 from tracker.registration.chain_rule import Tree, damped_steps, laid_out, normal_equations, pinned, tree_of
 from tracker.settings import Settings
@@ -68,9 +68,9 @@ class Detections:
         return replace(self, joint=figure.joint_twins[self.joint])
 
     def on_one_leg(self, figure: Figure, side: str) -> Self:
-        """The same with the points of both legs named as the near or the far one's."""
-        own = [i if on_side(name, side) else figure.joint_twins[i] for i, name in enumerate(figure.joints)]
-        return replace(self, joint=np.array(own)[self.joint])
+        """The same with the points of twins named as the one of them that the figure lists first, or last."""
+        one = np.minimum if side == "near" else np.maximum
+        return replace(self, joint=one(self.joint, figure.joint_twins[self.joint]))
 
 
 @dataclass(frozen=True)
