@@ -96,9 +96,10 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
 
 def _shown(plan: Plan, shown: Figure) -> Start:
     """The start as the figure has it whose outline is fitted."""
-    start, marks = plan.start, plan.job.marks[plan.frame]
+    start = plan.start
     if start.figure.joints == shown.joints:
         return start
+    marks = plan.job.marks[plan.frame]
     own = {name: mark for name, mark in marks.items() if name in shown.marks}
     size = (plan.video.width, plan.video.height)
     return marked_start({plan.frame: own}, plan.frame, start.view.facing, size, shown)
