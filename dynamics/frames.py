@@ -37,6 +37,10 @@ class Frames:
         """The rows of a frame."""
         return slice(int(self.first[t]), int(self.first[t + 1]))
 
+    def earlier(self, now: slice) -> slice:
+        """The rows one frame before those of a frame but the first."""
+        return slice(int(self.before[now.start]), int(self.before[now.stop - 1]) + 1)
+
     def sequences(self) -> list[NDArray[np.intp]]:
         """The rows of each sequence."""
         return [self.first[:T] + n for n, T in enumerate(self.lengths)]

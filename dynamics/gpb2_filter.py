@@ -20,7 +20,7 @@ P_i = sum_j W_ij P_ij = A_i (sum_j W_ij P_j) A_i' + Q_i, S_i = sum_j W_ij S_ij a
 which takes away only what the gains differ by: least of all g for this one, nothing for one state.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -65,50 +65,90 @@ def gpb2_filter_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | No
     return in_batches(slds, ys, hints, infer)
 
 
+class Step(NamedTuple):
+    """One frame of n sequences that are still running; `rows` are those of `dynamics.frames.Frames`.
+
+    log_prob     : (n, K) log Pr(s_t | y_0..t)
+    states       : (n, K) x_t given each s_t
+    log_shares   : (n, K, K) log W_ij, W_ij = Pr(s_{t-1} = j | s_t = i, y_0..t); None at the first frame
+    log_evidence : (n,) log p(y_t | y_0..t-1)
+    """
+
+    rows: slice
+    log_prob: Array
+    states: Gaussian
+    log_shares: Array | None
+    log_evidence: Array
+
+
 @dataclass(frozen=True)
 class Forward:
-    """One row a frame and sequence: log Pr(s_t | y_0..t), x_t given each s_t, log evidence."""
+    """One row a frame and sequence; the fields are those of `Step`."""
 
     log_prob: Array
     states: Gaussian
+    log_shares: Array
     log_evidence: Array
 
 
 def run_filter(slds: SLDS, frames: Frames) -> Forward:
-    """The filter over all rows; ValueError where no switching state is possible."""
-    rows, K, N, first = len(frames.y), slds.K, slds.A.shape[-1], frames.first.tolist()
+    """The filter over all rows, which are kept; ValueError where no switching state is possible."""
+    rows, K, N = len(frames.y), slds.K, slds.A.shape[-1]
     states = Gaussian(np.empty((rows, K, N)), np.empty((rows, K, N, N)))
-    forward = Forward(np.empty((rows, K)), states, np.empty(rows))
-    transitions = _transitions(slds)
-    seen = ~np.isnan(frames.y)
+    forward = Forward(np.empty((rows, K)), states, np.zeros((rows, K, K)), np.empty(rows))
+    for step in filter_steps(slds, frames):
+        now = step.rows
+        states.mean[now], states.cov[now] = step.states.mean, step.states.cov
+        forward.log_prob[now], forward.log_evidence[now] = step.log_prob, step.log_evidence
+        if step.log_shares is not None:
+            forward.log_shares[now] = step.log_shares
+    return forward
+
+
+def filter_steps(slds: SLDS, frames: Frames) -> Iterator[Step]:
+    """The filter frame by frame; ValueError where no switching state is possible."""
+    first = frames.first.tolist()
+    rows = _measured(frames)
+    C, R, y = slds.C[rows], slds.R[np.ix_(rows, rows)], frames.y[:, rows]
+    transitions = _transitions(slds, C, R)
+    seen = ~np.isnan(y)
     whole = np.logical_and.reduceat(seen.all(-1), first[:-1]).tolist()
-    y = np.where(seen, frames.y, 0.0)
     further = frames.hints - 0.5 * LOG_2PI * seen.sum(-1)[:, None]
+    step: Step | None = None
     for t in range(len(first) - 1):
-        now = slice(first[t], first[t + 1])
-        if t == 0:
-            belief, log_lik = update(slds.start, frames.y[now, None], slds.C, slds.R)
+        now, before_each = slice(first[t], first[t + 1]), None
+        if step is None:
+            found, log_lik = update(slds.start, y[now, None], C, R)
+            belief = Gaussian(found.mean, np.broadcast_to(found.cov, (*found.mean.shape, slds.A.shape[-1])))
             log_joint = slds.log_pi0 + log_lik + frames.hints[now]
+            y = np.where(seen, y, 0.0)
         else:
-            earlier = slice(first[t - 1], first[t - 1] + now.stop - now.start)
-            before = states[earlier]
+            n = now.stop - now.start
+            before = step.states[:n]
             pairs = _innovate(transitions, before, y[now], None if whole[t] else seen[now])
-            logs = pairs.log_lik + (transitions.log_switch + forward.log_prob[earlier])
+            logs = pairs.log_lik + (transitions.log_switch + step.log_prob[:n])
             log_sum, log_shares = normalised(logs, axis=-1)
             log_joint = log_sum[..., 0].T + further[now]
             belief = _collapsed(transitions, before, pairs, np.exp(log_shares))
+            before_each = log_shares.swapaxes(0, 1)
         log_evidence = np.logaddexp.reduce(log_joint, axis=-1)
         if not -np.inf < log_evidence.min():
             raise ValueError(f"no switching state is possible at frame {t}; see pi0, Pi, y and hints")
-        states.mean[now], states.cov[now] = belief.mean, belief.cov
-        forward.log_evidence[now] = log_evidence
-        forward.log_prob[now] = log_joint - log_evidence[:, None]
-    return forward
+        step = Step(now, log_joint - log_evidence[:, None], belief, before_each, log_evidence)
+        yield step
+
+
+def _measured(frames: Frames) -> NDArray[np.bool_]:
+    """(M,) the measurements that any row has; one at least. The others would only cost time."""
+    measured = np.asarray(np.isfinite(frames.y).any(0))
+    measured[0] |= not measured.any()
+    return measured
 
 
 class _Transitions(NamedTuple):
     """What the filter needs of the system at every frame, with the state now first.
 
+    C, R  : of the rows that are measured
     G     : (K M, N) the rows of every C A_i
     right : (K, N, N+1+M) [A_i', 0, G_i'], takes [G_i P_j; x_j'] to [C P_ij, 0, S_ij; x_ij', 0, (C x_ij)']
     fixed : (K, 1, M+1, N+1+M) what that lacks of noise and offset
@@ -118,6 +158,8 @@ class _Transitions(NamedTuple):
     """
 
     slds: SLDS
+    C: Array
+    R: Array
     G: Array
     right: Array
     fixed: Array
@@ -126,19 +168,19 @@ class _Transitions(NamedTuple):
     sign: Array
 
 
-def _transitions(slds: SLDS) -> _Transitions:
-    (M, N), K, C = slds.C.shape, slds.K, slds.C
+def _transitions(slds: SLDS, C: Array, R: Array) -> _Transitions:
+    (M, N), K = C.shape, slds.K
     G = C @ slds.A
     fixed = np.zeros((K, 1, M + 1, N + 1 + M))
     fixed[:, 0, :M, :N] = C @ slds.Q
-    fixed[:, 0, :M, N + 1 :] = C @ slds.Q @ C.T + slds.R
+    fixed[:, 0, :M, N + 1 :] = C @ slds.Q @ C.T + R
     fixed[:, 0, M, :N] = slds.b
     fixed[:, 0, M, N + 1 :] = slds.b @ C.T
     A_t = np.ascontiguousarray(transpose(slds.A))
     right = np.concatenate([A_t, np.zeros((K, N, 1)), transpose(G)], axis=-1)
     sign = np.append(-np.ones(M), 1.0)[:, None]
     log_switch = np.ascontiguousarray(slds.log_Pi.T[:, None])
-    return _Transitions(slds, G.reshape(K * M, N), right, fixed, log_switch, A_t, sign)
+    return _Transitions(slds, C, R, G.reshape(K * M, N), right, fixed, log_switch, A_t, sign)
 
 
 class _Pairs(NamedTuple):
@@ -203,7 +245,7 @@ def _collapsed(transitions: _Transitions, states: Gaussian, pairs: _Pairs, W: Ar
 
     gain = gain_t.swapaxes(-1, -2)
     left = P - gain @ CP
-    cov += left - (left @ slds.C.T - gain @ slds.R) @ gain_t
+    cov += left - (left @ transitions.C.T - gain @ transitions.R) @ gain_t
     return Gaussian(mean.transpose(1, 0, 2), symmetric(cov).transpose(1, 0, 2, 3))
 
 

@@ -11,6 +11,14 @@ from dynamics.slds import SLDS
 
 
 @dataclass(frozen=True)
+class Switching:
+    """Of one sequence of T frames: prob (T, K) Pr(s_t), path (T,) the most probable switching states."""
+
+    prob: Array
+    path: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
 class Posterior:
     """The posterior over one sequence of T frames.
 

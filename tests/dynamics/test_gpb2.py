@@ -8,11 +8,11 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.gaussian import Gaussian, collapse
-from dynamics.gpb2 import gpb2_all
+from dynamics.gpb2 import gpb2_all, switching_all
 from dynamics.gpb2_filter import gpb2_filter, gpb2_filter_all
 from dynamics.learning.em import learn
 from dynamics.learning.options import Options
-from tests.oracles import condition, enumerated, given_path, log_density, random_slds, single, sum_over_paths
+from tests.oracles import condition, enumerated, given_path, random_slds, single, sum_over_paths
 
 gpb2 = single(gpb2_all)
 
@@ -34,7 +34,7 @@ def plain(slds, y, hints):
     smoothed mean and cov of x_t, and of [x_t; x_{t-1}].
     """
     T, K, C = len(y), slds.K, slds.C
-    mu, x, P, log_evidence = [], [], [], 0.0
+    mu, x, P, Ws, log_evidence = [], [], [], [], 0.0
     for t in range(T):
         log_p, means, covs = np.empty((K, K)), {}, {}
         for i in range(K):
@@ -51,6 +51,7 @@ def plain(slds, y, hints):
         log_evidence += np.log(p.sum())
         mu.append(p.sum(1) / p.sum())
         W = p / p.sum(1, keepdims=True)
+        Ws.append(W)
         mixed = [
             mixture(W[i], [means[i, j] for j in range(K)], [covs[i, j] for j in range(K)]) for i in range(K)
         ]
@@ -59,7 +60,7 @@ def plain(slds, y, hints):
     prob, xs, Ps = [mu[-1]], x[-1], P[-1]
     states, pairs, steps = [(xs, Ps)], [], []
     for t in range(T - 2, -1, -1):
-        U, means, covs, lags = np.empty((K, K)), {}, {}, {}
+        U, means, covs, lags = Ws[t + 1], {}, {}, {}
         for k in range(K):
             for j in range(K):
                 A, b, Q = slds.A[k], slds.b[k], slds.Q[k]
@@ -68,9 +69,6 @@ def plain(slds, y, hints):
                 means[k, j] = x[t][j] + J @ (xs[k] - ahead)
                 covs[k, j] = P[t][j] + J @ (Ps[k] - V) @ J.T
                 lags[k, j] = Ps[k] @ J.T
-                U[k, j] = slds.Pi[j, k] * mu[t][j]
-                U[k, j] *= np.exp(log_density(xs[k], ahead, V))
-        U /= U.sum(1, keepdims=True)
         steps.append(
             [
                 mixture(
@@ -195,7 +193,7 @@ def test_two_frames_are_exact(order, gaps, rng):  # nothing is collapsed before 
             y[0 if gaps == "first" else 1] = np.nan
         got, want = gpb2(slds, y), enumerated(slds, y)
         assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-12, abs=1e-13)
-        assert_allclose(got.prob[1], want.prob[1], atol=1e-12)
+        assert_allclose(got.prob, want.prob, atol=1e-12)
         assert_allclose(got.states.mean[1], want.states.mean[1], atol=1e-12)
         assert_allclose(got.states.cov[1], want.states.cov[1], atol=1e-12)
 
@@ -238,6 +236,31 @@ def test_over_many_problems_it_is_closer_to_the_exact_posterior_than_the_papers_
     assert np.mean(far) < 0.002
     assert np.median(gaps) < 1e-4
     assert max(gaps) < 0.02
+
+
+# The switching states alone
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_switching_states_alone_are_those_of_the_smoother(order, rng):
+    slds = random_slds(4, order=order, rng=rng)
+    ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in (5, 1, 60, 2, 33)]
+    hints = [rng.normal(size=(len(y), 4)) for y in ys]
+    for got, want in zip(switching_all(slds, ys, hints), gpb2_all(slds, ys, hints), strict=True):
+        assert_allclose(got.prob, want.prob, atol=1e-11)  # one sums probabilities, the other in logs
+        assert_array_equal(got.path, want.path)
+
+
+def test_a_freedom_that_nobody_measured_is_as_good_as_not_there(rng):
+    slds = random_slds(3, order=2, rng=rng)
+    y = drawn(slds, 20, rng)
+    y[:, 0] = np.nan
+    seen = np.vstack([y, [[0.0, 0.0]]])  # a last frame with both: every row's entries are looked at
+    want = gpb2_filter(slds, seen)
+    got = gpb2_filter(slds, y)
+    assert_allclose(got.prob, want.prob[:-1], atol=1e-12)
+    assert_allclose(got.states.cov, want.states.cov[:-1], atol=1e-12)
+    assert_allclose(got.log_evidence, want.log_evidence[:-1], atol=1e-11)
 
 
 # Several sequences
