@@ -33,7 +33,7 @@ models: $(VENV)/installed
 	for fps in $(RATES); do \
 	  $(LEARN)/learn.toml --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run@$$fps.npz && \
 	  $(LEARN)/pooled.toml --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run-1@$$fps.npz && \
-	  $(LEARN)/learn.toml --fps $$fps --out dynamics/models/gait@$$fps.npz && \
+	  $(LEARN)/gait.toml --fps $$fps --out dynamics/models/gait@$$fps.npz && \
 	  $(LEARN)/learn.toml --figure walker-arms --states 1 --noise 0 --fps $$fps \
 	    --out dynamics/models/walker-arms-walk-run@$$fps.npz && \
 	  $(LEARN)/learn.toml --figure walker-arms --fps $$fps \

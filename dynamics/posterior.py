@@ -61,4 +61,6 @@ class Posterior:
 
 
 Infer = Callable[[SLDS, Sequence[Array]], list[Posterior]]
-InferWithHints = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], list[Posterior]]
+InferSwitching = Callable[
+    [SLDS, Sequence[Array], Sequence[Array] | None], Sequence[Posterior] | Sequence[Switching]
+]

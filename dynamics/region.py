@@ -19,6 +19,7 @@ from dynamics.kalman import innovation, log_likelihood
 from dynamics.slds import SLDS
 
 POSE = 0.5  # weight of the pose's term; less than 1, as the dynamics count the pose already
+CHUNK = 1000  # frames whose covariances are held at a time
 
 
 def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
@@ -27,9 +28,13 @@ def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
     Args:
         y: (T, M), NaN where not measured.
     """
-    seen = np.where(slds.travels, np.nan, y)[:, None]
-    e, _, S, _ = innovation(slds.start, seen, slds.C, slds.R)
-    return weight * log_likelihood(e, S, (~np.isnan(seen)).sum(-1))
+    told = np.empty((len(y), slds.K))
+    for first in range(0, len(y), CHUNK):
+        rows = slice(first, first + CHUNK)
+        seen = np.where(slds.travels, np.nan, y[rows])[:, None]
+        e, _, S, _ = innovation(slds.start, seen, slds.C, slds.R)
+        told[rows] = weight * log_likelihood(e, S, (~np.isnan(seen)).sum(-1))
+    return told
 
 
 @dataclass(frozen=True)

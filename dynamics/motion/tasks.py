@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
-from dynamics.gpb2 import gpb2_all
+from dynamics.gpb2 import switching_all
 from dynamics.gpb2_filter import gpb2_filter_all
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update
-from dynamics.motion.noise import SEARCHES, at_noise
-from dynamics.posterior import InferWithHints
+from dynamics.motion.noise import SEARCHES, STRANGER, among_strangers, at_noise
+from dynamics.posterior import InferSwitching
 from dynamics.region import POSE, Regions, pose_hints, pose_regions, regions
 from dynamics.slds import SLDS
 
@@ -52,21 +52,24 @@ def classify(
     slds: SLDS,
     ys: Sequence[Array],
     *,
-    infer: InferWithHints = gpb2_all,
+    infer: InferSwitching = switching_all,
     pose: float = POSE,
+    stranger: float = STRANGER,
     tick: Tick = lambda: None,
 ) -> list[Labelling]:
     """The motion of every frame: the one whose switching states are the most probable together.
 
-    R is raised to the noise of these sequences, and each pose speaks for the states in whose region it lies.
+    R is raised to the noise of these sequences and for who was not learned from, and each pose speaks for the
+    states in whose region it lies.
 
     Args:
         ys: sequences (T, M) in body units; NaN entries were not measured.
-        infer: viterbi_all, gpb2_all, variational_all.
+        infer: switching_all (GPB2), viterbi_all, variational_all.
         pose: weight of the pose's term; 0 leaves it out, as in the papers.
+        stranger: see `among_strangers`; 0 for people who were learned from.
         tick: called CLASSIFY_TICKS times, as the work goes on.
     """
-    noisy = at_noise(slds, ys, tick)
+    noisy = among_strangers(at_noise(slds, ys, tick), stranger)
     hints = [pose_hints(noisy, y, pose) for y in ys] if pose > 0 else None
     found = [labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
     tick()

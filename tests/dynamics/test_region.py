@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.distance import mahalanobis
 from scipy.stats import multivariate_normal
 
-from dynamics.region import POSE, pose_hints, pose_regions, regions
+from dynamics.region import CHUNK, POSE, pose_hints, pose_regions, regions
 from tests.oracles import random_slds
 
 # Regions are widened by a millionth of the largest variance, their smallest eigenvalue is near a tenth of it.
@@ -162,3 +162,11 @@ def test_a_region_that_is_a_point_still_has_a_density(rng):
     assert np.isfinite(reach.log_density(outside[None])).all()
     assert reach.log_density(inside[None])[1] > reach.log_density(outside[None])[1] + 100.0
     assert reach.distance(inside[None])[1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_long_sequence_says_of_each_frame_what_the_frame_alone_says(rng):
+    slds = travelling_model(2, 2, rng)
+    y = rng.normal(size=(2 * CHUNK + 3, 3))
+    y[5, 0] = y[CHUNK] = np.nan
+    some = [0, 5, CHUNK - 1, CHUNK, CHUNK + 1, 2 * CHUNK + 2]
+    assert_allclose(pose_hints(slds, y)[some], pose_hints(slds, y[some]), atol=1e-12)

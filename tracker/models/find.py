@@ -1,6 +1,6 @@
 """Which motion model a name means, and how it is learned from captures."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
+from tracker.models.slower import slower
 from tracker.run.track import FREE
 from tracker.settings import Settings
 
@@ -127,6 +128,7 @@ def learn_motions(
     pooled: bool = False,
     noise: float = 0.0,
     choose_from: Sequence[int] = (),
+    slower_too: Collection[str] = (),
     e_steps: ESteps = ESteps(),
 ) -> SLDS:
     """One model of several motions: each learned by itself, then joined.
@@ -143,13 +145,14 @@ def learn_motions(
         noise: standard deviation added to the angles, radians.
         choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
             (`dynamics.learning.selection`); empty takes those of the options.
+        slower_too: labels that are learned slower and smaller too (`tracker.models.slower`).
         e_steps: of the learning itself; a choice between states is made by approximate Viterbi.
 
     Raises:
         ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
     """
     models = []
-    for motion in _motions(sequences, figure, pooled, noise, options.seed):
+    for motion in _motions(_with_slower(sequences, slower_too), figure, pooled, noise, options.seed):
         chosen = _chosen(motion, fps, options, choose_from, e_steps) if choose_from else options
         fit = learn(
             motion.poses,
@@ -240,6 +243,15 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
         fps=fps,
         infer=ESteps(spread=e_steps.spread).begin(),
     ).best
+
+
+def _with_slower(sequences: Sequence[Labelled], labels: Collection[str]) -> list[Labelled]:
+    """The sequences, those of these labels followed by slower copies."""
+    return [
+        (subject, label, copy)
+        for subject, label, y in sequences
+        for copy in ([y, *slower(y)] if label in labels else [y])
+    ]
 
 
 def _motions(

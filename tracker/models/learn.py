@@ -60,6 +60,9 @@ class Further(BaseModel):
     start: Literal["kmeans", "hmm", "segments"] = Field(
         "kmeans", description="first guess of the switching states"
     )
+    slower: tuple[str, ...] = Field(
+        (), description="activities that are learned slower and smaller too, such as runs for slow jogs"
+    )
     restarts: int = Field(1, ge=1, le=100, description="starts to learn from; the best is kept")
 
 
@@ -210,7 +213,7 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
                 tick=advance,
             )
     if request.inference == HMM:
-        if further.pooled or further.choose:
+        if further.pooled or further.choose or further.slower:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
@@ -234,6 +237,7 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
             figure=request.body,
             pooled=further.pooled,
             noise=noise,
+            slower_too=further.slower,
             choose_from=[n for n in CHOICE if n <= states] if further.choose else (),
             e_steps=ESteps(request.inference, spread, advance),
         )

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from dynamics.gaussian import Array, Gaussian
-from dynamics.gpb2 import gpb2_all
+from dynamics.gpb2 import switching_all
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import (
     CLASSIFY_TICKS,
@@ -22,7 +22,7 @@ from dynamics.motion.tasks import (
     predict,
     predict_ticks,
 )
-from dynamics.posterior import InferWithHints
+from dynamics.posterior import InferSwitching
 from dynamics.region import POSE
 from dynamics.slds import SLDS
 from dynamics.store import Model
@@ -41,9 +41,9 @@ UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
 SILENT = Progress("quiet")
 OTHERWISE = "give one learned with another --inference"
 
-INFERENCES: Mapping[Inference, InferWithHints] = {
+INFERENCES: Mapping[Inference, InferSwitching] = {
     Inference.VITERBI: viterbi_all,
-    Inference.GPB2: gpb2_all,
+    Inference.GPB2: switching_all,
     Inference.VARIATIONAL: variational_all,
 }
 

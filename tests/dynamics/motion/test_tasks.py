@@ -8,10 +8,10 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import solve_discrete_lyapunov
 
-from dynamics.gpb2 import gpb2_all
+from dynamics.gpb2 import gpb2_all, switching_all
 from dynamics.hmm import HMM
 from dynamics.motion import tasks
-from dynamics.motion.noise import SEARCHES, at_noise
+from dynamics.motion.noise import SEARCHES, STRANGER, among_strangers, at_noise
 from dynamics.motion.tasks import CLASSIFY_TICKS, classify, classify_hmm, predict, predict_ticks, synthesise
 from dynamics.region import pose_hints
 from dynamics.slds import combine
@@ -72,7 +72,7 @@ def test_motions_are_as_probable_as_their_states_together(weight, rng):
     ys[0][2, 0] = ys[2][1] = ys[2][:, 1] = np.nan
     options = {} if weight is None else {"pose": weight}
     got = classify(slds, ys, infer=exactly, **options)
-    noisy = at_noise(slds, ys)
+    noisy = among_strangers(at_noise(slds, ys))
     for y, labelling in zip(ys, got, strict=True):
         (want,) = exactly(noisy, [y], [spoken_for(noisy, y, 0.5 if weight is None else weight)])
         shares = np.column_stack([want.prob[:, :2].sum(1), want.prob[:, 2]])
@@ -100,7 +100,8 @@ def test_without_the_poses_term_classification_is_plain_inference(infer, rng):
     slds = two_motions(rng)
     ys = [quiet(slds, T, rng) for T in (20, 12)]
     plain = infer(at_noise(slds, ys), ys)
-    for labelling, posterior in zip(classify(slds, ys, infer=infer, pose=0.0), plain, strict=True):
+    found = classify(slds, ys, infer=infer, pose=0.0, stranger=0.0)
+    for labelling, posterior in zip(found, plain, strict=True):
         assert_array_equal(labelling.state, posterior.path)
         assert_allclose(labelling.prob[:, 1], posterior.prob[:, 2], atol=1e-15)
     if infer is viterbi_all:
@@ -112,14 +113,24 @@ def test_sequences_noisier_than_the_model_are_classified_with_their_noise(rng):
     ys = [y + [0.3, 0.0, 0.3] * rng.normal(size=y.shape) for y in (slds.sample(30, rng)[2] for _ in range(6))]
     noisy = at_noise(slds, ys)
     assert noisy.R[0, 0] > 10.0 * slds.R[0, 0]
-    for got, want in zip(
-        classify(slds, ys), gpb2_all(noisy, ys, [pose_hints(noisy, y) for y in ys]), strict=True
-    ):
-        assert_allclose(got.prob[:, 1], want.prob[:, 2], atol=1e-15)
+    plain = gpb2_all(noisy, ys, [pose_hints(noisy, y) for y in ys])
+    for got, want in zip(classify(slds, ys, stranger=0.0), plain, strict=True):
+        assert_allclose(got.prob[:, 1], want.prob[:, 2], atol=1e-11)
     assert np.abs(got.prob[:, 1] - gpb2_all(slds, ys)[-1].prob[:, 2]).max() > 0.01
 
 
-@pytest.mark.parametrize("infer", [viterbi_all, gpb2_all, variational_all])
+def test_who_was_not_learned_from_is_allowed_ten_degrees_in_what_stays(rng):
+    slds = two_motions(rng)
+    raised = among_strangers(slds)
+    want = slds.R + np.diag([np.radians(10.0) ** 2, 0.0, np.radians(10.0) ** 2])
+    assert_allclose(raised.R, want, atol=1e-16)
+    assert_array_equal(raised.Q, slds.Q)
+    ys = [quiet(slds, 30, rng)]
+    found = [classify(m, ys, stranger=by)[0].prob for m, by in ((slds, STRANGER), (at_noise(slds, ys), 0.0))]
+    assert np.abs(found[0] - found[1]).max() > 1e-4
+
+
+@pytest.mark.parametrize("infer", [viterbi_all, switching_all, variational_all])
 def test_a_walk_that_turns_into_a_run_is_told_from_it(infer, rng):
     walk, run = (settled(random_slds(1, noise=0.2, rng=rng)) for _ in range(2))
     run = settled(replace(run, b=run.b + np.array([1.0, -1.0]), R=walk.R))

@@ -1,0 +1,28 @@
+"""Slower and smaller copies of a motion: people who are seldom captured move like that.
+
+Who jogs slowly takes longer strides in time and bends less than who runs; captures of slow jogs are few. A copy
+is the sequence played slower, its angles drawn towards their mean. Which copies, was chosen by leaving people
+out: a model of the captures that may ship (runs at 3 to 4 m/s alone), scored on the joggers that may not.
+"""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from dynamics.gaussian import Array
+from kinematics.figure import ROOT
+
+COPIES = ((0.85, 1.0), (0.85, 0.8), (1.0, 0.8))  # speed, size
+
+
+def slower(y: Array) -> list[Array]:
+    """The COPIES of poses (T, 8), T >= 4, in body units."""
+    return [_copy(y, speed, size) for speed, size in COPIES]
+
+
+def _copy(y: Array, speed: float, size: float) -> Array:
+    """Played at `speed`, the angles' distance from their mean and the root's travel times `size`."""
+    t = np.arange(len(y))
+    played = np.asarray(CubicSpline(t, y)(np.arange(0.0, t[-1] + 1e-9, speed)))
+    centre = played.mean(0)
+    centre[: len(ROOT)] = 0.0, centre[1]
+    return centre + size * (played - centre)
