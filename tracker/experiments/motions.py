@@ -12,7 +12,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from dynamics.hmm import HMM, HMMPosterior, hmm_all
 from dynamics.motion.tasks import labelling
-from dynamics.posterior import Posterior
+from dynamics.posterior import Posterior, Switching
 from dynamics.region import pose_hints
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
@@ -120,7 +120,7 @@ def _cell(
     draw: Draw,
     which: tuple[int, int, str],
     model: SLDS | HMM,
-    posteriors: Sequence[Posterior] | Sequence[HMMPosterior],
+    posteriors: Sequence[Posterior] | Sequence[Switching] | Sequence[HMMPosterior],
 ) -> Cell:
     found = [label for p in posteriors for label in labelling(model.labels, p.prob, p.path).label]
     far = np.concatenate([s.far(FAR) for s in draw.splices])

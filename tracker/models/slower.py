@@ -1,8 +1,8 @@
 """Slower and smaller copies of a motion: people who are seldom captured move like that.
 
-Who jogs slowly takes longer strides in time and bends less than who runs; captures of slow jogs are few. A copy
-is the sequence played slower, its angles drawn towards their mean. Which copies, was chosen by leaving people
-out: a model of the captures that may ship (runs at 3 to 4 m/s alone), scored on the joggers that may not.
+Who jogs slowly takes more time for a stride and bends less than who runs, and captures of slow jogs are few.
+A copy is the sequence played slower, its angles drawn towards their mean. Which copies, was chosen by leaving
+people out: by a model of the captures that may ship (runs at 2.6 to 3.5 m/s) on joggers that may not.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ def slower(y: Array) -> list[Array]:
 def _copy(y: Array, speed: float, size: float) -> Array:
     """Played at `speed`, the angles' distance from their mean and the root's travel times `size`."""
     t = np.arange(len(y))
-    played = np.asarray(CubicSpline(t, y)(np.arange(0.0, t[-1] + 1e-9, speed)))
-    centre = played.mean(0)
+    played: Array = CubicSpline(t, y)(np.arange(0.0, t[-1] + 1e-9, speed))
+    centre: Array = played.mean(0)
     centre[: len(ROOT)] = 0.0, centre[1]
-    return centre + size * (played - centre)
+    return np.asarray(centre + size * (played - centre))

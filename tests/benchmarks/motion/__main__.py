@@ -1,17 +1,19 @@
 """Write docs/motion.md: what the learned models make of walks and runs on captures, beside the targets.
 
-    python -m tests.benchmarks.motion DATA docs/motion.md [--quick]
+    python -m tests.benchmarks.motion DATA docs/motion.md [--quick] [--part people]
 
 DATA holds `mocap` and `splices`. Two processes, of one thread each where OMP_NUM_THREADS and
-OPENBLAS_NUM_THREADS say so as in `make motion`; about twenty minutes. With --quick a few, but the figures
-mean nothing.
+OPENBLAS_NUM_THREADS say so as in `make motion`; about half an hour. With --quick a few, but the figures
+mean nothing. With --part only the section of that module is measured and written.
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
+from types import ModuleType
 
 from tests.benchmarks.motion.data import SAME, SPLICED, Results, Source, study
-from tests.benchmarks.motion.measure import SECTIONS, measure
+from tests.benchmarks.motion.measure import SECTIONS, measure, named_parts
 from tests.benchmarks.page import TRY, claim_table, written
 from tracker.models.learn import NOISE, STATES
 from tracker.progress import Progress
@@ -23,13 +25,15 @@ def main() -> None:
     parser.add_argument("data", type=Path, help="folder of mocap and splices")
     parser.add_argument("out", type=Path, help="the page, Markdown")
     parser.add_argument("--quick", action="store_true", help="a try of the program; its figures mean nothing")
+    names = [part.__name__.rpartition(".")[2] for part in SECTIONS]
+    parser.add_argument("--part", choices=names, help="only this section, with its targets")
     asked = parser.parse_args()
-    source = Source(asked.data, asked.quick)
-    results = measure(source, Progress())
-    asked.out.write_text("\n".join(page(source, results)), encoding="utf-8")
+    source, parts = Source(asked.data, asked.quick), named_parts(asked.part)
+    results = measure(source, Progress(), parts)
+    asked.out.write_text("\n".join(page(source, results, parts)), encoding="utf-8")
 
 
-def page(source: Source, results: Results) -> list[str]:
+def page(source: Source, results: Results, parts: Sequence[ModuleType]) -> list[str]:
     """The lines of the Markdown text."""
     captures = study(source).captures
     lines = [
@@ -52,9 +56,9 @@ def page(source: Source, results: Results) -> list[str]:
         "",
         "## Targets",
         "",
-        *claim_table(claim for part in SECTIONS for claim in part.claims(results)),
+        *claim_table(claim for part in parts for claim in part.claims(results)),
     ]
-    for part in SECTIONS:
+    for part in parts:
         lines += part.section(source, results)
     return lines
 

@@ -1,18 +1,26 @@
 """All that docs/motion.md shows, measured in processes of their own."""
 
+from collections.abc import Sequence
+from types import ModuleType
+
 from dynamics.store import Model
-from tests.benchmarks.motion import ahead, gaps, splices, synthesis
+from tests.benchmarks.motion import ahead, gaps, people, splices, synthesis
 from tests.benchmarks.motion.data import Job, Results, Source, learn
 from tests.benchmarks.processes import each, spawned
 from tracker.experiments.study import Recipe
 from tracker.progress import Progress
 
-SECTIONS = (splices, ahead, gaps, synthesis)
+SECTIONS: tuple[ModuleType, ...] = (splices, people, ahead, gaps, synthesis)
 
 
-def measure(source: Source, progress: Progress) -> Results:
-    """The answer of every job; each model is learned once, the slowest first."""
-    jobs: list[Job] = list(dict.fromkeys(job for part in SECTIONS for job in part.jobs(source)))
+def named_parts(name: str | None) -> Sequence[ModuleType]:
+    """The part of this module name, or all."""
+    return [part for part in SECTIONS if name is None or part.__name__.endswith(f".{name}")]
+
+
+def measure(source: Source, progress: Progress, parts: Sequence[ModuleType] = SECTIONS) -> Results:
+    """The answer of every job of these parts; each model is learned once, the slowest first."""
+    jobs: list[Job] = list(dict.fromkeys(job for part in parts for job in part.jobs(source)))
     recipes = {job.recipe for job in jobs if job.recipe is not None}
     slowest = sorted(recipes, key=cost, reverse=True)
     with spawned() as pool:

@@ -32,7 +32,9 @@ def test_a_copy_is_the_motion_played_slower_and_smaller():
 
 
 def test_only_the_motions_that_are_named_are_learned_slower_too(rng):
-    data = [(who, label, poses() + 0.01 * rng.normal(size=(80, 8))) for who in "ab" for label in ("walk", "run")]
+    data = [
+        (who, label, poses() + 0.01 * rng.normal(size=(80, 8))) for who in "ab" for label in ("walk", "run")
+    ]
     options = gait_options(states=1, rounds=2)
     usual = learn_motions(data, fps=30.0, options=options)
     both = learn_motions(data, fps=30.0, options=options, slower_too=("run",))

@@ -1,0 +1,36 @@
+"""What `make models` learns is what ships, to the fourth digit after the point."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dynamics.slds import SLDS
+from dynamics.store import load
+from tests.tracker.clips import figtrack
+
+pytestmark = pytest.mark.claims
+
+MODELS = Path(__file__).parents[2] / "dynamics" / "models"
+LEARNED = {
+    "walk-run": ("learn.toml", "--states", 1, "--noise", 0),
+    "walk-run-1": ("pooled.toml", "--states", 1, "--noise", 0),
+    "gait": ("gait.toml",),
+}
+ARRAYS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
+
+
+@pytest.mark.parametrize("name", LEARNED)
+def test_make_models_gives_the_model_that_ships(name: str, data_dir: Path, tmp_path: Path) -> None:
+    settings, *more = LEARNED[name]
+    words = ["--trials", data_dir / "mocap" / "trials.csv", "--settings", MODELS / settings, "--fps", 30]
+    result = figtrack("learn", *words, *more, "--out", tmp_path / "m.npz", "--quiet")
+    assert result.exit_code == 0, result.output
+    made, ships = load(tmp_path / "m.npz"), load(MODELS / f"{name}@30.npz")
+    assert isinstance(made, SLDS)
+    assert isinstance(ships, SLDS)
+    assert (made.names, made.labels, made.fps) == (ships.names, ships.labels, ships.fps)
+    for array in ARRAYS:
+        # Rounding of another processor or BLAS, through ten rounds of learning: 1e-5 where it was seen.
+        got, want = getattr(made, array), getattr(ships, array)
+        np.testing.assert_allclose(got, want, atol=1e-4, err_msg=array)
