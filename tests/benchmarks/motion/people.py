@@ -48,7 +48,7 @@ class Counts:
     @property
     def share(self) -> float:
         """Per cent wrong."""
-        return 100.0 * self.wrong / self.frames
+        return 100.0 * self.wrong / max(self.frames, 1)
 
     @property
     def share_far(self) -> float:
@@ -99,10 +99,11 @@ def everyone(source: Source) -> list[tuple[str, ...]]:
 
 def jobs(source: Source) -> Iterator[Person]:
     """Everyone left out; the joggers together; the shipped model on who is not in it."""
+    known = everyone(source)
     for noise in NOISES:
-        yield from (Person(names, noise) for names in source.some(everyone(source)))
+        yield from (Person(names, noise) for names in source.some(known))
         for way, people in ((TOGETHER, JOGGERS), (SHIPPED, UNLICENSED)):
-            yield from (Person((name,), noise, way) for name in source.some(people))
+            yield from (Person((name,), noise, way) for name in people if (name,) in known)
 
 
 def claims(results: Results) -> list[Claim]:
