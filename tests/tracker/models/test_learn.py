@@ -154,6 +154,7 @@ def test_a_stride_is_learned_for_every_label_and_saved(trials, tmp_path):
         (["--scheduler", "tcp://127.0.0.1:1"], "", "--scheduler"),
         ([], "choose = true", "choose"),
         ([], "pooled = true", "pooled"),
+        ([], 'slower = ["run"]', "slower"),
         ([], 'start = "hmm"', "start"),
         ([], "restarts = 2", "restarts"),
     ],
