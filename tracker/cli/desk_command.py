@@ -16,9 +16,9 @@ def app(
     port: Port = 0,
     no_browser: NoBrowser = False,
 ) -> None:
-    """Find, follow, put right and export the films of a folder in a browser page.
+    """Do most of this for a folder of films in a browser page.
 
-    It runs the other commands, whose results lie beside the films.
+    The page finds, follows, puts right and exports by the other commands; results lie beside the films.
 
     Example: figtrack app films
     """

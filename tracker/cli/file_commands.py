@@ -90,7 +90,9 @@ def compare_runs(
     out: Annotated[Path | None, typer.Option(help="The page [default: BEFORE-AFTER.html].")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Set two runs of one person side by side: gait figures, their changes, angles over the stride.
+    """Set two runs of one person side by side.
+
+    The page has their gait figures, what changed, and their angles over the stride.
 
     Example: figtrack compare-runs monday-track friday-track
     """

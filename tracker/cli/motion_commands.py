@@ -95,7 +95,7 @@ def learn(
     out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),
     common: Common,
 ) -> None:
-    """Learn a motion model from motion capture or from pose tables.
+    """Learn a motion model from captures or pose tables.
 
     Example: figtrack learn --trials trials.csv --label walk --label run --out gait.npz
     """
