@@ -17,6 +17,7 @@ from tracker.clip.pictures import Reel, Toned
 from tracker.clip.plan import Plan, prepare
 from tracker.clip.playback import playback_rate
 from tracker.clip.start import StartError
+from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
 from tracker.loop.begin import begin, start_box, start_curve
 from tracker.loop.both_ways import Passage, joined
@@ -68,6 +69,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
     """
     plan, clock = prepare(job), Clock()
+    tell_unkept(progress)
     if kept is not None and not kept.fits(plan.start, plan.slds.labels):
         kept = None
     with clock.stage("survey"):

@@ -4,6 +4,7 @@ from tracker.clip.job import Following, Found
 from tracker.clip.naming import borne_out, marks_of, nearer, start_from, sure_of_leg
 from tracker.clip.staged import staged
 from tracker.clip.start import FoundError, objections
+from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.others import without_others
@@ -32,6 +33,7 @@ def people(
         first, stop: the first and last frame that are looked at, None for the film's last.
         facing: which way they face, +1 right, -1 left, None to see it.
     """
+    tell_unkept(progress)
     while True:
         last = first + WINDOW - 1 if stop is None else min(first + WINDOW - 1, stop)
         stage = staged(video, first, last, 1.0, 1, progress)

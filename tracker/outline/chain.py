@@ -7,10 +7,10 @@ off-diagonal. With U d = z the prior of d is the unit Gaussian of z.
 from dataclasses import dataclass
 from typing import Self
 
-import numba
 import numpy as np
 
 from kinematics.figure import Array
+from tracker.compiled import compiled
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Chain:
         return np.asarray(_ahead(self.diagonal, self.above, slope))
 
 
-@numba.njit(cache=True)
+@compiled()
 def _back(diagonal: Array, above: Array, z: Array) -> Array:
     T, D = z.shape
     d = np.empty((T, D))
@@ -63,7 +63,7 @@ def _back(diagonal: Array, above: Array, z: Array) -> Array:
     return d
 
 
-@numba.njit(cache=True)
+@compiled()
 def _ahead(diagonal: Array, above: Array, slope: Array) -> Array:
     T, D = slope.shape
     found = np.empty((T, D))

@@ -9,11 +9,11 @@ its own, with time ahead and, for who walks backwards, back; the best of all win
 from dataclasses import dataclass, replace
 from typing import Self
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
+from tracker.compiled import compiled
 from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.outline.stage import Stage
@@ -162,7 +162,7 @@ def _finer(score: Array, fine: int) -> Array:
     return np.ascontiguousarray((1.0 - share) * score[:, low] + share * score[:, (low + 1) % score.shape[1]])
 
 
-@numba.njit(cache=True)
+@compiled()
 def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tuple[float, NDArray[np.intp]]:
     """The path of the largest sum of `score`, less the costs of its steps.
 

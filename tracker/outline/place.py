@@ -6,11 +6,11 @@ change of place and size costs, is largest.
 """
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import SCALE, Array
+from tracker.compiled import compiled
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.smooth import smooth
@@ -110,7 +110,7 @@ def _sums(odds: Planes, kernels: list[list[Planes]]) -> Planes:
     return np.asarray(np.stack(sums) * (WEIGHT / DENSITY**2), dtype=np.float32)
 
 
-@numba.njit(cache=True)
+@compiled()
 def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[np.intp]:
     """The path of the largest sum of `score`, less the costs of its steps.
 

@@ -12,10 +12,10 @@ numba checks this file alone before it takes an older compilation from its cache
 together stands here.
 """
 
-import numba
 import numpy as np
 
 from kinematics.figure import Array
+from tracker.compiled import compiled
 from tracker.picture.pyramid import Planes
 
 BAR = 9
@@ -23,7 +23,7 @@ LEVEL = 1e-3  # sine of a bar's direction below which it counts as level
 SURE = 0.98  # of a place deep within a bar, or a link under another would be felt no more
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy")
+@compiled(fastmath=True, error_model="numpy")
 def silhouettes(odds: Planes, arms: Planes, corner: Array, step: float, bars: Array, motion: Array) -> Array:
     """Of T frames, the log odds under the outline and how they change as each bar moves.
 
@@ -72,7 +72,7 @@ def silhouettes(odds: Planes, arms: Planes, corner: Array, step: float, bars: Ar
     return total
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy")
+@compiled(fastmath=True, error_model="numpy")
 def painted(shape: tuple[int, int], corner: Array, step: float, bars: Array) -> Planes:
     """(T, h, w) silhouettes of bars (T, L, BAR) on a grid as of `silhouettes`."""
     T, L, _ = bars.shape
@@ -86,7 +86,7 @@ def painted(shape: tuple[int, int], corner: Array, step: float, bars: Array) -> 
     return found
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy")
+@compiled(fastmath=True, error_model="numpy")
 def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
     """Multiply `clear` (h, w) by 1 - m of one bar."""
     i0, i1, j0, j1 = _window(clear.shape, corner, step, bar)
@@ -100,7 +100,7 @@ def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
             row[k] *= 1.0 - SURE * (0.5 + 0.25 * edge * (3.0 - edge * edge))
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy")
+@compiled(fastmath=True, error_model="numpy")
 def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, shared: bool) -> None:
     """Add to `motion` (5,) what the motions of one bar change.
 
@@ -137,7 +137,7 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
         motion[way] += change
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy", inline="always")
+@compiled(fastmath=True, error_model="numpy", inline="always")
 def _within(x: float, y: float, bar: Array) -> tuple[float, float, float, float, float]:
     """A place as a bar sees it: u, v, w, its distance from the axis, and s over the soft edge."""
     start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
@@ -148,7 +148,7 @@ def _within(x: float, y: float, bar: Array) -> tuple[float, float, float, float,
     return u, v, nearest, far, (half + slope * (nearest - first) - far) / soft
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy")
+@compiled(fastmath=True, error_model="numpy")
 def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> tuple[int, int, int, int]:
     """Rows i0 .. i1 - 1 and columns j0 .. j1 - 1 that a bar may touch."""
     start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
@@ -162,7 +162,7 @@ def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> t
     return (*_part(i0, i1, 0, shape[0]), *_part(j0, j1, 0, shape[1]))
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy")
+@compiled(fastmath=True, error_model="numpy")
 def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> tuple[int, int]:
     """Columns of j0 .. j1 - 1 that are no further across a bar than it reaches, in a row at body height y.
 
@@ -178,7 +178,7 @@ def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> t
     return _part(int(begin), int(end) + 1, j0, j1)
 
 
-@numba.njit(cache=True)
+@compiled()
 def _part(begin: int, end: int, least: int, most: int) -> tuple[int, int]:
     """What of begin .. end - 1 lies in least .. most - 1; where nothing does, two ends that are alike."""
     begin = min(max(begin, least), most)

@@ -13,10 +13,10 @@ from functools import cached_property
 from typing import Self
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.compiled import compiled
 from tracker.picture.pyramid import Array, Box, Image, Level, Planes
 
 STEP = 0.03  # leg lengths from one place of the scene to the next
@@ -180,7 +180,7 @@ def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tupl
     return differs
 
 
-@numba.njit(cache=True)
+@compiled()
 def _nearest(here: Planes, scene: Planes, top: int, left: int, least: Planes) -> None:
     """Squared distance of each place's colour to the scene's there or a step beside, whichever is less."""
     last_row, last_column = scene.shape[0] - 1, scene.shape[1] - 1

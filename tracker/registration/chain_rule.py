@@ -9,19 +9,19 @@ weight f residual over what is measured on it,
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from kinematics.spm import Skeleton
+from tracker.compiled import compiled
 
 Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.registration.kernel`
 
 LEAST = 1e-9  # added to a diagonal
 
-COMPILED = numba.njit(cache=True, error_model="numpy")
+COMPILED = compiled(error_model="numpy")
 
 
 class Tree(NamedTuple):

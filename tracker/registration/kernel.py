@@ -11,11 +11,11 @@ and sum w f f', sum w f r over the link's points are all that the chain rule nee
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.spm import Skeleton
+from tracker.compiled import compiled
 from tracker.registration.records import Array, Laid, Noise, Picture, Points, Row, Shape, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
@@ -23,11 +23,9 @@ WAYS = 5  # in which a link moves as a whole
 TOGETHER = 16  # robust weights whose product is above 1e-308 where each is above 1e-19
 
 # All in one file: the cache of compiled code does not notice that another has changed.
-COMPILED = numba.njit(cache=True, error_model="numpy", fastmath={"contract"})
+COMPILED = compiled(error_model="numpy", fastmath={"contract"})
 # Where order does not matter, so that a processor adds up several points at a time.
-ANY_ORDER = numba.njit(
-    cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"}
-)
+ANY_ORDER = compiled(error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
 
 
 def lay(picture: Picture, bones: Skeleton, points: Points, shape: Shape, noise: Noise) -> Laid:

@@ -10,10 +10,10 @@ is 0. A change of light common to the picture is taken off first.
 """
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.compiled import compiled
 from tracker.picture.pyramid import Array, Image, Planes
 from tracker.survey.mosaic import Scene
 
@@ -56,7 +56,7 @@ def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
     return np.asarray(cv2.warpAffine(planes, way[:2], size, flags=how, borderMode=cv2.BORDER_REPLICATE))
 
 
-@numba.njit(cache=True, fastmath=True, error_model="numpy")
+@compiled(fastmath=True, error_model="numpy")
 def _odds(
     image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes, plain: float
 ) -> Image:
