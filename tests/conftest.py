@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,8 +39,13 @@ def clip(tmp_path_factory: pytest.TempPathFactory) -> Clip:
 
 @pytest.fixture(scope="session")
 def cluster() -> Iterator["Client"]:
-    """A real Dask cluster of two processes of this machine."""
-    with local_cluster(2) as client:
+    """A real Dask cluster of two processes of this machine, which lets everybody in as a user's own may."""
+    from distributed import Security
+
+    with ExitStack() as stack:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Security, "temporary", Security)
+            client = stack.enter_context(local_cluster(2))
         yield client
 
 

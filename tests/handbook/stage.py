@@ -35,10 +35,17 @@ from tracker.tables.keypoints import read_keypoints
 FRAMES, SIZE = 24, (480, 270)  # enough for the walker to be found
 SCHEDULER = "tcp://10.0.0.1:8786"  # of the pages; the address of a real one is put in its place
 
+OF_PEM = "--tls-ca-file cluster.pem --tls-cert cluster.pem --tls-key cluster.pem"
+
 NOT_RUN = {
     "dask scheduler --host 10.0.0.1": "the address of another machine",
     "dask worker tcp://10.0.0.1:8786 --nthreads 1 --nworkers 8": "of that scheduler",
     "export MALLOC_TRIM_THRESHOLD_=1000000000 MALLOC_MMAP_THRESHOLD_=1000000000": "for those workers",
+    "openssl req -x509 -newkey rsa:2048 -nodes -subj /CN=batch -keyout key.pem -out cert.pem": "OpenSSL's",
+    "cat cert.pem key.pem > cluster.pem": "needs that certificate",
+    f"dask scheduler --protocol tls {OF_PEM}": "a scheduler that stays",
+    f"dask worker tls://10.0.0.1:8786 {OF_PEM}": "of that scheduler",
+    "figtrack batch jobs.csv --scheduler tls://10.0.0.1:8786 --tls cluster.pem": "asks that scheduler",
 }
 IN_ITS_PLACE = {
     "make": "what it would do (-n), and of that the commands of ours: it also installs and runs all tests",

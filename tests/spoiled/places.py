@@ -6,6 +6,8 @@ from tests.spoiled.case import HUGE, Case, cases, refusals
 from tests.spoiled.spoil import file_instead, folder_instead, foreign_instead, renamed
 from tests.spoiled.stock import ASIDE, FOLLOWED, OF_MARKS
 
+CLUSTER = "batch jobs.csv --quiet --scheduler tls://127.0.0.1:9"
+
 OPTIONS = [
     *refusals(
         ("start huge", f"track --start {HUGE}", f"frame {HUGE} is not marked"),
@@ -19,6 +21,8 @@ OPTIONS = [
         ("a sequence that is not there", "predict --show b", "no sequence 'b' to show; there are 0"),
         ("a motion that is not there", "synthesise --label swim", "has no motion 'swim'; it has walk, run"),
         ("a picture of another kind", "classify poses.csv --plot a.doc", "--plot wants"),
+        ("a certificate that is none", f"{CLUSTER} --tls marks.csv", "marks.csv holds no certificate"),
+        ("a certificate that is not there", f"{CLUSTER} --tls no.pem", "no.pem holds no certificate"),
         ("a scheduler that is none", "batch jobs.csv --quiet --scheduler nowhere", "answers at nowhere"),
     ),
     *refusals(
@@ -31,6 +35,7 @@ OPTIONS = [
         ("height in centimetres", "trc --height 175", "--height"),
         ("scale points are four", "mot --scale-points 0,0,9,9", "five numbers"),
         ("horizon huge", f"predict --horizon {HUGE}", "--horizon"),
+        ("a certificate without a scheduler", "batch --tls marks.csv", "give both"),
         ("workers and a scheduler", "batch --workers 2 --scheduler tcp://127.0.0.1:9", "--scheduler"),
         ("no workers", "batch --workers 0", "--workers"),
         ("an inference nobody knows", "classify --inference guess", "--inference"),

@@ -73,6 +73,7 @@ def run_batch(
     scheduler: str | None,
     overwrite: bool,
     progress: Progress,
+    tls: Path | None = None,
 ) -> Ended:
     """Track every row of a table of jobs, and write summary.csv and summary.html.
 
@@ -81,6 +82,7 @@ def run_batch(
         workers: processes of this machine, None for one a processor; without meaning with a scheduler.
         scheduler: address of a Dask scheduler, whose workers see the same files under the same names.
         overwrite: whether complete runs of other jobs may be replaced.
+        tls: certificate and key of the scheduler's cluster, as `tracker.models.cluster.cluster_at` takes it.
 
     Raises:
         JobsError: a table that cannot be used; nothing was done.
@@ -95,7 +97,7 @@ def run_batch(
     # The summary's place is tried first: a batch takes long, and would be lost on a place that cannot be.
     with fresh_file(summary, overwrite=True) as aside:
         outs, processes = [row.out for row in rows], min(workers or _processors(), len(rows))
-        with swept(outs), _cluster(scheduler, processes) as client:
+        with swept(outs), _cluster(scheduler, tls, processes) as client:
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
         write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
     with fresh_file(overview, overwrite=True) as aside:
@@ -156,8 +158,8 @@ def summary_cells(row: Row, ending: Ending) -> list[str]:
     ]
 
 
-def _cluster(scheduler: str | None, workers: int) -> AbstractContextManager["Client"]:
-    return local_cluster(workers) if scheduler is None else cluster_at(scheduler)
+def _cluster(scheduler: str | None, tls: Path | None, workers: int) -> AbstractContextManager["Client"]:
+    return local_cluster(workers) if scheduler is None else cluster_at(scheduler, tls)
 
 
 def _run_all(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tracker.cli.options import Common, Overwrite
+from tracker.cli.options import Common, Overwrite, Tls
 from tracker.clip.job import Facing, towards
 
 if TYPE_CHECKING:
@@ -128,6 +128,7 @@ def batch(
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to send the clips to, tcp://HOST:PORT.")
     ] = None,
+    tls: Tls = None,
     common: Common,
 ) -> None:
     """Follow many clips, each by itself.
@@ -138,6 +139,8 @@ def batch(
     """
     if workers is not None and scheduler is not None:
         raise typer.BadParameter("give either --workers or --scheduler, not both")
+    if tls is not None and scheduler is None:
+        raise typer.BadParameter("--tls is the certificate of a --scheduler; give both")
     from tracker.batch.run_all import FAILED, run_batch
 
     own = jobs if jobs.is_dir() else jobs.parent
@@ -149,6 +152,7 @@ def batch(
         scheduler=scheduler,
         overwrite=common.overwrite,
         progress=common.shown(),
+        tls=tls,
     )
     _show(ended, place)
     if any(ending.status == FAILED for _, ending in ended):

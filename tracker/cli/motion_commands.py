@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tracker.cli.options import Common, beside
+from tracker.cli.options import Common, Tls, beside
 from tracker.motion.choices import Inference, Learning, Use
 
 if TYPE_CHECKING:
@@ -85,6 +85,7 @@ def learn(
         str | None,
         typer.Option(help="Address of a Dask scheduler whose workers do the E-steps, tcp://HOST:PORT."),
     ] = None,
+    tls: Tls = None,
     settings: Annotated[
         Path | None,
         typer.Option(help="TOML file of licences, choose, pooled, rounds, start, restarts: docs/learn.md."),
@@ -101,6 +102,8 @@ def learn(
     """
     if (trials is None) == (not poses):
         raise typer.BadParameter("give either --trials TABLE or pose tables, one of the two")
+    if tls is not None and scheduler is None:
+        raise typer.BadParameter("--tls is the certificate of a --scheduler; give both")
     from tracker.models.learn import Request, learn_model
 
     request = Request(
@@ -115,6 +118,7 @@ def learn(
         seed=seed,
         inference=inference.value,
         scheduler=scheduler,
+        tls=tls,
         settings=settings,
         figure=figure,
     )

@@ -1,7 +1,8 @@
 """Work spread over processes by Dask: of this machine, or of a cluster that a scheduler's address names.
 
-What is sent there and back is pickled, so whoever can reach a scheduler can run what they like on it: keep it
-within a network that you trust. The cluster of this machine listens on the loopback address only.
+What is sent there and back is pickled, so whoever can reach a scheduler can run what they like on it. All
+users of a machine share its loopback address, so the cluster of this machine speaks TLS with a key of its
+own, made anew each time, and lets nobody in who has not that key.
 """
 
 import asyncio
@@ -12,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from operator import itemgetter
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dynamics.gaussian import Array
@@ -20,7 +22,7 @@ from dynamics.slds import SLDS
 from tracker.models.find import Batches
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Security
 
 # Dask has memory given back after every array, which makes the arithmetic of an E-step twice as slow.
 TRIM = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
@@ -30,6 +32,8 @@ GIVE_UP = "distributed.deploy.lost-worker-timeout"
 NEVER = "1000 days"
 STALL = "distributed.scheduler.no-workers-timeout"
 STALLED = "10 minutes"  # without any process, after which work fails
+# What every user of this machine could read by HTTP, TLS or not.
+PAGES = ("distributed.scheduler.http.routes", "distributed.worker.http.routes")
 PATIENCE = 5  # seconds for a scheduler to answer
 
 Turn = tuple[list[Posterior], Infer]
@@ -43,16 +47,17 @@ class ClusterError(ValueError):
 def local_cluster(workers: int) -> Iterator["Client"]:
     """So many processes of this machine, one thread each; they end with the block."""
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client, LocalCluster, Security
 
     # A worker that dies is replaced and its work done again: what Dask logs of it helps nobody.
     with (
-        dask.config.set({TRIM: None, GIVE_UP: NEVER, STALL: STALLED}),
+        dask.config.set({TRIM: None, GIVE_UP: NEVER, STALL: STALLED} | {page: [] for page in PAGES}),
         LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             memory_limit=None,
             dashboard_address="127.0.0.1:0",
+            security=Security.temporary(),
             silence_logs=logging.CRITICAL,
         ) as cluster,
         Client(cluster) as client,
@@ -62,21 +67,26 @@ def local_cluster(workers: int) -> Iterator["Client"]:
 
 
 @contextmanager
-def cluster_at(address: str) -> Iterator["Client"]:
+def cluster_at(address: str, tls: Path | None = None) -> Iterator["Client"]:
     """The cluster of a Dask scheduler.
 
+    Args:
+        tls: PEM file of the certificate and key that the cluster lets in and shows; None for one without.
+
     Raises:
-        ClusterError: no scheduler there, or one without workers.
+        ClusterError: no scheduler there, one without workers, or a file that is no such certificate.
     """
     from distributed import Client
 
+    security = _security(tls)
     try:
         # Asked beforehand: a Client that was refused may block a later one when it is collected.
-        asyncio.run(_reach(address))
-        client = Client(address, timeout=PATIENCE)
-    except (OSError, ValueError) as error:
+        asyncio.run(_reach(address, security))
+        client = Client(address, timeout=PATIENCE, security=security)
+    except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last two: one side without TLS
         raise ClusterError(
-            f"no Dask scheduler answers at {address}; start one with 'dask scheduler'"
+            f"no Dask scheduler answers at {address}; start one with 'dask scheduler', and give --tls if it "
+            "asks for a certificate, with an address that begins with tls://"
         ) from error
     with client:
         if not client.scheduler_info()["workers"]:
@@ -128,8 +138,25 @@ def _turn(before: Turn, slds: SLDS, ys: Sequence[Array]) -> Turn:
     return step(slds, ys), step
 
 
-async def _reach(address: str) -> None:
+def _security(tls: Path | None) -> "Security":
+    from distributed import Security
+
+    if tls is None:
+        return Security()
+    parts = ("tls_ca_file", "tls_client_cert", "tls_client_key")
+    security = Security(require_encryption=True, **dict.fromkeys(parts, str(tls)))
+    try:
+        security.get_connection_args("client")
+    except OSError as error:
+        raise ClusterError(
+            f"{tls} holds no certificate and key that can be read ({error.strerror}); "
+            "give one PEM file of both"
+        ) from error
+    return security
+
+
+async def _reach(address: str, security: "Security") -> None:
     from distributed.comm import connect
 
-    comm = await connect(address, timeout=PATIENCE)
+    comm = await connect(address, timeout=PATIENCE, **security.get_connection_args("client"))
     await comm.close()

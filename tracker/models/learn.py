@@ -78,6 +78,7 @@ class Request:
     scheduler : address of a Dask scheduler whose workers do the E-steps; None does them here
     settings  : TOML file of what is `Further` to say, None for the defaults
     figure    : a figure that ships, or a TOML file, of which the pose tables are
+    tls       : certificate and key of the scheduler's cluster, None for one without
     """
 
     trials: Path | None
@@ -93,6 +94,7 @@ class Request:
     scheduler: str | None
     settings: Path | None
     figure: str = "walker"
+    tls: Path | None = None
 
     @cached_property
     def body(self) -> Figure:
@@ -265,7 +267,7 @@ def _spread(request: Request) -> Iterator[Spread | None]:
         return
     from tracker.models.cluster import Cluster, cluster_at
 
-    with cluster_at(request.scheduler) as client:
+    with cluster_at(request.scheduler, request.tls) as client:
         yield Cluster(client)
 
 

@@ -1,11 +1,15 @@
 """Work on a cluster: the same answers to the last bit, also when a process dies; and no cluster."""
 
+import asyncio
 import os
 import signal
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import dask
 import numpy as np
 import pytest
+from distributed import Security
 
 from dynamics.frames import batches
 from dynamics.gpb2 import gpb2_all
@@ -103,6 +107,55 @@ def test_learning_on_a_cluster_writes_the_same_model(cluster, tmp_path, rng):
             assert all(np.array_equal(one[name], other[name]) for name in one.files)
     said = refused(*words[:-1], "--inference", "hmm", "--scheduler", address, "--out", tmp_path / "h.npz")
     assert "leave out --scheduler" in said
+
+
+def reached(address, security):
+    """Whether somebody is let in who has these keys."""
+    from distributed.comm import connect
+
+    async def knock():
+        comm = await connect(address, timeout=2, **security.get_connection_args("client"))
+        try:
+            await comm.write({"op": "identity"})
+            return bool(await comm.read())
+        finally:
+            await comm.close()
+
+    try:
+        return asyncio.run(knock())
+    except (OSError, TypeError, RuntimeError):
+        return False
+
+
+def test_nobody_else_on_this_machine_gets_in_to_its_processes():
+    others = [Security(), Security.temporary()]  # a user without a key, and one with another batch's
+    with local_cluster(1) as client:
+        processes = client.scheduler_info()["workers"]
+        doors = [client.cluster.scheduler_address, *processes]
+        doors += [process["nanny"] for process in processes.values()]
+        assert len(doors) == 3
+        for door in doors:
+            bare = door.partition("://")[2]
+            assert reached(door, client.security)
+            assert not any(reached(f"{way}://{bare}", who) for way in ("tcp", "tls") for who in others)
+        pages = client.cluster.dashboard_link.removesuffix("status")
+        with pytest.raises(HTTPError, match="404"):
+            urlopen(f"{pages}info/main/workers.html")
+
+
+def test_a_cluster_with_a_certificate_is_asked_with_it(tmp_path, rng):
+    ours = Security.temporary()
+    (tmp_path / "cluster.pem").write_text(ours.tls_client_cert + ours.tls_client_key)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Security, "temporary", lambda: ours)
+        with local_cluster(1) as client:
+            address = client.cluster.scheduler_address
+            with cluster_at(address, tmp_path / "cluster.pem") as there:
+                assert there.submit(sum, [1, 2]).result(timeout=30) == 3
+            bare = address.replace("tls", "tcp")
+            for wrong in ((address,), (bare,), (bare, tmp_path / "cluster.pem")):
+                with pytest.raises(ClusterError, match="give --tls if it asks"), cluster_at(*wrong):
+                    pass
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "ftp://127.0.0.1:9"])
