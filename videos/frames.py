@@ -1,8 +1,9 @@
 """A video file or a folder of numbered images, read one frame at a time.
 
-Every frame carries its own time, so a phone's variable frame rate survives, and comes upright: the
-rotation that phones write beside the picture is applied. A container's own frame count is only a hint;
-what counts is what decodes. Pixels are taken as stored, square or not.
+Every frame carries its own time, so a phone's variable frame rate survives, and times grow whatever the file
+says (`videos.times`). Frames come upright: the rotation that phones write beside the picture is applied. A
+container's own frame count is only a hint; what counts is what decodes. Pixels are taken as stored, square or
+not.
 """
 
 import io
@@ -22,6 +23,8 @@ from av.sidedata.sidedata import SideDataContainer
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
+
+from videos.times import Growing
 
 Image = NDArray[np.uint8]
 
@@ -70,6 +73,7 @@ class Video:
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
     cut_short     : after a whole pass, one line if the video ended before it should have, else None
+    retimed       : after a pass, one line if times that repeat or go back were put right, else None
 
     Args:
         path: the file or folder.
@@ -84,6 +88,7 @@ class Video:
     def __init__(self, path: str | Path, *, fps: float | None = None) -> None:
         self.path = Path(path)
         self.cut_short: str | None = None
+        self.retimed: str | None = None
         self._images: list[Path] = []
         if not self.path.exists():
             raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
@@ -106,7 +111,7 @@ class Video:
 
     def __iter__(self) -> Iterator[Frame]:
         """Frames in presentation order, from index 0."""
-        self.cut_short = None
+        self.cut_short = self.retimed = None
         size = None
         for frame in self._folder_frames() if self._images else self._file_frames():
             height, width = frame.image.shape[:2]
@@ -128,17 +133,16 @@ class Video:
             yield Frame(index, index / self.fps, image)
 
     def _file_frames(self) -> Iterator[Frame]:
-        index, time, broken = 0, -1.0 / self.fps, False
+        index, broken, growing = 0, False, Growing(1.0 / self.fps)
         with _opened(self.path) as container:
             stream = _video_stream(container, self.path)
             for picture in _decoded(container, stream):
                 if picture is None:
                     broken = True
                     continue
-                if picture.pts is None or stream.time_base is None:
-                    time += 1.0 / self.fps
-                else:
-                    time = float(picture.pts * stream.time_base)
+                pts, tick = picture.pts, stream.time_base
+                time = growing.next(None if pts is None or tick is None else float(pts * tick))
+                self.retimed = _retimed(self.path.name, growing.wrong)
                 yield Frame(index, time, _upright(picture))
                 index += 1
         self.cut_short = self._shortfall(index, broken)
@@ -150,6 +154,13 @@ class Video:
         if broken:
             return f"{self.path.name} cannot be decoded past frame {count - 1}; what was read was used"
         return None
+
+
+def _retimed(name: str, wrong: int) -> str | None:
+    if not wrong:
+        return None
+    times = "one time" if wrong == 1 else f"{wrong} times"
+    return f"{times} of frames in {name} did not grow and were put right; figures by time may be off there"
 
 
 def films_in(folder: Path) -> list[Path]:

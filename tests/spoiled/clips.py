@@ -21,6 +21,8 @@ from tests.spoiled.spoil import (
     written,
 )
 from tests.spoiled.stock import FOLLOWED
+from tests.videos.test_frames import joined
+from videos.frames import Video
 
 JPEG = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01\x00\x00\x01\x00\x01\x00\x00" + bytes(100)
 NOISE = np.random.default_rng(1).bytes(5000)
@@ -32,6 +34,13 @@ def _chunk(kind, content):
 
 # A PNG whose header, which is right in itself, announces 60000 x 60000 pixels.
 LARGE = b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", struct.pack(">IIBBBBB", 60000, 60000, 8, 2, 0, 0, 0))
+
+
+def doubled(path):
+    """A recording and once more the same, joined as `cat` does."""
+    images = [frame.image for frame in Video(path)]
+    joined(path, [images, images])
+
 
 VIDEO = [
     *cases(
@@ -67,6 +76,7 @@ VIDEO = [
         ("video's name is too long", f"track {'w' * 300}.mp4 {FOLLOWED}", "www.mp4"),
         ("video's name is beyond ASCII", f"track 走る.mp4 {FOLLOWED}", "no video at 走る.mp4"),
     ),
+    Case("joined", "track", "warning: one time of frames in walk.mp4", doubled, "walk.mp4", exit=0),
     Case("cut after its first frame", "track", "warning: walk.mp4 ends after", cut(0.75), "walk.mp4", exit=0),
     *cases(
         "track images",

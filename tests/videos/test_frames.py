@@ -12,6 +12,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from videos.frames import Frame, Video, VideoError
+from videos.times import Growing
 
 WIDTH, HEIGHT = 96, 64
 # Flat patches at crf 10: quantisation and the way to yuv420p and back move a mean by a few grey levels.
@@ -111,6 +112,48 @@ def test_a_variable_frame_rate_keeps_every_frames_own_time(tmp_path):
     # The container rounds to its own clock, no coarser than a millisecond.
     assert_allclose([frame.time for frame in video], np.array(ticks) / 1000, atol=1e-3)
     assert video.cut_short is None
+
+
+def joined(path, parts):
+    """Recordings put one after another, as `cat` does: the times of each begin anew."""
+    each = [make_clip(path.with_name(f"{n}.ts"), images, format="mpegts") for n, images in enumerate(parts)]
+    path.write_bytes(b"".join(part.read_bytes() for part in each))
+    return path
+
+
+def test_joined_recordings_go_on_where_the_one_before_ended(tmp_path):
+    images = [picture(t) for t in range(12)]
+    video = Video(joined(tmp_path / "all.ts", [images, images]))
+    times = np.array([frame.time for frame in video])
+    assert len(times) == 24
+    assert_allclose(np.diff(times), 1 / 30, atol=1e-4)  # MPEG counts in 90000ths of a second
+    assert video.retimed == (
+        "one time of frames in all.ts did not grow and were put right; figures by time may be off there"
+    )
+
+
+def test_times_that_repeat_are_put_between_those_that_stand(tmp_path):
+    path = tmp_path / "screen.mkv"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=30, options={"bf": "0"})
+        stream.height, stream.width = HEIGHT, WIDTH
+        ticks = iter([0, 33, 33, 67, 100, 100, 133])
+        for image in [picture(t) for t in range(7)] + [None]:
+            frame = None if image is None else av.VideoFrame.from_ndarray(image, format="rgb24")
+            for packet in stream.encode(frame):
+                packet.time_base = Fraction(1, 1000)
+                packet.pts = packet.dts = next(ticks)
+                container.mux(packet)
+    video = Video(path)
+    times = [frame.time for frame in video]
+    half = 0.5 / video.fps
+    assert_allclose(times, [0, 0.033, 0.033 + half, 0.067, 0.1, 0.1 + half, 0.133], atol=1e-9)
+    assert video.retimed.startswith("2 times of frames in screen.mkv did not grow")
+
+
+def test_of_a_file_whose_times_all_are_one_the_times_grow():
+    growing = Growing(0.04)
+    assert np.diff([growing.next(3.0) for _ in range(50)]).min() > 0.019
 
 
 def test_frames_without_times_follow_each_other_at_the_nominal_rate(tmp_path):

@@ -1,0 +1,40 @@
+"""Times of frames that grow, whatever a file says: joined recordings begin anew, screen recordings repeat."""
+
+import math
+from dataclasses import dataclass
+
+APART = 2.0  # nominal frames back that are another recording's beginning and no slip
+
+
+@dataclass
+class Growing:
+    """A file's times put right where they repeat or go back.
+
+    step  : nominal seconds a frame
+    last  : the last time given, seconds
+    added : seconds that the file's times are late by, for its later parts begin anew
+    wrong : how many were put right
+    """
+
+    step: float
+    last: float = -math.inf
+    added: float = 0.0
+    wrong: int = 0
+
+    def next(self, told: float | None) -> float:
+        """The next frame's time, seconds, by what the file tells; None for nothing, which is no fault.
+
+        A time that repeats or slips is put half a frame after the one before, so that the next may stand. A
+        part that begins anew goes on a frame after the one before, and keeps its own times among themselves.
+        """
+        if told is None:
+            told = 0.0 if math.isinf(self.last) else self.last + self.step - self.added
+        time = told + self.added
+        if time <= self.last:
+            self.wrong += 1
+            begins_anew = self.last - time >= APART * self.step
+            time = self.last + (self.step if begins_anew else 0.5 * self.step)
+            if begins_anew:
+                self.added = time - told
+        self.last = time
+        return time
