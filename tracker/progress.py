@@ -4,7 +4,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 Advance = Callable[[], None]
 EVERY = {"plain": 5.0, "json": 1.0}  # seconds between lines
@@ -14,7 +14,8 @@ class Progress:
     """How progress is shown: "bar", "plain", "json" or "quiet"; "auto" is a bar on a terminal, else plain."""
 
     def __init__(self, style: str = "auto") -> None:
-        self.style = ("bar" if sys.stderr.isatty() else "plain") if style == "auto" else style
+        terminal = sys.stderr is not None and sys.stderr.isatty()
+        self.style = ("bar" if terminal else "plain") if style == "auto" else style
 
     @contextmanager
     def task(self, name: str, total: int | None) -> Iterator[Advance]:
@@ -39,8 +40,10 @@ class Progress:
             self.line({"note": text}, text)
 
     def line(self, news: Mapping[str, object], text: str) -> None:
-        """One line: `news` for programs, `text` for people."""
-        print(json.dumps(news) if self.style == "json" else text, file=sys.stderr, flush=True)
+        """One line: `news` for programs, `text` for people; nothing where it cannot be written."""
+        if sys.stderr is not None:
+            with suppress(OSError):
+                print(json.dumps(news) if self.style == "json" else text, file=sys.stderr, flush=True)
 
 
 class _Lines:

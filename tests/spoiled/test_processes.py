@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from tests.spoiled.stock import words
+from tests.spoiled.stock import FRAMES, words
 from tests.spoiled.test_spoiled import check_line
 from tests.tracker.clips import everything, read_json, write_video
 from tests.tracker.processes import ended, started
@@ -46,6 +46,56 @@ def test_what_is_printed_onto_a_full_disk_is_missed_in_one_line(folder, command)
     with open("/dev/full", "w") as full:
         status, _, errors = ended(*command.split(), stdout=full)
     assert (status, errors) == (1, FULL.replace("File too large", "No space left on device"))
+
+
+@pytest.mark.parametrize("stream", ["stdin", "stdout", "stderr"])
+@pytest.mark.parametrize("style", ["plain", "json"])
+def test_a_stream_that_is_closed_is_no_reason_to_fail(folder, stream, style):
+    number = ["stdin", "stdout", "stderr"].index(stream)
+    line = [word for word in words("track") if word != "--quiet"]
+    status, out, errors = ended(*line, "--progress", style, before=lambda: os.close(number))
+    assert status == 0, errors
+    assert "Traceback" not in errors
+    assert read_json(folder / "run" / "run.json")["frames"] == FRAMES
+    assert ("4 frames of" in out) == (stream != "stdout")
+
+
+@pytest.mark.parametrize("stream", [1, 2])
+def test_a_refusal_is_one_whatever_stream_is_closed(folder, stream):
+    status, out, errors = ended("track", "gone.mp4", before=lambda: os.close(stream))
+    assert (status, out) == (1, "")
+    assert errors == "" if stream == 2 else errors.startswith("error: no video at gone.mp4")
+
+
+def test_progress_that_cannot_be_written_costs_no_results(folder):
+    with open("/dev/full", "w") as full:
+        status, out, _ = ended(*[word for word in words("track") if word != "--quiet"], stderr=full)
+    assert status == 0
+    assert "4 frames of" in out
+    assert read_json(folder / "run" / "run.json")["frames"] == FRAMES
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM, signal.SIGINT])
+def test_what_is_told_to_end_leaves_the_old_run_and_nothing_else(folder, number):
+    write_video(folder / "long.mp4", [frame.image for frame in Video(folder / "walk.mp4")] * 40)
+    before = everything(folder)
+    words_long = ["long.mp4" if word == "walk.mp4" else word for word in words("track")]
+    process = started(*[word for word in words_long if word != "--quiet"], "--progress", "json")
+    assert json.loads(process.stderr.readline())["done"] == 0
+    process.send_signal(number)
+    errors = process.communicate(timeout=120)[1]
+    assert process.returncode == 1
+    assert errors.splitlines()[-1] == "error: interrupted; nothing was written"
+    assert everything(folder) == before
+    assert not list(folder.rglob(".*.part"))
+
+
+def test_what_nohup_begins_outlives_its_terminal(folder):
+    ignoring = started(*words("track"), before=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    time.sleep(1.0)
+    ignoring.send_signal(signal.SIGHUP)
+    ignoring.communicate(timeout=120)
+    assert ignoring.returncode == 0
 
 
 def test_a_reader_that_hangs_up_is_no_error_to_speak_of(folder):

@@ -1,5 +1,7 @@
 """Progress goes to stderr, one line at a time."""
 
+import errno
+import io
 import json
 
 import pytest
@@ -30,6 +32,20 @@ def test_a_quiet_run_shows_no_progress_but_its_warnings(capsys):
     assert capsys.readouterr() == ("", "")
     shown.warn("cut short")
     assert capsys.readouterr() == ("", "warning: cut short\n")
+
+
+class Full(io.StringIO):
+    """A stream on a full disk."""
+
+    def write(self, text):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("stderr", [None, Full()])
+def test_a_line_that_nobody_can_read_is_dropped(stderr, monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr", stderr)
+    work(Progress("auto"))
+    assert capsys.readouterr().out == ""
 
 
 def test_a_note_is_a_line_unless_the_run_is_quiet(capsys):

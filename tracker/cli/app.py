@@ -1,6 +1,5 @@
 """The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
 
-import io
 import signal
 import sys
 from collections import Counter
@@ -17,6 +16,7 @@ from tracker.cli.file_commands import batch, compare_runs, export, settings
 from tracker.cli.find_command import find, suggestion
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
 from tracker.cli.options import Common, Keypoints, Video, beside, offered
+from tracker.cli.streams import open_streams
 from tracker.clip.job import Following
 
 app = typer.Typer(
@@ -168,9 +168,10 @@ for command in COMMANDS:
 
 def main() -> None:
     """Entry point of the command line."""
-    # What a scheduler stops cleans up behind it as after Ctrl-C.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    # A file's name may have letters that this terminal has not, which is no reason to fail.
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
+    open_streams()
+    # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup has it ignored
+            signal.signal(number, signal.default_int_handler)
     app(prog_name="figtrack")

@@ -1,0 +1,42 @@
+"""Standard streams that are there and, for what is only told on the way, that never fail."""
+
+import io
+import os
+import sys
+from typing import Any
+
+
+class _Unfailing(io.FileIO):
+    """Drops what cannot be written: a disk that is full or a reader that hung up."""
+
+    def write(self, data: Any) -> int:
+        try:
+            return super().write(data)
+        except OSError:
+            return len(data)
+
+
+def open_streams() -> None:
+    """Make the standard streams usable, however the command was started.
+
+    What is written to a stream that was closed goes nowhere; left closed, its number would be given to the
+    next file, and a library that prints would write into that. Progress and warnings never keep the work from
+    being done, so nothing that stderr cannot take is an error. Results that stdout cannot take are.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            try:
+                os.fstat(number)
+            except OSError:
+                os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+            setattr(sys, name, open(os.devnull, "r+" if number == 0 else "w", encoding="utf-8"))  # noqa: SIM115
+    # A file's name may have letters that this terminal has not, which is no reason to fail.
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+    if isinstance(sys.stderr, io.TextIOWrapper):
+        sys.stderr = io.TextIOWrapper(
+            io.BufferedWriter(_Unfailing(sys.stderr.fileno(), "w", closefd=False)),
+            encoding=sys.stderr.encoding,
+            errors="backslashreplace",
+            line_buffering=True,
+        )
