@@ -8,13 +8,16 @@ labels, fps and `origin` (what it was learned from, in words); and the float64 a
 
 import dataclasses
 import json
+import math
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.slds import SLDS
 from dynamics.stride import Stride
@@ -22,6 +25,8 @@ from dynamics.stride import Stride
 VERSION = 1
 Model = SLDS | HMM | Stride
 KINDS: dict[str, type[Model]] = {"figtrack-slds": SLDS, "figtrack-hmm": HMM, "figtrack-stride": Stride}
+MOST_BYTES = 2**26  # unpacked; 64 states of 24 entries take a megabyte
+LEADING = {"b": 2, "mean": 2}  # dimensions of the arrays by which the sizes of all others go
 TEXTS = ("names", "travelling", "labels")  # what is kept in the header, besides fps
 
 
@@ -89,8 +94,12 @@ def _kept(kind: type[Model]) -> list[str]:
 def _read(source: Path | Traversable, name: str) -> Model:
     try:
         with source.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            if sum(entry.file_size for entry in archive.zip.infolist()) > MOST_BYTES:
+                raise ModelError(f"{name} unpacks to more than any model holds; learn it again")
             header = json.loads(str(archive["header"]))
             arrays = {key: archive[key] for key in archive if key != "header"}
+    except ModelError:
+        raise
     except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
         raise ModelError(f"{name} is no model file or is damaged; copy or learn it again") from error
     if not isinstance(header, dict) or header.get("format") not in KINDS:
@@ -103,8 +112,55 @@ def _read(source: Path | Traversable, name: str) -> Model:
     kind = KINDS[header["format"]]
     fields = _kept(kind)
     try:
-        values: dict[str, Any] = {key: tuple(header[key]) for key in TEXTS if key in fields}
-        values |= {key: arrays[key] for key in fields if key not in (*TEXTS, "fps")}
-        return kind(**values, fps=float(header["fps"]))
-    except (ValueError, KeyError, TypeError) as error:
-        raise ModelError(f"{name} is damaged: {error}") from error
+        values: dict[str, Any] = {key: _texts(key, header[key]) for key in TEXTS if key in fields}
+        values |= {key: _reals(key, arrays[key]) for key in fields if key not in (*TEXTS, "fps")}
+        model = kind(**values, fps=_rate(header["fps"]))
+        for key, covs in _covariances(model).items():
+            _check_positive(key, covs)
+    except (ValueError, KeyError) as error:
+        raise ModelError(f"{name} is damaged: {error}; copy or learn it again") from error
+    return model
+
+
+def _texts(key: str, stored: Any) -> tuple[str, ...]:
+    good = isinstance(stored, list) and all(isinstance(text, str) and text.isprintable() for text in stored)
+    if not good or "" in stored:
+        raise ValueError(f"{key} must be a list of printable texts")
+    if key != "labels" and len(set(stored)) < len(stored):
+        raise ValueError(f"{key} must differ from one another")
+    return tuple(stored)
+
+
+def _reals(key: str, stored: NDArray[Any]) -> Array:
+    if stored.dtype.kind not in "fiu":  # a complex number would lose its imaginary part unseen
+        raise ValueError(f"{key} must hold real numbers, not {stored.dtype}")
+    if stored.ndim != LEADING.get(key, stored.ndim):
+        raise ValueError(f"{key} must have {LEADING[key]} dimensions, not {stored.ndim}")
+    return stored.astype(np.float64)
+
+
+def _rate(stored: Any) -> float:
+    if isinstance(stored, bool) or not isinstance(stored, int | float) or not math.isfinite(stored):
+        raise ValueError(f"fps must be a number of frames a second; got {stored!r}")
+    return float(stored)
+
+
+def _covariances(model: Model) -> dict[str, Array]:
+    """Those that must be positive definite: of Q the pose's block, since nothing else of a state is noisy."""
+    if isinstance(model, Stride):
+        return {}  # which checks its own
+    if isinstance(model, HMM):
+        return {"cov": model.cov}
+    d = model.layout.d
+    if model.Q[:, d:].any() or model.Q[:, :, d:].any():
+        raise ValueError("Q must be zero but for the pose")
+    return {"Q": model.Q[:, :d, :d], "R": model.R[None], "cov0": model.cov0}
+
+
+def _check_positive(key: str, covs: Array) -> None:
+    for k, cov in enumerate(covs):
+        # Sums in another order differ in the last bits; a negative variance never comes of that.
+        if not np.allclose(cov, cov.T, rtol=1e-9, atol=1e-9 * np.abs(cov).max()):
+            raise ValueError(f"{key} must be symmetric; of state {k} it is not")
+        if not np.linalg.eigvalsh(cov)[0] > 0.0:
+            raise ValueError(f"{key} must be positive definite; of state {k} it is not")

@@ -160,6 +160,75 @@ def test_a_header_that_does_not_fit_is_damage(entries, path):
         load(path)
 
 
+def asymmetric(cov):
+    wrong = cov.copy()
+    wrong[..., 0, 1] += 0.1
+    return wrong
+
+
+@pytest.mark.parametrize("name", ["Q", "R", "cov0"])
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (asymmetric, "{} must be symmetric; of state 0 it is not"),
+        (np.negative, "{} must be positive definite; of state 0 it is not"),
+        (np.zeros_like, "{} must be positive definite; of state 0 it is not"),
+        (lambda cov: cov + 0.5j, "{} must hold real numbers, not complex128"),
+        (lambda cov: cov.astype(str), "{} must hold real numbers, not <U"),
+        (lambda cov: cov[0], "{} must have . dimensions, not .$|{} must have . dimensions, not .;"),
+        (lambda cov: np.full_like(cov, np.nan), "{} must be finite"),
+    ],
+)
+def test_what_is_no_covariance_is_refused_where_it_is_read(name, spoil, said, path, slds):
+    rewrite(path, **{name: spoil(getattr(slds, name))})
+    with pytest.raises(ModelError, match=rf"model\.npz is damaged: {said.replace('{}', name)}"):
+        load(path)
+
+
+def test_noise_beyond_the_pose_is_refused(path, slds):
+    rewrite(path, Q=slds.Q + np.eye(slds.A.shape[-1]))
+    with pytest.raises(ModelError, match="is damaged: Q must be zero but for the pose"):
+        load(path)
+
+
+LABELS = [[None, None], [1, 2], "ab", ["walk", ""], ["walk", "\x1b[2J"], [["a"], "b"]]
+
+
+@pytest.mark.parametrize("labels", LABELS)
+def test_labels_are_text(labels, path):
+    rewrite(path, entries={"labels": labels})
+    with pytest.raises(ModelError, match="is damaged: labels must be a list of printable texts"):
+        load(path)
+
+
+@pytest.mark.parametrize("fps", [True, "30", float("inf"), float("nan"), [30]])
+def test_a_rate_is_a_number(fps, path):
+    rewrite(path, entries={"fps": fps})
+    with pytest.raises(ModelError, match="is damaged: fps must be"):
+        load(path)
+
+
+def test_a_freedom_is_named_once(path):
+    rewrite(path, entries={"names": ["a", "a"]})
+    with pytest.raises(ModelError, match="is damaged: names must differ"):
+        load(path)
+
+
+def test_a_small_file_that_unpacks_to_much_is_not_unpacked(path):
+    rewrite(path, more=np.zeros(2**23 + 1))
+    assert path.stat().st_size < 10**5
+    with pytest.raises(ModelError, match="unpacks to more than any model holds"):
+        load(path)
+
+
+def test_a_hidden_markov_models_covariances_are_looked_at_too(tmp_path):
+    cov = np.stack([np.eye(2), -np.eye(2)])
+    model = HMM(np.full(2, 0.5), np.full((2, 2), 0.5), np.zeros((2, 2)), cov, ("a", "b"), ("w", "r"), 30.0)
+    save(model, tmp_path / "h.npz", "a test")
+    with pytest.raises(ModelError, match="cov must be positive definite; of state 1"):
+        load(tmp_path / "h.npz")
+
+
 def test_a_cut_file_is_refused_wherever_it_is_cut(path):
     whole = path.read_bytes()
     for length in [*range(0, len(whole), 37), len(whole) - 1]:
