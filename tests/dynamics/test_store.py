@@ -175,13 +175,19 @@ def asymmetric(cov):
         (np.zeros_like, "{} must be positive definite; of state 0 it is not"),
         (lambda cov: cov + 0.5j, "{} must hold real numbers, not complex128"),
         (lambda cov: cov.astype(str), "{} must hold real numbers, not <U"),
-        (lambda cov: cov[0], "{} must have . dimensions, not .$|{} must have . dimensions, not .;"),
+        (lambda cov: cov[0], "{} must have shape"),
         (lambda cov: np.full_like(cov, np.nan), "{} must be finite"),
     ],
 )
 def test_what_is_no_covariance_is_refused_where_it_is_read(name, spoil, said, path, slds):
     rewrite(path, **{name: spoil(getattr(slds, name))})
     with pytest.raises(ModelError, match=rf"model\.npz is damaged: {said.replace('{}', name)}"):
+        load(path)
+
+
+def test_the_array_that_tells_the_sizes_is_named_too(path, slds):
+    rewrite(path, b=slds.b[0])
+    with pytest.raises(ModelError, match="is damaged: b must have 2 dimensions, not 1"):
         load(path)
 
 

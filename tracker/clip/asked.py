@@ -40,9 +40,8 @@ def asked(
     from tracker.clip.found import people, start_of  # slow to import
 
     film = Video(video)
-    find_model(
-        how.model, film.fps, how.tuned(settings), figure=figure
-    )  # or fails before the film is looked through
+    # Or it fails before the film is looked through.
+    find_model(how.model, film.fps, how.tuned(settings), how.rate or 1.0, figure)
     found = start_of(people(film, progress, how.from_ or 0, how.stop, towards(how.facing)), how, film)
     return how.job(video, found, settings)
 

@@ -1,6 +1,7 @@
 """Models by name, at any frame rate; and what learning makes of captures."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,11 @@ from dynamics.store import ModelError, load_shipped, save
 from kinematics.mocap import POSE_COLUMNS, mirror
 from tests.kinematics.figures import ARMS
 from tests.tracker.painted import FULL
+from tracker.clip.asked import asked
+from tracker.clip.job import Following
+from tracker.clip.start import FoundError
 from tracker.models.find import ESteps, find_model, learn_motions
+from tracker.progress import Progress
 
 ONE = Options(states=1, order=2, rounds=3)
 LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
@@ -248,11 +253,6 @@ def test_a_name_that_means_no_model_is_refused_with_what_there_is():
         find_model("hop.npz", 30.0, FULL)
 
 
-def test_a_frame_rate_too_far_off_is_refused():
-    with pytest.raises(ValueError, match="learn again at that rate"):
-        find_model("walk-run", 2000.0, FULL)
-
-
 def test_constant_velocity_carries_poses_on_as_they_moved(rng):
     slds = find_model("cv", 30.0, FULL)
     now, before = rng.normal(size=(2, 8))
@@ -270,3 +270,20 @@ def test_constant_velocity_scales_with_the_frame_rate():
     difference = np.hstack([np.eye(8), -np.eye(8)])
     first_step = [difference @ slds.cov0[0] @ difference.T for slds in (at_30, at_60)]
     assert_allclose(first_step[1], first_step[0] / 4.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("fps", "rate"), [(1000.0, 1.0), (240.0, 0.5), (1.0, 1.0), (0.1, 1.0)])
+def test_a_frame_rate_too_far_from_the_models_is_refused_with_what_works(fps, rate):
+    with pytest.raises(ValueError, match=f"cannot be had at {fps / rate:g} frames .* give --model cv"):
+        find_model("walk-run", fps, FULL, rate)
+    assert find_model("cv", fps, FULL, rate).fps == fps
+
+
+def test_a_playback_speed_counts_before_anybody_is_looked_for(monkeypatch, tmp_path):
+    """Filmed at 480 frames a second, played at 120, a clip has a model."""
+    monkeypatch.setattr("tracker.clip.asked.Video", lambda path: SimpleNamespace(fps=480.0))
+    monkeypatch.setattr("tracker.clip.found.people", lambda *_: [])
+    with pytest.raises(ValueError, match="cannot be had at 480"):
+        asked(Following(), tmp_path / "a.mp4", None, None, Progress("quiet"))
+    with pytest.raises(FoundError, match="nobody was found"):
+        asked(Following(rate=4.0), tmp_path / "a.mp4", None, None, Progress("quiet"))
