@@ -6,7 +6,6 @@ from threading import Thread
 
 from kinematics.figure_file import load_figure
 from tracker.annotate.correction import Correction
-from tracker.annotate.loopback import show
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session
@@ -96,7 +95,7 @@ def _serve(server: Server, what: str, browser: bool) -> None:
     print(f"{what} at {server.address}")
     print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
     if browser:
-        show(server.address)
+        server.show()
     answers = Thread(target=server.serve_forever, kwargs={"poll_interval": POLL}, daemon=True)
     answers.start()
     try:

@@ -13,7 +13,9 @@ import webbrowser
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from socketserver import TCPServer
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -22,6 +24,7 @@ from tracker.run.folder import FolderError
 from videos.frames import VideoError
 
 LOOPBACK = "127.0.0.1"
+FORWARD = '<!DOCTYPE html><meta http-equiv="refresh" content="0; url={address}"><a href="{address}">open</a>'
 MOST_BYTES = 2**20  # of a request: the marks of two thousand frames
 MOST_SECONDS = 30.0  # for a request to arrive
 
@@ -46,6 +49,8 @@ class LoopbackServer(ThreadingHTTPServer):
     address : the page's, key included
     """
 
+    doorway: TemporaryDirectory[str] | None = None
+
     # Connections that wait to be let in; one beyond them is tried again by the browser, seconds later.
     request_queue_size = 128
 
@@ -66,6 +71,23 @@ class LoopbackServer(ThreadingHTTPServer):
         """As a TCP server does: an HTTP server would ask for this machine's name, which may take long."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = LOOPBACK, self.server_address[1]
+
+    def show(self) -> None:
+        """Open the page by a file that only its owner can read and that forwards to it.
+
+        A browser's command line, which everybody on this machine can read, then does not tell the key.
+        """
+        self.doorway = TemporaryDirectory(prefix="figtrack-")
+        door = Path(self.doorway.name) / "open.html"
+        door.touch(0o600)
+        door.write_text(FORWARD.format(address=self.address), encoding="ascii")
+        show(door.as_uri())
+
+    def server_close(self) -> None:
+        """Let go of the port, and take away the file that forwarded."""
+        super().server_close()
+        if self.doorway is not None:
+            self.doorway.cleanup()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A browser that hangs up is no error."""

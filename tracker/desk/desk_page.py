@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 from tracker.annotate.documents import Document
 from tracker.annotate.frames import Frames
-from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here, show
+from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
 from tracker.desk.films import Film, films
 from tracker.desk.work import EXPORTS, Asked, Command, Work, words_for
 from tracker.run.folder import FolderError
@@ -169,7 +169,7 @@ def open_desk(folder: Path, port: int, browser: bool) -> None:
         print(f"the films of {folder} at {server.address}")
         print("this ends with Ctrl-C here", flush=True)
         if browser:
-            show(server.address)
+            server.show()
         try:
             server.serve_forever(poll_interval=POLL)
         except KeyboardInterrupt:

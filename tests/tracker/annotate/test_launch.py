@@ -5,8 +5,11 @@ import json
 import re
 import signal
 import socket
+import stat
 import webbrowser
 from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import unquote
 
 from tests.tracker import people
 from tests.tracker.annotate.test_server import told
@@ -125,6 +128,19 @@ def test_the_browser_is_opened_unless_told_not_to_or_it_would_take_the_terminal(
 
     monkeypatch.setattr(webbrowser, "get", none)
     module.show("http://here/")
+
+
+def test_the_browsers_command_line_does_not_tell_the_key(monkeypatch):
+    opened = []
+    monkeypatch.setattr(module, "show", opened.append)
+    with module.LoopbackServer(module.LoopbackHandler, 0, "annotate") as server:
+        server.show()
+        (address,) = opened
+        assert server.key not in address
+        door = Path(unquote(address.removeprefix("file://")))
+        assert server.address in door.read_text()
+        assert [stat.S_IMODE(path.stat().st_mode) for path in (door.parent, door)] == [0o700, 0o600]
+    assert not door.parent.exists()
 
 
 def annotate(video, out, *more):
