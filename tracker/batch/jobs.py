@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -113,13 +113,15 @@ def _warn_of_unknown(names: Iterable[str], table: Path, progress: Progress) -> N
 def _check_apart(rows: list[Row], table: Path, place: Path) -> None:
     """No row's results may lie in another's, or hold the summary."""
     real = [Path(os.path.realpath(row.out)) for row in rows]
+    whole = Path(os.path.realpath(place))
     for row, one in zip(rows, real, strict=True):
-        if Path(os.path.realpath(place)).is_relative_to(one):
+        if whole.is_relative_to(one):
             raise JobsError(f"{table}: out {row.out} would hold the whole batch; name a folder inside it")
-    for one, other in combinations(real, 2):
+    # In this order what lies in a folder comes right after it.
+    for one, other in pairwise(sorted(real, key=lambda path: path.parts)):
         if one == other:
             raise JobsError(f"{table}: two rows have the same out, {one}; give each its own")
-        if one.is_relative_to(other) or other.is_relative_to(one):
+        if other.is_relative_to(one):
             raise JobsError(f"{table}: out {one} and out {other} lie in one another; keep them apart")
 
 

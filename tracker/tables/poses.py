@@ -17,6 +17,7 @@ from tracker.tables.table import Layout, write_table
 ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
 BESIDE = ("label", "time_s")  # columns that are read beside the pose
 LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a slip of the pen
+GAP = 10_000  # frames that may be left out in a row: minutes of which nothing is known
 LARGEST = 1e9  # in any cell; beyond, numbers swamp one another
 RADIANS = 3.2  # degrees: no figure that moves keeps every angle below, in radians every figure does
 MOVED = 0.2  # leg lengths that say so, and
@@ -185,6 +186,12 @@ def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSeq
             f"{path}: sequence {name!r} goes from frame {first} to frame {last}; "
             f"at most {LONGEST} frames are read, correct the numbers"
         )
+    for before, after in pairwise(sorted(frames)):
+        if after - before > GAP:
+            raise PosesError(
+                f"{path}: in sequence {name!r} frame {after} comes after frame {before}; at most {GAP} "
+                "frames may be left out, correct the numbers or give the rest a seq of its own"
+            )
     pose, *_ = frames[first]
     gap = np.full(len(pose), np.nan), "", np.nan, ("",) * len(pose)
     poses, labels, times, cells = zip(*(frames.get(t, gap) for t in range(first, last + 1)), strict=True)

@@ -136,3 +136,19 @@ def test_files_that_are_not_there_are_told_before_any_work(table, tmp_path, clip
     beside = tmp_path / "Läufe"
     assert f"there is no {beside / 'gone.mp4'}; gone.mp4 will fail" in said
     assert f"there is no {beside / 'k.csv'}; {clip.video.name} will fail" in said
+
+
+def test_rows_are_kept_apart_without_comparing_each_with_each(table, tmp_path, clip, monkeypatch):
+    asked = []
+    inside = type(tmp_path).is_relative_to
+    monkeypatch.setattr(type(tmp_path), "is_relative_to", lambda *two: asked.append(two) or inside(*two))
+    rows = [(clip.video, clip.keypoints, "", "cv", f"{n}") for n in range(300)]
+    assert len(read_jobs(table(*rows), tmp_path, QUIET)) == 300
+    assert len(asked) < 3 * 300
+
+
+@pytest.mark.parametrize("names", [("b", "a", "b/c"), ("a/b/c", "a!", "a"), ("a", "a b", "a/b")])
+def test_results_in_one_another_are_found_whatever_sorts_between(names, table, tmp_path, clip):
+    rows = [(clip.video, clip.keypoints, "", "cv", name) for name in names]
+    with pytest.raises(JobsError, match="lie in one another"):
+        read_jobs(table(*rows), tmp_path, QUIET)

@@ -68,6 +68,7 @@ def test_a_run_ends_at_a_gap_at_an_empty_cell_and_at_another_label(tmp_path):
         (("a,0,0.1",), "line 2 has 3 cells, the header 11; empty cells want their commas"),
         ((row(0, angle=2 * LARGEST),), "torso 2000000000.0 is out of all range"),
         ((row(0), row(0, seq="b"), row(1)), "line 4: sequence 'a' ended before and comes again"),
+        ((row(0), row(10_001)), "frame 10001 comes after frame 0; at most 10000 frames may be left out"),
         ((row(0), row(10**9)), "sequence 'a' goes from frame 0 to frame 1000000000; at most"),
     ],
 )
