@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
+from stat import S_IMODE
 
 # The file that a complete run leaves last, and a key in it that says it is ours.
 MARKERS = {
@@ -74,6 +75,8 @@ def fresh_folder(
 def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = ()) -> Iterator[Path]:
     """A name to write to, which becomes `path` when the block ends well or vanishes if it does not.
 
+    Who may read and write it stays as it was.
+
     Args:
         path: the final place; a link is followed.
         overwrite: whether a file that is there may be replaced.
@@ -91,6 +94,8 @@ def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = (
         new = workshop / place.name
         yield new
         _check_file(path, overwrite)
+        if place.exists():
+            new.chmod(S_IMODE(place.stat().st_mode))
         new.replace(place)
 
 
@@ -169,6 +174,7 @@ def _workshops(path: Path) -> set[Path]:
 def _exchange(new: Path, place: Path, old: Path) -> None:
     try:
         if place.exists():
+            new.chmod(S_IMODE(place.stat().st_mode))
             place.rename(old)
         new.rename(place)
     except BaseException as error:

@@ -298,3 +298,17 @@ def test_a_folder_that_may_be_replaced_is_told_by_the_caller(tmp_path):
     with fresh_folder(out, overwrite=True, replaceable=lambda path: True) as aside:
         (aside / "new").write_text("")
     assert names(out) == ["new"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there are no modes there")
+def test_what_is_replaced_stays_as_private_as_it_was(tmp_path):
+    table, run = tmp_path / "marks.csv", tmp_path / "run"
+    table.write_text("old")
+    table.chmod(0o600)
+    run.mkdir(0o700)
+    with fresh_file(table, overwrite=True) as aside:
+        aside.write_text("new")
+    with fresh_folder(run, overwrite=True) as aside:
+        (aside / "run.json").write_text("{}")
+    assert [path.stat().st_mode & 0o777 for path in (table, run)] == [0o600, 0o700]
+    assert (table.read_text(), (run / "run.json").read_text()) == ("new", "{}")
