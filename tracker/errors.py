@@ -5,6 +5,7 @@ import errno
 from numpy.linalg import LinAlgError
 
 from dynamics.store import ModelError
+from tracker.progress import plain
 from tracker.run.folder import FolderError
 from videos.frames import VideoError
 
@@ -16,9 +17,9 @@ def fault(error: Exception) -> str | None:
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; give a smaller video or table"
     if isinstance(error, OSError):
-        return _one_line(_system_fault(error))
+        return plain(_system_fault(error))
     expected = isinstance(error, ModelError | FolderError | VideoError | ValueError)
-    return _one_line(str(error)) if expected and not isinstance(error, LinAlgError) else None
+    return plain(str(error)) if expected and not isinstance(error, LinAlgError) else None
 
 
 def _system_fault(error: OSError) -> str:
@@ -26,8 +27,3 @@ def _system_fault(error: OSError) -> str:
     if error.errno in FULL:
         return f"no room to write ({text}); make some, or choose another --out"
     return f"{text}: {error.filename}" if error.filename else text
-
-
-def _one_line(text: str) -> str:
-    """A file's name may hold line breaks, and what moves a terminal's cursor."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -43,7 +43,12 @@ class Progress:
         """One line: `news` for programs, `text` for people; nothing where it cannot be written."""
         if sys.stderr is not None:
             with suppress(OSError):
-                print(json.dumps(news) if self.style == "json" else text, file=sys.stderr, flush=True)
+                print(json.dumps(news) if self.style == "json" else plain(text), file=sys.stderr, flush=True)
+
+
+def plain(text: str) -> str:
+    """One line: a file's name may hold line breaks, and what moves a terminal's cursor."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class _Lines:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from tracker.tables.table import why
+from tracker.tables.table import read_text, why
 
 # Words for the bounds of a JSON schema.
 BOUNDS = {
@@ -178,13 +178,28 @@ def read_toml(path: Path, kind: type[Model], advice: str) -> Model:
             all named at once.
     """
     try:
-        return kind.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        table = tomllib.loads(read_text(path))
+        flags = [name for name, value in table.items() if _is_flag(value) and not _takes_flag(kind, name)]
+        if flags:  # which would be taken for 1 and 0
+            raise SettingsError(f"{path}: {', '.join(flags)} cannot be true or false; give numbers")
+        return kind.model_validate(table)
+    except SettingsError:
+        raise
     except FileNotFoundError as error:
         raise SettingsError(f"no settings file {path}; check its name") from error
     except ValidationError as error:
         raise SettingsError(f"{path}: {'; '.join(map(_fault, error.errors()))}") from error
     except (OSError, ValueError, RecursionError) as error:  # the parser has several ways to fail
         raise SettingsError(f"{path} is no TOML file ({why(error)}); {advice}") from error
+
+
+def _is_flag(value: object) -> bool:
+    return any(map(_is_flag, value)) if isinstance(value, list) else isinstance(value, bool)
+
+
+def _takes_flag(kind: type[BaseModel], name: str) -> bool:
+    field = kind.model_fields.get(name)
+    return field is None or field.annotation is bool
 
 
 def _range(schema: Mapping[str, Any]) -> str:

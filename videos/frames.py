@@ -9,6 +9,7 @@ not.
 import io
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -73,6 +74,7 @@ class Video:
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
     cut_short     : after a whole pass, one line if the video ended before it should have, else None
+    gaps          : of a folder, one line if numbers are left out or given twice, else None
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
 
     Args:
@@ -89,6 +91,7 @@ class Video:
         self.path = Path(path)
         self.cut_short: str | None = None
         self.retimed: str | None = None
+        self.gaps: str | None = None
         self._images: list[Path] = []
         if not self.path.exists():
             raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
@@ -97,6 +100,7 @@ class Video:
             if not 0.0 < self.fps < float("inf"):
                 raise ValueError(f"fps must be a positive number of frames per second, not {fps}")
             self._images = _numbered_images(self.path)
+            self.gaps = _gaps(self.path, self._images)
             self.count_hint: int | None = len(self._images)
         else:
             if fps is not None:
@@ -169,6 +173,8 @@ def films_in(folder: Path) -> list[Path]:
 
 
 def _opened(path: Path) -> InputContainer:
+    if not path.is_file():  # a pipe or a device may have no end
+        raise VideoError(f"{path} is no ordinary file; save the video as one")
     if path.stat().st_size == 0:
         raise VideoError(f"{path} is empty (0 bytes); copy or record it again")
     try:
@@ -275,6 +281,23 @@ def _numbered_images(folder: Path) -> list[Path]:
             f"only {len(found)} without a number; give a video file or number the images"
         )
     return sorted(numbered, key=_natural)
+
+
+def _gaps(folder: Path, images: list[Path]) -> str | None:
+    """By the last number of each name: what is missing or double in steps of the commonest one."""
+    numbers = np.array([int(re.findall(r"\d+", path.stem)[-1]) for path in images], dtype=object)
+    if len(numbers) < 3:
+        return None
+    steps = np.diff(numbers)
+    usual = Counter(steps).most_common(1)[0][0]
+    odd = np.flatnonzero(steps != usual)
+    if usual <= 0 or not len(odd):
+        return None
+    before, after = images[odd[0]].name, images[odd[0] + 1].name
+    return (
+        f"the pictures of {folder} are not numbered evenly, first from {before} to {after}; "
+        "they are taken as if they were"
+    )
 
 
 def _natural(path: Path) -> tuple[list[tuple[str, int]], str]:

@@ -19,6 +19,12 @@ def removed(path):
     shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
+def piped(path):
+    """A pipe that nobody writes to."""
+    path.unlink()
+    os.mkfifo(path)
+
+
 def folder_instead(path):
     path.unlink(missing_ok=True)
     path.mkdir()

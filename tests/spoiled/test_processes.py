@@ -152,6 +152,16 @@ def test_a_terminal_without_the_letters_of_a_name_is_no_reason_to_fail(folder):
     check_line(errors)
 
 
+def test_what_moves_a_terminals_cursor_in_a_name_is_written_out(folder):
+    name = "w\x1b[2Jalk.mp4"
+    os.rename("walk.mp4", name)
+    line = ("track", name, "--keypoints", "marks.csv", "--model", "m.npz", "--out", "new")
+    status, out, errors = ended(*line)
+    assert status == 0
+    assert "\x1b" not in out + errors
+    assert "4 frames of w\\x1b[2Jalk.mp4" in out
+
+
 def test_a_name_that_is_no_text_at_all_is_followed_too(folder):
     name = os.fsdecode(b"w\xffalk.mp4")
     try:

@@ -92,3 +92,7 @@ def test_the_command_writes_the_file_and_replaces_none_unasked(tmp_path):
     assert path.read_text() == "mine = 1\n"
     assert figtrack("settings", "--out", path, "--overwrite").exit_code == 0
     assert read_settings(path) == Settings()
+
+
+def test_a_file_with_a_byte_order_mark_is_read(toml):
+    assert read_settings(toml("noise = 7.5\n".encode("utf-8-sig"))).noise == 7.5

@@ -261,6 +261,22 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
     assert video.cut_short is None
 
 
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (("1.png", "2.png", "3.png", "10.png"), "first from 3.png to 10.png"),
+        (("a1.png", "a2.jpg", "a2.png", "a3.png"), "first from a2.jpg to a2.png"),
+        (("5.png", "10.png", "15.png"), None),
+        (("shot2_01.png", "shot2_02.png", "shot2_03.png"), None),
+    ],
+)
+def test_numbers_that_are_left_out_or_given_twice_are_said(names, said, tmp_path):
+    for name in names:
+        cv2.imwrite(str(tmp_path / name), picture(0))
+    gaps = Video(tmp_path).gaps
+    assert gaps is None if said is None else said in gaps
+
+
 def test_a_folders_images_are_rgb_and_its_frame_rate_can_be_given(tmp_path):
     cv2.imwrite(str(tmp_path / "1.png"), np.full((4, 4, 3), (10, 20, 30), np.uint8))
     cv2.imwrite(str(tmp_path / "2.png"), np.full((4, 4, 3), (10, 20, 30), np.uint8))

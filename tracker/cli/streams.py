@@ -5,6 +5,8 @@ import os
 import sys
 from typing import Any
 
+from tracker.progress import plain
+
 
 class _Unfailing(io.FileIO):
     """Drops what cannot be written: a disk that is full or a reader that hung up."""
@@ -14,6 +16,14 @@ class _Unfailing(io.FileIO):
             return super().write(data)
         except OSError:
             return len(data)
+
+
+class _Plain(io.TextIOWrapper):
+    """Writes what moves a terminal's cursor, which names of files may hold, the way Python writes it."""
+
+    def write(self, text: str) -> int:
+        super().write("\n".join(map(plain, text.split("\n"))))
+        return len(text)
 
 
 def open_streams() -> None:
@@ -32,7 +42,10 @@ def open_streams() -> None:
             setattr(sys, name, open(os.devnull, "r+" if number == 0 else "w", encoding="utf-8"))  # noqa: SIM115
     # A file's name may have letters that this terminal has not, which is no reason to fail.
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
+        encoding, terminal = sys.stdout.encoding, sys.stdout.isatty()
+        sys.stdout = _Plain(
+            sys.stdout.detach(), encoding=encoding, errors="backslashreplace", line_buffering=terminal
+        )
     if isinstance(sys.stderr, io.TextIOWrapper):
         sys.stderr = io.TextIOWrapper(
             io.BufferedWriter(_Unfailing(sys.stderr.fileno(), "w", closefd=False)),

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from tracker.tables.table import why
+from tracker.tables.table import ordinary, why
 
 
 class ForeignError(ValueError):
@@ -22,7 +22,7 @@ def opened(path: Path) -> Iterator[TextIO]:
         ForeignError: no such file, one that cannot be read, or no text; also while it is read.
     """
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
+        with ordinary(path).open(newline="", encoding="utf-8-sig") as file:
             yield file
     except FileNotFoundError as error:
         raise ForeignError(f"no file {path}; check its name") from error

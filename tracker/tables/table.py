@@ -1,6 +1,7 @@
 """CSV tables with a header: one reader, which says in one line what is wrong with a table, and one writer."""
 
 import csv
+import errno
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,12 +81,24 @@ def read_lines(path: str | Path) -> Iterator[tuple[int, list[str]]]:
     Raises:
         OSError, UnicodeDecodeError, csv.Error: what cannot be read.
     """
-    with Path(path).open(newline="", encoding="utf-8-sig") as file:
+    with ordinary(Path(path)).open(newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         for row in reader:
             cells = [cell.strip() for cell in row]
             if any(cells):
                 yield reader.line_num, cells
+
+
+def read_text(path: Path) -> str:
+    """A UTF-8 file's text, without the mark that some editors put first; raises as `ordinary`."""
+    return ordinary(path).read_text(encoding="utf-8-sig")
+
+
+def ordinary(path: Path) -> Path:
+    """The path itself; OSError for a pipe or device, which may have no end."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise OSError(errno.EINVAL, "no ordinary file", str(path))
+    return path
 
 
 def by_column(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
