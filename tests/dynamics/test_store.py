@@ -166,12 +166,19 @@ def asymmetric(cov):
     return wrong
 
 
+def indefinite(cov):
+    wrong = cov.copy()
+    wrong[..., 0, 0] *= -1.0
+    return wrong
+
+
 @pytest.mark.parametrize("name", ["Q", "R", "cov0"])
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
         (asymmetric, "{} must be symmetric; of state 0 it is not"),
         (np.negative, "{} must be positive definite; of state 0 it is not"),
+        (indefinite, "{} must be positive definite; of state 0 it is not"),
         (np.zeros_like, "{} must be positive definite; of state 0 it is not"),
         (lambda cov: cov + 0.5j, "{} must hold real numbers, not complex128"),
         (lambda cov: cov.astype(str), "{} must hold real numbers, not <U"),
