@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
-from kinematics.figure import ROOT, Figure
+from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.figure_file import WALKER
 from kinematics.spm import View
 from tracker.loop.outcome import Outcome
@@ -142,6 +142,10 @@ def read_run(folder: Path) -> Record:
         times, freedoms, poses, outcome = _poses(path, news.frames)
     with _sound(folder / "track.npz") as path:
         shift, unit = _shift(path, news.frames)
+        moving = _archive(path, ())[0]["freedoms"]
+    with _sound(folder / "pose.csv"):
+        if set(freedoms) != set(moving[: moving.index(SCALE)]):
+            raise ValueError(f"its columns are not those of {', '.join(moving[: moving.index(SCALE)])}")
     return Record(
         news=news,
         times=times,
