@@ -42,6 +42,7 @@ GAIT = {
     "speed": ("speed", "both"),
 }
 COLUMNS = (*SUMMARY, "motion", *GAIT, "length_unit")
+NAMED = ("model", "figure")  # what ships by this name, or else a file
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"
 
 
@@ -128,7 +129,7 @@ def job_key(job: Job) -> str:
     digest = hashlib.sha256(__version__.encode())
     for field in fields(job):
         value = getattr(job, field.name)
-        if isinstance(value, Path) or (field.name == "model" and Path(value).is_file()):
+        if isinstance(value, Path) or (field.name in NAMED and Path(value).is_file()):
             for path in _files(Path(value)):
                 with path.open("rb") as file:
                     digest.update(hashlib.file_digest(file, "sha256").digest())

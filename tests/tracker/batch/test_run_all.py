@@ -184,6 +184,7 @@ def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
         "smooth": False,
         "anchors": True,
         "measure": clip.keypoints,
+        "figure": "horse",
     }
     keys = {job_key(replace(job, **{name: value})) for name, value in others.items()} | {job_key(job)}
     assert len(keys) == len(others) + 1
@@ -194,17 +195,20 @@ def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
     assert job_key(replace(job, video=copy, called="so")) == job_key(job)
 
 
-def test_a_job_is_another_when_its_model_s_file_or_an_image_is(tmp_path):
+def test_a_job_is_another_when_the_file_of_its_model_or_figure_or_an_image_is(tmp_path):
     (tmp_path / "m.npz").write_bytes(b"one")
     (tmp_path / "images").mkdir()
     (tmp_path / "images" / "0.png").write_bytes(b"one")
-    job = Job(tmp_path / "images", {}, str(tmp_path / "m.npz"))
+    (tmp_path / "f.toml").write_text("one")
+    job = Job(tmp_path / "images", {}, str(tmp_path / "m.npz"), figure=str(tmp_path / "f.toml"))
     keys = [job_key(job)]
     (tmp_path / "m.npz").write_bytes(b"two")
     keys.append(job_key(job))
+    (tmp_path / "f.toml").write_text("two")
+    keys.append(job_key(job))
     (tmp_path / "images" / "0.png").write_bytes(b"two")
     keys.append(job_key(job))
-    assert len(set(keys)) == 3
+    assert len(set(keys)) == 4
 
 
 def broken(row, overwrite):
