@@ -9,7 +9,7 @@ from dynamics.learning.options import Options
 from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import write_table
-from tracker.models.find import learn_hmms, learn_motions, learn_strides
+from tracker.models.by_motion import learn_hmms, learn_motions, learn_strides
 from tracker.tables.poses import PoseSequence, pose_cells
 
 HEADER = ("seq", "frame", *POSE_COLUMNS)

@@ -17,7 +17,7 @@ from dynamics.store import Model
 from dynamics.stride import Stride
 from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
 from kinematics.mocap import Sequence as Capture
-from tracker.models.find import STRIDE_ROUNDS, learn_hmms, learn_motions, learn_strides
+from tracker.models.by_motion import STRIDE_ROUNDS, learn_hmms, learn_motions, learn_strides
 from tracker.models.learn import NOISE, STATES, gait_options
 from tracker.progress import Progress
 

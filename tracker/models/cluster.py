@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from dynamics.gaussian import Array
 from dynamics.posterior import Infer, Posterior
 from dynamics.slds import SLDS
-from tracker.models.find import Batches
+from tracker.models.by_motion import Batches
 
 if TYPE_CHECKING:
     from distributed import Client, Security

@@ -20,14 +20,14 @@ from dynamics.stride import Stride
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.mocap import ARM_COLUMNS, POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
-from tracker.models.find import (
-    CONSTANT_VELOCITY,
+from tracker.models.by_motion import (
     ESteps,
     Spread,
     learn_hmms,
     learn_motions,
     learn_strides,
 )
+from tracker.models.find import CONSTANT_VELOCITY
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file
 from tracker.settings import read_toml

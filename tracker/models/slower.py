@@ -6,6 +6,7 @@ people out: by a model of the captures that may ship (runs at 2.6 to 3.5 m/s) on
 """
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT
@@ -20,8 +21,6 @@ def slower(y: Array) -> list[Array]:
 
 def _copy(y: Array, speed: float, size: float) -> Array:
     """Played at `speed`, the angles' distance from their mean and the root's travel times `size`."""
-    from scipy.interpolate import CubicSpline  # slow to import, and only learning plays slower
-
     t = np.arange(len(y))
     played: Array = CubicSpline(t, y)(np.arange(0.0, t[-1] + 1e-9, speed))
     centre: Array = played.mean(0)

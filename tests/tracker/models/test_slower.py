@@ -4,7 +4,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from kinematics.mocap import POSE_COLUMNS
-from tracker.models.find import learn_motions
+from tracker.models.by_motion import learn_motions
 from tracker.models.learn import gait_options
 from tracker.models.slower import COPIES, slower
 
