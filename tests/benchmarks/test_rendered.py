@@ -12,11 +12,10 @@ from kinematics.mocap import Trial
 from tests.benchmarks.rendered import plans
 from tests.benchmarks.rendered.captures import GAITS, Motion, gait_of
 from tests.benchmarks.rendered.filming import Film, film
-from tests.benchmarks.rendered.measure import Case, Followed, Start, judged, start_frame
+from tests.benchmarks.rendered.measure import LEGS, SCORED, Case, Followed, Start, judged, start_frame
 from tests.benchmarks.rendered.page import by_kind, claims, worst
 from tests.benchmarks.rendered.plans import BEFORE, BEHIND, HEIGHT, MOMENTS, POST, SHRUB, Casting, planned
 from tracker.clip.job import Found, Nearer
-from tracker.run.score import LEGS, SCORED
 from tracker.scene.steps import joint_places, random_build, walk
 from tracker.tables.keypoints import Mark
 from videos.frames import Video

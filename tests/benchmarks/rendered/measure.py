@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from kinematics.figure_file import WALKER
 from kinematics.mocap import read_trials
 from kinematics.recover import PoseError
 from kinematics.sides import other_side
@@ -20,13 +21,15 @@ from tracker.clip.job import Following, Found, Job
 from tracker.clip.start import FoundError, StartError
 from tracker.outline.person import Person
 from tracker.progress import Progress
-from tracker.run.score import LEGS, SCORED, places, score
+from tracker.run.score import places, score
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark
 from videos.frames import Video
 
 QUIET = Progress("quiet")
 AWAY = 0.25  # leg lengths; a start whose joints are farther from the truth is misplaced
+SCORED = WALKER.scored
+LEGS = tuple(name for name in SCORED if other_side(name) != name)
 FROM_FIRST = -1  # a start before every frame: all of them are compared
 
 
