@@ -225,6 +225,9 @@ def synthesise(
     fps: Annotated[
         float | None, typer.Option(min=1.0, max=1000.0, help="Frames a second [default: the model's].")
     ] = None,
+    noise: Annotated[
+        float, typer.Option(min=0.01, max=10.0, help="Times as large as learned is what drives the motion.")
+    ] = 1.0,
     no_recurrent: NoRecurrent = False,
     seed: Seed = 0,
     out: Annotated[
@@ -246,7 +249,9 @@ def synthesise(
 
     outputs = written.outputs(out or beside(Path(model), "synthesise.csv"), clip=not no_clip)
     task = Task(None, model, fps, outputs, common.overwrite, common.shown())
-    print(synthesise_table(task, frames=frames, seed=seed, recurrent=not no_recurrent, label=label))
+    print(
+        synthesise_table(task, frames=frames, seed=seed, recurrent=not no_recurrent, label=label, noise=noise)
+    )
 
 
 def reproduce(

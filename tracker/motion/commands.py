@@ -6,21 +6,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.motion.rate import at_rate
-from dynamics.motion.tasks import Labelling, synthesise
-from dynamics.slds import SLDS
+from dynamics.motion.tasks import Labelling
 from dynamics.store import Model
 from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.find import motion_model
 from tracker.motion.choices import Inference, Use
 from tracker.motion.fill import at_table_noise, fill_gaps, fillers
+from tracker.motion.free_run import free_run
 from tracker.motion.summary import (
-    ANGLES,
     filled_cells,
     forecast_errors,
     frames_text,
@@ -31,7 +29,6 @@ from tracker.motion.tasks import (
     chosen_inference,
     forecast_all,
     label_all,
-    of_motion,
     whole_pose,
 )
 from tracker.progress import Progress
@@ -49,7 +46,6 @@ from tracker.tables.table import write_table
 USUAL_FPS = 30.0
 PICTURES = (".png", ".pdf", ".svg")
 SD_COLUMNS = tuple(f"{name}_sd" for name in POSE_COLUMNS)
-TURNED = float(np.radians(360.0))  # no angle of a figure is as large
 
 
 @dataclass(frozen=True)
@@ -157,27 +153,28 @@ def interpolate_table(task: Task, *, seed: int, recurrent: bool) -> str:
     return "\n".join([filled_cells(sequences, filled), _see(task)])
 
 
-def synthesise_table(task: Task, *, frames: int, seed: int, recurrent: bool, label: str | None) -> str:
+def synthesise_table(
+    task: Task, *, frames: int, seed: int, recurrent: bool, label: str | None, noise: float
+) -> str:
     """Write a motion of the model's own as the pose table's one sequence, and as a clip; raises as
     `classify_table`.
 
     Args:
-        label: the motion, None to leave that to the model too.
+        label, noise, recurrent: see `tracker.motion.free_run`.
     """
     with _fresh(task) as outputs:
         model, fps = _model(task)
-        slds = of_motion(whole_pose(model, "synthesise"), label)
+        rng = np.random.default_rng(seed)
         with task.progress.task("synthesising", 1) as advance:
-            states, y = _free_run(slds, frames, np.random.default_rng(seed), recurrent)
+            states, labels, y = free_run(model, frames, fps, rng, label, noise, recurrent)
             advance()
-        labels = [slds.labels[s] for s in states]
         rows = ((0, t, *pose_cells(y[t]), states[t], labels[t]) for t in range(frames))
         write_poses(outputs.table, rows, ("state", "label"))
         if outputs.plot is not None:
             from tracker.motion.plots import draw_synthesis
 
             title = f"{frames} frames of {Path(task.model).name}, seed {seed}"
-            draw_synthesis(states, slds.labels, y, fps, outputs.plot, title)
+            draw_synthesis(states, model.labels, y, fps, outputs.plot, title)
         if outputs.clip is not None:
             from tracker.motion.stick_film import write_clip
 
@@ -239,23 +236,6 @@ def _shown(task: Task, sequences: Sequence[PoseSequence], usual: int) -> int:
         some = ", ".join(names[:10]) + (", .." if len(names) > 10 else "")
         raise PosesError(f"{task.poses} has no sequence {task.show!r} to show; there are {some}")
     return names.index(task.show)
-
-
-def _free_run(
-    slds: SLDS, frames: int, rng: np.random.Generator, recurrent: bool
-) -> tuple[NDArray[np.intp], Array]:
-    try:
-        with np.errstate(over="ignore", invalid="ignore"):
-            states, y = synthesise(slds, frames, rng, recurrent=recurrent)
-    except np.linalg.LinAlgError:
-        y = np.full((frames, len(POSE_COLUMNS)), np.nan)
-    wild = np.flatnonzero(~(np.abs(y[:, ANGLES]) < TURNED).all(1))
-    if len(wild):
-        raise ValueError(
-            f"the model's motion leaves all that a figure can do at frame {wild[0]}; "
-            "try another --seed, fewer --frames, or a model of fewer states"
-        )
-    return states, y
 
 
 def _write_labels(

@@ -21,7 +21,15 @@ from dynamics.stride import Stride
 from dynamics.viterbi import best_log_p_all
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.find import motion_model
-from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, first_measured, first_place, mean_neck, whole_pose
+from tracker.motion.tasks import (
+    SILENT,
+    UNKNOWN_PLACE,
+    first_measured,
+    first_place,
+    mean_neck,
+    whole_pose,
+    whole_stride,
+)
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
@@ -71,16 +79,6 @@ def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
     slds = whole_pose(model, "interpolate")
     shipped = motion_model(STRIDE) if name == BY_EVIDENCE else None
     return Fillers(slds, shipped if isinstance(shipped, Stride) else None, fps, recurrent)
-
-
-def whole_stride(stride: Stride) -> Stride:
-    """The stride, if it is one of all that a pose table holds; else a ValueError."""
-    if stride.names != POSE_COLUMNS:
-        raise ValueError(
-            f"the model speaks of {', '.join(stride.names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
-            "give a model learned from captures or pose tables"
-        )
-    return stride
 
 
 def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Progress = SILENT) -> SLDS:

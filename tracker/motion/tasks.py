@@ -7,7 +7,6 @@ prior, and inferred with everything else.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -65,12 +64,22 @@ def whole_pose(model: Model, task: str) -> SLDS:
     """The model, if it has dynamics of all that a pose table holds; else a ValueError."""
     if not isinstance(model, SLDS):
         raise ValueError(f"the model is {_kind(model)}, which cannot {task}; {OTHERWISE}")
-    if model.names != POSE_COLUMNS:
+    _check_names(model.names)
+    return model
+
+
+def whole_stride(stride: Stride) -> Stride:
+    """The stride, if it is one of all that a pose table holds; else a ValueError."""
+    _check_names(stride.names)
+    return stride
+
+
+def _check_names(names: Sequence[str]) -> None:
+    if tuple(names) != POSE_COLUMNS:
         raise ValueError(
-            f"the model speaks of {', '.join(model.names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
+            f"the model speaks of {', '.join(names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
             "give a model learned from captures or pose tables"
         )
-    return model
 
 
 def _kind(model: Model) -> str:
@@ -141,24 +150,6 @@ def forecast_all(
             mean[:unplaced, column] = np.nan
         forecasts.append(Gaussian(mean, cov))
     return forecasts
-
-
-def of_motion(slds: SLDS, label: str | None) -> SLDS:
-    """The states of one motion only, or all of them for None; ValueError if the model has no such motion."""
-    if label is None:
-        return slds
-    states = np.flatnonzero([own == label for own in slds.labels])
-    if not len(states):
-        known = ", ".join(dict.fromkeys(slds.labels))
-        raise ValueError(f"the model has no motion {label!r}; it has {known}")
-    Pi, pi0 = slds.Pi[np.ix_(states, states)], slds.pi0[states]
-    return replace(
-        slds,
-        pi0=pi0 / pi0.sum(),
-        Pi=Pi / Pi.sum(1, keepdims=True),
-        labels=(label,) * len(states),
-        **{name: getattr(slds, name)[states] for name in ("A", "b", "Q", "mean0", "cov0")},
-    )
 
 
 def _evidence(sequence: PoseSequence, use: Use) -> Array:

@@ -9,7 +9,7 @@ from dynamics.motion.tasks import synthesise
 from tracker.clip import playback
 from tracker.clip.playback import RATES, playback_rate
 from tracker.models.find import switching_model
-from tracker.motion.tasks import of_motion
+from tracker.motion.free_run import of_motion
 
 T = 90
 

@@ -10,13 +10,13 @@ from scipy.stats import norm
 from dynamics.viterbi import viterbi
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import NECK, STRIDES, both, gait, gait_hmm, gait_model, sequence
+from tracker.motion.free_run import of_motion
 from tracker.motion.tasks import (
     Inference,
     Use,
     chosen_inference,
     forecast_all,
     label_all,
-    of_motion,
     whole_pose,
 )
 from tracker.tables.poses import PosesError
@@ -209,18 +209,3 @@ def test_an_unknown_constant_is_integrated_out(rng):
     found = viterbi(one.with_constants({"neck": spread}), y).log_evidence
     # The evidence is a Gaussian of the constant, some steps wide: a sum over a grid is its integral.
     assert found == pytest.approx(np.logaddexp.reduce(each) + np.log(step), abs=1e-6)
-
-
-# One motion of a model
-
-
-def test_one_motion_of_a_model_has_its_states_alone():
-    walk = of_motion(gait_model(), "walk")
-    assert set(walk.labels) == {"walk"}
-    assert_allclose(walk.Pi.sum(1), 1.0, atol=1e-12)
-    assert_allclose(walk.pi0.sum(), 1.0, atol=1e-12)
-    kept = [i for i, label in enumerate(gait_model().labels) if label == "walk"]
-    assert_array_equal(walk.A, gait_model().A[kept])
-    assert of_motion(gait_model(), None) is gait_model()
-    with pytest.raises(ValueError, match="no motion 'swim'; it has walk, run"):
-        of_motion(gait_model(), "swim")

@@ -1,0 +1,84 @@
+"""A motion of a model's own."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynamics.gaussian import Array
+from dynamics.motion.tasks import synthesise
+from dynamics.periodic.synthesis import synthesise_stride
+from dynamics.slds import SLDS
+from dynamics.store import Model
+from dynamics.stride import Stride
+from kinematics.mocap import POSE_COLUMNS
+from tracker.motion.summary import ANGLES
+from tracker.motion.tasks import whole_pose, whole_stride
+
+TURNED = float(np.radians(360.0))  # no angle of a figure is as large
+
+
+def free_run(
+    model: Model,
+    frames: int,
+    fps: float,
+    rng: np.random.Generator,
+    label: str | None = None,
+    noise: float = 1.0,
+    recurrent: bool = True,
+) -> tuple[NDArray[np.intp], list[str], Array]:
+    """States (T,), labels (T) and poses (T, 8) of a motion that was never measured.
+
+    A harmonic stride makes the gait of one person drawn from its population.
+
+    Args:
+        label: the motion, None to leave that to the model too.
+        noise: times the deviation of what drives it (1999, figure 5).
+        recurrent: of a switching model, see `dynamics.motion.tasks.synthesise`.
+
+    Raises:
+        ValueError: a model of other freedoms, without dynamics or without this motion, or one that runs wild.
+    """
+    if isinstance(model, Stride):
+        chosen = _motions(whole_stride(model).labels, label)
+        k = int(rng.choice(chosen))
+        y = synthesise_stride(model, k, frames, fps, rng, noise)
+        return np.full(frames, k), [model.labels[k]] * frames, y
+    slds = of_motion(whole_pose(model, "synthesise"), label)
+    driven = replace(slds, Q=noise**2 * slds.Q)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            states, y = synthesise(driven, frames, rng, recurrent=recurrent)
+    except np.linalg.LinAlgError:
+        y = np.full((frames, len(POSE_COLUMNS)), np.nan)
+    wild = np.flatnonzero(~(np.abs(y[:, ANGLES]) < TURNED).all(1))
+    if len(wild):
+        raise ValueError(
+            f"the model's motion leaves all that a figure can do at frame {wild[0]}; "
+            "try another --seed, fewer --frames, less --noise, or a model of fewer states"
+        )
+    return states, [slds.labels[s] for s in states], y
+
+
+def of_motion(slds: SLDS, label: str | None) -> SLDS:
+    """The states of one motion only, or all of them for None; ValueError if the model has no such motion."""
+    if label is None:
+        return slds
+    states = _motions(slds.labels, label)
+    Pi, pi0 = slds.Pi[np.ix_(states, states)], slds.pi0[states]
+    return replace(
+        slds,
+        pi0=pi0 / pi0.sum(),
+        Pi=Pi / Pi.sum(1, keepdims=True),
+        labels=(label,) * len(states),
+        **{name: getattr(slds, name)[states] for name in ("A", "b", "Q", "mean0", "cov0")},
+    )
+
+
+def _motions(labels: tuple[str, ...], label: str | None) -> NDArray[np.intp]:
+    """Positions of a motion, of all for None."""
+    states = np.flatnonzero([label in (own, None) for own in labels])
+    if not len(states):
+        known = ", ".join(dict.fromkeys(labels))
+        raise ValueError(f"the model has no motion {label!r}; it has {known}")
+    return states
