@@ -2,7 +2,7 @@
 
 from tracker.clip.job import Following, Found
 from tracker.clip.naming import borne_out, marks_of, nearer, start_from, sure_of_leg
-from tracker.clip.staged import staged
+from tracker.clip.staged import surveyed
 from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
@@ -13,12 +13,13 @@ from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
+from tracker.survey.evidence import GREY_CLOTHES, HARDLY_SHADOWS
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
-PLAIN = 0.5  # of clothes are about grey where shadow and clothes are hard to tell apart
-TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
+TURNED = 0.08  # nats times square leg lengths a frame by which one facing must be the better
+CLEARLY = 0.1  # the same, from which nobody is looked at again
 
 
 def people(
@@ -26,8 +27,8 @@ def people(
 ) -> list[Person]:
     """Everybody who walks through the first part of a film in which somebody does, the surest first.
 
-    Of who is doubted dark grey clothes may have been taken for shadow: the film is looked through again with
-    such clothes expected.
+    Of who is not seen clearly dark grey clothes may have been taken for shadow: the film is looked through
+    again with such clothes and hardly a shadow expected, and with both.
 
     Args:
         first, stop: the first and last frame that are looked at, None for the film's last.
@@ -36,17 +37,18 @@ def people(
     tell_unkept(progress)
     while True:
         last = first + WINDOW - 1 if stop is None else min(first + WINDOW - 1, stop)
-        stage = staged(video, first, last, 1.0, 1, progress)
-        if stage is None:
+        film = surveyed(video, first, last, 1.0, progress)
+        if film is None:
             return []
-        seen = _before(stage, video.fps, facing)
-        if any(map(_doubted, seen)):
-            again = staged(video, first, last, 1.0, 1, progress, PLAIN)
-            other = [] if again is None else _before(again, video.fps, facing)
-            seen = [_undoubted(one, other) for one in seen]
+        seen = _before(film.stage(1), video.fps, facing)
+        for expected in (HARDLY_SHADOWS, GREY_CLOTHES):
+            if all(map(_clear, seen)):
+                break
+            again = _before(film.stage(1, expected), video.fps, facing)
+            seen = [one if _clear(one) else _clearer(one, again) for one in seen]
         if seen:
             return [_heard(one.later(first), video) for one in seen]
-        first += len(stage)
+        first += len(film.survey.places)
 
 
 def _before(stage: Stage, fps: float, facing: int | None) -> list[Person]:
@@ -61,10 +63,14 @@ def _before(stage: Stage, fps: float, facing: int | None) -> list[Person]:
     return seen
 
 
-def _undoubted(one: Person, again: list[Person]) -> Person:
-    """The person as seen again, if then there is no doubt and was."""
-    better = [other for other in again if one.same(other) and not _doubted(other)]
-    return better[0] if better and _doubted(one) else one
+def _clear(one: Person) -> bool:
+    """Whether nothing is to be won by another look."""
+    return one.turned >= CLEARLY and not _doubted(one)
+
+
+def _clearer(one: Person, again: list[Person]) -> Person:
+    """The person, or the same as seen again if that is clearer."""
+    return max([one, *filter(one.same, again)], key=lambda seen: (not _doubted(seen), seen.turned))
 
 
 def _heard(one: Person, video: Video) -> Person:

@@ -9,7 +9,7 @@ from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from tracker.clip.plan import Plan
-from tracker.clip.staged import detections, staged
+from tracker.clip.staged import detections, surveyed
 from tracker.clip.start import marked_start
 from tracker.loop.detections import Detections
 from tracker.outline.bodies import paths
@@ -83,11 +83,11 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     video, start, frame, stop = plan.video, _shown(plan, shown), plan.frame, plan.job.stop
     first = max(frame - REACH, plan.job.first)
     last = frame + REACH if stop is None else min(frame + REACH, stop)
-    stage = staged(video, first, last, start.view.unit / LEG, start.view.facing, progress)
-    if stage is None or frame - first >= len(stage):
+    film = surveyed(video, first, last, start.view.unit / LEG, progress)
+    if film is None or frame - first >= len(film.survey.places):
         return Seen({})
     cycles = Cycles.load()
-    stage = _alone(stage, start, frame - first, video.fps, cycles)
+    stage = _alone(film.stage(start.view.facing), start, frame - first, video.fps, cycles)
     outline = fitted(stage, start, frame - first, video.fps, cycles)
     gait = cycles.gait(outline.phases.cycle)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}

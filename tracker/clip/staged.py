@@ -1,6 +1,7 @@
 """A part of a film surveyed for outlines, and the joints of an outline as points."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import chain, islice
 from typing import TypeVar
 
@@ -11,45 +12,65 @@ from tracker.outline.fit import Outline
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within
 from tracker.progress import Progress
+from tracker.survey.evidence import USUAL, Expected
 from tracker.survey.small import SIDE
-from tracker.survey.surveyed import survey
+from tracker.survey.surveyed import Survey, survey
 from videos.frames import Image, Video
 
 T = TypeVar("T")
 FEWEST = 20  # frames: in fewer a walker covers most places in half of them
 
 
-def staged(
-    video: Video, first: int, last: int, by: float, facing: int, progress: Progress, plain: float = 0.0
-) -> Stage | None:
-    """The log odds of a film's frames from `first` to `last`; None where they are too few to know the scene.
+@dataclass(frozen=True)
+class Surveyed:
+    """Frames of a film from `first` to `last`, and what they show as a whole."""
+
+    video: Video
+    first: int
+    last: int
+    survey: Survey
+    progress: Progress
+
+    def stage(self, facing: int, expected: Expected = USUAL) -> Stage:
+        """The log odds of the frames.
+
+        Args:
+            facing: of the figure, +1 right, -1 left.
+            expected: what they may show.
+        """
+        seen = self.survey.seen(_images(self.video, self.first, self.last), expected)
+        told = _told(seen, self.progress, f"{self.video.path.name} outlined", len(self.survey.places))
+        odds, light = map(np.stack, zip(*told, strict=True))
+        return Stage(odds, light, self.survey.up, self.survey.places, facing)
+
+
+def surveyed(video: Video, first: int, last: int, by: float, progress: Progress) -> Surveyed | None:
+    """Frames of a film surveyed; None where they are too few to know the scene.
 
     Args:
         by: pixels of the film that a pixel of its small pictures is to span, at least.
-        plain: share of clothes that are about grey.
     """
     total = None if video.count_hint is None else min(last + 1, video.count_hint) - first
-
-    def images() -> Iterator[Image]:
-        return (each.image for each in islice(video, first, last + 1))
-
-    def told(items: Iterable[T], doing: str) -> Iterator[T]:
-        with progress.task(f"{video.path.name} {doing}", total) as advance:
-            for each in items:
-                yield each
-                advance()
-
     if total is not None and total <= 0:
         return None
-    pictures = told(images(), "surveyed")
+    pictures = _told(_images(video, first, last), progress, f"{video.path.name} surveyed", total)
     begin = next(pictures, None)  # none where the film is shorter than it says
     if begin is None:
         return None
-    seen = survey(chain([begin], pictures), max(max(video.width, video.height) / SIDE, by))
-    if len(seen.places) < FEWEST:
-        return None
-    odds, light = map(np.stack, zip(*told(seen.seen(images(), plain), "outlined"), strict=True))
-    return Stage(odds, light, seen.up, seen.places, facing)
+    found = survey(chain([begin], pictures), max(max(video.width, video.height) / SIDE, by))
+    return Surveyed(video, first, last, found, progress) if len(found.places) >= FEWEST else None
+
+
+def _images(video: Video, first: int, last: int) -> Iterator[Image]:
+    return (each.image for each in islice(video, first, last + 1))
+
+
+def _told(items: Iterable[T], progress: Progress, doing: str, total: int | None) -> Iterator[T]:
+    """The items, with progress."""
+    with progress.task(doing, total) as advance:
+        for each in items:
+            yield each
+            advance()
 
 
 def detections(outline: Outline, first: int, video: Video) -> dict[int, Detections]:

@@ -3,11 +3,14 @@
 A pixel x (Lab) shows either something else, of which any colour is as likely, or the scene within its spread,
 or the scene in a shadow, darker by a factor that is not known:
 
-    R = log p(x | something) - log (p(x | scene) + SHADED p(x | scene in a shadow)),
+    R = log p(x | something) - log (p(x | scene) + shaded p(x | scene in a shadow)),
 
 cut at +-MOST, as neighbouring pixels err together and one alone proves little. Where the scene is not known R
-is 0. A change of light common to the picture is taken off first.
+is 0. A change of light common to the picture is taken off first. Dark grey clothes look like a shadow: how
+likely either is beforehand is said by what is expected of the film.
 """
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -24,18 +27,34 @@ LEAST = np.uint8(NOTHING - UNITS * MOST)  # what those of -MOST are
 COLOURS = float(np.log(200.0 * 50.0 * 50.0))  # log of how many colours clothes and skin may have
 GREY = 6.0  # spread of the chroma of what is about grey
 GREYER = 50.0 * 50.0 / (2.0 * np.pi * GREY**2)  # times as likely a grey is there as among all colours
-SHADED = 0.05  # of places that show the scene, share that lies in a new shadow
 DARKEST = 0.4  # of the light is left in a shadow
 SOME = 17  # a change of light is taken from every so manieth row
 
 
-def evidence(image: Image, place: Array, scene: Scene, plain: float = 0.0) -> Image:
+@dataclass(frozen=True)
+class Expected:
+    """What a film may show besides its scene.
+
+    grey   : share of clothes that are about grey, others having any colour
+    shaded : share of the places of the scene that lie in a new shadow
+    """
+
+    grey: float = 0.0
+    shaded: float = 0.05
+
+
+USUAL = Expected()
+GREY_CLOTHES = Expected(grey=0.5)
+HARDLY_SHADOWS = Expected(grey=0.5, shaded=0.002)
+
+
+def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUAL) -> Image:
     """(h, w) log odds R of a small picture, stored as NOTHING + UNITS R.
 
     Args:
         image: (h, w, 3) Lab, uint8.
         place: (3, 3) from its pixels to those of the first frame.
-        plain: share of clothes that are about grey, others having any colour: the larger, the less is shadow.
+        expected: what it may show.
     """
     h, w = image.shape[:2]
     way = place.copy()
@@ -45,7 +64,8 @@ def evidence(image: Image, place: Array, scene: Scene, plain: float = 0.0) -> Im
     known = np.asarray(cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest), np.uint8)
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
     light = np.median(apart, axis=0) if len(apart) else np.zeros(3)
-    return np.asarray(_odds(image, lab, spread, known, light.astype(np.float32), plain))
+    odds = _odds(image, lab, spread, known, light.astype(np.float32), expected.grey, expected.shaded)
+    return np.asarray(odds)
 
 
 def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
@@ -58,13 +78,19 @@ def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
 
 @compiled(fastmath=True, error_model="numpy")
 def _odds(
-    image: Image, lab: Planes, spread: Planes, known: NDArray[np.uint8], light: Planes, plain: float
+    image: Image,
+    lab: Planes,
+    spread: Planes,
+    known: NDArray[np.uint8],
+    light: Planes,
+    grey: float,
+    shaded: float,
 ) -> Image:
     h, w = known.shape
-    least, greyer = np.log(1.0 - plain) - COLOURS, plain / (1.0 - plain) * GREYER
+    least, greyer = np.log(1.0 - grey) - COLOURS, grey / (1.0 - grey) * GREYER
     most = least + np.log1p(greyer)
     found = np.full((h, w), NOTHING, np.uint8)
-    half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(SHADED)
+    half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(shaded)
     for i in range(h):
         for j in range(w):
             if known[i, j] == 0:
@@ -88,7 +114,7 @@ def _odds(
             more = max(scene, shade)
             behind = more + np.log1p(np.exp(min(scene, shade) - more))
             something = least
-            if plain > 0.0:
+            if grey > 0.0:
                 something += np.log1p(greyer * np.exp(-0.5 * (x1 * x1 + x2 * x2) / GREY**2))
             found[i, j] = np.uint8(NOTHING + np.rint(UNITS * min(max(something - behind, -MOST), MOST)))
     return found

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.picture.pyramid import Array, Image
-from tracker.survey.evidence import evidence
+from tracker.survey.evidence import USUAL, Expected, evidence
 from tracker.survey.mosaic import Scene, scene_of
 from tracker.survey.path import Camera, first_camera
 from tracker.survey.small import reduced, small_size, to_film
@@ -45,17 +45,17 @@ class Survey:
         """(3, 3) from the pixels of the small pictures to the film's."""
         return to_film(self.size, self.film)
 
-    def seen(self, images: Iterable[Image], plain: float = 0.0) -> Iterator[tuple[Image, Image]]:
+    def seen(self, images: Iterable[Image], expected: Expected = USUAL) -> Iterator[tuple[Image, Image]]:
         """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`.
 
         Args:
             images: as surveyed, which are gone through only where no small pictures are held.
-            plain: share of clothes that are about grey.
+            expected: what they may show.
         """
         down = np.linalg.inv(self.up)
         labs = self.held or (_lab(image, self.size) for image in images)
         for lab, place in zip(labs, self.places, strict=False):
-            yield evidence(lab, down @ place @ self.up, self.scene, plain), lab[..., 0].copy()
+            yield evidence(lab, down @ place @ self.up, self.scene, expected), lab[..., 0].copy()
 
 
 def survey(images: Iterable[Image], by: float) -> Survey:

@@ -11,13 +11,14 @@ from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
 from tracker.clip.asked import asked
-from tracker.clip.found import PLAIN, TURNED, people, start_of
+from tracker.clip.found import TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.clip.start import FoundError
 from tracker.progress import Progress
+from tracker.survey.evidence import GREY_CLOTHES, HARDLY_SHADOWS, USUAL
 from videos.frames import Video
 
 QUIET = Progress("quiet")
@@ -87,24 +88,28 @@ def test_where_the_light_changes_nobody_is_found(rng, tmp_path):
     assert people(as_video(np.rint(empty * ramp).astype(np.uint8), tmp_path), QUIET) == []
 
 
-@pytest.mark.parametrize("surer", [True, False])
-def test_who_is_doubted_is_looked_for_again_with_grey_clothes_expected(surer, walk, video, monkeypatch):
-    looks = []
+@pytest.mark.parametrize(
+    ("turned", "looks"),
+    [((0.01, 0.3), 2), ((0.08, 0.02, 0.2), 3), ((0.01, 0.02, 0.03), 3), ((0.05, 0.04, 0.01), 3)],
+)
+def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shadows_expected(
+    turned, looks, walk, video, monkeypatch
+):
+    seen = []
 
-    def staged(*rest):
-        looks.append(rest[6:])
-        return staged_module.staged(*rest)
+    def stage(_, facing, expected=USUAL):
+        seen.append(expected)
 
     def before(*_):
-        doubted = walk.person(turned=0.3 if surer and len(looks) == 2 else 0.01, frame=3 + len(looks))
-        return [doubted, walk.shifted(60).person(frame=3 + len(looks))]
+        look = len(seen) - 1
+        return [walk.person(turned=turned[look], frame=look), walk.shifted(60).person(frame=look)]
 
-    monkeypatch.setattr(found_module, "staged", staged)
+    monkeypatch.setattr(staged_module.Surveyed, "stage", stage)
     monkeypatch.setattr(found_module, "_before", before)
     (one, sure) = people(video, QUIET)
-    assert looks == [(), (PLAIN,)]
-    assert (one.frame, one.turned) == ((5, 0.3) if surer else (4, 0.01))
-    assert (sure.frame, sure.turned) == (4, 0.3)  # who was sure stays
+    assert seen == [USUAL, HARDLY_SHADOWS, GREY_CLOTHES][:looks]
+    assert (one.frame, one.turned) == (int(np.argmax(turned)), max(turned))
+    assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
 
 def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):

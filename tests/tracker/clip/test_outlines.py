@@ -174,14 +174,14 @@ def test_a_film_in_which_nobody_stands_out_leaves_the_plan_as_it_is(plan, as_if)
 
 @pytest.mark.parametrize("change", [{"outline": False}, {"templates": False}, {"mode": "classic"}])
 def test_settings_that_want_no_outline_leave_the_plan_as_it_is(change, plan, monkeypatch):
-    monkeypatch.setattr(outlines, "staged", None)  # not even looked at
+    monkeypatch.setattr(outlines, "surveyed", None)  # not even looked at
     settings = plan.tracker.settings.model_copy(update=change)
     other = replace(plan, tracker=replace(plan.tracker, settings=settings))
     assert outlined(other, QUIET) is other
 
 
 def test_points_that_are_given_stay(plan, monkeypatch):
-    monkeypatch.setattr(outlines, "staged", None)
+    monkeypatch.setattr(outlines, "surveyed", None)
     given = replace(plan, measured=object())
     assert outlined(given, QUIET) is given
 

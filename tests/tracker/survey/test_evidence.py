@@ -2,7 +2,17 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from tracker.survey.evidence import DARKEST, MOST, NOTHING, SHADED, SOME, UNITS, evidence
+from tracker.survey.evidence import (
+    DARKEST,
+    GREY_CLOTHES,
+    HARDLY_SHADOWS,
+    MOST,
+    NOTHING,
+    SOME,
+    UNITS,
+    USUAL,
+    evidence,
+)
 from tracker.survey.mosaic import Scene
 
 SHAPE = (40, 50)
@@ -31,7 +41,7 @@ def some_image(scene, rng):
     return np.clip(np.rint(image + GREY), 0, 255).astype(np.uint8)
 
 
-def written_out(image, scene, light, plain=0.0):
+def written_out(image, scene, light, expected=USUAL):
     """R of every pixel, from the densities."""
     x, b, spread = image - GREY, scene.lab + light - GREY, scene.spread.astype(float)
     b[..., 0] = np.maximum(b[..., 0], 1.0)
@@ -42,20 +52,22 @@ def written_out(image, scene, light, plain=0.0):
     lightness = np.exp(-0.5 * off**2) / ((1.0 - DARKEST) * b[..., 0] + 2.5 * spread[..., 0])
     shadow = lightness * norm.pdf(x, left * b, spread)[..., 1:].prod(-1)
     # A share of clothes has a chroma about 0, and any of 200 steps of lightness.
-    something = (1.0 - plain) * ANY + plain / 200.0 * norm.pdf(x[..., 1:], scale=CHROMA).prod(-1)
-    found = np.log(something) - np.log(unshaded + SHADED * shadow + 1e-300)
+    something = (1.0 - expected.grey) * ANY + expected.grey / 200.0 * norm.pdf(x[..., 1:], scale=CHROMA).prod(
+        -1
+    )
+    found = np.log(something) - np.log(unshaded + expected.shaded * shadow + 1e-300)
     return np.where(scene.known, np.clip(found, -MOST, MOST), 0.0)
 
 
-@pytest.mark.parametrize("plain", [0.0, 0.5])
-def test_log_odds_are_what_the_densities_say(plain, rng):
+@pytest.mark.parametrize("expected", [USUAL, GREY_CLOTHES, HARDLY_SHADOWS])
+def test_log_odds_are_what_the_densities_say(expected, rng):
     scene = some_scene(rng)
     image = some_image(scene, rng)
     told = (slice(None, None, SOME), slice(None, None, 3))
     light = np.median((image - scene.lab)[told][scene.known[told]], axis=0)
-    want = written_out(image, scene, light, plain)
+    want = written_out(image, scene, light, expected)
     assert (np.abs(want) < MOST).mean() > 0.1
-    found = (evidence(image, np.eye(3), scene, plain).astype(float) - NOTHING) / UNITS
+    found = (evidence(image, np.eye(3), scene, expected).astype(float) - NOTHING) / UNITS
     np.testing.assert_allclose(found, want, atol=0.51 / UNITS)
 
 
