@@ -42,7 +42,6 @@ class Settings(BaseModel):
     cover: float = Field(
         1.0, ge=0, le=10, description="how far beyond its outline a link hides others, blurs"
     )
-    rim_weight: float = Field(0.15, ge=0, le=1, description="of the rim's pixels against the link's own")
     blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
         (0.05, 0.025, 0.015), min_length=1, description="coarse to fine, leg lengths"
     )
@@ -75,34 +74,12 @@ class Settings(BaseModel):
     margin: float = Field(
         0.3, ge=0, le=10, description="of the picture kept around the predicted joints, leg lengths"
     )
-    least_inside: float = Field(
-        0.3, ge=0, le=1, description="share of the joints in the frame, or it is outside"
-    )
-    least_visible: float = Field(0.3, ge=0, le=1, description="share of every link in sight, or it is hidden")
-    least_match: float = Field(
-        0.25, ge=0, le=1, description="mean robust weight of what is in sight, or it is lost"
-    )
-    doubtful_match: float = Field(
-        0.5, ge=0, le=1, description="the same where what lies behind explains the picture better"
-    )
-    bare: float = Field(
-        0.5, ge=0, le=1, description="share of it where just what lies behind is seen, or it is lost"
-    )
-    limit_give: float = Field(
-        3.0, gt=0, le=360, description="how sharply a joint stops at its limit, degrees"
-    )
     inflation: float = Field(3.0, gt=0, le=1000, description="of the learned Q, for people it has not seen")
     surprise: float = Field(
         0.01,
         ge=0,
         lt=1,
         description="probability of a motion that the model does not foresee, a frame and in the marked one",
-    )
-    free_angle: float = Field(
-        3.0, gt=0, le=360, description="such a motion: change of an angle's speed a frame, degrees"
-    )
-    free_place: float = Field(
-        0.02, gt=0, le=10, description="such a motion: change of the root's speed a frame, leg lengths"
     )
     lean: float = Field(
         10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"
@@ -112,8 +89,6 @@ class Settings(BaseModel):
     ankle: float = Field(
         25.0, gt=0, le=360, description="spread of an ankle, of which no model speaks, degrees"
     )
-    ankle_keep: float = Field(0.9, ge=0, lt=1, description="of an ankle's turn that is left a frame later")
-    breath: float = Field(0.95, ge=0, lt=1, description="of a link's stretch that is left a frame later")
     mark: float = Field(
         0.03,
         ge=0,
@@ -135,9 +110,6 @@ class Settings(BaseModel):
     one_leg: float = Field(
         0.02, gt=0, lt=0.5, description="probability that --measure puts both legs of a frame on one"
     )
-    start_length: float = Field(0.01, gt=0, le=10, description="error of the marked log lengths")
-    start_angle: float = Field(5.0, gt=0, le=360, description="error of the marked angles, degrees")
-    start_place: float = Field(0.02, gt=0, le=10, description="error of the marked hip, leg lengths")
     cv_angle: float = Field(
         6.0, gt=0, le=360, description="constant velocity: change of an angle's speed a frame, degrees"
     )

@@ -10,6 +10,7 @@ from kinematics.figure import SCALE
 from kinematics.recover import Start
 from kinematics.spm import covering, skeleton
 from tracker.loop.estimate import Estimate, State
+from tracker.loop.judging import BARE
 from tracker.loop.tracker import Tracker
 from tracker.picture.backdrop import Backdrop, first_backdrop
 from tracker.picture.camera import first_camera
@@ -17,6 +18,8 @@ from tracker.picture.pyramid import Box, Image
 from tracker.picture.tone import Curve, tone_curve
 from tracker.registration.templates import Templates
 
+# Errors of the marks: leg lengths of the hip, radians of the angles, log lengths.
+START_PLACE, START_ANGLE, START_LENGTH = 0.02, float(np.radians(5.0)), 0.01
 GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, or marked near its start
 
 
@@ -45,7 +48,7 @@ def begin(
         places = tracker.view.to_pixels(state.templates.places(tracker.figure, start.q))
         places = places[state.templates.inner]
         alike = scene.scenery.plain(places)
-        if alike.mean() < settings.bare:
+        if alike.mean() < BARE:
             state = replace(state, backdrop=scene.unknown_at(places[alike]))
     return state, replace(tracker.estimate(state), began=True)
 
@@ -62,10 +65,10 @@ def start_curve(tracker: Tracker, start: Start, image: Image) -> Curve:
 
 def start_belief(tracker: Tracker, start: Start) -> Belief:
     """What the marks of the start frame say."""
-    settings, D, layout = tracker.settings, len(start.q), tracker.figure.layout
-    noise = np.full(D, np.radians(settings.start_angle))
-    noise[:2] = settings.start_place
-    noise[tracker.figure.index(SCALE) :] = settings.start_length
+    D, layout = len(start.q), tracker.figure.layout
+    noise = np.full(D, START_ANGLE)
+    noise[:2] = START_PLACE
+    noise[tracker.figure.index(SCALE) :] = START_LENGTH
     guessed = _guessed(tracker, start)
     noise[layout.angle[guessed & layout.turns]] *= GUESSED
     y = np.where(start.known, start.q - tracker.offset, np.nan)

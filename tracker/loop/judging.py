@@ -10,6 +10,12 @@ from tracker.loop.outcome import Outcome
 from tracker.picture.pyramid import within
 from tracker.registration.field import Field, Registration
 
+LEAST_INSIDE = 0.3  # of the joints lie in the picture, or the figure is outside
+LEAST_MATCH = 0.25  # mean robust weight of what is in sight, or it is lost
+DOUBTFUL_MATCH = 0.5  # the same where what lies behind explains the picture better
+BARE = 0.5  # of it shows just what lies behind: it is lost
+LEAST_VISIBLE = 0.3  # of every link is in sight, or the figure is hidden
+
 
 def judged(
     field: Field, before: Outcome, foreseen: Array, found: Registration, size: tuple[int, ...]
@@ -22,14 +28,14 @@ def judged(
         found: where the templates settled at the best hypothesis.
         size: height and width of the picture.
     """
-    templates, settings = field.templates, field.settings
+    templates = field.templates
     inner = templates.inner
     matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
-    gone = found.inside < settings.least_inside or matched < settings.least_match
-    doubtful = matched < settings.doubtful_match or not before.measured
-    lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > settings.bare
+    gone = found.inside < LEAST_INSIDE or matched < LEAST_MATCH
+    doubtful = matched < DOUBTFUL_MATCH or not before.measured
+    lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > BARE
     # A climb that found nothing may have ended anywhere.
-    if inside(field.figure, field.view, foreseen if lost else found.q, size) < settings.least_inside:
+    if inside(field.figure, field.view, foreseen if lost else found.q, size) < LEAST_INSIDE:
         return Outcome.OUTSIDE
     if lost:
         return Outcome.LOST
@@ -37,13 +43,13 @@ def judged(
         return Outcome.FOUND
     visible = inner & (found.match > 0)
     share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
-    return Outcome.HIDDEN if min(share) < settings.least_visible else Outcome.OK
+    return Outcome.HIDDEN if min(share) < LEAST_VISIBLE else Outcome.OK
 
 
 def judged_by_points(detector: Detector, detections: Detections, q: Array, before: Outcome) -> Outcome:
     """The outcome of a frame in which no template matches but points were detected about a pose (D,)."""
     agree, whole = detector.agreement(detections, q)
-    if agree < detector.settings.least_match:
+    if agree < LEAST_MATCH:
         return Outcome.LOST
     if not before.measured:
         return Outcome.FOUND

@@ -28,7 +28,7 @@ from kinematics.recover import Start
 from kinematics.spm import View, joints
 from tracker.loop.detections import Detections, Detector, Likelihood
 from tracker.loop.estimate import Estimate, State
-from tracker.loop.judging import inside, judged, judged_by_points
+from tracker.loop.judging import LEAST_INSIDE, inside, judged, judged_by_points
 from tracker.loop.outcome import Outcome
 from tracker.picture.pyramid import Box, Image, Level, pyramid
 from tracker.registration.align import align
@@ -37,6 +37,9 @@ from tracker.registration.modes import Mode, mode_of
 from tracker.registration.search import reach, sought
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
+
+ANKLE_KEEP = 0.9  # of an ankle's turn is left a frame later
+BREATH_KEEP = 0.95  # of a link's stretch
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ class Tracker:
             misfit = found.misfit
         else:
             pose = self.pose(proposed.merged()).mean
-            gone = inside(self.figure, here.view, pose, image.shape[:2]) < self.settings.least_inside
+            gone = inside(self.figure, here.view, pose, image.shape[:2]) < LEAST_INSIDE
             state = replace(state, belief=proposed, outcome=Outcome.OUTSIDE if gone else Outcome.LOST)
         if detections is not None and state.outcome is Outcome.LOST:
             best = self.pose(state.belief.states[state.belief.best]).mean
@@ -228,7 +231,7 @@ def _with_drifts(slds: SLDS, names: Sequence[str], settings: Settings) -> SLDS:
     """The model with the freedoms it does not know: ankles, common scale and stretches, in this order."""
     ankles, n = names.index(SCALE), len(names)
     stretches = n - ankles - 1
-    keep = np.r_[np.full(ankles, settings.ankle_keep), 1.0, np.full(stretches, settings.breath)]
+    keep = np.r_[np.full(ankles, ANKLE_KEEP), 1.0, np.full(stretches, BREATH_KEEP)]
     spread = np.r_[np.full(ankles, np.radians(settings.ankle)), 1e-3, np.full(stretches, settings.breathing)]
     noise = spread * np.sqrt(1.0 - keep**2)
     noise[ankles] = settings.scale_drift

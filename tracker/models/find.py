@@ -20,6 +20,8 @@ from tracker.settings import Settings
 CONSTANT_VELOCITY = "cv"
 FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
+# Changes of speed a frame at 30 fps in a motion that no model foresees: radians, and leg lengths of the root.
+FREE_ANGLE, FREE_PLACE = float(np.radians(3.0)), 0.02
 
 
 def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, figure: Figure = WALKER) -> SLDS:
@@ -51,7 +53,7 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
     if settings.surprise == 0.0 or learned.order == 1:
         return inflated
     surprise = settings.surprise
-    return combine([inflated, _free(inflated, settings)], surprise, [1.0 - surprise, surprise])
+    return combine([inflated, _free(inflated)], surprise, [1.0 - surprise, surprise])
 
 
 def switching_model(name: str, fps: float, figure: Figure = WALKER) -> SLDS:
@@ -84,9 +86,9 @@ def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> 
     return constant_velocity(names, noise * step**2, speed * step, fps)
 
 
-def _free(learned: SLDS, settings: Settings) -> SLDS:
+def _free(learned: SLDS) -> SLDS:
     """One state of constant velocity that joins a learned model; it starts where any of its states does."""
-    noise = by_freedom(learned.names, settings.free_place, np.radians(settings.free_angle))
+    noise = by_freedom(learned.names, FREE_PLACE, FREE_ANGLE)
     free = constant_velocity(
         learned.names, noise * (30.0 / learned.fps) ** 2, np.zeros(len(noise)), learned.fps
     )

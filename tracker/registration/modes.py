@@ -8,6 +8,7 @@ from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from tracker.settings import Settings
 
+LIMIT_GIVE = float(np.radians(3.0))  # how sharply a joint stops at its limit
 COARSE = 2  # every so manieth point is looked at where the blur makes neighbours alike
 
 
@@ -60,7 +61,7 @@ def full(settings: Settings) -> Mode:
         robust=settings.robust**2,
         layered=True,
         covered=settings.covered,
-        stiffness=float(1.0 / np.radians(settings.limit_give) ** 2),
+        stiffness=float(1.0 / LIMIT_GIVE**2),
         posed=True,
     )
 

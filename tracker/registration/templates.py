@@ -14,6 +14,7 @@ from tracker.picture.pyramid import Level, Planes, sample
 from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
+RIM_WEIGHT = 0.15  # of the rim's pixels against the link's own
 ALIKE = 12.0  # grey levels (root mean square) within which a point looks as it did
 ENOUGH = 5  # places at which a point must look alike to be known
 ELSEWHERE = 0.1  # leg lengths from one such place to the next
@@ -175,7 +176,7 @@ def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Arra
                 np.full(keep.sum(), i),
                 u[keep] / part.length,
                 v[keep],
-                np.where(inner, 1.0, settings.rim_weight)[keep],
+                np.where(inner, 1.0, RIM_WEIGHT)[keep],
             )
         )
     link, along, across, weight = (np.concatenate(column) for column in zip(*parts, strict=True))

@@ -15,7 +15,7 @@ from tests.tracker.painted import FULL
 from tracker.clip.asked import asked
 from tracker.clip.job import Following
 from tracker.clip.start import FoundError
-from tracker.models.find import find_model
+from tracker.models.find import FREE_ANGLE, FREE_PLACE, find_model
 from tracker.progress import Progress
 
 LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
@@ -69,13 +69,12 @@ def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(seq
     slds = learned(sequences)
     path = tmp_path / "mine.npz"
     save(slds, path, "tests")
-    settings = FULL.model_copy(update={"free_angle": 2.0, "free_place": 0.03})
-    free = find_model(str(path), 60.0, settings)
+    free = find_model(str(path), 60.0, FULL)
     d = len(free.names)
     assert_array_equal(free.A[-1, :d], np.hstack([2.0 * np.eye(d), -np.eye(d)]))
     # A change of speed a frame: a quarter as much in half the time.
-    assert_allclose(np.sqrt(free.Q[-1, 0, 0]), 0.03 / 4, rtol=1e-12)
-    assert_allclose(np.sqrt(free.Q[-1, d - 1, d - 1]), np.radians(2.0) / 4, rtol=1e-12)
+    assert_allclose(np.sqrt(free.Q[-1, 0, 0]), FREE_PLACE / 4, rtol=1e-12)
+    assert_allclose(np.sqrt(free.Q[-1, d - 1, d - 1]), FREE_ANGLE / 4, rtol=1e-12)
     assert_allclose(free.mean0[-1], free.mean0[:-1].mean(axis=0), rtol=1e-9, atol=1e-12)
 
 

@@ -21,11 +21,12 @@ from tests.tracker.painted import (
     freedoms,
     placed,
 )
+from tracker.loop.judging import LEAST_INSIDE
 from tracker.picture.backdrop import MOST, UNKNOWN, UNSEEN, Scenery, first_backdrop
 from tracker.picture.pyramid import Level, pyramid, sample
 from tracker.registration.align import FIRST_DAMPING, LONGEST_STEP, align, scan
 from tracker.registration.field import Field, Registration
-from tracker.registration.modes import COARSE, mode_of
+from tracker.registration.modes import COARSE, LIMIT_GIVE, mode_of
 from tracker.registration.templates import cut
 
 D = len(WALKER.freedoms)
@@ -244,7 +245,7 @@ def test_a_joint_past_its_limit_is_pulled_back_in_the_full_mode_alone(rng):
     # Where the picture tells nothing the limit is kept; where it tells all, given way to.
     blind = found(FULL.model_copy(update={"tempering": 1e-9}))
     assert low - 0.03 < blind.q[knee] < low
-    give = np.radians(FULL.limit_give)
+    give = LIMIT_GIVE
     assert blind.information[knee, knee] == pytest.approx(1.0 / give**2, rel=1e-3)
     assert low - 0.25 < found(FULL).q[knee] < blind.q[knee]
     assert_allclose(found(CLASSIC).q, beyond, atol=1e-7)
@@ -311,7 +312,7 @@ def test_of_half_a_figure_in_the_frame_half_the_points_are_inside(rng):
     view = replace(VIEW, origin=(90.0, 165.0))
     picture = Painted(rng, view=view).picture(STRIDE)
     _, found = registered(picture, picture, STRIDE, Gaussian(STRIDE, WEAK), FULL, view=view)
-    assert FULL.least_inside < found.inside < 0.7
+    assert LEAST_INSIDE < found.inside < 0.7
 
 
 def test_the_first_step_is_the_damped_gauss_newton_step(rng):

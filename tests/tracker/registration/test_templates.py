@@ -11,7 +11,7 @@ from kinematics.spm import View, covering, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose, upright
 from tests.tracker.painted import BARE, CLASSIC, FULL, STRIDE, VIEW, Painted, covered, outline, placed
 from tracker.picture.pyramid import pyramid
-from tracker.registration.templates import ALIKE, ELSEWHERE, ENOUGH, Templates, cut
+from tracker.registration.templates import ALIKE, ELSEWHERE, ENOUGH, RIM_WEIGHT, Templates, cut
 
 CROSSING = upright(WALKER, hip_near=0.1, knee_near=0.2, hip_far=-0.1, knee_far=0.1)
 
@@ -38,7 +38,7 @@ def test_points_lie_within_the_outline_at_full_weight_and_on_the_rim_at_less(lev
         along, across = templates.along[own] * link.length, templates.across[own]
         edge = 0.5 * link.width * (1.0 + (link.taper - 1.0) * np.clip(templates.along[own], 0.0, 1.0))
         inner = (np.abs(across) <= edge) & (along <= link.length)
-        assert_array_equal(templates.weight[own], np.where(inner, 1.0, settings.rim_weight))
+        assert_array_equal(templates.weight[own], np.where(inner, 1.0, RIM_WEIGHT))
         assert along.min() == 0.0
         assert (np.abs(across) <= edge + settings.rim + 1e-12).all()
         # A grid of this spacing leaves at most one step free at each end.
