@@ -1,0 +1,139 @@
+"""Make the pictures of docs/gallery.md from rendered walks and the models that ship: `make gallery`.
+
+    python -m tests.benchmarks.gallery docs/gallery
+
+No other film, capture or network is needed. Pages are photographed in Debian's Chromium. Three minutes.
+"""
+
+import base64
+import csv
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import chdir
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from tests.tracker.annotate.test_launch import running
+from tests.tracker.browser import Browser, chromium
+from tests.tracker.clips import figtrack
+from tracker.cli.demo import run_demo, write_scene
+from tracker.progress import Progress
+from tracker.scene.film import render
+from videos.frames import Video
+
+SEED, FRAMES, SIZE = 9, 165, (960, 360)
+SHOWN = 66  # the frame that pages are photographed at
+STRIP = (60, 66, 72, 78)  # frames of the overlay, half a stride
+MOST_BYTES = 60_000
+QUALITIES = range(88, 30, -4)  # of JPEG; the first that is small enough is taken
+GAP = slice(45, 75)  # frames whose poses are taken out and filled
+
+SEEK = """(() => {{ const slider = document.querySelector('input[type=range]');
+  slider.value = {frame}; slider.dispatchEvent(new Event('input', {{bubbles: true}})); }})()"""
+PAUSE = "new Promise(done => setTimeout(done, 1500))"  # until the film has moved to its frame
+BOX = """(() => {{ const box = document.querySelector('{selector}').getBoundingClientRect();
+  return [box.x + scrollX, box.y + scrollY, box.width, box.height]; }})()"""
+
+
+def main() -> None:
+    """Make every picture."""
+    out = Path(sys.argv[1]).resolve()
+    out.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder, chdir(folder):
+        write_scene(render(SEED, frames=FRAMES, size=SIZE, shrubs=False), Path())
+        for name, picture in pictures():
+            write_small(picture, out / name)
+
+
+def pictures() -> Iterator[tuple[str, np.ndarray]]:
+    """Name and pixels (H, W, 3) BGR of every picture, made in the folder one is in."""
+    run("find", "walk.mp4")
+    yield "find.jpg", cv2.imread("walk-people.png")
+    run("track", "walk.mp4", "--height", "1.75")
+    yield "overlay.jpg", strip(Path("walk-track"))
+    with tempfile.TemporaryDirectory() as profile, chromium(Path(profile)) as browser:
+        yield from pages(browser)
+    run("track", "walk.mp4", "--figure", "walker-arms", "--keypoints", "walk.keypoints.csv", "--out", "arms")
+    yield "arms.jpg", strip(Path("arms"))
+    run_demo(Path("demo"), 0, overwrite=False, progress=Progress("quiet"))
+    yield "compare.jpg", cv2.imread("demo/failure.png")
+    yield "errors.png", cv2.imread("demo/errors.png")
+    yield from motion()
+
+
+def pages(browser: Browser) -> Iterator[tuple[str, np.ndarray]]:
+    """The report of the run, its curves over the stride, and the marking page."""
+    browser.open(Path("walk-track/report.html").resolve().as_uri(), width=840, height=800)
+    browser.value(SEEK.format(frame=SHOWN))
+    yield "report.jpg", photograph(browser, (0, 0, 840, 800))
+    yield "stride.png", photograph(browser, browser.value(BOX.format(selector=".cycles")))
+    shutil.copy("walk.mp4", "unmarked.mp4")
+    with running("unmarked.mp4", cwd=os.getcwd()) as (_, address):
+        browser.open(address, width=1100, height=640)
+        browser.wait("document.querySelectorAll('#joints button').length === 9")
+        yield "annotate.jpg", photograph(browser, (0, 0, 1100, 640))
+
+
+def motion() -> Iterator[tuple[str, np.ndarray]]:
+    """Poses without a film: made up, labelled, forecast, and filled."""
+    run("synthesise", "--frames", "150", "--seed", "2", "--no-clip", "--out", "made.csv")
+    yield "synthesise.png", cv2.imread("made.png")
+    run("classify", "made.csv")
+    yield "classify.png", cv2.imread("made-classify.png")
+    run("predict", "walk-track/pose.csv", "--horizon", "5", "--out", "ahead.csv")
+    yield "predict.png", cv2.imread("ahead.png")
+    with open("walk-track/pose.csv", newline="") as source, open("gap.csv", "w", newline="") as table:
+        rows = list(csv.DictReader(source))
+        writer = csv.DictWriter(table, rows[0])
+        writer.writeheader()
+        writer.writerows(row for t, row in enumerate(rows) if t not in range(GAP.start, GAP.stop))
+    run("interpolate", "gap.csv", "--out", "filled.csv")
+    yield "interpolate.png", cv2.imread("filled.png")
+
+
+def run(*words: str) -> None:
+    """One command of figtrack, which must succeed."""
+    result = figtrack(*words)
+    if result.exit_code:
+        raise RuntimeError(f"figtrack {' '.join(words)}: {result.output}")
+
+
+def strip(folder: Path) -> np.ndarray:
+    """The figure in some frames of a run's overlay, side by side."""
+    with open(folder / "keypoints.csv", newline="") as table:
+        hips = {int(row["frame"]): float(row["x"]) for row in csv.DictReader(table) if row["keypoint"] == "hip"}
+    images = {frame.index: frame.image for frame in Video(folder / "overlay.mp4")}
+    crops = [images[t][90:, max(int(hips[t]) - 110, 0) :][:, :220, ::-1] for t in STRIP]
+    return np.hstack(crops)
+
+
+def photograph(browser: Browser, box: tuple[float, float, float, float]) -> np.ndarray:
+    """A part of the page: left, top, width, height in pixels."""
+    browser.value(PAUSE)
+    clip = dict(zip(("x", "y", "width", "height"), box, strict=True), scale=1)
+    data = browser.call("Page.captureScreenshot", format="png", clip=clip, captureBeyondViewport=True)["data"]
+    return cv2.imdecode(np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_COLOR)
+
+
+def write_small(picture: np.ndarray, path: Path) -> None:
+    """Write a PNG, or the best JPEG of at most MOST_BYTES.
+
+    Raises:
+        ValueError: it is larger all the same.
+    """
+    tries = [[cv2.IMWRITE_JPEG_QUALITY, quality] for quality in QUALITIES]
+    for options in tries if path.suffix == ".jpg" else [[cv2.IMWRITE_PNG_COMPRESSION, 9]]:
+        data = cv2.imencode(path.suffix, picture, options)[1].tobytes()
+        if len(data) <= MOST_BYTES:
+            path.write_bytes(data)
+            return
+    raise ValueError(f"{path.name} takes {len(data)} bytes, more than {MOST_BYTES}; make the picture smaller")
+
+
+if __name__ == "__main__":
+    main()
