@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
-.PHONY: demo test check models rivals evaluate robustness rendered gait measure motion trial mutants bench clean
+.PHONY: demo test check models rivals evaluate robustness rendered gait measure motion gallery trial mutants bench clean
 
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
@@ -70,6 +70,10 @@ measure: $(VENV)/installed-dev
 # The tables of docs/motion.md, from the captures and splices in $FIGTRACK_DATA.
 motion: $(VENV)/installed-dev
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.motion $(FIGTRACK_DATA) docs/motion.md
+
+# The pictures of docs/gallery.md, from rendered walks and the models that ship; needs Chromium.
+gallery: $(VENV)/installed-dev
+	$(BIN)/python -m tests.benchmarks.gallery docs/gallery
 
 # A new user's first minutes in a clone of what is committed, in a real browser: how long they take.
 trial: $(VENV)/installed-dev

@@ -3,4 +3,4 @@
 from tracker.api import follow
 
 __all__ = ["follow"]
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -30,7 +30,11 @@ SEED, FRAMES, SIZE = 9, 165, (960, 360)
 SHOWN = 66  # the frame that pages are photographed at
 STRIP = (60, 66, 72, 78)  # frames of the overlay, half a stride
 MOST_BYTES = 60_000
-QUALITIES = range(88, 30, -4)  # of JPEG; the first that is small enough is taken
+SCALES = tuple(share / 100 for share in range(100, 30, -10))
+TRIES = {  # quality of a JPEG and scale; the first that is small enough is taken
+    ".jpg": [(quality, scale) for scale in SCALES for quality in range(88, 50, -6)],
+    ".png": [(0, scale) for scale in SCALES],
+}
 GAP = slice(45, 75)  # frames whose poses are taken out and filled
 
 SEEK = """(() => {{ const slider = document.querySelector('input[type=range]');
@@ -70,7 +74,7 @@ def pages(browser: Browser) -> Iterator[tuple[str, np.ndarray]]:
     """The report of the run, its curves over the stride, and the marking page."""
     browser.open(Path("walk-track/report.html").resolve().as_uri(), width=840, height=800)
     browser.value(SEEK.format(frame=SHOWN))
-    yield "report.jpg", photograph(browser, (0, 0, 840, 800))
+    yield "report.jpg", photograph(browser, (0, 0, 840, 788))
     yield "stride.png", photograph(browser, browser.value(BOX.format(selector=".cycles")))
     shutil.copy("walk.mp4", "unmarked.mp4")
     with running("unmarked.mp4", cwd=os.getcwd()) as (_, address):
@@ -82,7 +86,7 @@ def pages(browser: Browser) -> Iterator[tuple[str, np.ndarray]]:
 def motion() -> Iterator[tuple[str, np.ndarray]]:
     """Poses without a film: made up, labelled, forecast, and filled."""
     run("synthesise", "--frames", "150", "--seed", "2", "--no-clip", "--out", "made.csv")
-    yield "synthesise.png", cv2.imread("made.png")
+    yield "synthesise.jpg", cv2.imread("made.png")
     run("classify", "made.csv")
     yield "classify.png", cv2.imread("made-classify.png")
     run("predict", "walk-track/pose.csv", "--horizon", "5", "--out", "ahead.csv")
@@ -106,7 +110,9 @@ def run(*words: str) -> None:
 def strip(folder: Path) -> np.ndarray:
     """The figure in some frames of a run's overlay, side by side."""
     with open(folder / "keypoints.csv", newline="") as table:
-        hips = {int(row["frame"]): float(row["x"]) for row in csv.DictReader(table) if row["keypoint"] == "hip"}
+        hips = {
+            int(row["frame"]): float(row["x"]) for row in csv.DictReader(table) if row["keypoint"] == "hip"
+        }
     images = {frame.index: frame.image for frame in Video(folder / "overlay.mp4")}
     crops = [images[t][90:, max(int(hips[t]) - 110, 0) :][:, :220, ::-1] for t in STRIP]
     return np.hstack(crops)
@@ -121,14 +127,15 @@ def photograph(browser: Browser, box: tuple[float, float, float, float]) -> np.n
 
 
 def write_small(picture: np.ndarray, path: Path) -> None:
-    """Write a PNG, or the best JPEG of at most MOST_BYTES.
+    """Write a picture of at most MOST_BYTES: the best JPEG, or the largest PNG.
 
     Raises:
         ValueError: it is larger all the same.
     """
-    tries = [[cv2.IMWRITE_JPEG_QUALITY, quality] for quality in QUALITIES]
-    for options in tries if path.suffix == ".jpg" else [[cv2.IMWRITE_PNG_COMPRESSION, 9]]:
-        data = cv2.imencode(path.suffix, picture, options)[1].tobytes()
+    for quality, scale in TRIES[path.suffix]:
+        small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        options = [cv2.IMWRITE_JPEG_QUALITY, quality] if quality else [cv2.IMWRITE_PNG_COMPRESSION, 9]
+        data = cv2.imencode(path.suffix, small, options)[1].tobytes()
         if len(data) <= MOST_BYTES:
             path.write_bytes(data)
             return

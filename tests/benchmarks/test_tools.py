@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.viterbi import viterbi
 from kinematics.figure_file import load_figure
 from kinematics.recover import start_pose
-from tests.benchmarks import mutations
+from tests.benchmarks import gallery, mutations
 from tests.benchmarks.evaluation.calibration import distances, inside, mark_noise, nees
 from tests.benchmarks.evaluation.cases import Outcome, band_error
 from tests.benchmarks.evaluation.disturbances import DISTURBANCES, Film, every_second, guessed, moved
@@ -240,3 +240,14 @@ def test_every_formula_that_is_broken_to_try_the_tests_still_stands_there():
         mutation = mutations.Mutation(**entry)
         mutation.made((mutations.ROOT / mutation.file).read_text(encoding="utf-8"))
         assert all((mutations.ROOT / tests).exists() for tests in mutation.tests)
+
+
+@pytest.mark.parametrize("ending", [".jpg", ".png"])
+def test_a_picture_of_the_gallery_is_made_small_enough_and_one_that_cannot_be_is_refused(
+    ending, tmp_path, rng
+):
+    path = tmp_path / f"noise{ending}"
+    gallery.write_small(rng.integers(0, 255, (160, 160, 3), dtype=np.uint8), path)
+    assert path.stat().st_size <= gallery.MOST_BYTES
+    with pytest.raises(ValueError, match="make the picture smaller"):
+        gallery.write_small(rng.integers(0, 255, (900, 900, 3), dtype=np.uint8), path)
