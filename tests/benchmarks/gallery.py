@@ -90,14 +90,14 @@ def motion() -> Iterator[tuple[str, np.ndarray]]:
     run("classify", "made.csv")
     yield "classify.png", cv2.imread("made-classify.png")
     run("predict", "walk-track/pose.csv", "--horizon", "5", "--out", "ahead.csv")
-    yield "predict.png", cv2.imread("ahead.png")
+    yield "predict.jpg", cv2.imread("ahead.png")
     with open("walk-track/pose.csv", newline="") as source, open("gap.csv", "w", newline="") as table:
         rows = list(csv.DictReader(source))
         writer = csv.DictWriter(table, rows[0])
         writer.writeheader()
         writer.writerows(row for t, row in enumerate(rows) if t not in range(GAP.start, GAP.stop))
     run("interpolate", "gap.csv", "--out", "filled.csv")
-    yield "interpolate.png", cv2.imread("filled.png")
+    yield "interpolate.jpg", cv2.imread("filled.png")
 
 
 def run(*words: str) -> None:
