@@ -7,7 +7,7 @@ import numpy as np
 from tests.benchmarks.evaluation.calibration import inside, nees
 from tests.benchmarks.evaluation.cases import Outcome
 from tests.benchmarks.evaluation.held_out import mean_error
-from tests.benchmarks.evaluation.measure import Results, Tuning
+from tests.benchmarks.evaluation.measure import Results
 from tests.benchmarks.evaluation.ways import (
     ALONE,
     BOXES,
@@ -23,33 +23,33 @@ from tests.benchmarks.page import TRY, Claim, claim_table, table, written
 from tests.benchmarks.rivals import correlation
 from tracker.run.score import Score
 
-HEADER = ("mean", "median of marks", "leg directions, degrees", "lost", "swaps", "knee band, px")
+HEADER = ("mean", "median", "leg angles, deg", "lost", "swaps", "knee band, px")
+CALIBRATED = (DEFAULT, DEFAULT + FILTERED, CV)
 
 
 METHOD = """\
-Every clip is followed from the marks of frame 0, with the same settings. Compared are all later marks of
+Every clip is followed from the marks of frame 0 with the same settings and scored by all later marks of
 head top, neck, hip, knees and ankles. Errors are in leg lengths (thigh + shank), each at most 1; marks
-repeat to about 0.02. A cell is a clip's mean error, and in brackets the frame where it was lost: the
-first of two marked frames in a row with a mean error over 0.25, not recovered in the third. Poses are
-smoothed over the clip; `filtered` ones are as each frame was first seen. The knee band is a band of
-colour that one walker wears at the near knee, seen in every frame: root-mean-square distance between its
-path and the tracked knee's, once the mean of their difference is taken off.
-
-One clip alone: `figtrack compare CLIP.mp4 --keypoints CLIP.keypoints.csv --start 0`.
+repeat to about 0.02. A cell is a clip's mean error, with the frame of its loss in brackets: the first of
+two marked frames in a row with a mean error over 0.25, not recovered in the third. Poses are smoothed over
+the clip; `filtered` ones use no later frames. The knee band is a coloured band at one walker's near knee:
+distance (root mean square) between its path and that of the tracked knee, less their mean difference.
 """
 MODELS = f"""\
-`classic` is the papers' registration: grey templates of frame 0, no prior in the climb. `{CV}` is
-constant velocity at the noise that is best on these very clips. `{FLOW}` follows points on every link by
-optical flow and RANSAC, `{BOXES}` one box a link by OpenCV's {{tracker}}; both at the options that are
-best on these clips, from the same marks, without weights and without a model of motion.
+`classic` is the registration of the papers. `{CV}` is constant velocity with the noise that is best on
+these clips. `{FLOW}` tracks points on every link by optical flow and RANSAC, `{BOXES}` one box per link by
+OpenCV's {{tracker}}, both with the options that are best on these clips and without a model of motion.
+"""
+SWITCHES = """\
+The default model with one part disabled. Worst: the largest mean error of a clip.
 """
 CALIBRATION = """\
-NEES is the mean of e' (P + R)^-1 e over the visible marks, toes too, with P the tracked covariance and R
-that of the mark: 1.5 px, 4 px along the limb for hip and knees. 2 is right, and 86.5 % inside two sigma.
+NEES is the mean of e' (P + R)^-1 e over the visible marks, toes included, with tracked covariance P and
+mark covariance R (1.5 px; 4 px along the limb for hip and knees). 2 and 86.5 % inside two sigma are right.
 """
 CHOICE = """\
-By the mean error over these clips, smoothed. Held out: each clip at the values that are best on the
-others.
+Settings with the least mean error over these clips, and the error if each clip has those that are best on
+the others.
 """
 
 
@@ -71,7 +71,8 @@ def page(results: Results, quick: bool) -> str:
         MODELS.format(tracker=correlation.kind()),
         "## One thing switched off",
         "",
-        *_rows(results, {DEFAULT: results.rows[DEFAULT]} | results.switched),
+        SWITCHES,
+        *_switched({DEFAULT: results.rows[DEFAULT]} | results.switched),
         "## Calibration",
         "",
         CALIBRATION,
@@ -81,8 +82,6 @@ def page(results: Results, quick: bool) -> str:
         CHOICE,
         *_held_out(results),
     ]
-    for name, tuning in results.grids.items():
-        lines += [f"### {name}", "", *_grid(tuning)]
     return "\n".join(lines)
 
 
@@ -146,6 +145,17 @@ def _rows(results: Results, rows: dict[str, list[Outcome]]) -> list[str]:
     )
 
 
+def _switched(rows: dict[str, list[Outcome]]) -> list[str]:
+    header = ("", "mean", "worst", *HEADER[1:])
+    return table(header, [[name, *_worst(row)] for name, row in rows.items()])
+
+
+def _worst(row: Sequence[Outcome]) -> list[str]:
+    """The cells of a row without a cell for each clip."""
+    mean, *others = _summary(row)
+    return [mean, f"{max(found.score.mean_error_leg for found in row):.3f}", *others]
+
+
 def _summary(row: Sequence[Outcome]) -> list[str]:
     """The cells under HEADER."""
     bands = [f"{found.band:.1f}" for found in row if found.band is not None]
@@ -153,7 +163,7 @@ def _summary(row: Sequence[Outcome]) -> list[str]:
         f"{mean_error(row):.3f}",
         f"{_median(row):.3f}",
         f"{_direction(row):.1f}",
-        f"{_lost(row)} of {len(row)}",
+        str(_lost(row)),
         f"{_swaps(row)}",
         ", ".join(bands) or "-",
     ]
@@ -162,7 +172,7 @@ def _summary(row: Sequence[Outcome]) -> list[str]:
 def _calibration(results: Results) -> list[str]:
     rows = []
     for name, row in results.rows.items():
-        if row[0].distances is not None:
+        if name in CALIBRATED:
             spread = _spread(row)
             clips = [f"{nees(_spread([found])):.1f}" for found in row]
             rows.append(
@@ -190,21 +200,6 @@ def _held_out(results: Results) -> list[str]:
         [f"{DEFAULT} as it ships", "the defaults", f"{mean_error(results.rows[DEFAULT]):.3f}", "-", "-"]
     )
     return table(("", "best on all", "mean error tuned", "held out", "ratio"), rows)
-
-
-def _grid(tuning: Tuning) -> list[str]:
-    """Every combination, the best first."""
-    ranked = sorted(tuning.outcomes.items(), key=lambda item: mean_error(item[1]))
-    chosen = tuning.tuned.chosen
-    rows = [
-        [*(str(value) for value in values), f"{mean_error(found):.4f}", _times(chosen.count(values))]
-        for values, found in ranked
-    ]
-    return table((*tuning.grid.names, "mean error", "chosen for"), rows)
-
-
-def _times(count: int) -> str:
-    return f"{count} clip{'s' if count > 1 else ''}" if count else ""
 
 
 def _lost(row: Sequence[Outcome]) -> int:

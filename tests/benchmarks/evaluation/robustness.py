@@ -56,7 +56,7 @@ WALKS = range(100, 140)  # seeds of rendered walks: no setting was chosen by the
 OURS = Ours(DEFAULT)
 WAYS = {
     DEFAULT: OURS,
-    f"{DEFAULT}, nothing taken for covered": Ours(DEFAULT, Settings(covered=0.0)),
+    f"{DEFAULT}, no occlusion by the scene": Ours(DEFAULT, Settings(covered=0.0)),
     "cv": Ours("cv"),
 }
 SHRUBS = f"""\

@@ -38,21 +38,21 @@ COMPARED: dict[str, tuple[str, Changes]] = {
 # A name for the row: what is changed in the settings of the default model.
 WITHOUT: dict[str, Changes] = {
     "no outline": {"outline": False},
-    "no lean of one's own": {"lean": 0.01},
+    "no constant lean": {"lean": 0.01},
     "no free state": {"surprise": 0.0},
-    "camera taken for still": {"camera": False},
-    "nothing known of what lies behind": {"backdrop": False},
+    "camera assumed still": {"camera": False},
+    "no background model": {"backdrop": False},
     "grey levels as filmed": {"contrast": 0.0},
-    "nothing taken for covered": {"covered": 0.0},
-    "any light on any link": {"light": 255.0},
-    "learned noise as it is": {"inflation": 1.0},
-    "no image in the weights": {"image_weight": 0.0},
-    "no rim": {"rim": 0.0},
-    "outlines hide nothing beyond them": {"cover": 0.0},
-    "templates of frame 0": {"blend": 0.0},
+    "no occlusion by the scene": {"covered": 0.0},
+    "free brightness of links": {"light": 255.0},
+    "learned noise not inflated": {"inflation": 1.0},
+    "no image evidence in weights": {"image_weight": 0.0},
+    "no soft rim": {"rim": 0.0},
+    "no cover beyond outlines": {"cover": 0.0},
+    "templates not updated": {"blend": 0.0},
     "finest blur only": {"blurs": (0.015,)},
-    "every pixel believed": {"robust": 1000.0},
-    "no breathing": {"breathing": 1e-6, "scale_drift": 0.0},
+    "no robust loss": {"robust": 1000.0},
+    "no change of length": {"breathing": 1e-6, "scale_drift": 0.0},
 }
 
 # What is tuned, and the values tried; the defaults are among them.
@@ -92,12 +92,13 @@ class Plan:
     without: dict[str, Changes]
 
     def rows(self, cv: Changes) -> dict[str, Way]:
-        """Each model smoothed over the clip, and as each frame was first seen; cv with these settings."""
+        """Each model smoothed over the clip, the default unsmoothed too; cv with these settings."""
         rows: dict[str, Way] = {}
         for name, (model, changes) in self.compared.items():
             settings = _settings({**cv, **changes})
             rows[name] = Ours(model, settings)
-            rows[name + FILTERED] = Ours(model, settings, smooth=False)
+            if name == DEFAULT:
+                rows[name + FILTERED] = Ours(model, settings, smooth=False)
         return rows
 
     def switched(self) -> dict[str, Way]:
