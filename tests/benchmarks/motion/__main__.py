@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from tests.benchmarks.motion.data import SAME, SPLICED, Results, Source, study
+from tests.benchmarks.motion.data import SAME, Results, Source, study
 from tests.benchmarks.motion.measure import SECTIONS, measure, named_parts
 from tests.benchmarks.page import TRY, claim_table, written
 from tracker.models.learn import NOISE, STATES
@@ -37,22 +37,17 @@ def page(source: Source, results: Results, parts: Sequence[ModuleType]) -> list[
     """The lines of the Markdown text."""
     captures = study(source).captures
     lines = [
-        "# Motion by itself",
+        "# Motion without video",
         "",
         f"{written('motion')}.",
         *([TRY] if source.quick else []),
         "",
-        f"Data: {len(captures)} straight segments at 30 frames a second,",
-        f"{sum(len(c.y) for c in captures)} frames, of walks and runs of the subjects",
-        f"{', '.join(study(source).subjects)}, each used a second time with near and far legs",
-        "exchanged; learning also takes the jogs on a curve.",
-        f"Subjects {' and '.join(SAME)} are probably one person and are left out together.",
-        "",
-        f"The default model, as `figtrack learn` makes it, has {STATES} states a motion, is of order 2 and",
-        f"is learned at {NOISE:g}° of noise, as all models are unless told otherwise.",
-        "For prediction and gaps everyone is left out in turn, and the model knows the one motion.",
-        f"`The six` are the splices' subjects {', '.join(sorted(SPLICED))}, all left out together;",
-        "their model knows walks and runs.",
+        f"{len(captures)} straight segments ({sum(len(c.y) for c in captures)} frames at 30 a second)",
+        f"of walks and runs by {len(study(source).subjects)} subjects, each used again with near and",
+        f"far legs exchanged. Subjects {' and '.join(SAME)} are probably one person and are left out",
+        f"together. The default model has {STATES} states a motion and order 2, learned with",
+        f"{NOISE:g}° of noise. For forecasts and gaps each subject is left out in turn and the model",
+        "knows one motion.",
         "",
         "## Targets",
         "",

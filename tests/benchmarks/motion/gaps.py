@@ -20,7 +20,6 @@ from dynamics.stride import Stride
 from kinematics.mocap import Sequence as Capture
 from tests.benchmarks.motion.data import (
     DEFAULT,
-    MOTIONS,
     STATES,
     STRIDE,
     Results,
@@ -30,10 +29,8 @@ from tests.benchmarks.motion.data import (
     held_out,
     named,
     of_variant,
-    people,
     straight,
     study,
-    summary,
 )
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import (
@@ -152,7 +149,7 @@ def claims(results: Results) -> list[Claim]:
         found.append(Claim(f"gap of {gap} frames, {label}", error, target, unit="°"))
     for (label, gap), target in SIX_TARGETS.items():
         error = rms(_errors(results, label, gap, CHOSEN, DEFAULT, six=True))
-        found.append(Claim(f"gap of {gap} frames, {label}, the six", error, target, unit="°"))
+        found.append(Claim(f"gap of {gap} frames, {label}, subjects of the splices", error, target, unit="°"))
     for label, gap in TARGETS:
         text = f"angles within two sigma of the stride, gap of {gap} frames, {label}"
         found.append(Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit=" %"))
@@ -161,29 +158,19 @@ def claims(results: Results) -> list[Claim]:
 
 def section(source: Source, results: Results) -> list[str]:
     """The tables."""
-    lines = [
+    rows = [
+        [name, *(number(rms(_errors(results, label, gap, way, variant))) for label, gap in TARGETS)]
+        for way, variant, name in _rows(source)
+    ]
+    return [
         "## Gaps",
         "",
-        f"All freedoms missing in the middle of a clean segment that has at least {SIDE} frames more",
-        "on either side; everything else of it is shown. RMSE in degrees: pooled over all frames / mean over",
-        "subjects / the six.",
-        f"The default of `figtrack interpolate` is the {CHOSEN}, harmonic stride or the default model.",
+        f"All freedoms are missing in the middle of a clean segment with at least {SIDE} more frames",
+        "on either side. RMSE in degrees, pooled over all frames. `figtrack interpolate` takes the",
+        "more probable of the harmonic stride and the default model.",
         "",
+        *table(["", *(f"{label}, {gap}" for label, gap in TARGETS)], rows),
     ]
-    for label in MOTIONS:
-        gaps = [gap for motion, gap in TARGETS if motion == label]
-        rows = [
-            [name, *(_cell(results, label, gap, way, variant) for gap in gaps)]
-            for way, variant, name in _rows(source)
-        ]
-        lines += table([label, *(f"{gap} frames" for gap in gaps)], rows)
-        of = {gap: people(_errors(results, label, gap, CHOSEN, DEFAULT)) for gap in gaps}
-        names = sorted({name for found in of.values() for name in found})
-        lines += table(
-            [f"{label}, the default, by subject", *names],
-            [[f"{gap} frames", *(number(of[gap].get(name)) for name in names)] for gap in gaps],
-        )
-    return lines
 
 
 class Nearest:
@@ -216,21 +203,11 @@ class Nearest:
 
 def _rows(source: Source) -> list[tuple[str, Variant, str]]:
     """The way, the model's variant, and the name of each row."""
-    rows = [
-        (way, (states, 2, NOISE), f"{named(states, 2)}: {way}")
-        for states in sorted({4, STATES}, reverse=True)
-        for way in ((POSE, PAPERS, PATH) if states == STATES else (POSE, PATH))
-    ]
-    rows.append((POSE, (STATES, 1, NOISE), f"{named(STATES, 1)}: {POSE}"))
+    rows = [(way, DEFAULT, f"{named(STATES, 2)}: {way}") for way in (POSE, PAPERS, PATH)]
     rows += [(PATH, (1, order, NOISE), f"{named(1, order)}: Kalman smoother") for order in (2, 1)]
     rows += [(way, DEFAULT, way) for way in (LINE, SPLINE, CLOSE)]
     first = [(CHOSEN, DEFAULT, CHOSEN), (PERIODIC, STRIDE, PERIODIC)]
     return [*first, *source.some(rows)]
-
-
-def _cell(results: Results, label: str, gap: int, way: str, variant: Variant) -> str:
-    everyone, six = (_errors(results, label, gap, way, variant, six=six) for six in (False, True))
-    return " / ".join(map(number, summary(everyone, six)))
 
 
 def _errors(

@@ -129,10 +129,10 @@ def section(source: Source, results: Results) -> list[str]:
     lines = [
         "## Walk or run, everyone left out in turn",
         "",
-        f"Wrong frames in per cent, and those more than {FAR} frames from any junction, by the default",
-        "model as `figtrack learn` and `figtrack classify` have it. Splices of one person's own pieces,",
-        "bends too: of walks and runs where there are both. The joggers of HDM05 once more by a model that",
-        "knows none of them, and the shipped `gait` on people whose terms do not let it learn from them.",
+        f"Wrong frames in per cent, and those more than {FAR} frames from any junction, with the",
+        "default model, on sequences spliced from captures of one person. Below: the joggers of",
+        "HDM05 with a model that was learned without all of them, and the shipped `gait` on people",
+        "whose licence does not allow learning.",
         "",
     ]
     for way in (LEFT_OUT, TOGETHER, SHIPPED):

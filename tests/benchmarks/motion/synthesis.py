@@ -15,7 +15,7 @@ from dynamics.slds import SLDS
 from dynamics.store import Model
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, STATES, Results, Source, both, named, study
+from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, Results, Source, both, named, study
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import ANGLES, WIDER, centred, out_of_range
 from tracker.experiments.study import FPS, Recipe
@@ -99,14 +99,12 @@ def section(source: Source, results: Results) -> list[str]:
     lines = [
         "## Synthesis",
         "",
-        f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone.",
-        "Out: per cent of frames with an angle outside its minimum to maximum over what was learned from,",
-        f"widened by {100 * WIDER:g} % of that range; far out: by a whole range.",
-        "Stride: the median of the seeds, in frames, from the autocorrelation of near hip less far hip; the",
-        "data's is the mean over subjects.",
-        f"Spectrum: decibels rms over angles and the bins up to {HIGHEST:g} Hz",
-        f"above {100 * WEAKEST:g} % of the angle's peak (Welch, Hann windows of {WINDOW} frames",
-        "overlapping by half, mean taken off; segments of at least that length, subjects counting alike).",
+        f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone. Out: frames with an angle",
+        f"outside its range in the data, widened by {100 * WIDER:g} %; far out: by a whole range.",
+        "Stride: frames, from the autocorrelation of near hip less far hip, median of the seeds.",
+        f"Spectrum: distance in decibels (rms) up to {HIGHEST:g} Hz, where the data have at least",
+        f"{100 * WEAKEST:g} % of the angle's peak (Welch, Hann windows of {WINDOW} frames, half",
+        "overlapping, mean subtracted).",
         "",
     ]
     header = [
@@ -174,7 +172,7 @@ def spectrum(groups: Sequence[Sequence[Array]]) -> Array:
 
 def _rows(source: Source) -> list[tuple[int, int]]:
     """States and order, the default first."""
-    return source.some([*((states, 2) for states in SHOWN_STATES), (STATES, 1)])
+    return source.some([(states, 2) for states in SHOWN_STATES])
 
 
 def _cells(like: Likeness) -> list[str]:
