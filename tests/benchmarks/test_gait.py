@@ -80,12 +80,12 @@ def test_claims_and_rows_count_what_is_within():
     assert found["walk or run as it is, of films with a stride"] == 100.0
     assert (found["strides of the near leg"], found["strides of the far leg"]) == (2.0, 4.0)
     rows = {row[0]: row[1:] for row in moment_rows(cases)}
-    assert rows["walks, strikes, all"] == ["1", "1", "+10 ms", "10 ms", "10 ms", "100 %"]
-    assert rows["walks, strikes, other collections"][0] == "0"
-    assert [row[:3] for row in figure_rows(cases)] == [
-        [label, name, "1"] for label in ("walks", "runs") for name in ("stance share", "speed")
+    assert rows["walks, strikes, learned"] == ["1", "+10 ms", "10 ms", "10 ms", "100 %"]
+    assert rows["walks, strikes, others"][0] == "0"
+    assert [row[:2] for row in figure_rows(cases)] == [
+        [f"{label}, {name}", "1"] for label in ("walks", "runs") for name in ("stance share", "speed")
     ]
-    assert nobodys([*cases, replace(cases[0], missed=3)]).startswith("Of 12 strides that were told of, 3 are")
+    assert nobodys([*cases, replace(cases[0], missed=3)]).startswith("3 of 12 strides")
     assert [row[:2] for row in camera_rows(cases)] == [["pan", "1"], ["still", "1"]]
 
 

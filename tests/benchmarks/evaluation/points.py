@@ -70,36 +70,28 @@ USE = """\
     figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv
     figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates --out alone
 
-take the points that a pose network found in the same clip as a further measurement, which is doubted: a
-DeepLabCut CSV, OpenPose JSON (a file or the folder of them), COCO keypoints or a TRC in pixels, with points
-named as in [annotate.md](annotate.md). With `--no-templates` they are all there is to follow. The marked
-frame is still needed: it tells the limbs' lengths and the near leg. `compare` takes both options too.
+add the points of a pose network as an uncertain measurement: DeepLabCut CSV, OpenPose JSON (file or
+folder), COCO keypoints or TRC in pixels, named as in [annotate.md](annotate.md#marks-from-other-programs).
+`--no-templates` uses the points alone. The marked frame gives limb lengths and the near leg. `compare` has
+both options.
 
-- A point errs by what the file's points jitter about smooth paths, and by `point` leg lengths at least
-  (Student's t, so one far off pulls little); below `point_likelihood` it is taken for absent. In a share
-  `exchange` of the frames the legs are named the wrong way round, in a share `one_leg` both are put on one.
-  These are settings (`figtrack settings`), the same for every clip.
-- Every hypothesis is weighed with each naming of the legs; which frames were named wrongly is printed and
-  in `run.json` (`measure`).
-- Frames without a point are left to the model (`lost` where nothing else measures); `hidden` says that some
-  joint had no point near it.
-- A joint that the file has not, as the top of the head in OpenPose's, is left to pictures and model;
-  without pictures every frame is then `hidden`.
-- A network's own constant offset of a joint is not removed: the figure follows it as far as its limbs
-  allow.
-- Templates slide unseen, and yet weigh more than points. Pictures help where points are missing or poor;
-  where they are good, points alone are nearer.
-- Of several people in a frame the largest and surest is taken, frame by frame; who passes in front
-  disturbs.
-- A figure that comes back from a long gap with its legs exchanged is not noticed.
+- Exchanged legs, gaps and jitter are repaired. Frames with exchanged legs are printed and listed in
+  run.json (`measure`).
+- Points have Student t errors with the measured jitter, at least `point` leg lengths; less likely ones than
+  `point_likelihood` are absent. `exchange` and `one_leg` are the prior shares of frames with exchanged legs
+  and with both legs on one ([settings.md](settings.md)).
+- Frames without points are predicted, or `lost` without templates. `hidden` means that a joint has no point
+  near it, as the head top of OpenPose files.
+- A constant offset of the network's joints is not removed. Of several people the largest and surest is
+  taken in each frame. A figure that returns from a long gap with exchanged legs is not noticed.
+- Templates help where points are missing or poor; good points alone are more accurate.
 """
 METHOD = """\
-The points are smooth paths (cubic splines) through the hand marks of each open clip, spoiled, written as a
-DeepLabCut CSV and given to `figtrack track` with its default settings and the marks of frame 0. Errors are
-mean errors in leg lengths at the hand marks after frame 0. A network's joints lie elsewhere than hands mark
-them by an amount of its own, which these points have not. The rivals know neither limb lengths nor the start
-marks, as is usual with them. Two things were added after a first look at these very tables: jitter that is
-measured, and both legs on one as a naming (0.095 and 0.064 in the last rows without); no clip was held out.
+The points are splines through the hand marks, damaged and written as a DeepLabCut CSV. Errors are means in
+leg lengths at the hand marks after frame 0. Points of real networks have offsets of their own, which these
+lack. The rivals know no limb lengths and no start marks. Measured jitter and the state of both legs on one
+were added after a first look at these tables (0.095 and 0.064 in the last rows without them); no clip was
+held out.
 """
 
 
@@ -185,8 +177,7 @@ def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[s
     kept = {way: row for way, row in asked.items() if not way.startswith(SMOOTHER) or way == smoother}
     header = (
         "",
-        *(clip.stem for clip in clips),
-        "mean",
+        "mean error",
         "direction, deg",
         "lost",
         "swaps",
@@ -204,15 +195,15 @@ def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[s
             METHOD,
             "### Legs exchanged in 10 % of the frames, 10 % of the points missing, 5 px jitter",
             "",
-            f"The mean of {draws} draws a clip. Direction: median error of the visible leg links. Swaps:",
-            "marked frames whose legs are still exchanged. The smoother's acceleration,",
-            f"{smoother.split()[-1]} px a frame squared, is the best of "
-            f"{', '.join(f'{a:g}' for a in ACCELERATIONS)} on these very clips.",
+            f"{draws} draws a clip. Direction: median error of leg links. Swaps: frames whose legs stay",
+            "exchanged. The",
+            "smoother's acceleration (px a frame squared) is the best of "
+            f"{', '.join(f'{a:g}' for a in ACCELERATIONS)} on these clips.",
             "",
-            *table(header, [[way, *_cells(row, len(clips), draws)] for way, row in kept.items()]),
+            *table(header, [[way, *_cells(row)] for way, row in kept.items()]),
             "### Other damage",
             "",
-            "Mean error over the clips, and in brackets the clips lost; each with 5 px jitter unless told.",
+            "Mean error, and clips lost in brackets; 5 px jitter unless stated.",
             "",
             *table(
                 ("", *worse[next(iter(worse))]),
@@ -235,13 +226,11 @@ def _lost(row: Row) -> int:
     return sum(found.score.first_failure_frame is not None for found in row)
 
 
-def _cells(row: Row, clips: int, draws: int) -> list[str]:
-    of_clips = [row[i * draws : (i + 1) * draws] for i in range(clips)]
+def _cells(row: Row) -> list[str]:
     angles = np.concatenate([found.score.link_errors for found in row])
     said = [found.exchanged for found in row if found.exchanged is not None]
     there, right, wrong = np.sum(said, axis=0) if said else (0, 0, 0)
     return [
-        *(f"{_mean(each):.3f}" for each in of_clips),
         f"{_mean(row):.3f}",
         f"{np.median(angles):.1f}",
         f"{_lost(row)} of {len(row)}",

@@ -48,9 +48,8 @@ DRAWS = 30
 DROPPED = "every second frame"
 SEEN_WORSE = tuple(name for name in DISTURBANCES if name not in ("none", DROPPED))
 METHOD = f"""\
-Each disturbance comes alone, for `{DEFAULT}` with its default settings. A cell is a clip's mean error in leg
-lengths against the undisturbed marks after frame 0, and in brackets the frame where it was lost, as in
-[results.md](results.md).
+One disturbance at a time, `{DEFAULT}` with default settings. Errors are against the undisturbed marks after
+frame 0; cells as in [results.md](results.md).
 """
 WALKS = range(100, 140)  # seeds of rendered walks: no setting was chosen by these
 OURS = Ours(DEFAULT)
@@ -60,27 +59,26 @@ WAYS = {
     "cv": Ours("cv"),
 }
 SHRUBS = f"""\
-The walks that `figtrack demo --seed N` renders, N from {WALKS.start} to {WALKS.stop - 1}, each past shrubs
-that hide one leg and the other. `cv` has its default noise.
+The walks of `figtrack demo --seed N`, N from {WALKS.start} to {WALKS.stop - 1}, past shrubs that hide one
+leg and then the other.
 """
 HIDDEN_FEET = f"""\
-What the marks of frame 0 lack; the errors are against all later marks. The hedge is put into every picture,
-at one place in it, before the feet of frame 0. A guess is marked as not visible and has Gaussian noise of
-{GUESS_NOISE:g} px on both coordinates, one draw a clip. In the row's mean a refusal counts 1.
+Marks missing in frame 0. The hedge covers the feet of frame 0 and stays in place. A guess is marked as not
+visible and has {GUESS_NOISE:g} px of noise. In the mean a refusal counts 1.
 """
 PICTURES = """\
-Every second frame: the others and the marks in them are dropped, the frame rate halves. Brightness falls
-linearly to a half over the first 20 frames and stays there. Noise is Gaussian, on every channel of every
-pixel.
+With every second frame the frame rate halves. Brightness falls to half over the first 20 frames. Noise is
+Gaussian on every channel.
 """
 
 
 SHOTS = {**DISTURBANCES, **FILMS}
 OTHERWISE = f"""\
-Nothing is wanted of these. Against the light every grey level is taken to the power of {GAMMA:g}; in haze
-{100 * CONTRAST:.0f} % of the contrast is left; the camera that goes along sees {100 * VIEW:.0f} % of the
-picture's width around the hip. Half speed puts a picture between every two frames, made by optical flow,
-double speed leaves out every second one; neither changes the frame rate, so that nothing tells.
+Nothing is required here. Against the light: grey levels to the power of {GAMMA:g}. Haze: {
+    100 * CONTRAST:.0f} % of the contrast. The accompanying camera shows {
+    100 * VIEW:.0f} % of the width around the
+hip. Half speed adds frames by optical flow, double speed drops every second one; the frame rate of the file
+stays.
 """
 
 

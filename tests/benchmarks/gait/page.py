@@ -16,7 +16,6 @@ FIGURES = (
     "stride time",
     "step time",
     "stance share",
-    "swing share",
     "double support",
     "flight time",
     "step length",
@@ -26,22 +25,18 @@ FIGURES = (
 UNITS = {"cadence": "steps/min", "step length": "m", "stride length": "m", "speed": "m/s"}
 LEARNED = ("02", "05", "07", "08", "09", "10", "26", "29", "32", "35", "49", "wd2")
 METHOD = """\
-Rendered films are those of [rendered.md](rendered.md), followed from their marks with the defaults. Each
-shows the motion of a capture whose feet are known in space, so it is known when the figure's feet are on the
-ground: an end of the sole, heel or toe, rests while it is lower than 0.03 leg lengths over the floor and goes
-along it at less than half the mean pace; a foot strikes when an end first rests and leaves when none does any
-more. With a limit of 0.35 or 0.7 of the pace, or of 0.02 or 0.05 leg lengths, these moments move by at most
-11 ms in the median. The weights by which strikes and leavings are told were learned from captures of CMU and
-Seoul National University, without any picture; other collections have rows of their own. Times are seconds
-walked. Every stride that is told of counts, but for those at whose ends the capture begins or stops.
-
-Every walker is taken to be {tall:g} m tall, as the truth is; lengths are compared in metres.
+The films of [rendered.md](rendered.md), followed from marks. The motion is that of captures whose feet are
+known in space: an end of the sole rests while it is lower than 0.03 leg lengths over the floor and slower
+than half the mean pace; a foot strikes when an end first rests and leaves when none rests any more. Other
+limits (0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths) move these moments by at most 11 ms in the
+median. The weights that time the feet were learned from captures of CMU and Seoul National University;
+other collections have rows of their own. Strides at whose ends the capture begins or stops are left out.
+Every walker is {tall:g} m tall.
 """
 CLIPS = """\
-The walks among the hand-marked open clips, followed from their first marks. Nobody knows when their feet
-strike; the stance of people who walk at their own pace is 58 to 65 % of a stride, at a slow pace more. Of
-`gym_walk_rl` myogait's own analysis of our export gives 58.9 (near) and 61.9 (far). Speed and step length
-are for a height of {tall:g} m.
+Hand-marked walks, followed from their first marks, for a height of {tall:g} m. The true contacts are
+unknown; at a comfortable pace the stance is 58 to 65 % of a stride, at a slow pace more. myogait's own
+analysis of `gym_walk_rl` gives 58.9 (near) and 61.9 (far).
 """
 
 
@@ -66,14 +61,14 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
             *claim_table([*claims(cases), *clip_claims(clips)]),
             "## Moments",
             "",
-            "Late is positive. Inside: the share within two of their standard errors; 95 % would be right.",
+            "Late is positive. Inside: the share within two standard errors; 95 % would be right.",
             "",
             *table(MOMENTS, moment_rows(cases)),
             nobodys(cases),
             "",
             "## Figures",
             "",
-            "Of legs where a figure is told of either leg, of films otherwise.",
+            "Counted per leg where both legs have the figure, else per film.",
             "",
             *table(ERRORS, figure_rows(cases)),
             "## Lengths by what the camera does",
@@ -87,8 +82,8 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
     )
 
 
-MOMENTS = ("", "films", "number", "median", "half within", "nine in ten within", "inside")
-ERRORS = ("", "", "number", "median error", "half within", "nine in ten within", "inside")
+MOMENTS = ("", "number", "median", "half within", "nine in ten within", "inside")
+ERRORS = ("", "number", "median error", "half within", "nine in ten within", "inside")
 CAMERAS = ("camera", "films", "step length, half within", "speed, half within", "speed, nine in ten within")
 OPEN = ("clip", "strides", "stance near", "stance far", "double support", "step length", "speed")
 
@@ -163,8 +158,8 @@ def nobodys(cases: Sequence[Case]) -> str:
     told = sum(sum(each.strides) + each.missed for each in cases)
     missed = sum(each.missed for each in cases)
     return (
-        f"Of {told} strides that were told of, {missed} are more than half a stride from any of that foot, "
-        "as where legs are exchanged: they are in no table here."
+        f"{missed} of {told} strides found are over half a stride from any true one, as with exchanged legs; "
+        "the tables leave them out."
     )
 
 
@@ -175,12 +170,11 @@ def moment_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
         seen = [each for each in own if each.capture.split("_")[0] in LEARNED]
         others = [each for each in own if each not in seen]
         for kind, words in (("strike", "strikes"), ("off", "leavings")):
-            for of, group in (("all", own), ("people learned from", seen), ("other collections", others)):
+            for of, group in (("learned", seen), ("others", others)):
                 late = _late(group, kind)
                 moments = [m for each in group for m in each.moments if m.kind == kind]
                 yield [
                     f"{label}s, {words}, {of}",
-                    str(len(group)),
                     str(len(late)),
                     f"{_of(late, 0.5):+.0f} ms",
                     f"{_within(late, 0.5):.0f} ms",
@@ -201,8 +195,7 @@ def figure_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
                 unit, scale = ("%", 1.0) if relative else ("ms", 1e3) if "time" in name else ("points", 1.0)
                 errors = [scale * error for error in errors]
                 yield [
-                    f"{label}s",
-                    name,
+                    f"{label}s, {name}",
                     str(len(errors)),
                     f"{_of(errors, 0.5):+.1f} {unit}",
                     f"{_within(errors, 0.5):.1f} {unit}",

@@ -6,9 +6,8 @@ from tracker.clip.job import Job
 
 STRAIGHT = 0.1  # share of the greatest cost by which one may lie beside the line, at most
 
-WHAT = """CPU time of one thread; every run is repeated and the best kept. Both decode the same clip and start
-from the same marks; no pictures are drawn. Lucas-Kanade is the rival of [results.md](results.md), optical
-flow of points on every link. Milliseconds are the writing machine's: what can be compared is the ratio."""
+WHAT = """CPU time of one thread, the best of several runs, from the same clip and marks. Lucas-Kanade is the
+optical flow rival of [results.md](results.md). Compare the ratios; milliseconds depend on the machine."""
 
 GROWTH = """![Milliseconds against hypotheses, and against template points](speed.png)"""
 
@@ -32,7 +31,6 @@ def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memor
         "",
         GROWTH,
         "",
-        *_growth(hypotheses, points),
         "## Memory",
         "",
         *_memory(memory),
@@ -41,8 +39,8 @@ def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memor
 
 
 ALONE = """\
-Of following alone, whose pictures are not decoded here: while the film is looked through first, and while the
-overlay is encoded, `track` as a whole holds several hundred MB more."""
+These are of following alone. During the survey and while the overlay is encoded `track`
+holds several hundred MB more."""
 
 
 def claims(cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> list[Claim]:
@@ -60,16 +58,6 @@ def _stages(cost: Cost) -> list[str]:
     rows = [*cost.stages.items(), ("all, measured as a whole", cost.ours), ("Lucas-Kanade", cost.rival)]
     header = ("", "ms a frame", "times a frame of Lucas-Kanade's")
     return table(header, [[name, f"{spent:.2f}", f"{spent / cost.rival:.2f}"] for name, spent in rows])
-
-
-def _growth(hypotheses: Growth, points: Growth) -> list[str]:
-    grown = {"hypotheses, one registration": hypotheses, "template points, laid once": points}
-    rows = [
-        [f"{size} {name}", f"{spent:.2f}"]
-        for name, growth in grown.items()
-        for size, spent in zip(growth.sizes, growth.milliseconds, strict=True)
-    ]
-    return table(("", "ms"), rows)
 
 
 def _memory(memory: Memory) -> list[str]:
