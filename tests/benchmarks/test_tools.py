@@ -250,4 +250,4 @@ def test_a_picture_of_the_gallery_is_made_small_enough_and_one_that_cannot_be_is
     gallery.write_small(rng.integers(0, 255, (160, 160, 3), dtype=np.uint8), path)
     assert path.stat().st_size <= gallery.MOST_BYTES
     with pytest.raises(ValueError, match="make the picture smaller"):
-        gallery.write_small(rng.integers(0, 255, (900, 900, 3), dtype=np.uint8), path)
+        gallery.write_small(rng.integers(0, 255, (1600, 1600, 3), dtype=np.uint8), path)
