@@ -27,6 +27,7 @@ from tracker.scene.film import render
 from videos.frames import Video
 
 SEED, FRAMES, SIZE = 9, 165, (960, 360)
+DEMO = 5  # the walk of `figtrack demo`
 SHOWN = 66  # the frame that pages are photographed at
 STRIP = (60, 66, 72, 78)  # frames of the overlay, half a stride
 MOST_BYTES = 60_000
@@ -64,7 +65,7 @@ def pictures() -> Iterator[tuple[str, np.ndarray]]:
         yield from pages(browser)
     run("track", "walk.mp4", "--figure", "walker-arms", "--keypoints", "walk.keypoints.csv", "--out", "arms")
     yield "arms.jpg", strip(Path("arms"))
-    run_demo(Path("demo"), 0, overwrite=False, progress=Progress("quiet"))
+    run_demo(Path("demo"), DEMO, overwrite=False, progress=Progress("quiet"))
     yield "compare.jpg", cv2.imread("demo/failure.png")
     yield "errors.png", cv2.imread("demo/errors.png")
     yield from motion()

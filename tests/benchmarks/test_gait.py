@@ -11,7 +11,7 @@ from tests.benchmarks.gait.learn import Case as Taught
 from tests.benchmarks.gait.learn import _weights
 from tests.benchmarks.gait.measure import Case, Figure, Moment, _true_track, measured
 from tests.benchmarks.gait.norms import norms
-from tests.benchmarks.gait.page import camera_rows, claims, figure_rows, moment_rows, nobodys
+from tests.benchmarks.gait.page import claims, figure_rows, moment_rows, nobodys
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered import plans
 from tests.benchmarks.rendered.captures import RATE
@@ -86,7 +86,6 @@ def test_claims_and_rows_count_what_is_within():
         [f"{label}, {name}", "1"] for label in ("walks", "runs") for name in ("stance share", "speed")
     ]
     assert nobodys([*cases, replace(cases[0], missed=3)]).startswith("3 of 12 strides")
-    assert [row[:2] for row in camera_rows(cases)] == [["pan", "1"], ["still", "1"]]
 
 
 def test_weights_find_what_is_linear_and_say_what_is_left_of_each_capture(rng):

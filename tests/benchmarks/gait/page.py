@@ -71,9 +71,6 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
             "Counted per leg where both legs have the figure, else per film.",
             "",
             *table(ERRORS, figure_rows(cases)),
-            "## Lengths by what the camera does",
-            "",
-            *table(CAMERAS, camera_rows(cases)),
             "## Open clips",
             "",
             CLIPS.format(tall=TALL),
@@ -84,7 +81,6 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
 
 MOMENTS = ("", "number", "median", "half within", "nine in ten within", "inside")
 ERRORS = ("", "number", "median error", "half within", "nine in ten within", "inside")
-CAMERAS = ("camera", "films", "step length, half within", "speed, half within", "speed, nine in ten within")
 OPEN = ("clip", "strides", "stance near", "stance far", "double support", "step length", "speed")
 
 
@@ -202,20 +198,6 @@ def figure_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
                     f"{_within(errors, 0.9):.1f} {unit}",
                     f"{_inside(figures):.0f} %",
                 ]
-
-
-def camera_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
-    """Rows under CAMERAS."""
-    for camera in sorted({each.kinds["camera"] for each in cases}):
-        own = [each for each in cases if each.kinds["camera"] == camera]
-        step, speed = (_shares(_figures(own, name)) for name in ("step length", "speed"))
-        yield [
-            camera,
-            str(len(own)),
-            f"{_within(step, 0.5):.1f} %",
-            f"{_within(speed, 0.5):.1f} %",
-            f"{_within(speed, 0.9):.1f} %",
-        ]
 
 
 def clip_rows(clips: Mapping[str, Gait]) -> Iterable[list[str]]:

@@ -48,8 +48,6 @@ TARGETS = {"walk": 2.3, "run": 3.4}
 SHARE = 65.0  # per cent of constant velocity's error: 35 % under it
 VARIANTS: tuple[Variant, ...] = (
     *((states, order, LEARNED_NOISE) for states in SHOWN_STATES for order in (2, 1)),
-    (STATES, 2, 2.0),
-    (STATES, 2, 5.0),
 )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from tests.benchmarks.page import Claim, claim_table, table, written
 from tests.benchmarks.rendered.measure import AWAY, Case, Followed
 
-WORST = 10
+WORST = 5
 METHOD = """\
 Each film is drawn from a seed: walk or run, direction, clothes, light, occluders, camera, playback speed
 and compression. The motion is that of open captures, some of which the shipped model was learned from; the
