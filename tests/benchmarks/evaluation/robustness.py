@@ -29,7 +29,6 @@ from tests.benchmarks.evaluation.disturbances import (
 )
 from tests.benchmarks.evaluation.feet import FEET
 from tests.benchmarks.evaluation.films import CONTRAST, FILMS, GAMMA, VIEW
-from tests.benchmarks.evaluation.page import cell
 from tests.benchmarks.evaluation.ways import DEFAULT
 from tests.benchmarks.page import Claim, claim_table, table, written
 from tracker.cli.demo import write_scene
@@ -48,8 +47,8 @@ DRAWS = 30
 DROPPED = "every second frame"
 SEEN_WORSE = tuple(name for name in DISTURBANCES if name not in ("none", DROPPED))
 METHOD = f"""\
-One disturbance at a time, `{DEFAULT}` with default settings. Errors are against the undisturbed marks after
-frame 0; cells as in [results.md](results.md).
+One disturbance at a time, `{DEFAULT}` with default settings. Errors are in leg lengths against the
+undisturbed marks after frame 0; lost as in [results.md](results.md).
 """
 WALKS = range(100, 140)  # seeds of rendered walks: no setting was chosen by these
 OURS = Ours(DEFAULT)
@@ -177,11 +176,11 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
             "## Disturbed pictures",
             "",
             PICTURES,
-            *_by_clip(clips, {name: pictures[name] for name in DISTURBANCES}),
+            *_by_row(clips, {name: pictures[name] for name in DISTURBANCES}),
             "## Filmed or played otherwise",
             "",
             OTHERWISE,
-            *_by_clip(clips, {name: pictures[name] for name in FILMS}),
+            *_by_row(clips, {name: pictures[name] for name in FILMS}),
             "## Disturbed start marks",
             "",
             f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
@@ -190,7 +189,7 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
             "## Feet that are not marked",
             "",
             HIDDEN_FEET,
-            *_by_clip(clips, feet),
+            *_by_row(clips, feet),
             "## Legs behind shrubs",
             "",
             SHRUBS,
@@ -258,20 +257,17 @@ def _kept(row: Sequence[Score | None]) -> int:
     return sum(not lost(found) for found in row)
 
 
-def _cell(found: Score | None) -> str:
-    return "refused" if found is None else cell(found)
-
-
-def _by_clip(clips: Sequence[Path], scores: Scores) -> list[str]:
-    """A table with a cell a clip, how many were followed, and the mean error."""
+def _by_row(clips: Sequence[Path], scores: Scores) -> list[str]:
+    """A table of how many clips were followed, their errors, and which were lost or refused."""
     return table(
-        ("", *(clip.stem for clip in clips), "followed", "mean error"),
+        ("", "followed", "mean error", "worst", "lost"),
         [
             [
                 name,
-                *(_cell(found) for found in row),
                 f"{_kept(row)} of {len(row)}",
                 f"{np.mean(_errors(row)):.3f}",
+                f"{max(_errors(row)):.3f}",
+                ", ".join(clip.stem for clip, found in zip(clips, row, strict=True) if lost(found)),
             ]
             for name, row in scores.items()
         ],

@@ -16,7 +16,6 @@ from tests.benchmarks.motion.data import (
     DEFAULT,
     MOTIONS,
     SHOWN_STATES,
-    STATES,
     Results,
     Segment,
     Source,
