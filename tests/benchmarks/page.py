@@ -40,8 +40,8 @@ def claim_table(claims: Iterable[Claim]) -> list[str]:
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Lines of a table, an empty one after it."""
-    lines = [header, ["---"] * len(header), *rows]
-    return [f"| {' | '.join(line)} |" for line in lines] + [""]
+    head, *body = [f"| {' | '.join(line)} |" for line in (header, *rows)]
+    return [head, f"|{'---|' * len(header)}", *body, ""]
 
 
 def number(value: float | None) -> str:
