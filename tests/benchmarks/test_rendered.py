@@ -269,8 +269,8 @@ def test_claims_count_films_as_of_a_hundred_and_a_refusal_as_not_found():
     assert found["followed, of 100"] == 50.0
     assert found["median error, leg lengths"] == pytest.approx(0.04)
     assert found["frames with exchanged legs"] == pytest.approx(100.0 * 10 / 300)
-    assert found["found and rightly facing, of 100"] == 75.0
-    assert found["wrong though sure, of 100"] == 0.0
+    assert found["found with the right facing, of 100"] == 75.0
+    assert found["wrong without warning, of 100"] == 0.0
 
 
 def test_without_marks_nothing_is_claimed_of_marks():

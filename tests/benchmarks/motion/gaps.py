@@ -169,7 +169,7 @@ def section(source: Source, results: Results) -> list[str]:
         "on either side. RMSE in degrees, pooled over all frames. `figtrack interpolate` takes the",
         "more probable of the harmonic stride and the default model.",
         "",
-        *table(["", *(f"{label}, {gap}" for label, gap in TARGETS)], rows),
+        *table(["", *(f"{label}, {gap} frames" for label, gap in TARGETS)], rows),
     ]
 
 
