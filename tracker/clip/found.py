@@ -18,7 +18,7 @@ from tracker.tables.keypoints import points
 from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
-TURNED = 0.08  # nats times square leg lengths a frame by which one facing must be the better
+TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
 CLEARLY = 0.1  # the same, from which nobody is looked at again
 
 
