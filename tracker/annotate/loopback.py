@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from tracker.report.document import Document
 from tracker.run.folder import FolderError
 from videos.frames import VideoError
 
@@ -156,15 +157,17 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         """Send JSON."""
         self.send(status, json.dumps(reply).encode("ascii"), "application/json", {})
 
-    def answer_page(self, page: str, nonce: str) -> None:
+    def answer_page(self, page: Document, opening: object) -> None:
         """Send a page whose own style and scripts bear a nonce, and which loads nothing from elsewhere."""
+        nonce = secrets.token_urlsafe(16)
         policy = (
             f"default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; "
             "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
             "frame-ancestors 'none'"
         )
+        text = "".join(page.compose(opening, {"title": ["figtrack"]}, nonce))
         kind = "text/html; charset=utf-8"
-        self.send(HTTPStatus.OK, page.encode("utf-8"), kind, {"Content-Security-Policy": policy})
+        self.send(HTTPStatus.OK, text.encode("utf-8"), kind, {"Content-Security-Policy": policy})
 
     def send(self, status: HTTPStatus, body: bytes, kind: str, more: dict[str, str]) -> None:
         """Send a whole answer with the headers that every one has."""

@@ -3,13 +3,19 @@
 No answer depends on a path given by the client: files are read and written only where the command said.
 """
 
-import secrets
 from http import HTTPStatus
 
 from tracker.annotate.correction import Correction
-from tracker.annotate.documents import MARKING
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
 from tracker.annotate.session import CheckRequest, SaveRequest, Session, UnknownJointError
+from tracker.report.document import Document
+
+SCRIPTS = ("asking", "marks", "picture", "film", "figure", "side", "saving", "page")
+PAGE = Document(
+    "annotate/page.html",
+    ("annotate/base.css", "annotate/style.css"),
+    tuple(f"annotate/{name}.js" for name in SCRIPTS),
+)
 
 
 class Server(LoopbackServer):
@@ -30,8 +36,7 @@ class Handler(LoopbackHandler):
         """The page, its frames, and how far following has come."""
         session = self.server.session
         if what == "":
-            nonce = secrets.token_urlsafe(16)
-            self.answer_page(MARKING.compose(session.opening(), nonce), nonce)
+            self.answer_page(PAGE, session.opening())
         elif what.startswith("frame/"):
             self.answer(session.frame(_index(what.removeprefix("frame/"))))
         elif what.startswith("quick/"):

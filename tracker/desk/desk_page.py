@@ -4,7 +4,6 @@ Films, marks and runs are looked up by the names of the films in the folder; no 
 """
 
 import re
-import secrets
 from http import HTTPStatus
 from pathlib import Path
 from threading import Lock
@@ -13,16 +12,17 @@ from urllib.parse import unquote
 
 from pydantic import BaseModel
 
-from tracker.annotate.documents import Document
 from tracker.annotate.frames import Frames
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
 from tracker.desk.films import Film, films
 from tracker.desk.work import EXPORTS, Asked, Command, Work, words_for
+from tracker.report.document import Document
 from tracker.run.folder import FolderError
 
 POLL = 0.1  # seconds between looks at whether it was interrupted
 MOST_SENT = 8 * 2**20  # bytes of a clip at a time
-DESK = Document("desk/desk.html", ("annotate/base.css", "desk/desk.css"), ("desk/desk.js",))
+STYLES, SCRIPTS = ("annotate/base.css", "desk/desk.css"), ("annotate/asking.js", "desk/desk.js")
+PAGE = Document("desk/desk.html", STYLES, SCRIPTS)
 NEEDS_RUN = (Command.CORRECT, Command.EXPORT)
 
 
@@ -105,8 +105,7 @@ class Handler(LoopbackHandler):
         desk = self.server.desk
         kind, _, rest = what.partition("?")[0].partition("/")  # a query only keeps browsers from their caches
         if what == "":
-            nonce = secrets.token_urlsafe(16)
-            self.answer_page(DESK.compose(desk.told(), nonce), nonce)
+            self.answer_page(PAGE, desk.told())
         elif what == "state":
             self.answer(desk.told())
         elif kind in ("picture", "people", "run"):

@@ -14,14 +14,15 @@ from kinematics.sides import SIDES
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.values import Value
+from tracker.report.document import STYLES, Document, write_page
 from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_errors, spoken, unit_of
 from tracker.report.over_stride import legs_of, norm_of
-from tracker.report.page import compose, script_data
 from tracker.run.read import RunError, read_news, read_track
 from tracker.run.track import Track
 
 COLUMNS = ("", "before", "after", "change")
-SCRIPTS = ("plots.js", "saving.js", "before_after.js")
+SCRIPTS = ("plots", "saving", "before_after")
+PAGE = Document("report/before_after.html", STYLES, tuple(f"report/{name}.js" for name in SCRIPTS))
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,9 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
         "title": [html.escape(f"{before.name} and {after.name}")],
         "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in _notes(gaits, metres, runs)],
         "table": [html_table(COLUMNS, [change.row() for change in changes])],
-        "data": [script_data({"cycles": list(_cycles(runs, gaits))})],
+        "kind": ["single still"],
     }
-    compose(page, "before_after.html", SCRIPTS, parts)
+    write_page(page, PAGE, {"cycles": list(_cycles(runs, gaits))}, parts)
     return in_columns([COLUMNS, *(change.cells() for change in changes)])
 
 

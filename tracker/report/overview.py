@@ -10,11 +10,12 @@ from urllib.parse import quote
 
 import cv2
 
-from tracker.report.page import compose
+from tracker.report.document import STYLES, Document, write_page
 from tracker.report.results import OVERLAY, REPORT
 from tracker.run.read import RunError, read_news
 from videos.frames import Video, VideoError
 
+PAGE = Document("report/overview.html", STYLES)
 MADE = '<meta name="generator" content="figtrack batch">'
 WIDTH = 240  # pixels of a row's picture
 
@@ -37,12 +38,9 @@ def write_overview(path: Path, place: Path, rows: Sequence[Row]) -> None:
     """The page, whose links are relative to the folder `place` that it will lie in."""
     table = ["<div class='wide'><table class='overview'><tbody>"]
     table += (_row(row, place) for row in rows)
-    compose(
-        path,
-        "overview.html",
-        (),
-        {"title": [html.escape(place.name)], "table": [*table, "</tbody></table></div>"]},
-    )
+    table.append("</tbody></table></div>")
+    parts = {"title": [html.escape(place.name)], "table": table, "head": [MADE], "kind": ["single still"]}
+    write_page(path, PAGE, {}, parts)
 
 
 def is_overview(path: Path) -> bool:

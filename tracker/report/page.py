@@ -1,23 +1,19 @@
-"""report.html, one document: its style, scripts, numbers, pictures and, unless they are large, its clips.
-
-It is written piece by piece, so that a long clip is never in memory. Nothing in it is fetched.
-"""
+"""report.html, one document with its numbers, pictures and, unless they are large, its clips."""
 
 import base64
 import html
-import json
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib import resources
 from pathlib import Path
 from urllib.parse import quote
 
 from tracker.report.chapter import Chapter
+from tracker.report.document import STYLES, Document, write_page
 from tracker.report.headline import headline, unusual
 from tracker.report.html_tables import comparison_table, gait_table
 from tracker.run.score import LOST_ERROR, Score, error_curve
 
-SCRIPTS = ("plots.js", "saving.js", "player.js", "page.js")
+SCRIPTS = ("plots", "saving", "player", "page")
+PAGE = Document("report/page.html", STYLES, tuple(f"report/{name}.js" for name in SCRIPTS))
 LARGEST = 60_000_000  # bytes of clips that are written into a page; larger ones are linked
 BLOCK = 3 * 2**18  # bytes turned to base64 at a time: whole groups of three
 
@@ -78,23 +74,8 @@ def _write(
         "tabs": _tabs(chapters),
         "chapters": [_chapter(number, chapter) for number, chapter in enumerate(chapters)],
         "sheet": sheet,
-        "data": [script_data(data)],
     }
-    compose(path, "page.html", SCRIPTS, parts)
-
-
-def compose(path: Path, page: str, scripts: Sequence[str], parts: Mapping[str, Iterable[str]]) -> None:
-    """Write a page of this package with its style, its scripts and parts, by their names, in their places."""
-    every = {**parts, "style": [_read("style.css")], "scripts": map(_read, scripts)}
-    # A file's name may be no text at all.
-    with path.open("w", encoding="utf-8", errors="replace") as file:
-        for i, piece in enumerate(re.split(r"\{\{(\w+)\}\}", _read(page))):
-            file.writelines(every[piece] if i % 2 else [piece])
-
-
-def script_data(data: object) -> str:
-    """JSON that may stand in a page: "</script>" in a file's name would end the element."""
-    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    write_page(path, PAGE, data, parts)
 
 
 def _told(chapter: Chapter) -> str:
@@ -163,10 +144,6 @@ def _base64(path: Path) -> Iterator[str]:
     with path.open("rb") as file:
         while block := file.read(BLOCK):
             yield base64.b64encode(block).decode("ascii")
-
-
-def _read(name: str) -> str:
-    return (resources.files("tracker.report") / "page" / name).read_text(encoding="utf-8")
 
 
 _ERRORS = """<section class='card'><h2>Errors</h2>{table} <p class='soft'>Against the marked joints, in leg

@@ -451,5 +451,5 @@ def test_the_clip_in_the_page_is_the_clip(tmp_path, monkeypatch):
     text = made(tmp_path).read_text(encoding="utf-8")
     (coded,) = re.findall(r"data:video/mp4;base64,([^']*)", text)
     assert base64.b64decode(coded, validate=True) == (tmp_path / "overlay.mp4").read_bytes()
-    data = re.search(r'<script id="data" type="application/json">(.*)</script>', text)
+    data = re.search(r'id="data" type="application/json">(.*)</script>', text)
     assert json.loads(data[1])["errors"] is None

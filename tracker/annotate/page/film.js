@@ -93,12 +93,12 @@ function slow() {
 function showStrip() {
   const share = (frame) => `${(100 * frame) / Math.max((shown.count ?? 1) - 1, 1)}%`;
   const lost = (opening.run?.lost ?? []).map(([from, to]) => {
-    const stretch = classed("span", "lost");
+    const stretch = element("span", { class: "lost" });
     [stretch.style.left, stretch.style.right] = [share(from), `calc(100% - ${share(to)})`];
     return stretch;
   });
   const ticks = marks.marked().map((frame) => {
-    const tick = classed("span", "tick");
+    const tick = element("span", { class: "tick" });
     tick.style.left = share(frame);
     return tick;
   });

@@ -2,7 +2,6 @@
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 const $ = (id) => document.getElementById(id);
-const opening = JSON.parse($("opening").textContent);
 const joints = opening.joints;
 const base = opening.base; // the joint that moves the whole figure
 const names = joints.map((joint) => joint.name);

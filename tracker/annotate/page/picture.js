@@ -1,6 +1,5 @@
 /* The picture under the marks: zoomed, moved, drawn on, clicked. Coordinates are pixels of the frame, the
    centre of its top-left one being 0, 0. */
-const SVG = "http://www.w3.org/2000/svg";
 const CLOSEST = 40;
 const REACH = { mouse: 9, pen: 12, touch: 22 };
 const DEPTH = { far: 0, trunk: 1, near: 2 }; // what is nearer is drawn over what is farther
@@ -32,10 +31,10 @@ class Picture {
   }
 
   show({ image, width, height }) {
-    const element = this.svg.querySelector("image");
-    element.setAttribute("href", image);
-    element.setAttribute("width", width);
-    element.setAttribute("height", height);
+    const picture = this.svg.querySelector("image");
+    picture.setAttribute("href", image);
+    picture.setAttribute("width", width);
+    picture.setAttribute("height", height);
     const same = width === this.size.width && height === this.size.height;
     this.size = { width, height };
     if (same) return;
@@ -211,28 +210,20 @@ class Picture {
     const [from, to] = [marks[joint.before], marks[joint.name]];
     const unseen = kind === "bone" && !to.visible ? "unseen" : "";
     const ends = { x1: from.x, y1: from.y, x2: to.x, y2: to.y };
-    return node("line", { ...ends, class: `${joint.side}-side ${kind} ${unseen}` });
+    return shape("line", { ...ends, class: `${joint.side}-side ${kind} ${unseen}` });
   }
 
   circle(joint, mark, r) {
     const kind = `${joint.side}-side ${mark.visible ? "" : "unseen"}`;
-    const circle = node("circle", { cx: mark.x, cy: mark.y, r, class: kind, "data-joint": joint.name });
-    circle.append(node("title", {}, label(joint.name)));
-    return circle;
+    const about = { cx: mark.x, cy: mark.y, r, class: kind, "data-joint": joint.name };
+    return shape("circle", about, shape("title", {}, label(joint.name)));
   }
 
   /** What sets the chosen joint off: a ring and its name. */
   ring(name, { x, y }, px) {
-    const words = node("text", { x: x + 13 * px, y: y - 9 * px, "font-size": 14 * px }, label(name));
-    return [node("circle", { cx: x, cy: y, r: 9 * px }), words];
+    const words = shape("text", { x: x + 13 * px, y: y - 9 * px, "font-size": 14 * px }, label(name));
+    return [shape("circle", { cx: x, cy: y, r: 9 * px }), words];
   }
-}
-
-function node(kind, attributes, words = "") {
-  const element = document.createElementNS(SVG, kind);
-  element.textContent = words;
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  return element;
 }
 
 function label(name) {

@@ -1,20 +1,7 @@
 /* What goes to the server and comes back: judgements, frames, the table. */
-const GONE = "does not answer any more: what is not saved yet is on this page only. Start it again and mark it there.";
+const GONE = `figtrack ${opening.command} does not answer any more: what is not saved yet is on this page only. Start it again and mark it there.`;
 const PAUSE = 120; // ms without a change before marks are judged
 const LOOK = 300; // ms between looks at how far following has come
-
-async function ask(what, body) {
-  const headers = { "Content-Type": "application/json" };
-  let answer;
-  try {
-    answer = await fetch(what, body && { method: "POST", headers, body: JSON.stringify(body) });
-  } catch {
-    throw new Error(`figtrack ${opening.command} ${GONE}`);
-  }
-  const reply = await answer.json();
-  if (!answer.ok) throw new Error(reply.error);
-  return reply;
-}
 
 async function judge() {
   const mine = ++asked;
@@ -92,19 +79,16 @@ async function watch() {
 
 function doubt(wrong, goOn) {
   say("Saved.");
-  $("doubts").replaceChildren(...wrong.map((line) => text("li", label(line))));
+  $("doubts").replaceChildren(...wrong.map((line) => element("li", {}, label(line))));
   $("leave").onclick = () => { $("doubt").close(); goOn(); };
   $("doubt").showModal();
 }
 
 function finish(reply) {
   over = true;
-  const panel = document.createElement("div");
-  panel.className = "over";
-  panel.setAttribute("role", "main");
-  panel.append(text("h2", `Saved, and figtrack ${opening.command} has ended`), text("p", reply.saved));
-  if (reply.next) panel.append(text("p", "Next, in the terminal:"), text("code", reply.next));
-  panel.append(text("p", "This page can be closed."));
-  document.body.replaceChildren(panel);
+  const next = reply.next ? [told("Next, in the terminal:"), element("code", {}, reply.next)] : [];
+  const title = element("h2", {}, `Saved, and figtrack ${opening.command} has ended`);
+  const panel = [title, told(reply.saved), ...next, told("This page can be closed.")];
+  document.body.replaceChildren(element("div", { class: "over", role: "main" }, ...panel));
   scrollTo(0, 0);
 }

@@ -40,33 +40,35 @@ function guidance(joint) {
     const start = shown.index === opening.run.start;
     const what = start ? "The run starts from this frame." : "This frame is corrected.";
     const next = start ? " Play, or slide to where the figure goes wrong." : " When others are right too, choose Follow on.";
-    return [text("strong", what), next];
+    return [strong(what), next];
   }
   if (!joint) {
     const open = joints.filter(({ name }) => !here()[name]).map(({ name }) => label(name));
     const rest = open.length ? ` Left out: ${open.join(", ")}.` : "";
-    return [text("strong", "All done in this frame."), `${rest} Drag points that are not right, then save.`];
+    return [strong("All done in this frame."), `${rest} Drag points that are not right, then save.`];
   }
   const what = `${joint.hint ? ": " + joint.hint : ""}.`;
-  const name = text("strong", label(joint.name));
+  const name = strong(label(joint.name));
   if (here()[joint.name]) return [name, `${what} Drag it, or move it with the arrow keys.`];
   const may = joint.needed ? "" : " It may be left out (Skip).";
   return ["Click the ", name, `${what}${may} If it cannot be seen, press Hidden and guess.`];
 }
 
+const strong = (words) => element("strong", {}, words);
+
 /** Of a frame that is not marked and need not be marked from nothing. */
 function beginning() {
   if (isLost()) {
     const what = ` What is shown is a forecast. Drag the ${label(base)}, and the whole figure goes along; then every joint to its place.`;
-    return [text("strong", "The figure was lost here."), what];
+    return [strong("The figure was lost here."), what];
   }
   if (opening.run) {
     const what = " Drag a joint that is wrong, or exchange the legs. Where all is right, Enter keeps it so.";
-    return [text("strong", "This frame is as it was followed."), what];
+    return [strong("This frame is as it was followed."), what];
   }
   const from = ` The figure is that of frame ${nearestMarked(shown.index)}. `;
   const what = `Drag its ${label(base)}, and the whole of it goes along; then drag every joint to its place.`;
-  return [text("strong", "This frame is not marked yet."), from, what];
+  return [strong("This frame is not marked yet."), from, what];
 }
 
 /** Which way the figure faces: as it was said, or else as the marks look. */
@@ -81,16 +83,11 @@ function showProgress({ task, done, total }) {
 }
 
 function row(joint) {
-  const button = document.createElement("button");
-  button.type = "button";
-  button.dataset.joint = joint.name;
-  button.className = `${joint.side}-side`;
-  const [dot, state, place] = ["dot", "state", "place"].map((name) => classed("span", name));
-  button.append(dot, text("span", label(joint.name)), " ", state, " ", place);
+  const [dot, state, place] = ["dot", "state", "place"].map((name) => element("span", { class: name }));
+  const about = { type: "button", "data-joint": joint.name, class: `${joint.side}-side` };
+  const button = element("button", about, dot, element("span", {}, label(joint.name)), " ", state, " ", place);
   button.addEventListener("click", () => choose(joint.name));
-  const item = document.createElement("li");
-  item.append(button);
-  return item;
+  return element("li", {}, button);
 }
 
 /** Rows are kept, not made anew: the keyboard's focus may be on one. */
@@ -115,14 +112,12 @@ function showMarkedFrames() {
   const nearest = marks.marked().sort((a, b) => away(a) - away(b)).slice(0, NEAREST).sort((a, b) => a - b);
   const focused = document.activeElement.closest("#marked") && document.activeElement.textContent;
   const buttons = nearest.map((frame) => {
-    const button = text("button", String(frame));
-    button.type = "button";
-    button.setAttribute("aria-label", `Marked frame ${frame}`);
-    button.setAttribute("aria-current", String(frame === shown.index));
+    const about = { type: "button", "aria-label": `Marked frame ${frame}`, "aria-current": frame === shown.index };
+    const button = element("button", about, frame);
     button.addEventListener("click", () => go(frame));
     return button;
   });
-  $("marked").replaceChildren(...(buttons.length ? [text("span", "Marked frames"), ...buttons] : []));
+  $("marked").replaceChildren(...(buttons.length ? ["Marked frames", ...buttons] : []));
   buttons.find((button) => button.textContent === focused)?.focus();
 }
 
@@ -130,9 +125,9 @@ function showAdvice() {
   const done = isMarked() && chosen === null;
   const lacks = done && advice.missing.length
     ? [`Tracking cannot start from this frame without ${advice.missing.map(label).join(", ")}.`] : [];
-  const wrong = [...lacks, ...advice.faults].map((line) => classed("p", "wrong", label(line)));
+  const wrong = [...lacks, ...advice.faults].map((line) => told(label(line), "wrong"));
   const seems = `The figure seems to face ${advice.faces}; if it does not, choose so above the picture.`;
-  const notes = advice.faces && !facing ? [classed("p", "note", seems)] : [];
+  const notes = advice.faces && !facing ? [told(seems, "note")] : [];
   $("advice").replaceChildren(...wrong, ...notes);
 }
 
@@ -142,14 +137,6 @@ function say(line, kind = "") {
   $("saved").className = kind;
 }
 
-function classed(kind, name, words = "") {
-  const element = text(kind, words);
-  element.className = name;
-  return element;
-}
-
-function text(kind, words) {
-  const element = document.createElement(kind);
-  element.textContent = words;
-  return element;
+function told(words, kind = "") {
+  return element("p", { class: kind }, words);
 }

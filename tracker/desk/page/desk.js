@@ -1,24 +1,10 @@
 // A card for each film of the folder, drawn anew from what the server tells, once a second.
 
+const GONE = "figtrack app has ended; start it again in the terminal";
 const EVERY = 700; // milliseconds between looks at what is at work
 const PAGES = ["annotate", "correct"]; // commands that open a page of their own
 const cards = new Map();
 const $ = (selector, root = document) => root.querySelector(selector);
-
-function element(name, attributes = {}, ...children) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-}
-
-async function ask(what, body) {
-  const how = body && { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
-  const answer = await fetch(what, how);
-  const news = await answer.json();
-  if (!answer.ok) throw new Error(news.error);
-  return news;
-}
 
 // Leave a list as it is where it would become the same: a choice in it stays.
 function choices(select, options) {
@@ -69,7 +55,6 @@ function showWork(card, work) {
   if (!work) return;
   const running = work.status === null;
   $(".row", box).hidden = !running;
-  $(".row", box).style.display = running ? "" : "none";
   const words = doing(work);
   const key = words.map((word) => word.textContent ?? word).join("");
   if ($(".task", box).textContent !== key) $(".task", box).replaceChildren(...words);
@@ -151,5 +136,5 @@ async function look() {
   setTimeout(look, EVERY);
 }
 
-draw(JSON.parse($("#opening").textContent));
+draw(opening);
 setTimeout(look, EVERY);

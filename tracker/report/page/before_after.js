@@ -1,6 +1,6 @@
 // The plots of two runs, and their buttons.
 
-const { cycles } = JSON.parse(document.querySelector("#data").textContent);
+const { cycles } = opening;
 const [plots, table] = [".cycles", "table"].map((selector) => document.querySelector(selector));
 if (cycles.length) {
   drawCycles(cycles, plots);

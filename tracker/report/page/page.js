@@ -1,20 +1,19 @@
 // Slider, keys, plots and clips, all at one frame.
 
-const data = JSON.parse(document.querySelector("#data").textContent);
 const find = (selector) => document.querySelector(selector);
 const all = (selector) => [...document.querySelectorAll(selector)];
 const [slider, play, where] = [find("#frame"), find("#play"), find("#where")];
-const { first, times } = data.chapters[0];
+const { first, times } = opening.chapters[0];
 const axis = new Axis(times);
 
 const within = (i, selector) => find(`article[data-chapter="${i}"] ${selector}`);
-const tellers = data.chapters.map((chapter, i) => drawChapter(axis, chapter, within(i, ".plots")));
-data.chapters.forEach((chapter, i) => {
+const tellers = opening.chapters.map((chapter, i) => drawChapter(axis, chapter, within(i, ".plots")));
+opening.chapters.forEach((chapter, i) => {
   if (chapter.cycles.length) drawCycles(chapter.cycles, within(i, ".cycles"));
 });
-if (data.errors) {
+if (opening.errors) {
   find("#errors").hidden = false;
-  drawErrors(axis, data.errors, find("#errors .plots"));
+  drawErrors(axis, opening.errors, find("#errors .plots"));
 }
 let span = 0;
 
@@ -114,14 +113,14 @@ if (seconds > LONG) {
   }
 }
 
-data.chapters.forEach((chapter, i) => {
+opening.chapters.forEach((chapter, i) => {
   const [plots, cycles, table] = [".plots", ".cycles", ".gait table"].map((selector) => within(i, selector));
   plots.after(savers(`angles-${chapter.name}`, () => angleRows(chapter), plots));
   if (chapter.cycles.length) cycles.after(savers(`strides-${chapter.name}`, () => cycleRows(chapter.cycles), cycles));
   if (table) table.parentElement.after(savers(`gait-${chapter.name}`, () => tableRows(table)));
 });
 
-find(".clips").style.setProperty("--clips", data.chapters.length);
+find(".clips").style.setProperty("--clips", opening.chapters.length);
 new ResizeObserver(() => axis.rulers.forEach((ruler) => axis.rule(ruler))).observe(document.body);
 choose("0");
 player.show(0);

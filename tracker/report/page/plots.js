@@ -1,26 +1,12 @@
 // Curves, bands and strips over a common axis of seconds, and angles over the stride. An SVG is stretched over its
 // chart, so its x is seconds, or per cent of a stride.
 
-const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI; // no address in the page
 const TONES = { near: "--near", far: "--far", torso: "--torso", neck: "--neck", before: "--pink", after: "--accent" };
 const MOTIONS = { walk: "--green", run: "--pink", free: "--grey", cv: "--grey" };
 const OUTCOMES = { ok: "--quiet", hidden: "--gold", lost: "--wrong", found: "--accent", outside: "--grey" };
 const MODELS = ["--ink", "--pink", "--gold", "--green", "--grey"];
 const SPARE = ["--green", "--pink", "--gold", "--accent", "--grey"];
 const UNSURE = ["lost", "outside"];
-
-function element(name, attributes = {}, ...children) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-}
-
-function shape(name, attributes) {
-  const made = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  return made;
-}
 
 const toned = (tone) => `--tone: var(${tone})`;
 

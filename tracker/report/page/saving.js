@@ -30,9 +30,8 @@ function writtenText(node, box) {
   range.selectNodeContents(node);
   const { left, top, height } = range.getBoundingClientRect();
   const { color, fontSize, fontWeight } = getComputedStyle(node.parentElement);
-  const made = shape("text", { x: left - box.left, y: top - box.top + 0.78 * height, fill: color, "font-size": fontSize, "font-weight": fontWeight });
-  made.textContent = node.textContent;
-  return made;
+  const at = { x: left - box.left, y: top - box.top + 0.78 * height };
+  return shape("text", { ...at, fill: color, "font-size": fontSize, "font-weight": fontWeight }, node.textContent);
 }
 
 // The colour before an entry of a legend.

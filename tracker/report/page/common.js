@@ -1,0 +1,19 @@
+// What the scripts of every page begin with: the page's data, and elements.
+
+const opening = JSON.parse(document.querySelector("#data").textContent);
+const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI; // no address in the page
+
+function element(name, attributes = {}, ...children) {
+  return made(document.createElement(name), attributes, children);
+}
+
+/** An element of an SVG. */
+function shape(name, attributes = {}, ...children) {
+  return made(document.createElementNS(SVG, name), attributes, children);
+}
+
+function made(bare, attributes, children) {
+  for (const [key, value] of Object.entries(attributes)) bare.setAttribute(key, value);
+  bare.append(...children);
+  return bare;
+}
