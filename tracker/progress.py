@@ -11,15 +11,31 @@ EVERY = {"plain": 5.0, "json": 1.0}  # seconds between lines
 
 
 class Progress:
-    """How progress is shown: "bar", "plain", "json" or "quiet"; "auto" is a bar on a terminal, else plain."""
+    """How progress is shown: "bar", "plain", "json" or "quiet"; "auto" is a bar on a terminal, else plain.
+
+    name, done, total : of the task that was begun last, and its steps; total None where it is not known
+    """
 
     def __init__(self, style: str = "auto") -> None:
         terminal = sys.stderr is not None and sys.stderr.isatty()
         self.style = ("bar" if terminal else "plain") if style == "auto" else style
+        self.name, self.done = "", 0
+        self.total: int | None = None
 
     @contextmanager
     def task(self, name: str, total: int | None) -> Iterator[Advance]:
         """Call what is given once a step; total None where the number of steps is not known."""
+        self.name, self.done, self.total = name, 0, total
+        with self._shown(name, total) as advance:
+
+            def step() -> None:
+                self.done += 1
+                advance()
+
+            yield step
+
+    @contextmanager
+    def _shown(self, name: str, total: int | None) -> Iterator[Advance]:
         if self.style == "bar":
             with _bar(name, total) as advance:
                 yield advance

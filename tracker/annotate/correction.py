@@ -1,8 +1,7 @@
 """A finished run on the page: the tracked figure in every frame, corrected, and the film followed again."""
 
 import shlex
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,31 +21,6 @@ from tracker.run.folder import FolderError, fresh_folder
 from tracker.run.read import read_run, read_track
 from tracker.tables.keypoints import Mark
 from tracker.tables.poses import stretches
-
-
-class Watched(Progress):
-    """Progress that is shown as ever, and can be asked for.
-
-    name        : of the task
-    done, total : steps, None where their number is not known
-    """
-
-    def __init__(self, style: str) -> None:
-        super().__init__(style)
-        self.name, self.done = "", 0
-        self.total: int | None = None
-
-    @contextmanager
-    def task(self, name: str, total: int | None) -> Iterator[Callable[[], None]]:
-        self.name, self.done, self.total = name, 0, total
-        with super().task(name, total) as advance:
-
-            def step() -> None:
-                self.done += 1
-                advance()
-
-            yield step
-
 
 CORRECTED = "corrected.keypoints.csv"  # in a run's folder: the marks that it is to be followed again by
 
@@ -70,7 +44,7 @@ class Correction(Session):
             RunError: no complete run, or one whose film is gone or altered.
             VideoError: the film cannot be read, or ends before `first`.
         """
-        self.folder, self.progress = folder, Watched(progress.style)
+        self.folder, self.progress = folder, progress
         self._said, self._follows = "", False
         self._read()
         self._shown = self._finished.start if first is None else first

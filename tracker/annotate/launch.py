@@ -9,12 +9,19 @@ from tracker.annotate.correction import Correction
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session
-from tracker.annotate.suggested import suggested
-from tracker.foreign.start_marks import read_start
+from tracker.clip.asked import suggestion_path
+from tracker.clip.found import TURNED, people
+from tracker.clip.naming import marks_of, nearer, sure_of_leg
+from tracker.foreign.start_marks import Taken, read_start
+from tracker.outline.person import Person
 from tracker.progress import Progress
 from tracker.run.folder import FolderError
+from tracker.tables.keypoints import read_keypoints
+from videos.frames import Video
 
 POLL = 0.1  # seconds between looks at whether the page was closed
+CHECK = "check every joint, and which leg is nearer"
+UNSURE = " (not sure)"
 
 
 @dataclass(frozen=True)
@@ -119,3 +126,32 @@ def _suggest(request: Request, session: Session) -> None:
     else:
         session.start_from(taken)
         print(taken.told)
+
+
+def suggested(video: Path, table: Table, progress: Progress) -> Taken | None:
+    """What 'figtrack track' left beside the table, else the surest person in the film; None for nobody.
+
+    Raises:
+        KeypointsError: what was left is no table.
+        VideoError: the video cannot be read.
+    """
+    left = suggestion_path(table.path.parent, video)
+    if left.exists():
+        marks = read_keypoints(left)
+        frame = min(marks)
+        return Taken(frame, marks[frame], f"frame {frame} has the suggestion of {left.name}: {CHECK}")
+    everybody = people(Video(video), progress)
+    if not everybody:
+        return None
+    one = everybody[0]
+    return Taken(one.frame, marks_of(one), _told(one, len(everybody)))
+
+
+def _told(one: Person, people: int) -> str:
+    who = "who walks" if people == 1 else f"the surest of {people} people who walk"
+    way = "right" if one.facing > 0 else "left"
+    return (
+        f"frame {one.frame} has a suggestion, {who} through the film: "
+        f"faces {way}{'' if one.turned >= TURNED else UNSURE}, "
+        f"the near leg {nearer(one)}{'' if sure_of_leg(one) else UNSURE}; {CHECK}"
+    )

@@ -4,7 +4,7 @@ import base64
 import shlex
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Lock
@@ -14,14 +14,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
-from kinematics.recover import needed_joints
-from tracker.annotate.advice import Advice, advise
+from kinematics.recover import PoseError, needed_joints, start_pose
 from tracker.annotate.frames import Frames
 from tracker.annotate.marks import Table
 from tracker.clip.job import Facing, towards
-from tracker.clip.start import facing_at
+from tracker.clip.start import facing_at, objections, outside
 from tracker.foreign.start_marks import Taken
-from tracker.tables.keypoints import Mark, Marks
+from tracker.tables.keypoints import Mark, Marks, points
 
 FARTHEST = 1e5  # pixels; nobody marks a joint beyond it
 
@@ -74,6 +73,20 @@ class SaveRequest(BaseModel):
     frame: Index = 0
     close: bool = False
     anyway: bool = False
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The judgement of one frame.
+
+    missing : joints that a start frame needs and that are not marked
+    faults  : what cannot be right, one line each
+    faces   : "left" or "right", as tracking will take it; None where it cannot start
+    """
+
+    missing: tuple[str, ...]
+    faults: tuple[str, ...]
+    faces: str | None
 
 
 class UnknownJointError(ValueError):
@@ -247,3 +260,29 @@ def _before(figure: Figure, i: int) -> str:
 def told(marks: Mapping[str, Mark]) -> Reply:
     """Marks as the page has them."""
     return {name: asdict(mark) for name, mark in marks.items()}
+
+
+def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], facing: int) -> Advice:
+    """Judge the marks of one frame, complete or not: whatever `figtrack track` refuses is said.
+
+    Args:
+        size: width and height of the picture, pixels.
+        facing: +1 right, -1 left.
+    """
+    places = points(marks)
+    missing = tuple(name for name in needed_joints(figure) if name not in marks)
+    wrong, faces = [*_outside(marks, size), *objections(figure, places, facing, "choose Faces")], None
+    if not missing:
+        try:
+            faces = start_pose(figure, places, facing).view.side
+        except PoseError as error:
+            wrong = [str(error), *wrong]
+    return Advice(missing, tuple(wrong), faces)
+
+
+def _outside(marks: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
+    width, height = size
+    return [
+        f"{name} lies outside the picture of {width} x {height} px; move it in, or delete it"
+        for name in outside(marks, size)
+    ]

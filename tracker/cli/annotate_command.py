@@ -1,4 +1,4 @@
-"""The commands that open the marking page: on a film, and on a finished run."""
+"""The commands that open a page: on a film to be marked, on a finished run, and on a folder of films."""
 
 from pathlib import Path
 from typing import Annotated
@@ -88,3 +88,22 @@ def correct(
     from tracker.annotate.launch import correct as put_right
 
     put_right(folder, frame, port, not no_browser, shown.shown())
+
+
+def app(
+    folder: Annotated[
+        Path, typer.Argument(help="A folder of films [default: the one that one is in].")
+    ] = Path(),
+    *,
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+) -> None:
+    """Do most of this for a folder of films in a browser page.
+
+    The page finds, follows, puts right and exports by the other commands; results lie beside the films.
+
+    Example: figtrack app films
+    """
+    from tracker.desk.desk_page import open_desk
+
+    open_desk(folder, port, not no_browser)

@@ -11,7 +11,7 @@ import typer
 
 from tracker import __version__
 from tracker.cli.annotate_command import annotate, correct
-from tracker.cli.desk_command import app as desk
+from tracker.cli.annotate_command import app as desk
 from tracker.cli.file_commands import batch, compare_runs, export, settings
 from tracker.cli.find_command import find, suggestion
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
@@ -20,7 +20,6 @@ from tracker.cli.streams import open_streams
 from tracker.clip.job import Following
 
 app = typer.Typer(
-    help="Follow a walking or running figure through side-view video with a learned model of its motion.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # rich takes "[default: ..]" for a style and drops it

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.foreign.people import People, frame_number, person, triples
-from tracker.foreign.text_files import ForeignError, laid_out, load_json
+from tracker.foreign.text_files import laid_out, load_json
 
 COCO_17 = (
     *("nose", "left_eye", "right_eye", "left_ear", "right_ear"),
@@ -34,8 +34,6 @@ def read_people(path: Path) -> People:
         ForeignError: not such a file, or an annotation that does not fit it.
     """
     content = load_json(path)
-    if not is_coco(content):
-        raise ForeignError(f"{path} is no COCO keypoints file: it has no annotations; export it again")
     with laid_out(path, "COCO keypoints file"):
         return _labelled(content) if isinstance(content, Mapping) else _detected(content)
 

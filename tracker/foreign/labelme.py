@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.foreign.people import People, Sighting, frame_number, sighting
-from tracker.foreign.text_files import ForeignError, laid_out, load_json
+from tracker.foreign.text_files import laid_out, load_json
 
 CORNER = 0.5
 HIDDEN_FLAGS = ("hidden", "occluded")
@@ -26,8 +26,6 @@ def read_people(path: Path) -> People:
         ForeignError: not such a file.
     """
     content = load_json(path)
-    if not is_labelme(content):
-        raise ForeignError(f"{path} is no labelme file: it has no shapes; save it again")
     groups: dict[Any, dict[str, Sighting]] = {}
     with laid_out(path, "labelme file", "save it again"):
         for shape in content["shapes"]:

@@ -82,8 +82,6 @@ def _frame(path: Path) -> int:
 
 def _people(path: Path) -> list[Person]:
     content = load_json(path)
-    if not is_openpose(content):
-        raise ForeignError(f"{path} is no OpenPose file: it has no people; export it again")
     with laid_out(path, "OpenPose file"):
         of_each = [one["pose_keypoints_2d"] for one in content["people"]]
         return [person(triples(LAYOUTS.get(len(numbers), BODY_25), numbers)) for numbers in of_each]

@@ -12,8 +12,8 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES
-from tracker.run.likelihood import likelihood
 from tracker.run.read import Record, RunError
+from tracker.run.track import likelihood
 
 # Of each side's joints; HALPE_26 and BODY_25 agree on these.
 LEGS = {

@@ -11,13 +11,13 @@ from dynamics.gaussian import Array, transpose
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.loop.outcome import Outcome
-from tracker.run.likelihood import likelihood
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
 SPACE = ("x", "y")
+WITHIN = 0.1  # leg lengths: what near is
 FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
 
 
@@ -141,3 +141,17 @@ class Track:
             },
             {"source_software": "figtrack", "ds_type": "poses", "fps": 1.0 / step, "time_unit": "seconds"},
         )
+
+
+def likelihood(covs: Array, leg: float, measured: NDArray[np.bool_]) -> Array:
+    """(T, J) how likely joints lie within r = 0.1 leg lengths of where they are said: 1 - exp(-r^2 / tr S).
+
+    For a round covariance S that is the probability. Where the picture did not say it is 0.
+
+    Args:
+        covs: (T, J, 2, 2) px^2; NaN where the figure was not followed.
+        leg: pixels in a leg length.
+        measured: (T,) whether the picture said where the figure is.
+    """
+    far = (WITHIN * leg) ** 2 / np.maximum(np.trace(covs, axis1=2, axis2=3), 1e-9)
+    return np.where(measured[:, None] & np.isfinite(far), -np.expm1(-far), 0.0)

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from kinematics.figure_file import load_figure
 from kinematics.recover import PoseError
 from tests.tracker.people import WALKER
-from tracker.annotate.advice import advise
+from tracker.annotate.session import advise
 from tracker.clip.start import StartError, marked_start
 from tracker.tables.keypoints import Mark
 

@@ -13,9 +13,9 @@ from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_video
 from tests.tracker.outline.films import WALKER, a_walk
 from tests.tracker.processes import started
-from tracker.annotate import suggested as module
+from tracker.annotate import launch as module
+from tracker.annotate.launch import suggested
 from tracker.annotate.marks import Table
-from tracker.annotate.suggested import suggested
 from tracker.clip.asked import suggestion_path
 from tracker.clip.found import TURNED, people
 from tracker.foreign.start_marks import Taken

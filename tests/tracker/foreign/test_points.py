@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.records import FIRST, T, made_track, write_folder
 from tracker.foreign.points import HALPE, leg_pixels, named_points
-from tracker.run.likelihood import WITHIN
 from tracker.run.read import RunError, read_run
+from tracker.run.track import WITHIN
 
 ROWS = slice(FIRST, FIRST + T)
 

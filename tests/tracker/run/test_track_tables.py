@@ -7,7 +7,6 @@ import pytest
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.strolls import stroll
-from tracker.run.likelihood import likelihood
 from tracker.run.track import LibraryError
 
 
@@ -36,16 +35,6 @@ def test_a_dataset_has_the_dimensions_of_movement():
     assert data["time"].to_numpy() == pytest.approx(track.times)
     assert data.attrs["fps"] == pytest.approx(30.0)
     assert (data.attrs["ds_type"], data.attrs["time_unit"]) == ("poses", "seconds")
-
-
-def test_a_likelihood_is_how_many_of_many_draws_are_near(rng):
-    S = 9.0 * np.eye(2)
-    draws = rng.normal(scale=3.0, size=(100_000, 2))
-    near = np.hypot(*draws.T) < 0.1 * 40.0
-    covs = np.tile(S, (3, 1, 1, 1))
-    covs[1] = np.nan
-    found = likelihood(covs, 40.0, np.array([True, True, False]))
-    assert found[:, 0] == pytest.approx([near.mean(), 0.0, 0.0], abs=0.005)
 
 
 @pytest.mark.parametrize(("method", "library"), [("to_dataframe", "pandas"), ("to_xarray", "xarray")])
