@@ -11,7 +11,7 @@ from typing import Any
 from tracker.clip.asked import asked
 from tracker.clip.job import Following, Job, Option, options
 from tracker.progress import Progress
-from tracker.tables.table import Layout
+from tracker.tables.table import Layout, finite
 from videos.frames import FILM_SUFFIXES, films_in
 
 OPTIONS = {option.shown: option for option in options()}
@@ -161,10 +161,7 @@ def _number(option: Option, text: str, where: str) -> float:
         raise JobsError(
             f"{where}: {option.shown} must be a whole number from {least}, or empty; got {text!r}"
         )
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
+    number = finite(text)
     if not least <= number <= (most or math.inf):
         raise JobsError(f"{where}: {option.shown} must be from {least:g} to {most:g}, or empty; got {text!r}")
     return number

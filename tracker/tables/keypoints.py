@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kinematics.figure_file import WALKER
-from tracker.tables.table import Layout, write_table
+from tracker.tables.table import Layout, finite, write_table
 
 KEYPOINTS = WALKER.marks
 COLUMNS = ("frame", "keypoint", "x", "y")
@@ -98,10 +98,7 @@ def _read_row(marks: Marks, row: Mapping[str, str], known: tuple[str, ...], wher
 
 
 def _number(text: str, column: str, where: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    value = finite(text)
+    if math.isnan(value):
         raise KeypointsError(f"{where}: {column} must be a finite number; got {text!r}")
     return value

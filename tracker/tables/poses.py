@@ -12,7 +12,7 @@ from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
-from tracker.tables.table import Layout, write_table
+from tracker.tables.table import Layout, finite, write_table
 
 ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
 BESIDE = ("label", "time_s")  # columns that are read beside the pose
@@ -152,7 +152,7 @@ def _read_row(
     given = tuple(row.get(name, "") for name in columns)
     pose = np.array([_number(text, name, where) for name, text in zip(columns, given, strict=True)])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
-    frames[int(frame)] = pose, row.get("label", ""), _seconds(row.get("time_s", "")), given
+    frames[int(frame)] = pose, row.get("label", ""), finite(row.get("time_s", "")), given
     return seq
 
 
@@ -160,23 +160,12 @@ def _number(text: str, column: str, where: str) -> float:
     """The number in a cell, NaN for an empty one."""
     if not text:
         return np.nan
-    try:
-        value = float(text.replace("_", "?"))  # Python reads 1_0 as ten
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
+    value = finite(text)
+    if np.isnan(value):
         raise PosesError(f"{where}: {column} must be a finite number or empty; got {text!r}")
     if abs(value) > LARGEST:
         raise PosesError(f"{where}: {column} {text} is out of all range; correct or empty it")
     return value
-
-
-def _seconds(text: str) -> float:
-    """The time in a cell, NaN where it holds none: that column is not ours to judge."""
-    try:
-        return float(text)
-    except ValueError:
-        return np.nan
 
 
 def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSequence:

@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -104,6 +105,15 @@ def ordinary(path: Path) -> Path:
 def by_column(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
     """A row's cells by the names of their columns; "" where the row has ended."""
     return dict.fromkeys(header, "") | dict(zip(header, cells, strict=False))
+
+
+def finite(text: str) -> float:
+    """The number in a cell; NaN where it is none, or infinite."""
+    try:
+        value = float(text.replace("_", "?"))  # Python reads 1_0 as ten
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
 
 
 def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
