@@ -41,11 +41,6 @@ def test_a_new_table_holds_the_marks_in_the_order_of_frames_and_joints(path):
     assert read_keypoints(path)[5]["neck"] == Mark(1.25, -2.0)
 
 
-def test_nothing_is_written_before_the_first_save(path):
-    Table(path)
-    assert not path.exists()
-
-
 def test_frames_that_are_not_touched_stay_to_the_letter(old):
     Table(old).save({3: {"hip": Mark(1, 1)}})
     lines = old.read_text().splitlines()

@@ -20,7 +20,6 @@ from tracker.annotate.loopback import MOST_BYTES
 from tracker.annotate.marks import Table
 from tracker.annotate.server import PAGE, Server
 from tracker.annotate.session import CheckRequest, Session
-from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import KEYPOINTS, Mark, read_keypoints
 
 
@@ -362,18 +361,6 @@ def test_what_is_no_json_is_refused(client, table, raw):
 @pytest.mark.parametrize("method", ["PUT", "DELETE", "OPTIONS", "HEAD", "TRACE"])
 def test_no_other_way_of_asking_is_answered(client, method):
     assert client.ask(method, "")[0] == 501
-
-
-def test_marks_of_another_program_are_shown_but_not_saved_by_themselves(clip, table):
-    table.parent.mkdir()
-    taken = Taken(4, GOOD, "took 9 joints")
-    session = Session(clip.video, Table(table), 4, taken)
-    opening = session.opening()
-    assert opening["taken"] == {"frame": 4, "marks": told(GOOD), "told": "took 9 joints"}
-    assert opening["frame"]["index"] == 4
-    assert opening["marks"] == {}
-    assert not session.saved
-    assert not table.exists()
 
 
 def test_a_facing_that_was_told_is_judged_by_and_handed_on(clip, table):

@@ -361,11 +361,3 @@ def test_a_summary_of_something_else_is_never_replaced(table, tmp_path, name):
     assert everything(tmp_path / "out") == {Path(name): b"my,own\n1,2\n"}
     (tmp_path / "place").write_text("")
     assert refused("batch", table(ROW), "--out", tmp_path / "place")
-
-
-def test_the_run_json_of_a_batch_names_its_job(table, tmp_path):
-    (row,) = read_jobs(table(ROW), tmp_path, QUIET)
-    run_row(row, overwrite=False)
-    news = read_json(tmp_path / "a" / "run.json")
-    assert news["job"] == job_key(row.job())
-    assert news["size"] == [480, 270]

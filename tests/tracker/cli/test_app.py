@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import statistics
 import subprocess
 import sys
@@ -17,9 +16,7 @@ from dynamics.slds import constant_velocity
 from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import (
-    HEADER,
     RUN_FILES,
-    everything,
     figtrack,
     read_csv,
     read_json,
@@ -27,10 +24,9 @@ from tests.tracker.clips import (
     write_table,
     write_video,
 )
-from tests.tracker.processes import ended, started
+from tests.tracker.processes import ended
 from tracker import __version__
 from tracker.cli.app import COMMANDS
-from tracker.tables.keypoints import KEYPOINTS
 
 pytestmark = pytest.mark.whole
 
@@ -81,15 +77,6 @@ def test_what_is_not_wanted_is_not_written(track, tmp_path, more, left_out):
     assert ("report.html" in result.stdout) is ("report.html" not in left_out)
     if left_out == {"overlay.mp4"}:
         assert "<video" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-
-
-def test_keypoints_hold_every_joint_of_every_frame(clip, done):
-    rows = read_csv(done[0] / "keypoints.csv")
-    assert list(rows[0]) == [*HEADER, "time_s", "sxx", "sxy", "syy"]
-    assert [(int(row["frame"]), row["keypoint"]) for row in rows] == [
-        (t, n) for t in range(8) for n in KEYPOINTS
-    ]
-    assert all(cell for row in rows for cell in row.values())
 
 
 def test_poses_hold_every_frame(done):
@@ -222,10 +209,6 @@ def test_a_video_cut_short_is_tracked_as_far_as_it_goes_and_it_is_said(clip, tra
     assert len(read_csv(tmp_path / "out" / "pose.csv")) == news["frames"] < 28
 
 
-def marks(clip, frame=0):
-    return [list(row) for row in clip.rows([frame])]
-
-
 @pytest.mark.usefixtures("nothing_left")
 def test_a_start_that_is_not_marked_is_refused(track):
     assert "frame 700 is not marked in the keypoints table; marked are 0, 1" in refused(
@@ -261,48 +244,6 @@ def test_a_model_that_cannot_be_used_is_refused(track, tmp_path, options, words)
 def test_a_model_from_a_file_is_used(track, tmp_path):
     assert figtrack(*track(model=model_file(tmp_path / "m.npz"), more=["--stop", 1])).exit_code == 0
     assert read_json(tmp_path / "out" / "run.json")["model"] == str(tmp_path / "m.npz")
-
-
-@pytest.mark.usefixtures("nothing_left")
-def test_every_fault_of_the_settings_is_named_at_once(track, tmp_path):
-    (tmp_path / "s.toml").write_text("colour = 1\niterations = 0\n")
-    line = refused(*track(more=["--settings", tmp_path / "s.toml"]))
-    assert "colour: no such setting" in line
-    assert "iterations: input should be greater than or equal to 1, got 0" in line
-    assert "no settings file" in refused(*track(more=["--settings", tmp_path / "absent.toml"]))
-
-
-def test_a_complete_run_is_replaced_only_when_told_and_only_by_a_complete_one(clip, track, tmp_path):
-    out = tmp_path / "out"
-    assert figtrack(*track(more=["--stop", 2])).exit_code == 0
-    before = everything(out)
-    assert "holds a complete run; choose another --out, or replace it with --overwrite" in refused(*track())
-    write_table(tmp_path / "k.csv", [[900, *row[1:]] for row in marks(clip)])
-    assert "frame 900" in refused(*track(keypoints=tmp_path / "k.csv", more=["--overwrite"]))
-    assert everything(out) == before
-    assert figtrack(*track(more=["--stop", 1, "--overwrite"])).exit_code == 0
-    assert read_json(out / "run.json")["frames"] == 2
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["k.csv", "out"]
-
-
-@pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_ends_in_one_line_and_keeps_what_was_there(clip, track, tmp_path, sent):
-    assert figtrack(*track(more=["--stop", 1])).exit_code == 0
-    write_video(tmp_path / "long.mp4", clip.images * 20)
-    before = everything(tmp_path)
-    words = track(video=tmp_path / "long.mp4", more=["--overwrite", "--progress", "json"])
-    process = started(*words)
-    assert json.loads(process.stderr.readline())["done"] == 0
-    time.sleep(0.3)
-    process.send_signal(sent)
-    out, err = process.communicate(timeout=120)
-    assert process.returncode == 1
-    assert err.splitlines()[-1] == "error: interrupted; nothing was written"
-    assert [line for line in err.splitlines()[:-1] if not line.startswith("{")] == []
-    assert out == ""
-    assert everything(tmp_path) == before
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["long.mp4", "out"]
 
 
 def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monkeypatch):

@@ -80,6 +80,8 @@ HEAD = "scorer,a,a\nbodyparts,k,k\ncoords,x,y\n"
         (HEAD, "nobody is marked"),
         (HEAD + "0,1,2\n0,1,2\n", "two rows of frame 0"),
         (HEAD + "-1,1,2\n", "names no frame"),
+        (HEAD + "abc,1,2\n", "names no frame"),
+        ("scorer,a,a\nbodyparts,k,k\ncoords,x\n0,1,2\n", "differ in length"),
         (HEAD + "999999999,1,2\n", "to 999999999"),
         (HEAD + "0,1,two\n", "frame 0: could not convert"),
         (HEAD + "0,1\n", "frame 0: "),
@@ -92,13 +94,3 @@ def test_what_is_no_such_table_or_holds_nothing_of_ours_is_refused(tmp_path, tex
     (tmp_path / "p.csv").write_text(text)
     with pytest.raises(ForeignError, match=words):
         read_points(tmp_path / "p.csv", 1)
-
-
-def test_files_that_cannot_be_read_are_refused(tmp_path):
-    with pytest.raises(ForeignError, match="no file"):
-        read_people(tmp_path / "absent.csv")
-    (tmp_path / "p.csv").write_bytes(HEAD.encode() + b"0,1,\xff\n")
-    with pytest.raises(ForeignError, match="as text"):
-        read_people(tmp_path / "p.csv")
-    with pytest.raises(ForeignError, match="as text"):
-        read_people(tmp_path)

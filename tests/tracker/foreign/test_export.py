@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from tests.kinematics.figures import ARMS
 from tests.tracker import clips
 from tests.tracker.clips import everything, figtrack
-from tests.tracker.records import FIRST, FRAMES, T, made_track, validated, write_folder
+from tests.tracker.records import FIRST, FRAMES, T, made_track, write_folder
 from tracker.foreign.export import FORMATS
 from tracker.foreign.formats import read_people, read_points
 from tracker.run.read import read_run
@@ -70,14 +70,6 @@ def test_all_are_written_as_each_by_itself_and_what_cannot_be_is_said(run, tmp_p
     assert line.startswith("left out walk-track.trc: a TRC is in metres")
     assert not (tmp_path / "walk-track.trc").exists()
     assert figtrack("export", run, "--to", "all", "--out", tmp_path / "x").exit_code == 2
-
-
-def test_all_exports_of_one_run_pass_their_validators(run, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for to in ("dlc", "trc", "mot", "sports2d"):
-        exported(run, to, *HEIGHT[FORMATS[to].scaled])
-    validated("check_movement.py", "walk-track.dlc.csv", "--structure-only")
-    validated("check_trc.py", "walk-track.trc", "walk-track.mot", "walk-track_px.trc", "--allow-px")
 
 
 def test_all_readers_find_the_run_s_own_pixels(run, tmp_path, monkeypatch):
@@ -200,10 +192,6 @@ def test_a_scale_that_the_run_has_is_taken_where_none_is_given(rng, tmp_path):
         assert np.nanmax(np.abs(one - third)) > 0.1
     exported(tall, "myogait", "--out", tmp_path / "m.json")
     assert json.loads((tmp_path / "m.json").read_text())["subject"] == {"height_m": 1.8}
-
-
-def test_a_mot_without_a_scale_says_that_it_has_no_pelvis(run, tmp_path):
-    assert "no pelvis position" in exported(run, "mot", "--out", tmp_path / "w.mot")
 
 
 def test_sports2d_wants_px_in_the_name(run, tmp_path):

@@ -113,12 +113,10 @@ def test_two_files_of_one_frame_are_refused(tmp_path):
         read_people(tmp_path)
 
 
-@pytest.mark.parametrize(
-    "text", ["", "[]", '{"people": 3}', '{"people": [{"pose_keypoints_2d": [1, 2]}]}', '{"people": [{}]}']
-)
-def test_a_file_of_another_layout_is_refused(tmp_path, text):
-    (tmp_path / "a_000000000000_keypoints.json").write_text(text)
-    with pytest.raises(ForeignError, match="export it again"):
+@pytest.mark.parametrize("seen", ["3", "[3]", '[{"pose_keypoints_2d": [1, 2]}]', "[{}]"])
+def test_a_file_of_another_layout_is_refused(tmp_path, seen):
+    (tmp_path / "a_000000000000_keypoints.json").write_text(f'{{"people": {seen}}}')
+    with pytest.raises(ForeignError, match=r"no OpenPose file that can be read .*; export it again"):
         read_people(tmp_path)
 
 

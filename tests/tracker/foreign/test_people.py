@@ -6,7 +6,6 @@ from tests.tracker import people
 from tests.tracker.people import WALKER, moved
 from tracker.foreign import dlc, openpose
 from tracker.foreign.people import Sighting, frame_number, sighting, triples
-from tracker.foreign.text_files import ForeignError
 
 
 def test_a_point_needs_two_numbers_and_some_confidence():
@@ -36,28 +35,11 @@ def test_a_frame_is_the_last_number_of_a_files_own_name(name, frame):
     assert frame_number(name) == frame
 
 
-def test_a_folder_of_openpose_is_a_clip(tmp_path):
-    for t in (3, 11):
-        people.openpose(tmp_path / f"walk_{t:012d}_keypoints.json", [moved(WALKER, dx=t)])
-    (tmp_path / "notes.txt").write_text("7")
-    found = openpose.read_people(tmp_path)
-    assert {t: them[0]["RHip"].x for t, them in found.items()} == {3: 101.0, 11: 109.0}
-
-
 def test_openpose_of_eighteen_points_is_read_too(tmp_path):
     path = people.openpose(tmp_path / "a.json", [WALKER])
     numbers = [float(i) for i in range(3 * 18)]
     path.write_text(f'{{"people": [{{"pose_keypoints_2d": {numbers}}}]}}')
     assert openpose.read_people(path)[0][0]["LAnkle"] == Sighting(39.0, 40.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    "content", ['{"people": [{}]}', '{"people": [{"pose_keypoints_2d": [1]}]}', '{"people": [3]}', "[]"]
-)
-def test_an_openpose_file_that_does_not_fit_is_refused_in_words(tmp_path, content):
-    (tmp_path / "a.json").write_text(content)
-    with pytest.raises(ForeignError, match="no OpenPose file"):
-        openpose.read_people(tmp_path / "a.json")
 
 
 def test_a_deeplabcut_row_is_a_frame_and_its_empty_cells_are_no_points(tmp_path):
@@ -82,22 +64,3 @@ def test_deeplabcut_labels_of_images_count_by_the_images_number(tmp_path, front)
         "\n".join(line.replace(",", "," * (more + 1), 1) for line in lines[:3]) + "\n" + lines[3] + "\n"
     )
     assert dlc.read_people(path)[12][0]["left_hip"] == Sighting(*WALKER["left_hip"], 0.95)
-
-
-def test_a_deeplabcut_table_without_likelihood_is_sure(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("scorer,me,me\nbodyparts,hip,hip\ncoords,x,y\n0,1,2\n")
-    assert dlc.read_people(path) == {0: [{"hip": Sighting(1.0, 2.0)}]}
-
-
-@pytest.mark.parametrize(
-    ("text", "wrong"),
-    [
-        ("scorer,me,me\nbodyparts,hip,hip\ncoords,x\n0,1,2\n", "differ in length"),
-        ("scorer,me,me\nbodyparts,hip,hip\ncoords,x,y\nabc,1,2\n", "names no frame"),
-    ],
-)
-def test_a_deeplabcut_table_that_does_not_fit_is_refused_in_words(tmp_path, text, wrong):
-    (tmp_path / "a.csv").write_text(text)
-    with pytest.raises(ForeignError, match=wrong):
-        dlc.read_people(tmp_path / "a.csv")

@@ -11,8 +11,6 @@ from tests.tracker.records import T, made_track, write_folder
 from tracker.foreign.scale import scale_by_height, scale_by_points
 from tracker.run.read import RunError, read_run
 
-BARE = FOOTLESS
-
 
 @pytest.fixture(params=[1, -1], ids=["right", "left"])
 def standing(request, rng, tmp_path):
@@ -29,7 +27,7 @@ def standing(request, rng, tmp_path):
 
 
 def test_who_stands_upright_is_as_tall_as_told(standing):
-    record = standing(BARE)
+    record = standing(FOOTLESS)
     head = scale_by_height(record, 1.80, record.facing).to_metres(record.place("head_top"))
     # Keypoints are written to 0.0005 px, of 70 px a leg and 0.9 m.
     assert_allclose(head[record.measured, 1], 1.80, atol=1e-4)

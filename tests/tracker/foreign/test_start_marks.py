@@ -245,8 +245,3 @@ def test_files_that_cannot_be_opened_are_refused_in_words(tmp_path):
         read_start(tmp_path / "a.json")
     with pytest.raises(ForeignError, match="no files NAME_"):
         read_start(tmp_path)
-
-
-def test_a_file_with_nobody_in_it_is_refused(tmp_path):
-    with pytest.raises(ForeignError, match="nobody is marked"):
-        read_start(people.openpose(tmp_path / "a.json", []))

@@ -269,15 +269,6 @@ def test_less_than_a_stride_is_no_number():
     assert gait.summary()["measures"] == {}
 
 
-def test_strides_in_which_the_figure_was_lost_are_counted_as_left_out():
-    track = stroll()
-    outcome = list(track.outcome)
-    outcome[55] = "outside"
-    gait = gait_of(replace(track, outcome=tuple(outcome)))
-    assert gait.left_out == 2  # one of either leg
-    assert sum(len(s.sound) for s in gait.strides.values()) == 6
-
-
 def test_legs_that_were_exchanged_are_in_discord():
     assert gait_of(stroll()).discord < 0.01
     track = stroll(9.0)

@@ -60,11 +60,6 @@ def test_a_failure_leaves_nothing_behind_not_even_parents(tmp_path, failure):
     assert names(tmp_path) == []
 
 
-def test_parents_that_are_missing_are_made(tmp_path):
-    write_run_into(tmp_path / "a" / "b" / "out")
-    assert names(tmp_path / "a" / "b") == ["out"]
-
-
 def test_an_empty_folder_is_filled(tmp_path):
     (tmp_path / "out").mkdir()
     write_run_into(tmp_path / "out")

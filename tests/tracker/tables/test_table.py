@@ -3,7 +3,6 @@
 import pytest
 
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import figtrack
 from tracker.batch import jobs
 from tracker.tables import keypoints, poses
 from tracker.tables.table import Layout, read_lines, write_table
@@ -127,12 +126,3 @@ def test_what_is_written_is_read_again(path):
     write_table(path, ("name", "legs"), rows)
     assert [cells for _, cells in read_lines(path)][1:] == [[name, str(legs)] for name, legs in rows]
     assert [row["name"] for _, row in SHEEP.rows(path)] == [name for name, _ in rows]
-
-
-def test_a_command_says_it_in_one_line(path):
-    path.write_bytes(b"\xff\xfe\x00v")
-    for words in (["batch", path], ["track", "w.mp4", "--keypoints", path], ["classify", path]):
-        found = figtrack(*words, "--quiet")
-        assert found.exit_code == 1
-        assert found.stderr.startswith(f"error: cannot read {path} as a UTF-8 CSV table (byte 0 is no UTF-8)")
-        assert len(found.stderr.splitlines()) == 1
