@@ -5,19 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.benchmarks.evaluation.cases import marks_of
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.run.score import Score, places, score
-from tracker.tables.keypoints import Marks, read_keypoints
 
 pytestmark = pytest.mark.claims
 
 EVERY = 20  # frames from one anchor to the next
-
-
-def marks_of(clip: Path) -> Marks:
-    return read_keypoints(clip.with_name(f"{clip.stem}.keypoints.csv"))
 
 
 def scored(clip: Path, anchors: bool) -> Score:

@@ -1,22 +1,27 @@
 """A Track written as the tables of a run's folder."""
 
-import csv
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from kinematics.figure import ROOT
 from tracker.run.track import Track
+from tracker.tables.table import write_table
 
 FORMAT = "figtrack-track"
 VERSION = 1
+KEYPOINTS = ("frame", "keypoint", "x", "y", "visible", "time_s", "sxx", "sxy", "syy")
+SAID = ("time_s", "state", "label", "outcome")  # beside a pose
 
 
 def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
     """keypoints.csv, pose.csv and track.npz; every frame of the clip has its rows."""
-    _write_keypoints(track, folder / "keypoints.csv", frames, fps)
-    _write_poses(track, folder / "pose.csv", frames, fps)
+    write_table(folder / "keypoints.csv", KEYPOINTS, _keypoints(track, frames, fps))
+    learned = track.figure.learned_freedoms
+    columns = ("seq", "frame", *learned, *SAID, *track.figure.pose_freedoms[len(learned) :])
+    write_table(folder / "pose.csv", columns, _poses(track, frames, fps))
     header = {
         "format": FORMAT,
         "version": VERSION,
@@ -44,44 +49,33 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
     )
 
 
-def _write_keypoints(track: Track, path: Path, frames: int, fps: float) -> None:
+def _keypoints(track: Track, frames: int, fps: float) -> Iterator[tuple[object, ...]]:
     places, covs = track.joints(), track.joint_covs()
     column = {name: j for j, name in enumerate(track.figure.joints)}
     names = tuple(dict.fromkeys((*track.figure.marks, *track.figure.joints)))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(("frame", "keypoint", "x", "y", "visible", "time_s", "sxx", "sxy", "syy"))
-        for frame in range(frames):
-            t = frame - track.first
-            time = _time(track, t, fps)
-            for name in names:
-                if 0 <= t < len(track) and name in column:
-                    (x, y), S = places[t, column[name]], covs[t, column[name]]
-                    spread = (f"{S[0, 0]:.4f}", f"{S[0, 1]:.4f}", f"{S[1, 1]:.4f}")
-                    seen = int(track.outcome[t].measured)
-                    writer.writerow((frame, name, f"{x:.3f}", f"{y:.3f}", seen, time, *spread))
-                else:
-                    writer.writerow((frame, name, "", "", "", time, "", "", ""))
+    for frame in range(frames):
+        t = frame - track.first
+        time = _time(track, t, fps)
+        for name in names:
+            if 0 <= t < len(track) and name in column:
+                (x, y), S = places[t, column[name]], covs[t, column[name]]
+                spread = (f"{S[0, 0]:.4f}", f"{S[0, 1]:.4f}", f"{S[1, 1]:.4f}")
+                yield frame, name, f"{x:.3f}", f"{y:.3f}", int(track.outcome[t].measured), time, *spread
+            else:
+                yield frame, name, "", "", "", time, "", "", ""
 
 
-def _write_poses(track: Track, path: Path, frames: int, fps: float) -> None:
-    columns = track.figure.learned_freedoms
-    further = track.figure.pose_freedoms[len(columns) :]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(("seq", "frame", *columns, "time_s", "state", "label", "outcome", *further))
-        for frame in range(frames):
-            t = frame - track.first
-            if not 0 <= t < len(track):
-                nothing = [""] * (3 + len(further))
-                writer.writerow((0, frame, *[""] * len(columns), _time(track, t, fps), *nothing))
-                continue
-            q, s = track.q[t], track.s[t]
-            place = [f"{v:.5f}" for v in q[: len(ROOT)]]
-            turns = [f"{v:.4f}" for v in np.degrees(q[len(ROOT) : len(columns) + len(further)])]
-            of_model, rest = turns[: len(columns) - len(ROOT)], turns[len(columns) - len(ROOT) :]
-            said = (s, track.motion(t), track.outcome[t])
-            writer.writerow((0, frame, *place, *of_model, _time(track, t, fps), *said, *rest))
+def _poses(track: Track, frames: int, fps: float) -> Iterator[tuple[object, ...]]:
+    learned, every = len(track.figure.learned_freedoms), len(track.figure.pose_freedoms)
+    for frame in range(frames):
+        t = frame - track.first
+        pose, said = [""] * every, ("", "", "")
+        if 0 <= t < len(track):
+            q = track.q[t, :every]
+            turns = (f"{v:.4f}" for v in np.degrees(q[len(ROOT) :]))
+            pose = [*(f"{v:.5f}" for v in q[: len(ROOT)]), *turns]
+            said = (str(track.s[t]), track.motion(t), str(track.outcome[t]))
+        yield 0, frame, *pose[:learned], _time(track, t, fps), *said, *pose[learned:]
 
 
 def _time(track: Track, t: int, fps: float) -> str:

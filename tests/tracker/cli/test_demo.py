@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.clips import everything, read_json
-from tracker.cli.demo import MODELS, run_demo, write_scene
+from tracker.cli.demo import run_demo, write_scene
 from tracker.progress import Progress
 from tracker.run.folder import FolderError
 from tracker.scene.film import render
@@ -51,10 +51,6 @@ def test_a_second_demo_replaces_the_first_only_when_told(done):
     with pytest.raises(FolderError, match="holds a complete run"):
         run_demo(out, 2, overwrite=False, progress=QUIET, models=["cv"], frames=FEW)
     assert everything(out) == before
-
-
-def test_it_compares_the_learned_model_with_constant_velocity():
-    assert set(MODELS) >= {"walk-run", "cv"}
 
 
 def test_the_clip_and_its_marks_are_those_of_the_scene(tmp_path):
