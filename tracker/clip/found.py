@@ -28,7 +28,7 @@ def people(
     """Everybody who walks through the first part of a film in which somebody does, the surest first.
 
     Of who is not seen clearly dark grey clothes may have been taken for shadow: the film is looked through
-    again with such clothes and hardly a shadow expected, and with both.
+    again with such clothes expected, and then with hardly a shadow, too.
 
     Args:
         first, stop: the first and last frame that are looked at, None for the film's last.
@@ -41,7 +41,7 @@ def people(
         if film is None:
             return []
         seen = _before(film.stage(1), video.fps, facing)
-        for expected in (HARDLY_SHADOWS, GREY_CLOTHES):
+        for expected in (GREY_CLOTHES, HARDLY_SHADOWS):
             if all(map(_clear, seen)):
                 break
             again = _before(film.stage(1, expected), video.fps, facing)

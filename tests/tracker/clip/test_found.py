@@ -107,7 +107,7 @@ def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shad
     monkeypatch.setattr(staged_module.Surveyed, "stage", stage)
     monkeypatch.setattr(found_module, "_before", before)
     (one, sure) = people(video, QUIET)
-    assert seen == [USUAL, HARDLY_SHADOWS, GREY_CLOTHES][:looks]
+    assert seen == [USUAL, GREY_CLOTHES, HARDLY_SHADOWS][:looks]
     assert (one.frame, one.turned) == (int(np.argmax(turned)), max(turned))
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
