@@ -10,6 +10,11 @@ from glob import escape
 from pathlib import Path
 from stat import S_IMODE
 
+try:
+    import fcntl
+except ImportError:  # Windows: there nothing is swept
+    fcntl = None  # type: ignore[assignment]
+
 # The file that a complete run leaves last, and a key in it that says it is ours.
 MARKERS = {
     "run.json": "figtrack",
@@ -18,6 +23,7 @@ MARKERS = {
     "reproduce.json": "figtrack",
 }
 PART, DRAWN = ".part", 8  # how folders aside end, and how many random letters are before that
+LOCK = "lock"  # in a folder aside, held by the process that works there; the system frees it when that dies
 
 
 class FolderError(Exception):
@@ -55,8 +61,9 @@ def fresh_folder(
         FolderError: a file in its place, a folder that cannot be written, a complete run without `overwrite`,
             a folder that holds something else or one of the inputs.
     """
-    _check_folder(path, overwrite, replaceable)
     place = _real(path)
+    _sweep(place)
+    _check_folder(path, overwrite, replaceable)
     for kept, what in [
         (Path.cwd(), "the folder you are in"),
         *((each, str(each)) for each in inputs if each is not None),
@@ -65,7 +72,6 @@ def fresh_folder(
             raise FolderError(f"{path} would be replaced, and with it {what}; choose another --out")
     with _workshop(place) as workshop:
         new = workshop / "new"
-        new.mkdir()
         yield new
         _check_folder(path, overwrite, replaceable)  # another run may have been quicker
         _exchange(new, place, workshop / "old")
@@ -87,11 +93,12 @@ def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = (
             without `overwrite`.
     """
     place = _real(path)
+    _sweep(place)
     if place.exists() and place in [_real(each) for each in inputs if each is not None]:
         raise FolderError(f"{path} is what the work reads; choose another --out")
     _check_file(path, overwrite)
     with _workshop(place) as workshop:
-        new = workshop / place.name
+        new = workshop / "new" / place.name
         yield new
         _check_file(path, overwrite)
         if place.exists():
@@ -105,16 +112,14 @@ def swept(paths: Iterable[Path]) -> Iterator[None]:
 
     A complete run that was just being replaced comes back.
     """
-    before = {path: _workshops(path) for path in paths}
+    places = [_real(path) for path in paths]
+    for place in places:
+        _sweep(place)
     try:
         yield
     finally:
-        for path, known in before.items():
-            place = _real(path)
-            for workshop in _workshops(path) - known:
-                if (workshop / "old").exists() and not place.exists():
-                    (workshop / "old").rename(place)
-                shutil.rmtree(workshop, ignore_errors=True)
+        for place in places:
+            _sweep(place)
 
 
 def _check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool]) -> None:
@@ -147,13 +152,18 @@ def _check_file(path: Path, overwrite: bool) -> None:
 
 @contextmanager
 def _workshop(place: Path) -> Iterator[Path]:
-    """A hidden folder beside `place`, gone afterwards; so are the parents made for it that hold nothing."""
+    """A hidden folder beside `place` with another in it, "new"; gone afterwards.
+
+    So are the parents made for it that hold nothing.
+    """
     made = [parent for parent in place.parents if not parent.exists()]
     workshop = place.parent / f".{place.name}.{secrets.token_hex(DRAWN // 2)}{PART}"
+    lock = None
     try:  # before it is made, or Ctrl-C at that very moment would leave it
         try:
             place.parent.mkdir(parents=True, exist_ok=True)
-            workshop.mkdir(0o700)
+            lock = _locked(workshop)
+            (workshop / "new").mkdir()
         except OSError as error:
             raise FolderError(
                 f"cannot write into {place.parent} ({error.strerror}); choose another --out"
@@ -161,14 +171,42 @@ def _workshop(place: Path) -> Iterator[Path]:
         yield workshop
     finally:
         shutil.rmtree(workshop, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
         for parent in made:
             with suppress(OSError):
                 parent.rmdir()
 
 
-def _workshops(path: Path) -> set[Path]:
-    place = _real(path)
-    return set(place.parent.glob(f".{escape(place.name)}.{'?' * DRAWN}{PART}"))
+def _locked(workshop: Path) -> int | None:
+    """Make the folder, and hold its lock until what is returned is closed; None where there are no locks."""
+    while True:
+        workshop.mkdir(0o700, exist_ok=True)
+        if fcntl is None:
+            return None
+        with suppress(FileNotFoundError):  # taken for one that is left over, before it was locked
+            lock = os.open(workshop / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+            with suppress(OSError):  # a disk without locks, on which nothing is swept
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            if (workshop / LOCK).exists():
+                return lock
+            os.close(lock)
+
+
+def _sweep(place: Path) -> None:
+    """Remove what processes that were killed have left beside `place`; what they put aside comes back."""
+    if fcntl is None:
+        return
+    for workshop in place.parent.glob(f".{escape(place.name)}.{'?' * DRAWN}{PART}"):
+        with suppress(OSError):
+            lock = os.open(workshop / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails where the process lives
+                if (workshop / "old").exists() and not place.exists():
+                    (workshop / "old").rename(place)
+                shutil.rmtree(workshop, ignore_errors=True)
+            finally:
+                os.close(lock)
 
 
 def _exchange(new: Path, place: Path, old: Path) -> None:

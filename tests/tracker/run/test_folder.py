@@ -269,14 +269,57 @@ def test_what_killed_processes_leave_is_swept_up_and_what_they_put_aside_comes_b
     assert names(tmp_path) == [out.name]
 
 
+@pytest.mark.parametrize("write", [write_run_into, write_file_into])
+def test_what_was_killed_is_swept_up_by_the_next_that_writes_there(tmp_path, write):
+    left = tmp_path / ".out.deadbeef.part"
+    (left / "new").mkdir(parents=True)
+    (left / "new" / "half").write_text("half")
+    write(tmp_path / "out")
+    assert names(tmp_path) == ["out"]
+
+
+def test_the_run_that_a_killed_one_was_replacing_is_there_for_the_next(tmp_path):
+    out = tmp_path / "out"
+    complete_run(out)
+    stop_between_the_renames(out)
+    with pytest.raises(FolderError, match="holds a complete run"):
+        write_run_into(out)
+    assert (out / "pose.csv").read_text() == "old"
+    assert names(tmp_path) == ["out"]
+
+
 def test_what_others_make_is_not_swept_up(tmp_path):
-    others = [tmp_path / ".out.before00.part", tmp_path / ".out.b.during00.part", tmp_path / "out.txt"]
-    others[0].mkdir()
+    others = [".out.b.during00.part", "out.txt", ".out.short.part"]
+    for other in others:
+        (tmp_path / other).mkdir()
     with swept([tmp_path / "out"]):
-        for other in others[1:]:
-            other.mkdir()
-        (tmp_path / ".out.during00.part").mkdir()
-    assert names(tmp_path) == sorted(other.name for other in others)
+        pass
+    assert names(tmp_path) == sorted(others)
+
+
+def test_what_a_living_process_makes_is_not_swept_up(tmp_path):
+    inner = partial(write_run_into, tmp_path / "out", text="inner")
+    with fresh_folder(tmp_path / "out", overwrite=True) as aside:
+        inner()
+        (aside / "run.json").write_text('{"figtrack": "0"}')
+        (aside / "pose.csv").write_text("outer")
+    assert (tmp_path / "out" / "pose.csv").read_text() == "outer"
+    assert names(tmp_path) == ["out"]
+
+
+def test_a_folder_aside_that_is_swept_before_it_is_locked_is_made_again(tmp_path, monkeypatch):
+    make, taken = Path.mkdir, []
+
+    def swept_at_once(path, *how, **more):
+        make(path, *how, **more)
+        if path.suffix == ".part" and not taken:
+            taken.append(path)
+            path.rmdir()
+
+    monkeypatch.setattr(Path, "mkdir", swept_at_once)
+    write_run_into(tmp_path / "out")
+    assert taken
+    assert names(tmp_path) == ["out"]
 
 
 def test_a_folder_that_may_be_replaced_is_told_by_the_caller(tmp_path):
