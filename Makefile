@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
-.PHONY: demo test check models rivals evaluate robustness rendered gait measure motion gallery trial mutants bench clean
+.PHONY: demo test check models rivals evaluate robustness rendered gait measure motion gallery trial mutants soak bench clean
 
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
@@ -24,7 +24,7 @@ test: $(VENV)/installed-dev
 # with $FIGTRACK_DATA its claims about real clips; and what the tools under tests/benchmarks are tested by.
 check: $(VENV)/installed-dev
 	$(BIN)/pytest -n auto -m "claims or handbook or whole"
-	$(BIN)/pytest tests/benchmarks/test_tools.py tests/benchmarks/test_rendered.py tests/benchmarks/test_gait.py
+	$(BIN)/pytest tests/benchmarks/test_tools.py tests/benchmarks/test_rendered.py tests/benchmarks/test_gait.py tests/benchmarks/test_soak.py
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
 LEARN := $(BIN)/figtrack learn --trials $(MOCAP) --overwrite --settings dynamics/models
@@ -82,6 +82,10 @@ trial: $(VENV)/installed-dev
 # Formulas broken one at a time, and whether the tests notice: tests/benchmarks/mutations.toml.
 mutants: $(VENV)/installed-dev
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.mutations
+
+# Random commands on random films, some of them killed, for an hour: whether every one ends as it is meant to.
+soak: $(VENV)/installed-dev
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.soak
 
 # How fast filters, learning and, where there are clips, tracking are beside others: docs/speed.md.
 bench: $(VENV)/installed-bench

@@ -90,6 +90,40 @@ def test_what_is_told_to_end_leaves_the_old_run_and_nothing_else(folder, number)
     assert not list(folder.rglob(".*.part"))
 
 
+@pytest.mark.parametrize("seconds", [0.05, 0.15])
+def test_ctrl_c_while_the_command_is_still_being_read_is_told_in_a_line(folder, seconds):
+    process = started("settings", "--out", "new.toml")
+    time.sleep(seconds)
+    process.send_signal(signal.SIGINT)
+    errors = process.communicate(timeout=120)[1]
+    # Python itself is not there at once, and ends without a word until then.
+    assert (process.returncode, errors) in [
+        (1, "error: interrupted; nothing was written\n"),
+        (-signal.SIGINT, "error: interrupted; nothing was written\n"),
+        (0, ""),
+    ]
+
+
+def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder):
+    images = [frame.image for frame in Video(folder / "walk.mp4")]
+    write_video(folder / "long.mp4", images * 60)
+    table = "video,keypoints,model,out\nwalk.mp4,marks.csv,cv,a\nlong.mp4,marks.csv,cv,b\n"
+    (folder / "jobs.csv").write_text(table)
+    process = started("batch", "jobs.csv", "--workers", "1", "--progress", "json")
+    while json.loads(process.stderr.readline())["done"] == 0:
+        pass
+    for _ in range(3):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.1)
+    errors = process.communicate(timeout=120)[1]
+    said = "error: interrupted; what is done stays, and the same batch again goes on there"
+    assert errors.splitlines()[-1] == said
+    assert "Traceback" not in errors
+    assert process.returncode in (1, -signal.SIGINT)
+    assert (folder / "a" / "run.json").is_file()
+    assert not list(folder.rglob(".*.part"))
+
+
 def test_what_nohup_begins_outlives_its_terminal(folder):
     ignoring = started(*words("track"), before=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
     time.sleep(1.0)

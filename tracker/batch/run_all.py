@@ -89,7 +89,23 @@ def run_batch(
         JobsError: a table that cannot be used; nothing was done.
         ClusterError: a scheduler that does not answer.
         FolderError: a summary that cannot be written.
+        BatchError: stopped by hand.
     """
+    try:
+        return _batch(table, place, workers, scheduler, overwrite, progress, tls)
+    except KeyboardInterrupt as error:
+        raise BatchError("interrupted; what is done stays, and the same batch again goes on there") from error
+
+
+def _batch(
+    table: Path,
+    place: Path,
+    workers: int | None,
+    scheduler: str | None,
+    overwrite: bool,
+    progress: Progress,
+    tls: Path | None,
+) -> Ended:
     rows = read_jobs(table, place, progress)
     summary, overview = place / "summary.csv", place / "summary.html"
     for path, ours in ((summary, _is_summary), (overview, is_overview)):
@@ -177,9 +193,9 @@ def _run_all(
                 # A row that is still wanted would be done again if the process that has its answer died.
                 future.release()
                 advance()
-    except KeyboardInterrupt as error:
+    except KeyboardInterrupt:
         client.cancel(list(futures))
-        raise BatchError("interrupted; what is done stays, and the same batch again goes on there") from error
+        raise
     return [endings[n] for n in range(len(rows))]
 
 

@@ -1,6 +1,5 @@
 """The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
 
-import signal
 import sys
 from collections import Counter
 from functools import partial
@@ -168,9 +167,4 @@ for command in COMMANDS:
 def main() -> None:
     """Entry point of the command line."""
     open_streams()
-    # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)  # Windows has no SIGHUP
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup has it ignored
-            signal.signal(number, signal.default_int_handler)
     app(prog_name="figtrack")

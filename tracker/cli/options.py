@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from tracker.progress import Progress
 
 
+INTERRUPTED = "interrupted; nothing was written"
+
+
 class Style(StrEnum):
     """How progress is shown."""
 
@@ -117,11 +120,14 @@ def plain_errors() -> Iterator[None]:
         yield
         sys.stdout.flush()  # onto a full disk, or to a reader that hung up
     except KeyboardInterrupt:
-        _fail("interrupted; nothing was written")
+        _fail(INTERRUPTED)
     except BrokenPipeError:
         _drop_output()
         raise typer.Exit(1) from None
     except Exception as error:
+        # Compiled code tells so of Ctrl-C.
+        if isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt):
+            _fail(INTERRUPTED)
         from tracker.errors import fault
 
         said = fault(error)

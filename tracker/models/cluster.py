@@ -9,8 +9,9 @@ import asyncio
 import copy
 import logging
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
@@ -35,6 +36,7 @@ STALLED = "10 minutes"  # without any process, after which work fails
 # What every user of this machine could read by HTTP, TLS or not.
 PAGES = ("distributed.scheduler.http.routes", "distributed.worker.http.routes")
 PATIENCE = 5  # seconds for a scheduler to answer
+ENDING = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))  # Windows has none
 
 Turn = tuple[list[Posterior], Infer]
 
@@ -49,21 +51,27 @@ def local_cluster(workers: int) -> Iterator["Client"]:
     import dask
     from distributed import Client, LocalCluster, Security
 
-    # A worker that dies is replaced and its work done again: what Dask logs of it helps nobody.
-    with (
-        dask.config.set({TRIM: None, GIVE_UP: NEVER, STALL: STALLED} | {page: [] for page in PAGES}),
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            memory_limit=None,
-            dashboard_address="127.0.0.1:0",
-            security=Security.temporary(),
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        client.register_worker_callbacks(_ignore_interrupts)
+    stack = ExitStack()
+    try:
+        with _uninterrupted():
+            stack.enter_context(
+                dask.config.set({TRIM: None, GIVE_UP: NEVER, STALL: STALLED} | {page: [] for page in PAGES})
+            )
+            # A worker that dies is replaced and its work done again: what Dask logs of it helps nobody.
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                memory_limit=None,
+                dashboard_address="127.0.0.1:0",
+                security=Security.temporary(),
+                silence_logs=logging.CRITICAL,
+            )
+            client = stack.enter_context(Client(stack.enter_context(cluster)))
+            client.register_worker_callbacks(_ignore_interrupts)
         yield client
+    finally:
+        with _uninterrupted():
+            stack.close()
 
 
 @contextmanager
@@ -130,6 +138,26 @@ class Cluster:
 def _ignore_interrupts() -> None:
     """Ctrl-C reaches every process of a terminal; it is for the one that shows the results to answer."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Ctrl-C in this block comes after it: Dask cannot end what is half begun or half ended."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    handlers = {number: signal.getsignal(number) for number in ENDING}
+    usual = {number: handler for number, handler in handlers.items() if callable(handler)}
+    for number in usual:
+        signal.signal(number, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+    if came:
+        signal.raise_signal(came[0])
 
 
 def _turn(before: Turn, slds: SLDS, ys: Sequence[Array]) -> Turn:

@@ -64,3 +64,20 @@ def test_what_cannot_be_done_is_one_line_and_a_mistake_of_ours_is_not_hidden(cal
     _, result = call("--fault", "value")
     assert (result.exit_code, result.stderr) == (1, "error: value\n")
     assert isinstance(call("--fault", "key")[1].exception, KeyError)
+
+
+@pytest.mark.parametrize("within_compiled_code", [False, True])
+def test_what_is_interrupted_says_so_in_one_line(within_compiled_code):
+    def stop():
+        """Stop."""
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            if within_compiled_code:  # numba's way to tell of it
+                raise SystemError("returned a result with an exception set") from error
+            raise
+
+    app = typer.Typer(rich_markup_mode=None)
+    app.command()(offered(stop))
+    result = CliRunner().invoke(app, [])
+    assert (result.exit_code, result.stderr) == (1, "error: interrupted; nothing was written\n")

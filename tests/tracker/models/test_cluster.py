@@ -18,7 +18,7 @@ from dynamics.viterbi import viterbi_all
 from tests.oracles import random_slds
 from tests.tracker.clips import figtrack, refused
 from tests.tracker.gaits import both, sequence, write_poses
-from tracker.models.cluster import Cluster, ClusterError, cluster_at, local_cluster
+from tracker.models.cluster import Cluster, ClusterError, _uninterrupted, cluster_at, local_cluster
 
 pytestmark = pytest.mark.whole
 
@@ -163,3 +163,18 @@ def test_no_scheduler_is_said(address, monkeypatch):
     monkeypatch.setattr("tracker.models.cluster.PATIENCE", 0.5)
     with pytest.raises(ClusterError, match="no Dask scheduler answers at"), cluster_at(address):
         pass
+
+
+def test_ctrl_c_waits_until_a_cluster_is_begun_or_ended():
+    done = []
+
+    def interrupted():
+        with _uninterrupted():
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+            done.append("all")
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert done
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
