@@ -178,6 +178,8 @@ def _read_trial(path: Path, line: int, row: dict[str, str | None]) -> Trial:
     for name in ("file", "subject", "activity", "fps"):
         if not cells[name]:
             raise MotionError(f"{path}, line {line}: {name} is empty; fill it in")
+    if "\0" in cells["file"]:
+        raise MotionError(f"{path}, line {line}: the name of the file contains NUL; save the table as text")
     try:
         fps = float(cells["fps"])
         parts = [segment.split("-") for segment in cells["segments"].split(";") if segment.strip()]

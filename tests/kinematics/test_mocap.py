@@ -213,6 +213,7 @@ def test_a_row_of_the_table_is_read_with_its_path_beside_the_table(tmp_path):
     [
         (TABLE.replace("segments,", ""), "lacks the column 'segments'; add it"),
         ("", "lacks the column 'file'"),
+        (TABLE + "a\0.bvh,s,t,walk,30,0-9,,\n", "line 2: the name of the file contains NUL; save"),
         (TABLE + "a.bvh,s,t,walk,fast,0-9,,\n", "line 2: fps 'fast' or segments '0-9' cannot be read"),
         (TABLE + "a.bvh,s,t,walk,30,all,,\n", "line 2: fps '30' or segments 'all' cannot be read"),
         (TABLE + "a.bvh,s,t,walk,nan,0-9,,\n", "line 2: fps must be above 0"),

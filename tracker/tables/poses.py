@@ -19,6 +19,7 @@ BESIDE = ("label", "time_s")  # columns that are read beside the pose
 LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a slip of the pen
 GAP = 10_000  # frames that may be left out in a row: minutes of which nothing is known
 LARGEST = 1e9  # in any cell; beyond, numbers swamp one another
+TURN, TURNS = 360.0, 3600.0  # degrees: beyond, an angle is doubted, and refused
 RADIANS = 3.2  # degrees: no figure that moves keeps every angle below, in radians every figure does
 MOVED = 0.2  # leg lengths that say so, and
 MANY = 15  # measured frames that say so
@@ -130,7 +131,21 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
                 f"is taken at {fps:.4g}; give --fps if that is wrong"
             )
             break
-    return said
+    doubted = next(filter(None, map(_turned, sequences)), None)
+    return said if doubted is None else [*said, doubted]
+
+
+def _turned(sequence: PoseSequence) -> str | None:
+    """What is said of the first angle of more than a whole turn."""
+    beyond = np.argwhere(np.abs(np.degrees(sequence.y[:, ROOT_COLUMNS:])) > TURN)
+    if not len(beyond):
+        return None
+    t, n = beyond[0]
+    cell = sequence.cells[t][ROOT_COLUMNS + n]
+    return (
+        f"an angle of sequence {sequence.name!r} is {cell} degrees in frame {sequence.first + t}, more than "
+        "a whole turn; correct or empty such cells"
+    )
 
 
 def _read_row(
@@ -150,20 +165,23 @@ def _read_row(
     if int(frame) in frames:
         raise PosesError(f"{where}: frame {int(frame)} is given twice; number frames within each seq")
     given = tuple(row.get(name, "") for name in columns)
-    pose = np.array([_number(text, name, where) for name, text in zip(columns, given, strict=True)])
+    largest = [LARGEST] * ROOT_COLUMNS + [TURNS] * (len(columns) - ROOT_COLUMNS)
+    pose = np.array(
+        [_number(text, name, where, most) for name, text, most in zip(columns, given, largest, strict=True)]
+    )
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
     frames[int(frame)] = pose, row.get("label", ""), finite(row.get("time_s", "")), given
     return seq
 
 
-def _number(text: str, column: str, where: str) -> float:
+def _number(text: str, column: str, where: str, most: float = LARGEST) -> float:
     """The number in a cell, NaN for an empty one."""
     if not text:
         return np.nan
     value = finite(text)
     if np.isnan(value):
         raise PosesError(f"{where}: {column} must be a finite number or empty; got {text!r}")
-    if abs(value) > LARGEST:
+    if abs(value) > most:
         raise PosesError(f"{where}: {column} {text} is out of all range; correct or empty it")
     return value
 

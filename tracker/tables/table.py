@@ -86,6 +86,8 @@ def read_lines(path: str | Path) -> Iterator[tuple[int, list[str]]]:
         reader = csv.reader(file)
         for row in reader:
             cells = [cell.strip() for cell in row]
+            if any("\0" in cell for cell in cells):
+                raise csv.Error(f"line {reader.line_num} contains NUL")  # as Python's older readers say
             if any(cells):
                 yield reader.line_num, cells
 

@@ -67,6 +67,7 @@ def test_a_run_ends_at_a_gap_at_an_empty_cell_and_at_another_label(tmp_path):
         ((row(0, angle="12,5"),), "line 2 has 12 cells, the header 11; .* numbers a point"),
         (("a,0,0.1",), "line 2 has 3 cells, the header 11; empty cells want their commas"),
         ((row(0, angle=2 * LARGEST),), "torso 2000000000.0 is out of all range"),
+        ((row(0), row(1, angle=-3601)), "line 3: torso -3601 is out of all range"),
         ((row(0), row(0, seq="b"), row(1)), "line 4: sequence 'a' ended before and comes again"),
         ((row(0), row(10_001)), "frame 10001 comes after frame 0; at most 10000 frames may be left out"),
         ((row(0), row(10**9)), "sequence 'a' goes from frame 0 to frame 1000000000; at most"),
@@ -126,6 +127,13 @@ def test_another_frame_rate_than_the_tables_own_times_is_suspected(tmp_path):
     assert suspicions(sequences, 60.0) == []
     (said,) = suspicions(sequences, 30.0)
     assert "time_s of sequence 'a' says 60 frames a second, the model is taken at 30; give --fps" in said
+
+
+@pytest.mark.parametrize(("degrees", "doubted"), [(360, False), (-360.5, True)])
+def test_an_angle_of_more_than_a_whole_turn_is_doubted(tmp_path, degrees, doubted):
+    said = suspicions(read_poses(table(tmp_path, row(4), row(5, angle=degrees))), 30.0)
+    assert bool(said) == doubted
+    assert not said or "an angle of sequence 'a' is -360.5 degrees in frame 5" in said[0]
 
 
 def gait(tmp_path, name, label, stride):

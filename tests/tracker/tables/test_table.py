@@ -74,7 +74,7 @@ UNREADABLE = r"cannot read .*t\.csv as a UTF-8 CSV table \(.*\); save it as one$
         (b"frame\tkeypoint\n0\thip\n", r"t\.csv has tabs between its columns; write commas"),
         (b"", r"t\.csv is no .*: column '\w+' is missing; the header is "),
         (b"cow,horns;hooves\n", r"column '\w+' is missing"),
-        (b"a\0b", "."),
+        (b"a\0b", r"\(line 1 contains NUL\); save it as one$"),
     ],
     ids=["UTF-16", "Latin-1", "picture", "huge", "semicolons", "tabs", "empty", "other", "binary"],
 )
