@@ -8,8 +8,10 @@ changes something must come from this very `Origin` as JSON of bounded length.
 import hmac
 import json
 import secrets
+import socket
 import sys
 import webbrowser
+from collections import deque
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -28,6 +30,7 @@ LOOPBACK = "127.0.0.1"
 FORWARD = '<!DOCTYPE html><meta http-equiv="refresh" content="0; url={address}"><a href="{address}">open</a>'
 MOST_BYTES = 2**20  # of a request: the marks of two thousand frames
 MOST_SECONDS = 30.0  # for a request to arrive
+MOST_AT_ONCE = 128  # requests; of more the oldest are given up, as the page's own take no time
 
 Request = TypeVar("Request", bound=BaseModel)
 
@@ -64,6 +67,7 @@ class LoopbackServer(ThreadingHTTPServer):
                 f"port {port} of {LOOPBACK} cannot be had ({error.strerror}); choose another --port"
             ) from error
         self.command = command
+        self.waiting: deque[socket.socket] = deque()
         self.key = secrets.token_urlsafe(24)
         self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
         self.address = f"http://{LOOPBACK}:{self.server_port}/{self.key}/"
@@ -83,6 +87,20 @@ class LoopbackServer(ThreadingHTTPServer):
         door.touch(0o600)
         door.write_text(FORWARD.format(address=self.address), encoding="ascii")
         show(door.as_uri())
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """As usual, in a thread; a bounded number at once."""
+        self.waiting.append(request)
+        if len(self.waiting) > MOST_AT_ONCE:
+            with suppress(OSError):  # it has just ended by itself
+                self.waiting.popleft().shutdown(socket.SHUT_RDWR)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """It is answered, or given up."""
+        with suppress(ValueError):  # it was the oldest
+            self.waiting.remove(request)
+        super().shutdown_request(request)
 
     def server_close(self) -> None:
         """Let go of the port, and take away the file that forwarded."""

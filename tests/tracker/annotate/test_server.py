@@ -14,7 +14,7 @@ import pytest
 from tests.tracker.annotate.test_advice import MARKS as GOOD
 from tests.tracker.annotate.test_advice import without
 from tests.tracker.clips import everything
-from tracker.annotate import frames
+from tracker.annotate import frames, loopback
 from tracker.annotate import server as module
 from tracker.annotate.loopback import MOST_BYTES
 from tracker.annotate.marks import Table
@@ -439,6 +439,22 @@ def test_a_hundred_connections_that_say_nothing_do_not_keep_the_page_from_answer
         silent[0].sendall(b"GET /")
         assert client.ask("GET", "")[0] == 200
         assert [connection.recv(1) for connection in silent] == [b""] * len(silent)  # hung up on
+    finally:
+        for connection in silent:
+            connection.close()
+
+
+def test_of_more_requests_than_are_waited_for_at_once_the_oldest_are_given_up(client, monkeypatch):
+    monkeypatch.setattr(loopback, "MOST_AT_ONCE", 10)
+    address = ("127.0.0.1", client.server.server_port)
+    silent = [socket.create_connection(address, timeout=10.0) for _ in range(40)]
+    try:
+        assert client.ask("GET", "")[0] == 200
+        assert [connection.recv(1) for connection in silent[:31]] == [b""] * 31  # one for the page
+        silent[-1].settimeout(0.05)
+        with pytest.raises(TimeoutError):
+            silent[-1].recv(1)
+        assert len(client.server.waiting) <= 10
     finally:
         for connection in silent:
             connection.close()
