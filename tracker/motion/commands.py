@@ -44,6 +44,7 @@ from tracker.tables.poses import (
 from tracker.tables.table import write_table
 
 USUAL_FPS = 30.0
+ANIMATED = 3000  # frames of a clip at most, 100 seconds of a stick figure
 PICTURES = (".png", ".pdf", ".svg")
 SD_COLUMNS = tuple(f"{name}_sd" for name in POSE_COLUMNS)
 
@@ -178,9 +179,12 @@ def synthesise_table(
         if outputs.clip is not None:
             from tracker.motion.stick_film import write_clip
 
-            captions = [f"frame {t}  {labels[t]} state {states[t]}" for t in range(frames)]
-            write_clip(y, captions, fps, outputs.clip, task.progress)
-    return "\n".join([free_motion(Path(task.model).name, labels, y, fps), _see(task)])
+            captions = [f"frame {t}  {labels[t]} state {states[t]}" for t in range(min(frames, ANIMATED))]
+            write_clip(y[:ANIMATED], captions, fps, outputs.clip, task.progress)
+    said = [free_motion(Path(task.model).name, labels, y, fps), _see(task)]
+    if outputs.clip is not None and frames > ANIMATED:
+        said.append(f"{task.outputs.clip} shows the first {ANIMATED} of {frames} frames")
+    return "\n".join(said)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import everything, figtrack, read_csv, refused, write_table
 from tests.tracker.gaits import HEADER, both, gait, gait_hmm, gait_model, saved, sequence, write_poses
 from tracker.models.learn import NOISE, Further
+from tracker.motion import commands
 from tracker.tables.poses import read_poses
 
 pytestmark = pytest.mark.whole
@@ -177,6 +178,15 @@ def test_synthesise_leaves_a_table_a_picture_and_a_clip(tmp_path, model):
         assert (stream.codec_context.name, float(stream.average_rate)) == ("h264", 30.0)
         assert sum(1 for _ in clip.decode(stream)) == 40
     assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_the_clip_of_a_long_synthesis_shows_its_beginning_and_it_is_said(tmp_path, model, monkeypatch):
+    monkeypatch.setattr(commands, "ANIMATED", 7)
+    out = tmp_path / "s.csv"
+    said = done("synthesise", "--model", model, "--frames", 20, "--out", out, "--no-plot")
+    assert said.splitlines()[-1] == f"{out.with_suffix('.mp4')} shows the first 7 of 20 frames"
+    with av.open(str(out.with_suffix(".mp4"))) as clip:
+        assert sum(1 for _ in clip.decode(video=0)) == 7
 
 
 def test_synthesis_is_the_same_for_a_seed_and_another_for_another(tmp_path, model):
