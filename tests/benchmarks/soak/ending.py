@@ -22,6 +22,7 @@ MOST_MEMORY = 2**30  # bytes resident, of the command or any process that it sta
 MOST_SECONDS = 300.0
 GRACE = 15.0  # seconds in which processes that it started end after it
 ROOT = Path(__file__).parents[3]
+OURS = f"{os.sep}tracker{os.sep}"
 FIGTRACK = (sys.executable, "-m", "tracker")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 # What Python, its libraries or FFmpeg say of themselves.
@@ -84,7 +85,7 @@ def run(words: Sequence[str], folder: Path, kill: Kill | None, program: Sequence
 def faults(ending: Ending, folder: Path, before: dict[Path, str]) -> Iterator[str]:
     """What is wrong with the end of a command in a folder that held `before`, as `contents` tells it."""
     yield from _of_process(ending)
-    if ending.status in (0, 1, 2):
+    if ending.status in (0, 1, 2) and not _early(ending):
         yield from _of_words(ending)
     if ending.status != -signal.SIGKILL:
         yield from (f"{path} is left over" for path in leftovers(folder))
@@ -155,7 +156,7 @@ def _read(file: object) -> str:
 
 def _of_process(ending: Ending) -> Iterator[str]:
     # An interrupted Python may end itself by SIGINT after it has told so.
-    allowed = {0, 1, 2} if ending.kill is None else {0, 1, -ending.kill.number, -signal.SIGINT}
+    allowed = {0, 1, 2} | (set() if ending.kill is None else {-ending.kill.number, -signal.SIGINT})
     if ending.late:
         yield f"it had not ended after {MOST_SECONDS:g} s"
     elif ending.status not in allowed:
@@ -165,8 +166,13 @@ def _of_process(ending: Ending) -> Iterator[str]:
     if ending.orphans:
         yield f"{ending.orphans} processes that it started did not end"
     found = JARGON.search(ending.out + ending.errors)
-    if found and ending.status != -signal.SIGKILL:
+    if found and ending.status != -signal.SIGKILL and not _early(ending):
         yield f"it says {found.group()!r}"
+
+
+def _early(ending: Ending) -> bool:
+    """Whether Python itself was killed, before it had read a line of the program."""
+    return ending.kill is not None and "KeyboardInterrupt" in ending.errors and OURS not in ending.errors
 
 
 def _of_words(ending: Ending) -> Iterator[str]:
