@@ -48,11 +48,13 @@ class Frame:
     index : position in decode (presentation) order, from 0
     time  : seconds, as the file tells it; the first frame's need not be 0
     image : (height, width, 3) uint8, RGB, upright, read-only
+    tick  : its time as the file counts it, None where it has none
     """
 
     index: int
     time: float
     image: Image
+    tick: int | None = None
 
     def __post_init__(self) -> None:
         if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 3:
@@ -128,13 +130,26 @@ class Video:
                 )
             yield frame
 
+    def since(self, index: int, tick: int | None) -> Iterator[Image]:
+        """Pictures from a frame on, decoded from the key frame before it; `tick` is the one that it had.
+
+        Not every file can be entered in its middle: what comes may be none or others, and is to be compared.
+        """
+        if self._images or tick is None:
+            yield from (_read_image(path) for path in self._images[index:])
+            return
+        with suppress(av.FFmpegError), _opened(self.path) as container:
+            stream = _video_stream(container, self.path)
+            container.seek(tick, stream=stream)
+            for picture in _decoded(container, stream):
+                if picture is None:
+                    return
+                if picture.pts is not None and picture.pts >= tick:
+                    yield _upright(picture)
+
     def _folder_frames(self) -> Iterator[Frame]:
         for index, path in enumerate(self._images):
-            try:
-                image = _decoded_image(path.read_bytes())
-            except (OSError, av.FFmpegError, cv2.error, ValueError) as error:
-                raise VideoError(f"cannot read {path} as an image; replace it or remove it") from error
-            yield Frame(index, index / self.fps, image)
+            yield Frame(index, index / self.fps, _read_image(path))
 
     def _file_frames(self) -> Iterator[Frame]:
         index, broken, growing = 0, False, Growing(1.0 / self.fps)
@@ -147,7 +162,7 @@ class Video:
                 pts, tick = picture.pts, stream.time_base
                 time = growing.next(None if pts is None or tick is None else float(pts * tick))
                 self.retimed = _retimed(self.path.name, growing.wrong)
-                yield Frame(index, time, _upright(picture))
+                yield Frame(index, time, _upright(picture), pts)
                 index += 1
         self.cut_short = self._shortfall(index, broken)
 
@@ -252,6 +267,13 @@ def _upright(picture: VideoFrame) -> Image:
         right, down = (c, b) if sideways else (a, d)
         image = image[:: -1 if down < 0 else 1, :: -1 if right < 0 else 1]
     return np.ascontiguousarray(image)
+
+
+def _read_image(path: Path) -> Image:
+    try:
+        return _decoded_image(path.read_bytes())
+    except (OSError, av.FFmpegError, cv2.error, ValueError) as error:
+        raise VideoError(f"cannot read {path} as an image; replace it or remove it") from error
 
 
 def _decoded_image(stored: bytes) -> Image:

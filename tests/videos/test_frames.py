@@ -85,6 +85,25 @@ def test_every_frame_comes_back_in_order_with_its_content_and_time(tmp_path):
     assert video.cut_short is None
 
 
+@pytest.mark.parametrize(("format", "name"), [("mp4", "a.mp4"), ("matroska", "a.mkv")])
+def test_entered_in_its_middle_a_film_gives_the_very_frames(tmp_path, rng, format, name):
+    video = Video(make_clip(tmp_path / name, noise(40, rng), format=format, key_every=12))
+    frames = list(video)
+    for index in (0, 5, 12, 23, 30, 39):
+        images = list(video.since(index, frames[index].tick))
+        assert len(images) == 40 - index
+        assert all(
+            np.array_equal(*pair) for pair in zip(images, (f.image for f in frames[index:]), strict=True)
+        )
+
+
+def test_a_folder_is_entered_at_any_picture(tmp_path):
+    write_images(tmp_path, [f"{t}.png" for t in range(5)])
+    video = Video(tmp_path)
+    assert [int(image[0, 0, 0]) for image in video.since(3, None)] == [30, 40]
+    assert [frame.tick for frame in video] == [None] * 5
+
+
 def test_a_second_pass_gives_the_same_frames(tmp_path):
     video = Video(make_clip(tmp_path / "walk.mp4", [picture(t) for t in range(5)]))
     next(iter(video))

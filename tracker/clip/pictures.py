@@ -4,18 +4,21 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
+from zlib import adler32
 
 from tracker.picture.tone import Curve, toned
 from videos.frames import Image, Video
 
-HELD = 32 * 2**20  # bytes of pictures that are kept, and as many again while going back
+HELD = 32 * 2**20  # bytes of pictures that are kept
+BLOCK = 4  # times as many while going back, since each block is decoded from a key frame on
 
 
 class Reel:
     """The pictures of a video up to frame `stop`.
 
-    Videos are read ahead only. To go back, the last pictures read are at hand; those before them are read
-    again, a block at a time from the back, each block from the video's beginning.
+    To go back, the last pictures read are at hand; those before them are read again, a block at a time from
+    the back. A block is decoded from the key frame before it where that gives the very pictures that were
+    read before, else from the video's beginning.
 
     times : (T,) seconds of every frame read so far
     held  : how many pictures are kept
@@ -26,12 +29,17 @@ class Reel:
         self.held = held or max(1, HELD // (video.width * video.height * 3))
         self._video, self._stop = video, stop
         self._kept: deque[Image] = deque(maxlen=self.held)
+        self._ticks: list[int | None] = []
+        self._sums: list[int] = []
+        self._entered = True  # whether the video has given the very pictures from its middle so far
 
     def ahead(self) -> Iterator[Image]:
         """All pictures, in order; to be gone through once."""
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
             self.times.append(frame.time)
             self._kept.append(frame.image)
+            self._ticks.append(frame.tick)
+            self._sums.append(_sum(frame.image))
             yield frame.image
 
     def span(self, first: int, last: int) -> Iterator[Image]:
@@ -44,12 +52,26 @@ class Reel:
             yield self._kept[frame - oldest]
         newest = min(first, oldest - 1)
         while newest >= last:
-            begin = max(last, newest + 1 - self.held)
-            yield from reversed(list(self._again(begin, newest)))
+            begin = max(last, newest + 1 - BLOCK * self.held)
+            yield from reversed(self._block(begin, newest))
             newest = begin - 1
+
+    def _block(self, first: int, last: int) -> list[Image]:
+        """The pictures of frames first .. last, all of which have been read before."""
+        if self._entered:
+            images = list(islice(self._video.since(first, self._ticks[first]), last + 1 - first))
+            self._entered = [_sum(image) for image in images] == self._sums[first : last + 1]
+            if self._entered:
+                return images
+            del images
+        return list(self._again(first, last))
 
     def _again(self, first: int, last: int) -> Iterator[Image]:
         return (frame.image for frame in islice(self._video, first, last + 1))
+
+
+def _sum(image: Image) -> int:
+    return adler32(image.data)
 
 
 @dataclass(frozen=True)
