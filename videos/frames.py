@@ -75,7 +75,7 @@ class Video:
     fps           : nominal frames per second, the average where the rate varies
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
-    cut_short     : after a whole pass, one line if the video ended before it should have, else None
+    cut_short     : after a whole pass, one line if frames are missing in the video or at its end, else None
     gaps          : of a folder, one line if numbers are left out or given twice, else None
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
 
@@ -152,26 +152,32 @@ class Video:
             yield Frame(index, index / self.fps, _read_image(path))
 
     def _file_frames(self) -> Iterator[Frame]:
-        index, broken, growing = 0, False, Growing(1.0 / self.fps)
+        index, damaged, growing = 0, [], Growing(1.0 / self.fps)
         with _opened(self.path) as container:
             stream = _video_stream(container, self.path)
             for picture in _decoded(container, stream):
                 if picture is None:
-                    broken = True
+                    damaged.append(index)
                     continue
                 pts, tick = picture.pts, stream.time_base
                 time = growing.next(None if pts is None or tick is None else float(pts * tick))
                 self.retimed = _retimed(self.path.name, growing.wrong)
                 yield Frame(index, time, _upright(picture), pts)
                 index += 1
-        self.cut_short = self._shortfall(index, broken)
+        self.cut_short = self._shortfall(index, damaged)
 
-    def _shortfall(self, count: int, broken: bool) -> str | None:
-        hint = self.count_hint or 0
+    def _shortfall(self, count: int, damaged: list[int]) -> str | None:
+        """What is said of frames that are missing; `damaged` are the frames before which something is."""
+        hint, name = self.count_hint or 0, self.path.name
+        within = [index for index in damaged if index < count]
+        if within:
+            return (
+                f"{name} is damaged, first after frame {within[0] - 1}; what cannot be decoded was left out"
+            )
         if hint - count > max(MISSING_FRAMES, MISSING_SHARE * hint):
-            return f"{self.path.name} ends after {count} of about {hint} frames; what was read was used"
-        if broken:
-            return f"{self.path.name} cannot be decoded past frame {count - 1}; what was read was used"
+            return f"{name} ends after {count} of about {hint} frames; what was read was used"
+        if damaged:
+            return f"{name} cannot be decoded past frame {count - 1}; what was read was used"
         return None
 
 
@@ -229,28 +235,29 @@ def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, i
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:
-    """Pictures up to the first failure after a picture came; None stands for that failure.
+    """All pictures that can be decoded; None stands for what cannot, after a picture came.
 
     Failures before the first picture are passed over: a recording may begin between key frames.
     """
-    started = False
+    started = failed = ended = False
     packets = container.demux(stream)
-    while True:
+    while not ended:
+        pictures: list[VideoFrame] = []
         try:
             packet = next(packets, None)
-            pictures = packet.decode() if packet is not None else []
+            ended = packet is None or not packet.size  # what the decoder still holds comes then
+            pictures = stream.codec_context.decode(None if ended else packet)
+        except MemoryError:  # which is one of FFmpeg's errors, too
+            raise
         except av.FFmpegError:
-            if not started:
-                continue
-            break
-        if packet is None:
-            return
+            failed = started
+        if pictures and failed and not ended:
+            yield None
+            failed = False
         started = started or bool(pictures)
         yield from pictures
-    with suppress(av.FFmpegError):
-        # The decoder still holds pictures that were waiting for their turn.
-        yield from stream.codec_context.decode(None)
-    yield None
+    if failed:
+        yield None
 
 
 def _upright(picture: VideoFrame) -> Image:

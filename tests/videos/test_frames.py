@@ -4,6 +4,7 @@ import gc
 import wave
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 
 import av
 import cv2
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from videos import frames as frames_module
 from videos.frames import Frame, Video, VideoError
 from videos.times import Growing
 
@@ -252,6 +254,34 @@ def test_damage_near_the_end_is_told_though_hardly_a_frame_is_missing(tmp_path, 
     count = sum(1 for _ in video)
     assert 38 <= count < 40
     assert video.cut_short == f"walk.mp4 cannot be decoded past frame {count - 1}; what was read was used"
+
+
+def test_damage_in_the_middle_is_left_out_and_what_follows_is_read(tmp_path, rng):
+    path = make_clip(tmp_path / "walk.mp4", noise(40, rng), key_every=10)
+    with av.open(str(path)) as container:
+        packets = [(packet.pos, packet.size) for packet in container.demux(video=0) if packet.size]
+    whole = {frame.tick: frame.image for frame in Video(path)}
+    data = bytearray(path.read_bytes())
+    for pos, size in packets[20:23]:
+        data[pos : pos + size] = b"\xff" * size
+    path.write_bytes(data)
+    video = Video(path)
+    frames = list(video)
+    assert 30 <= len(frames) < 40
+    assert [frame.tick for frame in frames[-8:]] == sorted(whole)[-8:]
+    assert all(np.array_equal(frame.image, whole[frame.tick]) for frame in frames[-8:])
+    assert video.cut_short.startswith("walk.mp4 is damaged, first after frame ")
+    assert video.cut_short.endswith("; what cannot be decoded was left out")
+
+
+def test_a_lack_of_memory_is_not_taken_for_damage():
+    def decode(packet):
+        raise av.error.MemoryError(12, "Cannot allocate memory")
+
+    container = SimpleNamespace(demux=lambda stream: iter([SimpleNamespace(size=9)]))
+    stream = SimpleNamespace(codec_context=SimpleNamespace(decode=decode))
+    with pytest.raises(MemoryError):
+        list(frames_module._decoded(container, stream))
 
 
 def test_a_clip_trimmed_on_the_phone_is_not_called_cut_short(tmp_path):

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 INTERRUPTED = "interrupted; nothing was written"
+UNLOADED = ("failed to map segment", "cannot allocate memory")  # what the system says without memory
 
 
 class Style(StrEnum):
@@ -125,15 +126,25 @@ def plain_errors() -> Iterator[None]:
         _drop_output()
         raise typer.Exit(1) from None
     except Exception as error:
-        # Compiled code tells so of Ctrl-C.
-        if isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt):
+        # Compiled code tells so of Ctrl-C, and a library that is just being loaded.
+        if isinstance(error, SystemError | ImportError) and isinstance(error.__cause__, KeyboardInterrupt):
             _fail(INTERRUPTED)
-        from tracker.errors import fault
-
-        said = fault(error)
+        said = _fault(error)
         if said is None:
             raise
         _fail(said)
+
+
+def _fault(error: Exception) -> str | None:
+    """What kept the work from being done; None if that is a mistake of ours."""
+    if isinstance(error, ImportError) and any(text in str(error) for text in UNLOADED):
+        return f"a library cannot be loaded ({error}); is there enough memory?"
+    try:
+        from tracker.errors import fault
+    except (ImportError, MemoryError) as another:
+        why = str(another) or "none is left"
+        return f"there is not enough memory even to begin ({why}); close other programs"
+    return fault(error)
 
 
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:

@@ -1,5 +1,6 @@
 """Groups of options: a command that takes a dataclass has an option for each of its fields."""
 
+import sys
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -66,18 +67,34 @@ def test_what_cannot_be_done_is_one_line_and_a_mistake_of_ours_is_not_hidden(cal
     assert isinstance(call("--fault", "key")[1].exception, KeyError)
 
 
-@pytest.mark.parametrize("within_compiled_code", [False, True])
-def test_what_is_interrupted_says_so_in_one_line(within_compiled_code):
-    def stop():
-        """Stop."""
-        try:
-            raise KeyboardInterrupt
-        except KeyboardInterrupt as error:
-            if within_compiled_code:  # numba's way to tell of it
-                raise SystemError("returned a result with an exception set") from error
-            raise
+def ended(error, cause=None):
+    """Exit status and what is told of a command that fails so."""
+
+    def fail():
+        """Fail."""
+        raise error from cause
 
     app = typer.Typer(rich_markup_mode=None)
-    app.command()(offered(stop))
+    app.command()(offered(fail))
     result = CliRunner().invoke(app, [])
-    assert (result.exit_code, result.stderr) == (1, "error: interrupted; nothing was written\n")
+    return result.exit_code, result.stderr
+
+
+@pytest.mark.parametrize(
+    ("error", "cause"),
+    [
+        (KeyboardInterrupt(), None),
+        (SystemError("returned a result with an exception set"), KeyboardInterrupt()),  # compiled code
+        (ImportError("initialization failed"), KeyboardInterrupt()),
+    ],
+)
+def test_what_is_interrupted_says_so_in_one_line(error, cause):
+    assert ended(error, cause) == (1, "error: interrupted; nothing was written\n")
+
+
+def test_a_library_that_finds_no_memory_is_told_in_one_line(monkeypatch):
+    text = "libav.so: failed to map segment from shared object"
+    said = f"error: a library cannot be loaded ({text}); is there enough memory?\n"
+    assert ended(ImportError(text)) == (1, said)
+    monkeypatch.setitem(sys.modules, "tracker.errors", None)  # so that it cannot be imported
+    assert ended(MemoryError())[1].startswith("error: there is not enough memory even to begin (")
