@@ -80,12 +80,19 @@ def read_bvh(path: str | Path) -> Capture:
 
 def read_lines(path: str | Path) -> list[str]:
     """The lines of a text file; MotionError when it cannot be read."""
+    check_ordinary(path)
     try:
         return Path(path).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
         raise MotionError(
             f"cannot read {path} ({error.strerror}); correct the path or put the file there"
         ) from error
+
+
+def check_ordinary(path: str | Path) -> None:
+    """MotionError for a pipe or a device, which may have no end."""
+    if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
+        raise MotionError(f"cannot read {path} (no ordinary file); save what it gives as one")
 
 
 def read_numbers(path: str | Path, line: int, words: list[str], count: int) -> list[float]:

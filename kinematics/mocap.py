@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from kinematics.asfamc import read_amc
-from kinematics.bvh import Array, MotionError, read_bvh
+from kinematics.bvh import Array, MotionError, check_ordinary, read_bvh
 from kinematics.sagittal import Body, find_body, project
 from kinematics.sides import exchanged
 
@@ -76,6 +76,7 @@ def read_trials(path: str | Path) -> list[Trial]:
         MotionError: the table cannot be read, lacks a column, or a cell is not what it should be.
     """
     path = Path(path)
+    check_ordinary(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             table = csv.DictReader(stream)

@@ -2,18 +2,22 @@
 
 import signal
 import sys
+import time
+from collections.abc import Callable
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
+AGAIN = 3.0  # seconds
 OF_TYPER = 130  # its exit status after Ctrl-C while it reads options
 
 
 def main() -> None:
     """Entry point of the command line; to be interrupted in one line while that is still being imported."""
     numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
+    interrupt = _interrupting()
     # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.
     for number in numbers:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
-            signal.signal(number, _interrupt)
+            signal.signal(number, interrupt)
     try:
         from tracker.cli.app import main as figtrack
 
@@ -23,19 +27,22 @@ def main() -> None:
             raise
         sys.exit("error: interrupted; nothing was written")
     finally:
-        _handled_by(signal.SIG_DFL)  # Python would complain, while it ends, of an interrupt
+        for number in numbers:  # Python would complain, while it ends, of an interrupt
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, signal.SIG_DFL)
 
 
-def _interrupt(number: int, frame: object) -> None:
-    """End what is done, once: nothing interrupts what is then cleaned up."""
-    _handled_by(signal.SIG_IGN)
-    raise KeyboardInterrupt
+def _interrupting() -> Callable[[int, object], None]:
+    """A handler that ends what is done; what comes within AGAIN does not disturb what is then cleaned up."""
+    last = -AGAIN
 
+    def interrupt(number: int, frame: object) -> None:
+        nonlocal last
+        before, last = last, time.monotonic()
+        if last - before >= AGAIN:
+            raise KeyboardInterrupt
 
-def _handled_by(handler: signal.Handlers) -> None:
-    for number in signal.valid_signals():
-        if signal.getsignal(number) is _interrupt:
-            signal.signal(number, handler)
+    return interrupt
 
 
 if __name__ == "__main__":  # processes that a batch starts read this file too

@@ -318,9 +318,9 @@ def _gaps(folder: Path, images: list[Path]) -> str | None:
     if len(numbers) < 3:
         return None
     steps = np.diff(numbers)
-    usual = Counter(steps).most_common(1)[0][0]
+    usual = Counter(steps[steps != 0] if steps.any() else steps).most_common(1)[0][0]
     odd = np.flatnonzero(steps != usual)
-    if usual <= 0 or not len(odd):
+    if usual < 0 or not len(odd):
         return None
     before, after = images[odd[0]].name, images[odd[0] + 1].name
     return (

@@ -1,6 +1,7 @@
 """All spoiled inputs."""
 
 from tests.spoiled.clips import MARKS, VIDEO
+from tests.spoiled.every import EVERY
 from tests.spoiled.motions import CAPTURES, MODELS, POSES, SETTINGS
 from tests.spoiled.others import JOBS, RUNS, SOURCES
 from tests.spoiled.places import NAMES, OPTIONS, PLACES
@@ -18,4 +19,5 @@ CASES = [
     *OPTIONS,
     *PLACES,
     *NAMES,
+    *EVERY,
 ]

@@ -1,6 +1,8 @@
 """A folder in which every command succeeds: what it reads, and results of before where it writes."""
 
 import shlex
+import shutil
+from importlib import resources
 
 import cv2
 
@@ -67,6 +69,9 @@ def fill(folder, clip):
     write_table(
         folder / "jobs.csv", [("walk.mp4", "marks.csv", "cv", "job")], ("video", "keypoints", "model", "out")
     )
+    job = [("walk.mp4", "marks.csv", "cv", "job")]
+    write_table(folder / "one.csv", job, ("video", "keypoints", "model", "out"))
+    (folder / "mine.toml").write_bytes((resources.files("kinematics") / "figures/walker.toml").read_bytes())
     saved(folder / "m.npz", gait_model())
     (folder / "quick.toml").write_text("rounds = 1\n")
     for name, write in FOREIGN.items():
@@ -80,6 +85,7 @@ def fill(folder, clip):
         _done(words(command))
     _done(words("synthesise --frames 40 --out poses.csv"))
     _done(words("learn"))
+    shutil.copytree(folder / "run", folder / "run2")
 
 
 def _done(line):

@@ -5,12 +5,14 @@ import re
 import pytest
 
 from tests.spoiled.cases import CASES
+from tests.spoiled.said import letters, read_said
 from tests.spoiled.stock import COMMANDS, words
 from tests.tracker.clips import everything, figtrack
 from tracker.settings import Settings
 
 pytestmark = pytest.mark.whole
 
+SAID = read_said()
 # What Python, numpy or FFmpeg would say to a programmer.
 JARGON = re.compile(r"Traceback|\w+(Error|Exception|Warning)\b|\[Errno|<class|object at 0x")
 
@@ -35,6 +37,7 @@ def test_a_spoiled_input_ends_in_one_clear_line_and_harms_nothing(folder, case, 
     before = everything(folder)
     result = figtrack(*words(case.command))
     assert result.exit_code == case.exit, result.output
+    assert letters(result.stderr, folder) == SAID[case.name], "if it is meant so: python -m tests.spoiled"
     assert capfd.readouterr().err == ""  # of libraries, which do not ask Python to print
     assert not list(folder.rglob("*.part"))
     assert case.says in result.stderr

@@ -315,6 +315,7 @@ def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
     [
         (("1.png", "2.png", "3.png", "10.png"), "first from 3.png to 10.png"),
         (("a1.png", "a2.jpg", "a2.png", "a3.png"), "first from a2.jpg to a2.png"),
+        (("1.jpg", "1.png", "2.jpg", "2.png", "3.jpg", "3.png"), "first from 1.jpg to 1.png"),
         (("5.png", "10.png", "15.png"), None),
         (("shot2_01.png", "shot2_02.png", "shot2_03.png"), None),
     ],

@@ -19,6 +19,7 @@ from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_err
 from tracker.report.over_stride import legs_of, norm_of
 from tracker.run.read import RunError, read_news, read_track
 from tracker.run.track import Track
+from tracker.tables.table import read_text
 
 COLUMNS = ("", "before", "after", "change")
 SCRIPTS = ("plots", "saving", "before_after")
@@ -104,7 +105,7 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
 def _walked(folder: Path) -> Walked:
     news = read_news(folder)
     try:
-        rate = float(json.loads((folder / "gait.json").read_text(encoding="utf-8"))["rate"])
+        rate = float(json.loads(read_text(folder / "gait.json"))["rate"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RunError(f"{folder} has no gait.json that can be read; track the clip again") from error
     return Walked(folder, read_track(folder, mark=0.0), rate, Known(news.height, news.scale))

@@ -35,9 +35,10 @@ def holds_run(path: Path) -> bool:
     for name, key in MARKERS.items():
         # Another program's run.json may be missing, binary or no object.
         with suppress(OSError, ValueError):
-            news = json.loads((path / name).read_text(encoding="utf-8"))
-            if isinstance(news, dict) and key in news:
-                return True
+            if (path / name).is_file():
+                news = json.loads((path / name).read_text(encoding="utf-8"))
+                if isinstance(news, dict) and key in news:
+                    return True
     return False
 
 

@@ -18,7 +18,7 @@ from kinematics.figure_file import WALKER
 from kinematics.spm import View
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
-from tracker.tables.table import by_column, read_lines, why
+from tracker.tables.table import by_column, ordinary, read_lines, why
 
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
 POINT_COLUMNS = ("x", "y", "sxx", "sxy", "syy")
@@ -118,7 +118,7 @@ def read_news(folder: Path) -> News:
     """
     path = folder / "run.json"
     try:
-        return News.model_validate_json(path.read_bytes())
+        return News.model_validate_json(ordinary(path).read_bytes())
     except (FileNotFoundError, NotADirectoryError) as error:
         inner = sorted(found.parent.name for found in folder.glob("*/run.json"))
         advice = f"give one of the runs in it, {', '.join(inner)}" if inner else "track a clip first"
@@ -235,7 +235,7 @@ def _shift(path: Path, frames: int) -> tuple[Array, float]:
 def _archive(path: Path, names: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The header and these arrays of track.npz."""
     try:
-        with path.open("rb") as file, np.load(file) as track:
+        with ordinary(path).open("rb") as file, np.load(file) as track:
             return json.loads(str(track["header"])), {name: track[name] for name in names}
     except OSError:
         raise
