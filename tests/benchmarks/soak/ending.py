@@ -22,7 +22,6 @@ MOST_MEMORY = 2**30  # bytes resident, of the command or any process that it sta
 MOST_SECONDS = 300.0
 GRACE = 15.0  # seconds in which processes that it started end after it
 ROOT = Path(__file__).parents[3]
-OURS = f"{os.sep}tracker{os.sep}"
 FIGTRACK = (sys.executable, "-m", "tracker")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 # What Python, its libraries or FFmpeg say of themselves.
@@ -85,7 +84,7 @@ def run(words: Sequence[str], folder: Path, kill: Kill | None, program: Sequence
 def faults(ending: Ending, folder: Path, before: dict[Path, str]) -> Iterator[str]:
     """What is wrong with the end of a command in a folder that held `before`, as `contents` tells it."""
     yield from _of_process(ending)
-    if ending.status in (0, 1, 2) and not _early(ending):
+    if ending.status in (0, 1, 2) and not _of_python(ending):
         yield from _of_words(ending)
     if ending.status != -signal.SIGKILL:
         yield from (f"{path} is left over" for path in leftovers(folder))
@@ -166,13 +165,14 @@ def _of_process(ending: Ending) -> Iterator[str]:
     if ending.orphans:
         yield f"{ending.orphans} processes that it started did not end"
     found = JARGON.search(ending.out + ending.errors)
-    if found and ending.status != -signal.SIGKILL and not _early(ending):
+    if found and ending.status != -signal.SIGKILL and not _of_python(ending):
         yield f"it says {found.group()!r}"
 
 
-def _early(ending: Ending) -> bool:
-    """Whether Python itself was killed, before it had read a line of the program."""
-    return ending.kill is not None and "KeyboardInterrupt" in ending.errors and OURS not in ending.errors
+def _of_python(ending: Ending) -> bool:
+    """Whether Python itself was interrupted, before `main` began or while it tidied up after an import."""
+    own = "in main" not in ending.errors or "_get_module_lock" in ending.errors
+    return ending.kill is not None and "KeyboardInterrupt" in ending.errors and own
 
 
 def _of_words(ending: Ending) -> Iterator[str]:
