@@ -80,8 +80,8 @@ one case.
 A thousand commands in an hour found interrupts that ended in a traceback while libraries were loaded, in
 compiled code, while the processes of a batch started and while Python ended; a batch interrupted twice that
 said nothing was written; and temporary folders that nobody removed after SIGKILL. All are mended. Two are
-Python's own: an interrupt in its first milliseconds shows a traceback, and one that arrives just after an import
-may be lost; the next is obeyed.
+Python's own: an interrupt in its first milliseconds shows a traceback, and one that arrives just after an
+import may be lost; the next is obeyed.
 """
 
 
