@@ -18,7 +18,7 @@ def told(case: Case, folder: Path) -> tuple[int, str]:
 
 
 def letters(text: str, folder: Path) -> str:
-    """What is held of stderr: all but where the folder lies, where a run's JSON was cut, and trailing spaces."""
+    """What is held of stderr: all but the place of the folder and of a cut in JSON, and trailing spaces."""
     named = re.sub(r"parsing \w+ \w+ at line \d+ column \d+", "parsing", text.replace(str(folder), "FOLDER"))
     return "\n".join(line.rstrip() for line in named.splitlines() if line.strip())
 
