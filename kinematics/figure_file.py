@@ -46,18 +46,7 @@ def figure_from(table: Mapping[str, Any]) -> Figure:
     Raises:
         ValueError: a key is unknown, missing or of the wrong kind, or the tree does not hang together.
     """
-    where = "the figure"
-    _check_keys(
-        table, where, {"name": str, "base": str, "links": list}, _LISTS | {"outline": str, "hints": dict}
-    )
-    for key in ("leg", "marks", "optional", "scored"):
-        for part in table.get(key, ()):
-            _check_kind(f"each of {key}", part, str, where)
-    for hint in table.get("hints", {}).values():
-        _check_kind("each of hints", hint, str, where)
-    for key, kind in (("links", dict), ("panels", dict), ("ahead", list)):
-        for entry in table.get(key, ()):
-            _check_kind(f"each of {key}", entry, kind, where)
+    _check_keys(table, "the figure", {"name": str, "base": str, "links": [dict]}, _FIGURE)
     links = tuple(_link_from(entry) for entry in table["links"])
     marks = tuple(table.get("marks", (table["base"], *(link.joint for link in links))))
     return Figure(
@@ -67,7 +56,7 @@ def figure_from(table: Mapping[str, Any]) -> Figure:
         leg=tuple(table.get("leg", ())),
         marks=marks,
         optional=tuple(table.get("optional", ())),
-        ahead=tuple(_pair(entry, where) for entry in table.get("ahead", ())),
+        ahead=tuple(_pair(entry) for entry in table.get("ahead", ())),
         scored=tuple(table.get("scored", marks)),
         outline=table.get("outline", ""),
         panels=tuple(_panel(entry) for entry in table["panels"]) if "panels" in table else _panels(links),
@@ -86,29 +75,27 @@ def _panels(links: Sequence[Link]) -> tuple[Panel, ...]:
     return tuple(Panel(title.replace("_", " "), "", curves) for title, curves in found.items())
 
 
-def _pair(entry: list[Any], where: str) -> tuple[str, str]:
+def _pair(entry: list[str]) -> tuple[str, str]:
     if len(entry) != 2:
-        raise ValueError(f"{where}: ahead holds pairs of joints; got {entry}")
-    for joint in entry:
-        _check_kind("each joint of ahead", joint, str, where)
+        raise ValueError(f"the figure: ahead holds pairs of joints; got {entry}")
     return entry[0], entry[1]
 
 
 def _panel(entry: Mapping[str, Any]) -> Panel:
     where = f"panel {entry.get('title', '?')!r}"
-    _check_keys(entry, where, {"title": str, "curves": dict}, {"reading": str})
-    for freedom in entry["curves"].values():
-        _check_kind("each of curves", freedom, str, where)
+    _check_keys(entry, where, {"title": str, "curves": {"": str}}, {"reading": str})
     return Panel(entry["title"], entry.get("reading", ""), entry["curves"])
 
 
-_LISTS: dict[str, type] = dict.fromkeys(("leg", "marks", "optional", "ahead", "scored", "panels"), list)
+# Kinds of values: [str] is a list of texts, {"": str} a table of them.
+_FIGURE: dict[str, Any] = {key: [str] for key in ("leg", "marks", "optional", "scored")}
+_FIGURE |= {"ahead": [[str]], "panels": [dict], "outline": str, "hints": {"": str}}
 _NEEDED = {"name": str, "joint": str, "length": float, "width": float}
-_OPTIONAL = {"parent": str, "freedom": str, "at": float, "rest": float, "taper": float}
-_OPTIONAL |= {"sense": int, "layer": int, "breathes": bool, "limits": list}
-_OPTIONAL |= {"twin": str, "learned": bool, "offset": str}
-_KINDS = {str: "text", float: "a number", int: "a whole number", bool: "true or false"}
-_KINDS |= {list: "a list", dict: "a table"}
+_OPTIONAL: dict[str, Any] = dict.fromkeys(("parent", "freedom", "twin", "offset"), str)
+_OPTIONAL |= dict.fromkeys(("at", "rest", "taper"), float) | dict.fromkeys(("sense", "layer"), int)
+_OPTIONAL |= dict.fromkeys(("breathes", "learned"), bool) | {"limits": [float]}
+_WORDS = {str: "text", float: "a number", int: "a whole number", bool: "true or false"}
+_WORDS |= {list: "a list", dict: "a table"}
 
 
 def _link_from(entry: Mapping[str, Any]) -> Link:
@@ -117,30 +104,18 @@ def _link_from(entry: Mapping[str, Any]) -> Link:
     limits = entry.get("limits", [-180.0, 180.0])
     if len(limits) != 2:
         raise ValueError(f"{where}: limits must be two angles; got {limits}")
-    for limit in limits:
-        _check_kind("each of limits", limit, float, where)
-    return Link(
-        name=entry["name"],
-        joint=entry["joint"],
-        parent=entry.get("parent"),
-        at=float(entry.get("at", 1.0)),
-        rest=float(np.radians(entry.get("rest", 0.0))),
-        sense=entry.get("sense", 1),
-        freedom=entry.get("freedom"),
-        limits=(float(np.radians(limits[0])), float(np.radians(limits[1]))),
-        length=float(entry["length"]),
-        breathes=entry.get("breathes", True),
-        width=float(entry["width"]),
-        taper=float(entry.get("taper", 1.0)),
-        layer=entry.get("layer", 0),
-        twin=entry.get("twin"),
-        learned=entry.get("learned", True),
-        offset=entry.get("offset", ""),
-    )
+    usual: dict[str, Any] = {"parent": None, "at": 1.0, "rest": 0.0, "sense": 1, "freedom": None}
+    usual |= {"breathes": True, "taper": 1.0, "layer": 0}
+    numbers = {key: float(value) for key, value in entry.items() if (_NEEDED | _OPTIONAL)[key] is float}
+    angles = {
+        "rest": np.radians(numbers.get("rest", 0.0)).item(),
+        "limits": tuple(np.radians(limits).tolist()),
+    }
+    return Link(**{**usual, **entry, **numbers, **angles})
 
 
 def _check_keys(
-    table: Mapping[str, Any], where: str, needed: Mapping[str, type], optional: Mapping[str, type]
+    table: Mapping[str, Any], where: str, needed: Mapping[str, Any], optional: Mapping[str, Any]
 ) -> None:
     known = {**needed, **optional}
     for key, value in table.items():
@@ -152,11 +127,15 @@ def _check_keys(
             raise ValueError(f"{where} lacks the key {key!r}; add it")
 
 
-def _check_kind(key: str, value: object, kind: type, where: str) -> None:
+def _check_kind(key: str, value: Any, kind: Any, where: str) -> None:
+    outer = kind if isinstance(kind, type) else type(kind)
     # In TOML 1 is a whole number and true is not 1.
-    fits = type(value) in ((float, int) if kind is float else (kind,))
-    if not fits:
-        raise ValueError(f"{where}: {key} must be {_KINDS[kind]}; got {value!r}")
+    if type(value) not in ((float, int) if outer is float else (outer,)):
+        raise ValueError(f"{where}: {key} must be {_WORDS[outer]}; got {value!r}")
+    if outer is not kind:
+        (inner,) = kind.values() if outer is dict else kind
+        for part in value.values() if outer is dict else value:
+            _check_kind(f"each of {key}", part, inner, where)
 
 
 WALKER = load_figure("walker")
