@@ -134,8 +134,12 @@ def split_as(rows: NDArray[Scalar], ys: Sequence[Array]) -> list[NDArray[Scalar]
     return np.split(rows, np.cumsum([len(y) for y in ys])[:-1])
 
 
-def check_chain(pi0: Array, Pi: Array) -> None:
-    """ValueError unless pi0 (K,) and the rows of Pi (K, K) are probabilities."""
+def check_chain(pi0: Array, Pi: Array, labels: Sequence[str], fps: float) -> None:
+    """ValueError unless pi0 (K,) and the rows of Pi (K, K) are probabilities, of K labels at a rate."""
+    if len(labels) != len(pi0):
+        raise ValueError(f"every state needs a label; got {len(labels)} for {len(pi0)} states")
+    if not fps > 0:
+        raise ValueError(f"fps must be positive; got {fps}")
     for name, rows in (("pi0", pi0[None]), ("Pi", Pi)):
         wrong = (rows < 0).any(1) | (np.abs(rows.sum(1) - 1.0) > 1e-6)
         for i in np.flatnonzero(wrong):

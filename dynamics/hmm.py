@@ -44,11 +44,7 @@ class HMM:
         K, M = len(self.mean), len(self.names)
         for name, shape in {"pi0": (K,), "Pi": (K, K), "mean": (K, M), "cov": (K, M, M)}.items():
             object.__setattr__(self, name, frozen(name, getattr(self, name), shape))
-        if len(self.labels) != K:
-            raise ValueError(f"every state needs a label; got {len(self.labels)} for {K} states")
-        check_chain(self.pi0, self.Pi)
-        if not self.fps > 0:
-            raise ValueError(f"fps must be positive; got {self.fps}")
+        check_chain(self.pi0, self.Pi, self.labels, self.fps)
 
 
 @dataclass(frozen=True)

@@ -58,8 +58,7 @@ class SLDS:
         shapes |= {"R": (M, M), "mean0": (K, N), "cov0": (K, N, N)}
         for name, shape in shapes.items():
             object.__setattr__(self, name, frozen(name, getattr(self, name), shape))
-        if len(self.labels) != K:
-            raise ValueError(f"every switching state needs a label; got {len(self.labels)} for {K} states")
+        check_chain(self.pi0, self.Pi, self.labels, self.fps)
         if not set(self.travelling) <= set(self.names):
             raise ValueError(f"travelling freedoms must be among {self.names}; got {self.travelling}")
         if self.layout.N != N or self.order not in (1, 2):
@@ -67,9 +66,6 @@ class SLDS:
                 f"the state must hold 1 or 2 poses of {self.layout.d} freedoms and "
                 f"{len(self.drifts)} that drift; it has {N} entries"
             )
-        check_chain(self.pi0, self.Pi)
-        if not self.fps > 0:
-            raise ValueError(f"fps must be positive; got {self.fps}")
 
     @property
     def K(self) -> int:  # noqa: N802

@@ -148,7 +148,7 @@ def _rate(stored: Any) -> float:
 def _covariances(model: Model) -> dict[str, Array]:
     """Those that must be positive definite: of Q the pose's block, since nothing else of a state is noisy."""
     if isinstance(model, Stride):
-        return {}  # which checks its own
+        return {"quick": model.quick, "slow": model.slow, "R": model.R}
     if isinstance(model, HMM):
         return {"cov": model.cov}
     d = model.layout.d

@@ -23,7 +23,7 @@ NAMES = ("x", "hip")
         ({"Pi": [[0.5, 0.5], [0.5, 0.6]]}, "Pi rows must be probabilities.*row 1 sums to 1.100000"),
         ({"Pi": [[1.5, -0.5], [0.5, 0.5]]}, "Pi rows must be probabilities.*row 0"),
         ({"pi0": [0.5, 0.4]}, "pi0 rows must be probabilities.*row 0 sums to 0.900000"),
-        ({"labels": ("walk",)}, "every switching state needs a label; got 1 for 2 states"),
+        ({"labels": ("walk",)}, "every state needs a label; got 1 for 2 states"),
         ({"travelling": ("z",)}, r"travelling freedoms must be among \('a', 'b'\); got \('z',\)"),
         ({"fps": 0.0}, "fps must be positive; got 0.0"),
         ({"fps": float("nan")}, "fps must be positive; got nan"),

@@ -35,43 +35,25 @@ def test_what_is_saved_is_what_is_loaded(stride, tmp_path):
     assert again.fps == stride.fps
 
 
-def spoiled(name, change):
-    def spoil(stride):
-        value = np.array(getattr(stride, name))
-        change(value)
-        return {name: value}
-
-    return spoil
-
-
-def put(index, value):
-    def change(array):
-        array[index] = value
-
-    return change
-
-
 @pytest.mark.parametrize(
-    ("name", "change", "words"),
+    ("name", "index", "value", "words"),
     [
-        ("mean", put((0, 3), np.nan), "mean must be finite"),
-        ("root", put((0, 0, 1), 0.1), "root must be lower triangular"),
-        ("root", put((1, 2, 2), -0.1), "root must be lower triangular with a positive diagonal"),
-        ("quick", put((0, 0, 1), 0.1), "quick must be symmetric"),
-        ("slow", put((1, 0, 0), -1.0), "slow must be positive definite"),
-        ("R", put((0, 0, 0), np.inf), "R must be finite"),
-        ("bend", put(0, 0.0), "bend must be positive"),
-        ("drift", put(1, -0.1), "drift must be positive"),
+        ("mean", (0, 3), np.nan, "mean must be finite"),
+        ("root", (0, 0, 1), 0.1, "root must be lower triangular"),
+        ("root", (1, 2, 2), -0.1, "root must be lower triangular with a positive diagonal"),
+        ("quick", (0, 0, 1), 0.1, "quick must be symmetric"),
+        ("slow", (1, 0, 0), -1.0, "slow must be positive definite"),
+        ("R", (0, 0, 0), np.inf, "R must be finite"),
+        ("bend", 0, 0.0, "bend must be positive"),
+        ("drift", 1, -0.1, "drift must be positive"),
     ],
 )
-def test_numbers_that_cannot_be_are_refused_in_a_file_too(stride, tmp_path, name, change, words):
-    told = spoiled(name, change)(stride)
-    with pytest.raises(ValueError, match=words):
-        replace(stride, **told)
+def test_numbers_that_cannot_be_are_refused_in_a_file(stride, tmp_path, name, index, value, words):
     save(stride, tmp_path / "s.npz", "a test")
     with np.load(tmp_path / "s.npz") as archive:
         parts = {key: archive[key] for key in archive.files}
-    np.savez_compressed(tmp_path / "s.npz", **(parts | told))
+    parts[name][index] = value
+    np.savez_compressed(tmp_path / "s.npz", **parts)
     with pytest.raises(ModelError, match=f"is damaged: {words}"):
         load(tmp_path / "s.npz")
 
