@@ -15,40 +15,21 @@ from dynamics.chain import split_as
 from dynamics.gaussian import Array, symmetric, transpose
 from dynamics.hmm import HMM, expected, hmm_all
 from dynamics.learning.clusters import clustered, scaled
-from dynamics.learning.fill import fill
+from dynamics.learning.fill import check_sequences, fill
 from dynamics.learning.mstep import shares
+from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import STILL, inverse_wishart
 
+ROUNDS = 50  # of EM, where nobody says how many
 TRIES = 10  # k-means runs, the tightest is the start: single ones left learning in a poor place 1 time in 10
 
 
 @dataclass(frozen=True)
-class HMMOptions:
-    """How to learn.
-
-    states     : how many
-    rounds     : EM rounds at most
-    tolerance  : stop when the penalised value rises by less than this share
-    prior      : strength of all priors; 0 is maximum likelihood
-    stickiness : Dirichlet counts added to every state's staying
-    seed       : of the k-means start
-    """
-
-    states: int = 4
-    rounds: int = 50
-    tolerance: float = 1e-5
-    prior: float = 1.0
-    stickiness: float = 2.0
-    seed: int = 0
-
-
-@dataclass(frozen=True)
 class HMMFit:
-    """A learned model, its log evidence plus log prior after every round, and why learning stopped."""
+    """A learned model, and the log evidence plus log prior after every round."""
 
     hmm: HMM
     values: tuple[float, ...]
-    stopped: str
 
 
 def learn_hmm(
@@ -57,22 +38,20 @@ def learn_hmm(
     names: Sequence[str],
     fps: float,
     label: str,
-    options: HMMOptions = HMMOptions(),
+    options: Options = DEFAULTS,
     weights: Array | None = None,
 ) -> HMMFit:
     """Learn the states of one motion's poses.
 
     Args:
         ys: sequences (T, M), T >= 1; NaN entries were not measured.
-        names: the M freedoms.
-        fps: frames a second of the sequences.
-        label: name of the motion, given to every state.
-        weights: how much each sequence counts (mean 1), e.g. to balance subjects.
+        names, fps, label, weights: as for `em.learn`.
+        options: states, rounds, tolerance, prior, stickiness and seed.
 
     Raises:
         ValueError: no sequences, ones of another shape, or a freedom that was never measured.
     """
-    _check(ys, names)
+    check_sequences(ys, names, 1)
     w = np.ones(len(ys)) if weights is None else weights / weights.mean()
     y = np.concatenate(ys)
     spread = np.nanvar(y, axis=0) + STILL
@@ -83,8 +62,7 @@ def learn_hmm(
         Pi=options.prior * (0.1 + options.stickiness * np.eye(options.states)),
     )
     hmm = _first(ys, w, prior, spread, tuple(names), label, fps, options)
-    best, stopped = hmm, f"reached {options.rounds} rounds"
-    values: list[float] = []
+    best, values = hmm, list[float]()
     for _ in range(options.rounds):
         posteriors = hmm_all(hmm, ys)
         value = sum(wn * p.log_evidence for wn, p in zip(w, posteriors, strict=True)) + _log_prior(hmm, prior)
@@ -92,10 +70,9 @@ def learn_hmm(
         rise = values[-1] - values[-2] if len(values) > 1 else np.inf
         best = hmm if rise > 0 else best
         if rise < options.tolerance * abs(value):
-            stopped = "rose by less than the tolerance"
             break
         hmm = _maximise(hmm, ys, [p.prob for p in posteriors], [p.pair for p in posteriors], w, prior)
-    return HMMFit(best, tuple(values), stopped)
+    return HMMFit(best, tuple(values))
 
 
 @dataclass(frozen=True)
@@ -150,7 +127,7 @@ def _first(
     names: tuple[str, ...],
     label: str,
     fps: float,
-    options: HMMOptions,
+    options: Options,
 ) -> HMM:
     """The model that the k-means clusters of the poses give."""
     K = options.states
@@ -172,14 +149,3 @@ def _clusters(ys: Sequence[Array], K: int, seed: int) -> NDArray[np.intp]:
     """The k-means cluster of every frame, gaps interpolated."""
     y = np.concatenate(fill(ys))
     return clustered(scaled(y, np.abs(y).max(axis=0)), K, np.random.default_rng(seed), TRIES)
-
-
-def _check(ys: Sequence[Array], names: Sequence[str]) -> None:
-    if not len(ys):
-        raise ValueError("learning needs at least one sequence; got none")
-    for n, y in enumerate(ys):
-        if y.ndim != 2 or y.shape[1] != len(names) or len(y) < 1:
-            raise ValueError(f"sequence {n} must be (T, {len(names)}) with T >= 1; got {y.shape}")
-    never = np.isnan(np.concatenate(ys)).all(0)
-    if never.any():
-        raise ValueError(f"freedom {names[int(never.argmax())]!r} was never measured; leave it out")

@@ -14,7 +14,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, Gaussian, symmetric
 from dynamics.layout import Layout, among
-from dynamics.learning.fill import fill
+from dynamics.learning.fill import check_sequences, fill
 from dynamics.learning.initialise import first_guess
 from dynamics.learning.mstep import maximise
 from dynamics.learning.options import DEFAULTS, Options
@@ -27,18 +27,13 @@ from dynamics.viterbi import viterbi_all
 
 @dataclass(frozen=True)
 class Fit:
-    """A learned system and how it was come to.
+    """A learned system: of the best round of the best start.
 
-    slds    : of the best round of the best start
-    values  : log evidence (or bound, or path value) plus log prior at every round of that start
-    stopped : why it stopped
-    finals  : the best value of every start
+    values : log evidence (or bound, or path value) plus log prior at every round of that start
     """
 
     slds: SLDS
     values: tuple[float, ...]
-    stopped: str
-    finals: tuple[float, ...] = ()
 
 
 def learn(
@@ -83,8 +78,7 @@ def learn(
                 f"a covariance of {options.states} states collapsed ({error}); "
                 "learn fewer states, from more data, or with a prior above 0"
             ) from error
-    finals = tuple(max(fit.values) for fit in fits)
-    return replace(fits[int(np.argmax(finals))], finals=finals)
+    return max(fits, key=lambda fit: max(fit.values))
 
 
 def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
@@ -112,17 +106,11 @@ def from_origin(y: Array, names: Sequence[str], travelling: Sequence[str]) -> Ar
 
 
 def _climb(
-    slds: SLDS,
-    ys: Sequence[Array],
-    prior: Prior,
-    weights: Array,
-    options: Options,
-    infer: Infer,
+    slds: SLDS, ys: Sequence[Array], prior: Prior, weights: Array, options: Options, infer: Infer
 ) -> Fit:
     """EM from one first model."""
     best, falls = slds, 0
     values: list[float] = []
-    stopped = f"reached {options.rounds} rounds"
     while True:
         posteriors = infer(slds, ys)
         evidence = sum(w * p.log_evidence for w, p in zip(weights, posteriors, strict=True))
@@ -135,14 +123,10 @@ def _climb(
         values.append(value)
         least = options.tolerance * abs(value)
         falls += rise < 0
-        if rise < 0 and (falls > 1 or -rise > least):
-            stopped = "fell; the best round is kept"
-        elif 0 <= rise < least:
-            stopped = "rose by less than the tolerance"
-        elif len(values) < options.rounds:
-            slds = maximise(slds, ys, posteriors, prior, weights)
-            continue
-        return Fit(best, tuple(values), stopped)
+        fell = rise < 0 and (falls > 1 or -rise > least)
+        if fell or 0 <= rise < least or len(values) == options.rounds:
+            return Fit(best, tuple(values))
+        slds = maximise(slds, ys, posteriors, prior, weights)
 
 
 def _blank(ys: Sequence[Array], layout: Layout, options: Options, label: str, fps: float) -> SLDS:
@@ -186,23 +170,11 @@ def _in_order(ys: Sequence[Array], weights: Array) -> tuple[list[Array], Array]:
 
 
 def _check(ys: Sequence[Array], names: Sequence[str], weights: Array) -> None:
-    if not ys:
-        raise ValueError("learning needs at least one sequence; got none")
+    check_sequences(ys, names, 2)
     for n, y in enumerate(ys):
-        if y.ndim != 2 or y.shape[1] != len(names) or len(y) < 2:
-            raise ValueError(f"sequence {n} must be (T, {len(names)}) with T >= 2; got {y.shape}")
         if np.isinf(y).any():
             raise ValueError(f"sequence {n} has infinite entries; mark what was not measured with NaN")
         if np.isnan(y).all():
             raise ValueError(f"sequence {n} measured nothing; leave it out")
-    measured = ~np.isnan(np.concatenate(ys))
-    if not measured.any(0).all():
-        name = names[int(measured.any(0).argmin())]
-        raise ValueError(f"freedom {name!r} was never measured; leave it out")
-    if (
-        weights.shape != (len(ys),)
-        or not np.isfinite(weights).all()
-        or weights.min() < 0
-        or not weights.any()
-    ):
+    if weights.shape != (len(ys),) or not (weights >= 0.0).all() or not 0.0 < weights.sum() < np.inf:
         raise ValueError(f"weights must be {len(ys)} numbers, none negative and not all 0; got {weights}")

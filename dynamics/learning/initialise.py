@@ -22,7 +22,8 @@ from dynamics.chain import best_path_all, split_as
 from dynamics.gaussian import Array, Gaussian, inverse_root
 from dynamics.hmm import hmm_all
 from dynamics.layout import Layout
-from dynamics.learning.baum_welch import HMMOptions, learn_hmm
+from dynamics.learning.baum_welch import ROUNDS as HMM_ROUNDS
+from dynamics.learning.baum_welch import learn_hmm
 from dynamics.learning.clusters import clustered, scaled
 from dynamics.learning.fill import fill
 from dynamics.learning.options import Options
@@ -78,7 +79,7 @@ def hmm(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -
     if K == 1 or features[0].shape[1] == 0:
         return kmeans(ys, K, layout, rng)
     names = [f"feature {i}" for i in range(features[0].shape[1])]
-    options = HMMOptions(states=K, seed=int(rng.integers(2**31)))
+    options = Options(states=K, rounds=HMM_ROUNDS, seed=int(rng.integers(2**31)))
     fit = learn_hmm(features, names=names, fps=1.0, label="start", options=options)
     paths = [posterior.path for posterior in hmm_all(fit.hmm, features)]
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, paths, strict=True)]

@@ -10,7 +10,6 @@ short of the best candidate's by no more than one standard error of that differe
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,31 +20,6 @@ from dynamics.learning.options import Options
 from dynamics.posterior import Infer
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi_all
-
-
-@dataclass(frozen=True)
-class Row:
-    """How one candidate did on the groups held out, in nats per measured frame.
-
-    options : the candidate
-    mean    : over groups
-    error   : standard error of that mean
-    values  : one a group, in the order of `Choice.groups`
-    """
-
-    options: Options
-    mean: float
-    error: float
-    values: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What was compared, a row a candidate in the order given, and the candidate to take."""
-
-    groups: tuple[str, ...]
-    rows: tuple[Row, ...]
-    best: Options
 
 
 def path_values(slds: SLDS, ys: Sequence[Array]) -> Array:
@@ -63,7 +37,7 @@ def choose(
     fps: float,
     folds: int = 5,
     infer: Infer = viterbi_all,
-) -> Choice:
+) -> tuple[Options, Array]:
     """Learn every candidate on all folds but one, score it on that one, and choose.
 
     Args:
@@ -74,10 +48,14 @@ def choose(
         folds: in how many parts to deal the groups; more than there are groups leaves out one at a time.
         infer: E-step of learning.
 
+    Returns:
+        The candidate to take, and (candidates, groups) the nats per measured frame of each group held out,
+        groups by name.
+
     Raises:
         ValueError: fewer than two groups, no candidates, or sequences that cannot be learned from.
     """
-    held = tuple(sorted(set(groups)))
+    held = sorted(set(groups))
     if len(groups) != len(sequences):
         raise ValueError(f"every sequence needs a group; got {len(groups)} for {len(sequences)} sequences")
     if len(held) < 2 or folds < 2:
@@ -91,8 +69,8 @@ def choose(
     if not frames.all():
         raise ValueError(f"group {held[int(frames.argmin())]!r} measured nothing; leave it out")
     weights = np.array([1.0 / frames[held.index(group)] for group in groups])
-    rows = []
-    for options in candidates:
+    values = np.empty((len(candidates), len(held)))
+    for row, options in zip(values, candidates, strict=True):
         scores = np.zeros(len(ys))
         for n in range(max(fold.values()) + 1):
             kept, out = np.flatnonzero(of != n), np.flatnonzero(of == n)
@@ -107,25 +85,22 @@ def choose(
                 infer=infer,
             )
             scores[out] = path_values(fit.slds, [ys[i] for i in out])
-        values = _per_group(scores, groups, held) / frames
-        rows.append(Row(options, float(values.mean()), _standard_error(values), tuple(values.tolist())))
+        row[:] = _per_group(scores, groups, held) / frames
     layouts = [Layout(tuple(names), tuple(travelling), options.order) for options in candidates]
     sizes = [_parameters(*each) for each in zip(candidates, layouts, strict=True)]
-    return Choice(held, tuple(rows), _simplest(rows, sizes))
+    return candidates[_simplest(values, sizes)], values
 
 
-def _simplest(rows: Sequence[Row], sizes: Sequence[int]) -> Options:
-    best = max(rows, key=lambda row: row.mean)
-    behind = [np.subtract(best.values, row.values) for row in rows]
-    near = [n for n, short in enumerate(behind) if short.mean() <= _standard_error(short)]
-    return rows[min(near, key=lambda n: (sizes[n], -rows[n].mean))].options
-
-
-def _standard_error(values: Array) -> float:
-    return float(values.std(ddof=1) / np.sqrt(len(values)))
+def _simplest(values: Array, sizes: Sequence[int]) -> int:
+    """Which of the candidates, of values (candidates, groups), is the one to take."""
+    means = values.mean(1)
+    behind = values[means.argmax()] - values
+    error = behind.std(1, ddof=1) / np.sqrt(values.shape[1])
+    return min(np.flatnonzero(behind.mean(1) <= error).tolist(), key=lambda n: (sizes[n], -means[n]))
 
 
 def _per_group(values: Sequence[float] | Array, groups: Sequence[str], held: Sequence[str]) -> Array:
+    """(len(held),) sum of the values of each group."""
     return np.array([sum(v for v, g in zip(values, groups, strict=True) if g == group) for group in held])
 
 

@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 
-from dynamics.learning.baum_welch import HMMOptions
 from dynamics.learning.options import Options
 from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
@@ -52,7 +51,7 @@ def gait_model():
 @cache
 def gait_hmm():
     """Hidden Markov models of the same."""
-    return learn_hmms(_captures(), fps=30.0, options=HMMOptions(states=4, rounds=6))
+    return learn_hmms(_captures(), fps=30.0, options=Options(states=4, rounds=6))
 
 
 @cache

@@ -11,7 +11,8 @@ from typing import TypeVar, cast
 import numpy as np
 
 from dynamics.hmm import HMM
-from dynamics.learning.baum_welch import HMMOptions
+from dynamics.learning.baum_welch import ROUNDS
+from dynamics.learning.options import Options
 from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride
@@ -134,7 +135,7 @@ class Study:
             rounds = QUICK_ROUNDS if self.quick else STRIDE_ROUNDS
             return learn_strides(data, fps=FPS, noise=noise, seed=self.seed, rounds=rounds)
         if recipe.order == 0:
-            hidden = HMMOptions(states=recipe.states, seed=self.seed)
+            hidden = Options(states=recipe.states, rounds=ROUNDS, seed=self.seed)
             return learn_hmms(data, fps=FPS, options=hidden, noise=noise)
         options = gait_options(states=recipe.states, order=recipe.order, seed=self.seed)
         options = replace(options, rounds=QUICK_ROUNDS) if self.quick else options

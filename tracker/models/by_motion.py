@@ -10,7 +10,7 @@ from dynamics.gaussian import Array
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, combine_hmms
 from dynamics.layout import among
-from dynamics.learning.baum_welch import HMMOptions, learn_hmm
+from dynamics.learning.baum_welch import learn_hmm
 from dynamics.learning.em import anywhere, learn
 from dynamics.learning.options import Options
 from dynamics.learning.selection import choose
@@ -117,7 +117,7 @@ def learn_hmms(
     sequences: Sequence[Labelled],
     *,
     fps: float,
-    options: HMMOptions,
+    options: Options,
     figure: Figure = WALKER,
     noise: float = 0.0,
 ) -> HMM:
@@ -179,7 +179,7 @@ class _Motion:
 
 def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int], e_steps: ESteps) -> Options:
     """The simplest candidate that subjects held out do not speak against."""
-    return choose(
+    best, _ = choose(
         motion.poses,
         motion.subjects,
         [replace(options, states=n, restarts=1) for n in states],
@@ -187,7 +187,8 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
         travelling=ROOT,
         fps=fps,
         infer=ESteps(spread=e_steps.spread).begin(),
-    ).best
+    )
+    return best
 
 
 def _with_slower(sequences: Sequence[Labelled], labels: Collection[str]) -> list[Labelled]:

@@ -6,14 +6,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from dynamics.gaussian import Array
-from dynamics.learning.baum_welch import HMMOptions
-from dynamics.learning.options import Options
+from dynamics.learning.options import Options, Start
 from dynamics.slds import SLDS
 from dynamics.store import Model, save
 from dynamics.stride import Stride
@@ -57,9 +56,7 @@ class Further(BaseModel):
     )
     pooled: bool = Field(False, description="all activities are learned as one")
     rounds: int = Field(10, ge=1, le=1000, description="of EM at most")
-    start: Literal["kmeans", "hmm", "segments"] = Field(
-        "kmeans", description="first guess of the switching states"
-    )
+    start: Start = Field("kmeans", description="first guess of the switching states")
     slower: tuple[str, ...] = Field(
         (), description="activities that are learned slower and smaller too, such as runs for slow jogs"
     )
@@ -219,7 +216,7 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
-        hmm_options = HMMOptions(states=states, rounds=further.rounds, seed=request.seed)
+        hmm_options = Options(states=states, rounds=further.rounds, seed=request.seed)
         return learn_hmms(data, fps=request.fps, options=hmm_options, figure=request.body, noise=noise)
     options = gait_options(
         states=states,

@@ -77,17 +77,6 @@ def test_a_round_with_exact_posteriors_never_lowers_the_evidence(order, travelli
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("gaps", [False, True])
-def test_learning_with_exact_posteriors_never_lowers_evidence_plus_log_prior(order, gaps, rng):
-    ys = drawn(random_slds(2, order=order, travelling=("a",), rng=rng), (5, 6, 5, 6), rng, gaps=gaps)
-    options = Options(states=2, order=order, rounds=5, tolerance=-np.inf)
-    fit = learn(ys, names=("a", "b"), travelling=("a",), options=options, infer=enumerated_all, **LEARNT)
-    assert len(fit.values) == 5
-    # Rounding in sums of log-likelihoods near 100.
-    assert np.diff(fit.values).min() > -1e-8
-
-
-@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("prior", [0.3, 5.0])
 def test_with_one_switching_state_the_penalised_value_never_falls(order, prior, rng):
     ys = drawn(random_slds(2, order=order, travelling=("a",), rng=rng), (10, 15, 12), rng)
@@ -223,7 +212,6 @@ def test_the_best_round_is_kept_when_a_later_one_is_worse(rng):
     fit = learn(ys, names=names, travelling=("a",), infer=infer, options=options, **LEARNT)
     best = int(np.argmax(fit.values))
     assert len(fit.values) == 4
-    assert "fell" in fit.stopped
     assert best != 3
     assert_same_system(fit.slds, seen[best], rtol=0.0, atol=0.0)
 
@@ -241,19 +229,6 @@ def test_the_returned_system_has_the_best_value(seed):
     assert value == pytest.approx(max(fit.values), rel=1e-12)  # the same sums again
 
 
-def test_learning_says_why_it_stopped(rng):
-    ys, names = gait(3, 20, 2, rng)
-    options = Options(states=1, rounds=3, tolerance=-np.inf)
-    fit = learn(ys, names=names, travelling=(), options=options, **LEARNT)
-    assert fit.stopped == "reached 3 rounds"
-    assert len(fit.values) == 3
-    fit = learn(
-        ys, names=names, travelling=(), options=Options(states=1, rounds=50, tolerance=1e-2), **LEARNT
-    )
-    assert "less than the tolerance" in fit.stopped
-    assert len(fit.values) < 50
-
-
 def scripted(values, fit=viterbi_all):
     """An inference whose evidence, with no prior, follows a script; and the systems it was shown."""
     shown = []
@@ -267,24 +242,23 @@ def scripted(values, fit=viterbi_all):
 
 
 @pytest.mark.parametrize(
-    ("values", "best", "stopped"),
+    ("values", "best", "rounds"),
     [
-        ([100.0, 110.0, 109.9, 130.0, 129.9, 150.0], 3, "fell"),  # the second small fall
-        ([100.0, 110.0, 109.9, 130.0, 140.0, 150.0], 5, "reached 6 rounds"),  # one small fall
-        ([100.0, 110.0, 108.0, 130.0, 140.0, 150.0], 1, "fell"),  # one by more than the tolerance
-        ([100.0, 110.0, 110.05, 130.0], 2, "rose by less than the tolerance"),
-        ([100.0, 110.0, 109.95, 109.96, 130.0], 1, "rose by less than the tolerance"),
-        ([100.0, 110.0, 110.0, 130.0], 1, "rose by less than the tolerance"),
+        ([100.0, 110.0, 109.9, 130.0, 129.9, 150.0], 3, 5),  # the second small fall ends it
+        ([100.0, 110.0, 109.9, 130.0, 140.0, 150.0], 5, 6),  # one small fall
+        ([100.0, 110.0, 108.0, 130.0, 140.0, 150.0], 1, 3),  # one by more than the tolerance
+        ([100.0, 110.0, 110.05, 130.0], 2, 3),
+        ([100.0, 110.0, 109.95, 109.96, 130.0], 1, 4),
+        ([100.0, 110.0, 110.0, 130.0], 1, 3),
     ],
 )
-def test_one_small_fall_does_not_end_learning_and_the_best_round_is_kept(values, best, stopped, rng):
+def test_one_small_fall_does_not_end_learning_and_the_best_round_is_kept(values, best, rounds, rng):
     ys, names = gait(4, 30, 2, rng)
     infer, shown = scripted(values)
     options = Options(states=2, rounds=6, tolerance=1e-3, prior=0.0)
     fit = learn(ys, names=names, travelling=("a",), infer=infer, options=options, **LEARNT)
-    assert_allclose(fit.values, values[: len(fit.values)])
-    assert len(shown) == len(fit.values)
-    assert stopped in fit.stopped
+    assert_allclose(fit.values, values[:rounds])
+    assert len(shown) == rounds
     assert_same_system(fit.slds, shown[best], rtol=0.0, atol=0.0)
 
 
@@ -295,15 +269,10 @@ def test_of_several_starts_the_best_is_kept(rng):
         options = Options(states=4, rounds=4, restarts=restarts, seed=seed, start="kmeans")
         return learn(ys, names=names, travelling=("a",), options=options, **LEARNT)
 
-    four = fitted(4)
-    assert len(four.finals) == 4
-    assert len(set(four.finals)) > 1
-    assert max(four.values) == max(four.finals)
-    # More starts only add to fewer, and other seeds start elsewhere.
-    assert fitted(2).finals == four.finals[:2]
-    assert fitted(1).finals == four.finals[:1]
-    assert four.finals.index(max(four.finals)) > 0
-    assert fitted(2, seed=2).finals[0] not in four.finals
+    one, two, four = (max(fitted(restarts).values) for restarts in (1, 2, 4))
+    assert four >= two >= one  # more starts only add to fewer
+    assert four > one
+    assert max(fitted(1, seed=2).values) != one
 
 
 @pytest.mark.parametrize("infer", [viterbi_all, gpb2_all, variational_all])
@@ -445,28 +414,6 @@ def test_where_the_figure_stands_does_not_matter(order, rng):
     assert_array_equal(there.cov, here.cov)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_places_of_the_sequences_do_not_enter_the_m_step(order, rng):
-    slds, ys, prior = setting(order, ("a",), rng, prior=0.0, lengths=(30, 30))
-    posteriors = viterbi_all(slds, ys)
-    shift = np.tile([50.0, 0.0], order)
-    moved = [replace(p, states=Gaussian(p.states.mean + shift, p.states.cov)) for p in posteriors]
-    one = maximise(slds, ys, posteriors, prior, np.ones(2))
-    other = maximise(slds, [y + shift[:2] for y in ys], moved, prior, np.ones(2))
-    # Second moments of 60 * 50^2 carry rounding of 1e-11, amplified by condition numbers below 1e3.
-    for name in ("A", "b", "Q", "R"):
-        assert_allclose(getattr(one, name), getattr(other, name), atol=1e-7)
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_doubling_the_data_with_maximum_likelihood_changes_nothing(order, rng):
-    slds, ys, prior = setting(order, ("a",), rng, prior=0.0, lengths=(30, 20, 25))
-    posteriors = viterbi_all(slds, ys)
-    one = maximise(slds, ys, posteriors, prior, np.ones(3))
-    two = maximise(slds, ys * 2, posteriors * 2, prior, np.ones(6))
-    assert_same_system(one, two, rtol=1e-8, atol=1e-10)  # the same sums in another order
-
-
 def test_a_weight_of_two_is_the_sequence_twice(rng):
     slds, ys, prior = setting(2, ("a",), rng, prior=1.0, lengths=(30, 20, 25))
     posteriors = viterbi_all(slds, ys)
@@ -506,15 +453,6 @@ def test_doubling_the_data_changes_nothing_that_maximum_likelihood_learns(rng):
     )
     assert_same_system(one.slds, two.slds, rtol=1e-6, atol=1e-9)  # the same sums in another order
     assert_allclose(two.values, 2.0 * np.array(one.values), rtol=1e-9)
-
-
-def test_the_order_of_the_sequences_does_not_enter_the_m_step(rng):
-    slds, ys, prior = setting(2, ("a",), rng, prior=1.0, lengths=(30, 20, 25))
-    posteriors = viterbi_all(slds, ys)
-    weights = np.array([1.0, 2.0, 0.5])
-    forwards = maximise(slds, ys, posteriors, prior, weights)
-    backwards = maximise(slds, ys[::-1], posteriors[::-1], prior, weights[::-1])
-    assert_same_system(forwards, backwards, rtol=1e-8, atol=1e-10)
 
 
 @pytest.mark.parametrize("prior", [0.0, 1.0])
@@ -694,21 +632,3 @@ def test_sequences_that_cannot_be_learnt_from_are_named():
     for weights in ([1.0], [1.0, -1.0], [0.0, 0.0], [1.0, np.nan]):
         with pytest.raises(ValueError, match="weights must be 2 numbers, none negative and not all 0"):
             learnt([good, good], weights=np.array(weights))
-
-
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        ({"states": 0}, "states must be at least 1; got 0"),
-        ({"rounds": 0}, "rounds must be at least 1; got 0"),
-        ({"restarts": 0}, "restarts must be at least 1; got 0"),
-        ({"order": 3}, "order must be 1 or 2; got 3"),
-        ({"prior": -1.0}, "prior must be finite and not negative; got -1.0"),
-        ({"stickiness": np.nan}, "stickiness must be finite and not negative; got nan"),
-        ({"ridge": 0.0}, "ridge must be finite and positive; got 0.0"),
-        ({"start": "guess"}, "start must be one of kmeans, hmm, segments; got 'guess'"),
-    ],
-)
-def test_settings_that_cannot_be_are_named(wrong, words):
-    with pytest.raises(ValueError, match=words):
-        Options(**wrong)
