@@ -10,8 +10,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import bar, frame_edges
-from tracker.motion.sticks import layers, sticks
-from videos.overlay import FAR, NEAR
+from tracker.motion.sticks import SIDES, layers, sticks
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
@@ -37,13 +36,6 @@ STYLE: Any = {
     "axes.spines.right": False,
     "legend.frameon": False,
 }
-
-
-def _hex(color: tuple[int, int, int]) -> str:
-    return "#" + "".join(f"{part:02x}" for part in color)
-
-
-LEGS = {"near": _hex(NEAR), "far": _hex(FAR)}
 
 
 def grid(heights: Sequence[float], columns: int = 1, *, share_x: bool = True) -> tuple[Any, Any]:
@@ -87,7 +79,7 @@ def bars(axes: Any, rows: Mapping[str, Sequence[str]], colours: Mapping[str, str
 
 def legs(axes: Any, y: Array, joint: str) -> None:
     """One joint's angle of both legs, degrees."""
-    for side, colour in LEGS.items():
+    for side, colour in SIDES.items():
         angle = np.degrees(y[:, POSE_COLUMNS.index(f"{joint}_{side}")])
         axes.plot(angle, color=colour, linewidth=1.6, label=f"{side} leg")
     axes.set_ylabel(f"{'thigh' if joint == 'hip' else joint},\ndegrees")
@@ -95,7 +87,7 @@ def legs(axes: Any, y: Array, joint: str) -> None:
 
 def figures(axes: Any, y: Array, every: int, fps: float, first: int = 0) -> None:
     """A row of stick figures, evenly spaced; far limbs blue, near ones orange, the trunk in ink."""
-    colour, still = {0: LEGS["far"], 1: INK, 2: LEGS["near"]}, y.copy()
+    colour, still = {0: SIDES["far"], 1: INK, 2: SIDES["near"]}, y.copy()
     still[:, 0] = 0.0
     ends = sticks(still, fps)
     for n, t in enumerate(range(0, len(y), every)):

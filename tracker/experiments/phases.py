@@ -13,10 +13,11 @@ from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments.measures import centred
-from tracker.experiments.panels import LEGS, STATES, bars, grid, legs, to_svg
+from tracker.experiments.panels import STATES, bars, grid, legs, to_svg
 from tracker.experiments.section import Claim, Heading, Plot, Section, Table, left_out, spread, verdict
 from tracker.experiments.study import Recipe, Study
 from tracker.motion.label_plot import patches
+from tracker.motion.sticks import SIDES
 
 HEADING = Heading("phases", "Phases inside a jog", "1999, figure 2")
 COUNTS = (2, 3, 4)
@@ -155,7 +156,7 @@ def _plot(shown: Capture, paths: dict[int, NDArray[np.intp]]) -> Plot:
     told = {n: f"state {n + 1}" for n in range(max(paths))}
     cuts = {f"{count} states": [told[n] for n in path[:T].tolist()] for count, path in paths.items()}
     states = dict(zip(told.values(), STATES, strict=False))
-    bars(axes[2, 0], {"leg ahead": ahead, **cuts}, LEGS | states)
+    bars(axes[2, 0], {"leg ahead": ahead, **cuts}, SIDES | states)
     figure.legend(handles=patches(states), loc="outside lower center", ncols=len(states), frameon=False)
     return Plot(
         to_svg(figure),

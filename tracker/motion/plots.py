@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import DPI, bar, frame_edges, patches, save
-from tracker.motion.sticks import layers, sticks
+from tracker.motion.sticks import SHADES, SIDES, as_hex, layers, sticks
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, stretches
-from videos.overlay import FAR, INK, NEAR, TRUNK
+from videos.overlay import INK
 
 matplotlib.use("Agg")
 from matplotlib import patheffects, pyplot
@@ -32,13 +32,6 @@ GAP = "#dddddd"
 
 Flags = NDArray[np.bool_]
 Rows = NDArray[np.intp]
-
-
-def _hex(color: tuple[int, int, int]) -> str:
-    return "#" + "".join(f"{part:02x}" for part in color)
-
-
-SIDES = {"near": _hex(NEAR), "far": _hex(FAR)}
 
 
 def draw_forecast(sequence: PoseSequence, mean: Array, sd: Array, path: Path, title: str) -> None:
@@ -70,7 +63,7 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
     shown = _window(len(sequence), (start + stop) // 2)
     rows = 3 + _rooted(sequence)
     figure = pyplot.figure(figsize=(13.0, 2.3 * rows + 3.0), dpi=DPI, layout="constrained")
-    top, below = _halves(figure, [2.6, 2.3 * rows])
+    top, below = figure.subfigures(2, 1, height_ratios=[2.6, 2.3 * rows])
     around = max(6, (stop - start) // 3)
     frames = _spread(max(0, start - around), min(len(sequence), stop + around))
     missing = _incomplete(sequence)
@@ -97,7 +90,7 @@ def draw_synthesis(states: Rows, labels: Sequence[str], y: Array, fps: float, pa
     span = min(T, FIGURES * step)
     begins = sorted({0, (T - span) // 2, T - span})
     figure = pyplot.figure(figsize=(13.0, 2.0 * len(begins) + 5.4), dpi=DPI, layout="constrained")
-    top, below = _halves(figure, [2.0 * len(begins), 5.0])
+    top, below = figure.subfigures(2, 1, height_ratios=[2.0 * len(begins), 5.0])
     for axes, begin in zip(top.subplots(len(begins), 1, squeeze=False).ravel(), begins, strict=True):
         _stick_row(axes, y, fps, np.arange(begin, begin + span, step), 0, np.zeros(T, dtype=bool))
     hips, knees, strip = below.subplots(3, 1, sharex=True, height_ratios=[4.0, 4.0, 1.0])
@@ -172,11 +165,10 @@ def _finish(figure: Any, grid: Any, title: str, found: str, last: tuple[Any, str
 
 def _stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing: Flags) -> None:
     """Figures side by side, each with its frame's number, on grey where not all angles were measured."""
-    near = {0: SIDES["far"], 1: _hex(TRUNK), 2: SIDES["near"]}
     order = np.argsort(layers(), kind="stable")
     ends = sticks(y, fps)
     highest = max(TALL, float(ends[frames, ..., 1].max()) + 0.1)
-    rim = [patheffects.Stroke(linewidth=5.5, foreground=_hex(INK)), patheffects.Normal()]
+    rim = [patheffects.Stroke(linewidth=5.5, foreground=as_hex(INK)), patheffects.Normal()]
     for place, t in enumerate(frames):
         links = ends[t].copy()
         links[..., 0] += SPACING * place - links[0, 0, 0]
@@ -185,7 +177,8 @@ def _stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missin
             axes.add_patch(
                 Rectangle((left, -0.05), SPACING, highest + 0.05, color=GAP, linewidth=0, zorder=0)
             )
-        for layer, shade in near.items():
+        for layer, colour in SHADES.items():
+            shade = as_hex(colour)
             chain = [i for i in order if layers()[i] == layer]
             if layer == 1:
                 for i in chain:
@@ -199,11 +192,6 @@ def _stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missin
     axes.axhline(0.0, color=NEUTRAL, linewidth=1, zorder=1)
     axes.set(xlim=(-0.7 * SPACING, SPACING * (len(frames) - 0.3)), ylim=(-0.35, highest), aspect="equal")
     axes.axis("off")
-
-
-def _halves(figure: Any, heights: list[float]) -> tuple[Any, Any]:
-    upper, lower = figure.subfigures(2, 1, height_ratios=heights)
-    return upper, lower
 
 
 def _incomplete(sequence: PoseSequence) -> Flags:

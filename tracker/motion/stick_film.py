@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
-from tracker.motion.sticks import layers, sticks
+from tracker.motion.sticks import SHADES, layers, sticks
 from tracker.progress import Progress
-from videos.overlay import FAR, NEAR, TRUNK, Segment, draw, put_text
+from videos.overlay import Segment, draw, put_text
 from videos.writer import Writer
 
 Image = NDArray[np.uint8]
@@ -20,7 +20,6 @@ UNIT = 115.0  # pixels in a leg length
 HORIZON, GROUND = 262, 318  # pixel rows
 SKY, EARTH, MARK, POST = (226, 236, 243), (198, 190, 172), (128, 118, 100), (160, 172, 180)
 POSTS = 3  # leg lengths between posts
-SHADES = {0: FAR, 1: TRUNK, 2: NEAR}
 
 
 def write_clip(y: Array, captions: Sequence[str], fps: float, path: Path, progress: Progress) -> None:

@@ -1,22 +1,23 @@
 """Poses as sticks: where the walker's links lie, on a ground that its feet touch."""
 
-from functools import cache
-
 import numpy as np
 
 from dynamics.gaussian import Array
-from kinematics.figure import Figure
-from kinematics.figure_file import load_figure
+from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.spm import skeleton
+from videos.overlay import FAR, NEAR, TRUNK
 
 GROUND_SECONDS = 0.6  # a foot touches the ground at least once in twice this time
+SHADES = {0: FAR, 1: TRUNK, 2: NEAR}  # of each layer
 
 
-@cache
-def walker() -> Figure:
-    """The walking figure, whose freedoms begin with the columns of a pose table."""
-    return load_figure()
+def as_hex(color: tuple[int, int, int]) -> str:
+    """A colour as matplotlib takes it."""
+    return "#" + "".join(f"{part:02x}" for part in color)
+
+
+SIDES = {"near": as_hex(NEAR), "far": as_hex(FAR)}
 
 
 def sticks(y: Array, fps: float) -> Array:
@@ -29,19 +30,18 @@ def sticks(y: Array, fps: float) -> Array:
         y: (T, 8) poses in body units.
         fps: frames a second.
     """
-    figure = walker()
-    rest = np.zeros(len(figure.freedoms) - len(POSE_COLUMNS))
-    placed = y.copy()
-    placed[:, :2] = np.nan_to_num(y[:, :2])
-    bones = [skeleton(figure, np.concatenate([q, rest])) for q in placed]
-    ends = np.stack([np.stack([b.start, b.tip], axis=1) for b in bones])
+    q = np.zeros((len(y), len(WALKER.freedoms)))  # which begin with the columns of a pose table
+    q[:, : len(POSE_COLUMNS)] = y
+    q[:, :2] = np.nan_to_num(y[:, :2])
+    bones = skeleton(WALKER, q)
+    ends = np.stack([bones.start, bones.tip], axis=2)
     ends[..., 1] -= _ground(ends[..., 1].min(axis=(1, 2)), max(1, round(GROUND_SECONDS * fps)))[:, None, None]
     return ends
 
 
 def layers() -> list[int]:
     """(L,) 0 for a link of the far leg, 1 for the trunk, 2 for the near leg."""
-    return [link.layer for link in walker().links]
+    return [link.layer for link in WALKER.links]
 
 
 def _ground(lowest: Array, reach: int) -> Array:

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import gait
-from tracker.motion.sticks import layers, sticks, walker
+from tracker.motion.sticks import layers, sticks
 
-NAMES = [link.name for link in walker().links]
+NAMES = [link.name for link in WALKER.links]
 
 
 def pose(**angles):
