@@ -62,7 +62,7 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
     start, stop = longest_gap(sequence)
     shown = _window(len(sequence), (start + stop) // 2)
     rows = 3 + _rooted(sequence)
-    figure = pyplot.figure(figsize=(13.0, 2.3 * rows + 3.0), dpi=DPI, layout="constrained")
+    figure: Any = pyplot.figure(figsize=(13.0, 2.3 * rows + 3.0), dpi=DPI, layout="constrained")
     top, below = figure.subfigures(2, 1, height_ratios=[2.6, 2.3 * rows])
     around = max(6, (stop - start) // 3)
     frames = _spread(max(0, start - around), min(len(sequence), stop + around))
@@ -89,7 +89,7 @@ def draw_synthesis(states: Rows, labels: Sequence[str], y: Array, fps: float, pa
     T, step = len(y), max(1, round(fps / 10.0))
     span = min(T, FIGURES * step)
     begins = sorted({0, (T - span) // 2, T - span})
-    figure = pyplot.figure(figsize=(13.0, 2.0 * len(begins) + 5.4), dpi=DPI, layout="constrained")
+    figure: Any = pyplot.figure(figsize=(13.0, 2.0 * len(begins) + 5.4), dpi=DPI, layout="constrained")
     top, below = figure.subfigures(2, 1, height_ratios=[2.0 * len(begins), 5.0])
     for axes, begin in zip(top.subplots(len(begins), 1, squeeze=False).ravel(), begins, strict=True):
         _stick_row(axes, y, fps, np.arange(begin, begin + span, step), 0, np.zeros(T, dtype=bool))
