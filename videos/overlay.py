@@ -84,7 +84,7 @@ def draw(
     *,
     scale: int = 1,
 ) -> Image:
-    """Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
+    r"""Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
 
     Neighbours in `segments` of one colour share one dark outline, so a leg reads as one shape and
     still parts from the leg it crosses.

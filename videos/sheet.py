@@ -28,7 +28,7 @@ def side_by_side(images: Sequence[Image], labels: Sequence[str]) -> Image:
 
 
 def sheet(rows: Sequence[Sequence[Image]], row_labels: Sequence[str], column_labels: Sequence[str]) -> Image:
-    """A grid of images on white, labels on top of the columns and left of the rows.
+    r"""A grid of images on white, labels on top of the columns and left of the rows.
 
     Each column is as wide as its widest image and each row as high as its highest; smaller images
     are centred. Labels too long for their column are written smaller. A row may be shorter than the others.

@@ -111,8 +111,10 @@ def stride_period(y: Array) -> float | None:
 
 
 def frames_text(n: int) -> str:
+    """So many frames, in words."""
     return f"{n} frame" + "s" * (n != 1)
 
 
 def sequences_text(n: int) -> str:
+    """So many sequences, in words."""
     return f"{n} sequence" + "s" * (n != 1)

@@ -111,6 +111,7 @@ def licensed(trials: Iterable[Trial], licences: Sequence[str]) -> list[Trial]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
+    """Read the captures, learn, and write the file."""
     parser = argparse.ArgumentParser(
         prog="python -m tracker.outline.learn_cycles", description="Learn gait cycles."
     )

@@ -158,6 +158,7 @@ def value_noise(rng: np.random.Generator, shape: tuple[int, int], scales: tuple[
 
 
 def look_up(texture: Image, x: Array, y: Array) -> Image:
+    """The texture, repeated without end, at places x and y of one shape, pixels."""
     if x.size == 0:  # a part beyond the picture's edge
         return np.zeros((*x.shape, *texture.shape[2:]), np.float32)
     maps = x.astype(np.float32) % texture.shape[1], y.astype(np.float32) % texture.shape[0]
