@@ -19,7 +19,7 @@ def told(case: Case, folder: Path) -> tuple[int, str]:
 
 def letters(text: str, folder: Path) -> str:
     """What is held of stderr: all but the place of the folder and of a cut in JSON, and trailing spaces."""
-    named = re.sub(r"parsing \w+ \w+ at line \d+ column \d+", "parsing", text.replace(str(folder), "FOLDER"))
+    named = re.sub(r"json: .*? at line \d+ column \d+", "json", text.replace(str(folder), "FOLDER"))
     return "\n".join(line.rstrip() for line in named.splitlines() if line.strip())
 
 
