@@ -1,5 +1,7 @@
 """Who walks through a film, and a start that nobody marked."""
 
+from collections.abc import Sequence
+
 from tracker.clip.job import Following, Found
 from tracker.clip.naming import borne_out, marks_of, nearer, start_from, sure_of_leg
 from tracker.clip.staged import surveyed
@@ -44,19 +46,24 @@ def people(
         for expected in (GREY_CLOTHES, HARDLY_SHADOWS):
             if all(map(_clear, seen)):
                 break
-            again = _before(film.stage(1, expected), video.fps, facing)
+            unclear = [one for one in seen if not _clear(one)]
+            again = _before(film.stage(1, expected), video.fps, facing, unclear)
             seen = [one if _clear(one) else _clearer(one, again) for one in seen]
         if seen:
             return [_heard(one.later(first), video) for one in seen]
         first += len(film.survey.places)
 
 
-def _before(stage: Stage, fps: float, facing: int | None) -> list[Person]:
-    """Everybody who walks before a scene, the surest first."""
+def _before(
+    stage: Stage, fps: float, facing: int | None, those: Sequence[Person] | None = None
+) -> list[Person]:
+    """Everybody who walks before a scene, or `those` alone, the surest first."""
     figure, cycles = seen_figure(), Cycles.load()
     seen: list[Person] = []
     everybody = joined(stage, paths(stage, Shape.of(figure), cycles, fps), fps)
     for path in everybody:
+        if those is not None and not any(one.near(path) for one in those):
+            continue
         one = person(without_others(stage, path, everybody, fps), figure, path, fps, cycles, facing)
         if one is not None and not any(one.same(other) for other in seen):
             seen.append(one)

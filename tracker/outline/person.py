@@ -26,6 +26,7 @@ AHEAD = 0.04  # nats times square leg lengths a frame by which walking ahead is 
 EXPLAINED = 0.8  # of the median log odds under the outline has a frame to start from
 GOES = 0.5  # leg lengths over the scene from which it has a direction
 SAME = 0.5  # leg lengths between the hips of what is one person found twice
+NEAR = 1.5  # the same of a path that may be theirs
 EDGE = 0.02  # shares of the picture within which no joint of it may lie
 
 
@@ -62,17 +63,21 @@ class Person:
 
     def same(self, other: "Person") -> bool:
         """Whether two of one film are one: where both are seen they are mostly in one place."""
-        shared = range(max(self.first, other.first), min(self.last, other.last) + 1)
-        if not shared:
-            return False
-        hips, units = self._in(shared)
-        others, _ = other._in(shared)
-        return bool(np.median(np.hypot(*(hips - others).T) / units) < SAME)
+        return self._away(other.first, other.outline.hips) < SAME
 
-    def _in(self, frames: range) -> tuple[Array, Array]:
-        """Hips and pixels in a leg length in some frames."""
-        part = slice(frames.start - self.first, frames.stop - self.first)
-        return self.outline.hips[part], self.outline.units[part]
+    def near(self, path: Path) -> bool:
+        """Whether who went along a path may be this one."""
+        return self._away(path.first, path.hips) < NEAR
+
+    def _away(self, first: int, hips: Array) -> float:
+        """Median distance from hips (n, 2) from frame `first` on, leg lengths; inf where none is shared."""
+        shared = range(max(self.first, first), min(self.last, first + len(hips) - 1) + 1)
+        if not shared:
+            return np.inf
+        part = slice(shared.start - self.first, shared.stop - self.first)
+        others = hips[shared.start - first : shared.stop - first]
+        away = np.hypot(*(self.outline.hips[part] - others).T)
+        return float(np.median(away / self.outline.units[part]))
 
     @property
     def exchanged(self) -> Self:
