@@ -1,6 +1,7 @@
 """Fixtures shared by every room."""
 
 import os
+import signal
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -15,6 +16,11 @@ from tracker.models.cluster import local_cluster
 
 if TYPE_CHECKING:
     from distributed import Client
+
+# Started in the background of a script, or by nohup, tests would hand on that these are ignored.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture

@@ -18,8 +18,9 @@ def told(case: Case, folder: Path) -> tuple[int, str]:
 
 
 def letters(text: str, folder: Path) -> str:
-    """What is held of stderr: all but the place of the folder and of a cut in JSON, and trailing spaces."""
+    """What is held of stderr: all but where the folder lies and where JSON or TOML is cut."""
     named = re.sub(r"json: .*? at line \d+ column \d+", "json", text.replace(str(folder), "FOLDER"))
+    named = re.sub(r" \(at line \d+, column \d+\)", "", named)
     return "\n".join(line.rstrip() for line in named.splitlines() if line.strip())
 
 

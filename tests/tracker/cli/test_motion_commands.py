@@ -156,10 +156,9 @@ def test_interpolate_says_what_filled_the_gaps(tmp_path, poses):
     assert "; gaps filled by the stride 2" in said
 
 
-@pytest.mark.parametrize("command", ["classify", "predict", "synthesise"])
+@pytest.mark.parametrize("command", ["classify", "predict"])
 def test_a_stride_alone_is_refused_where_it_tells_nothing(tmp_path, poses, command):
-    given = [poses] if command != "synthesise" else []
-    said = refused(command, *given, "--model", "stride", "--out", tmp_path / "o.csv")
+    said = refused(command, poses, "--model", "stride", "--out", tmp_path / "o.csv")
     assert f"the model is a harmonic stride, which cannot {command}; give one learned with another" in said
 
 
