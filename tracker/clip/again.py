@@ -65,7 +65,7 @@ def read_finished(folder: Path) -> Finished:
         marks = read_keypoints(folder / START, load_figure(how.figure).marks)
     except (TypeError, ValueError) as error:
         raise RunError(
-            f"{folder} does not say how it was made, as none did in an older figtrack; track the clip again"
+            f"{folder} does not say how it was made as this version of figtrack does; track the clip again"
         ) from error
     job = how.job(_there(news.film, folder), marks, news.settings)
     return Finished(job, news.start.frame, news.job, news.start.near_leg == "unsure")
