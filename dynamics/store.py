@@ -34,6 +34,13 @@ class ModelError(Exception):
     """A model file that cannot be used."""
 
 
+def kind_of(model: Model) -> str:
+    """What kind of model it is, in words."""
+    if isinstance(model, SLDS):
+        return "a switching linear dynamic system"
+    return "a hidden Markov model" if isinstance(model, HMM) else "a harmonic stride"
+
+
 def save(model: Model, path: str | Path, origin: str) -> None:
     """Write the model; an older file of that name is replaced only when the new one is complete."""
     target = Path(path)

@@ -4,8 +4,8 @@ import hashlib
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -66,6 +66,15 @@ class Ending:
 Ended = list[tuple[Row, Ending]]
 
 
+@contextmanager
+def _interruption_told() -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        raise BatchError("interrupted; what is done stays, and the same batch again goes on there") from error
+
+
+@_interruption_told()
 def run_batch(
     table: Path,
     place: Path,
@@ -91,21 +100,6 @@ def run_batch(
         FolderError: a summary that cannot be written.
         BatchError: stopped by hand.
     """
-    try:
-        return _batch(table, place, workers, scheduler, overwrite, progress, tls)
-    except KeyboardInterrupt as error:
-        raise BatchError("interrupted; what is done stays, and the same batch again goes on there") from error
-
-
-def _batch(
-    table: Path,
-    place: Path,
-    workers: int | None,
-    scheduler: str | None,
-    overwrite: bool,
-    progress: Progress,
-    tls: Path | None,
-) -> Ended:
     rows = read_jobs(table, place, progress)
     summary, overview = place / "summary.csv", place / "summary.html"
     for path, ours in ((summary, _is_summary), (overview, is_overview)):

@@ -44,9 +44,9 @@ def people(
             return []
         seen = _before(film.stage(1), video.fps, facing)
         for expected in (GREY_CLOTHES, HARDLY_SHADOWS):
-            if all(map(_clear, seen)):
-                break
             unclear = [one for one in seen if not _clear(one)]
+            if not unclear:
+                break
             again = _before(film.stage(1, expected), video.fps, facing, unclear)
             seen = [one if _clear(one) else _clearer(one, again) for one in seen]
         if seen:

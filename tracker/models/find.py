@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from dynamics.gaussian import Array, collapse
-from dynamics.hmm import HMM
 from dynamics.layout import among
 from dynamics.motion.rate import at_rate
 from dynamics.slds import SLDS, combine, constant_velocity
-from dynamics.store import Model, ModelError, load, load_shipped, shipped
+from dynamics.store import Model, ModelError, kind_of, load, load_shipped, shipped
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
 from tracker.run.track import FREE
@@ -60,8 +59,9 @@ def switching_model(name: str, fps: float, figure: Figure = WALKER) -> SLDS:
     """The learned model of this name at this frame rate; raises as `find_model`."""
     model = motion_model(own_model(name, figure), fps)
     if not isinstance(model, SLDS):
-        kind = "a hidden Markov model" if isinstance(model, HMM) else "a harmonic stride"
-        raise ModelError(f"{name} is {kind}, which has no dynamics from frame to frame; learn one without it")
+        raise ModelError(
+            f"{name} is {kind_of(model)}, which has no dynamics from frame to frame; learn one without it"
+        )
     return at_rate(model, fps)
 
 

@@ -24,7 +24,7 @@ from dynamics.motion.tasks import (
 from dynamics.posterior import InferSwitching
 from dynamics.region import POSE
 from dynamics.slds import SLDS
-from dynamics.store import Model
+from dynamics.store import Model, kind_of
 from dynamics.stride import Stride
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
@@ -50,20 +50,20 @@ INFERENCES: Mapping[Inference, InferSwitching] = {
 def chosen_inference(model: Model, asked: Inference | None) -> Inference:
     """The inference for this kind of model, GPB2 or HMM unless asked; ValueError if they do not fit."""
     if isinstance(model, Stride):
-        raise ValueError(f"the model is {_kind(model)}, which cannot classify; {OTHERWISE}")
+        raise ValueError(f"the model is {kind_of(model)}, which cannot classify; {OTHERWISE}")
     hidden = isinstance(model, HMM)
     if asked is None:
         return Inference.HMM if hidden else Inference.GPB2
     if hidden != (asked is Inference.HMM):
         fits = "hmm" if hidden else "viterbi, gpb2 or variational"
-        raise ValueError(f"the model is {_kind(model)}: it wants --inference {fits}, not {asked.value}")
+        raise ValueError(f"the model is {kind_of(model)}: it wants --inference {fits}, not {asked.value}")
     return asked
 
 
 def whole_pose(model: Model, task: str) -> SLDS:
     """The model, if it has dynamics of all that a pose table holds; else a ValueError."""
     if not isinstance(model, SLDS):
-        raise ValueError(f"the model is {_kind(model)}, which cannot {task}; {OTHERWISE}")
+        raise ValueError(f"the model is {kind_of(model)}, which cannot {task}; {OTHERWISE}")
     _check_names(model.names)
     return model
 
@@ -80,13 +80,6 @@ def _check_names(names: Sequence[str]) -> None:
             f"the model speaks of {', '.join(names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
             "give a model learned from captures or pose tables"
         )
-
-
-def _kind(model: Model) -> str:
-    """What kind of model it is, in words."""
-    if isinstance(model, SLDS):
-        return "a switching linear dynamic system"
-    return "a hidden Markov model" if isinstance(model, HMM) else "a harmonic stride"
 
 
 def label_all(
