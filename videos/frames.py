@@ -10,7 +10,7 @@ import io
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,9 +22,11 @@ import numpy as np
 from av.container import InputContainer
 from av.sidedata.sidedata import SideDataContainer
 from av.video.frame import VideoFrame
+from av.video.reformatter import VideoReformatter
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
+from videos.recall import held, recalled
 from videos.times import Growing
 
 Image = NDArray[np.uint8]
@@ -69,7 +71,8 @@ class Frame:
 class Video:
     """The frames of a video file, or of a folder of numbered images (png, jpg) ordered by number.
 
-    Iterate over it as often as needed; each pass decodes anew and holds one frame in memory.
+    Iterate over it as often as needed. A short film is decoded once and held (`videos.recall`), another anew
+    in each pass, one frame in memory.
 
     path          : as given
     fps           : nominal frames per second, the average where the rate varies
@@ -141,11 +144,22 @@ class Video:
         with suppress(av.FFmpegError), _opened(self.path) as container:
             stream = _video_stream(container, self.path)
             container.seek(tick, stream=stream)
+            rgb = VideoReformatter()
             for picture in _decoded(container, stream):
                 if picture is None:
                     return
                 if picture.pts is not None and picture.pts >= tick:
-                    yield _upright(picture)
+                    yield _upright(picture, rgb)
+
+    @property
+    def held(self) -> bool:
+        """Whether its pictures are at hand, in any order."""
+        return bool(held(self.path))
+
+    def picked(self, frames: Iterable[int]) -> Iterator[Image]:
+        """Pictures of some frames of a video that is held; none of another."""
+        pictures, rgb = held(self.path), VideoReformatter()
+        return (_upright(pictures[frame], rgb) for frame in frames if frame < len(pictures))
 
     def _folder_frames(self) -> Iterator[Frame]:
         for index, path in enumerate(self._images):
@@ -153,18 +167,24 @@ class Video:
 
     def _file_frames(self) -> Iterator[Frame]:
         index, damaged, growing = 0, [], Growing(1.0 / self.fps)
+        rgb = VideoReformatter()
+        for picture in recalled(self.path, self._pictures):
+            if picture is None:
+                damaged.append(index)
+                continue
+            time = growing.next(picture.time)
+            self.retimed = _retimed(self.path.name, growing.wrong)
+            yield Frame(index, time, _upright(picture, rgb), picture.pts)
+            index += 1
+        self.cut_short = self._shortfall(index, damaged)
+
+    def _pictures(self) -> Iterator[VideoFrame | None]:
         with _opened(self.path) as container:
             stream = _video_stream(container, self.path)
             for picture in _decoded(container, stream):
-                if picture is None:
-                    damaged.append(index)
-                    continue
-                pts, tick = picture.pts, stream.time_base
-                time = growing.next(None if pts is None or tick is None else float(pts * tick))
-                self.retimed = _retimed(self.path.name, growing.wrong)
-                yield Frame(index, time, _upright(picture), pts)
-                index += 1
-        self.cut_short = self._shortfall(index, damaged)
+                if picture is not None and stream.time_base is not None:
+                    picture.time_base = stream.time_base  # which the last ones of a film come without
+                yield picture
 
     def _shortfall(self, count: int, damaged: list[int]) -> str | None:
         """What is said of frames that are missing; `damaged` are the frames before which something is."""
@@ -260,9 +280,12 @@ def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFr
         yield None
 
 
-def _upright(picture: VideoFrame) -> Image:
-    """The picture as RGB, turned or mirrored by the nearest right angle of its display matrix."""
-    image = picture.to_ndarray(format="rgb24")
+def _upright(picture: VideoFrame, rgb: VideoReformatter) -> Image:
+    """The picture as RGB, turned or mirrored by the nearest right angle of its display matrix.
+
+    A frame that reformats itself would hold on to what that takes, which is more than its pixels.
+    """
+    image = rgb.reformat(picture, format="rgb24").to_ndarray()
     # A frame's own side data refers back to it, so that frames would pile up until the garbage is collected.
     matrix = SideDataContainer(picture).get("DISPLAYMATRIX")  # type: ignore[call-arg]
     if matrix is not None:
@@ -289,7 +312,7 @@ def _decoded_image(stored: bytes) -> Image:
         # OpenCV would have libpng print its own complaints of a damaged one.
         with av.open(io.BytesIO(stored), mode="r", format="png_pipe") as container:
             for picture in container.decode(video=0):
-                return _upright(picture)
+                return _upright(picture, VideoReformatter())
     image = cv2.imdecode(np.frombuffer(stored, np.uint8), cv2.IMREAD_COLOR) if stored else None
     if image is None:
         raise ValueError("no picture")

@@ -12,6 +12,7 @@ from types import TracebackType
 import av
 import cv2
 import numpy as np
+from av.video.reformatter import Colorspace, VideoReformatter
 
 from videos.frames import Image, VideoError
 
@@ -51,6 +52,7 @@ class Writer:
         self.fps, self.size, self.crf, self.quick = fps, size, crf, quick
         self._part = self.path.with_name(f".{self.path.name}.part")
         self._last: int | None = None
+        self._coded = VideoReformatter()
 
     def __enter__(self) -> "Writer":
         if not self.path.parent.is_dir():
@@ -97,7 +99,7 @@ class Writer:
 
         padded = cv2.copyMakeBorder(image, 0, height % 2, 0, width % 2, cv2.BORDER_REPLICATE)
         frame = av.VideoFrame.from_ndarray(padded.astype(np.uint8, copy=False), format="rgb24")
-        frame = frame.reformat(format="yuv420p", dst_colorspace="ITU709")
+        frame = self._coded.reformat(frame, format="yuv420p", dst_colorspace=Colorspace.ITU709)
         frame.pts, frame.time_base, frame.duration = ticks, Fraction(1, CLOCK), round(step)
         self._container.mux(self._stream.encode(frame))
         self._last = ticks

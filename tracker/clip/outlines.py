@@ -86,8 +86,9 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     film = surveyed(video, first, last, start.view.unit / LEG, progress)
     if film is None or frame - first >= len(film.survey.places):
         return Seen({})
-    cycles = Cycles.load()
-    stage = _alone(film.stage(start.view.facing), start, frame - first, video.fps, cycles)
+    cycles, stage = Cycles.load(), film.stage(start.view.facing)
+    del film  # which holds its small pictures
+    stage = _alone(stage, start, frame - first, video.fps, cycles)
     outline = fitted(stage, start, frame - first, video.fps, cycles)
     gait = cycles.gait(outline.phases.cycle)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}

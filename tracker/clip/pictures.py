@@ -16,9 +16,9 @@ BLOCK = 4  # times as many while going back, since each block is decoded from a 
 class Reel:
     """The pictures of a video up to frame `stop`.
 
-    To go back, the last pictures read are at hand; those before them are read again, a block at a time from
-    the back. A block is decoded from the key frame before it where that gives the very pictures that were
-    read before, else from the video's beginning.
+    To go back in a video that is not held, the last pictures read are; those before them are read again, a
+    block at a time from the back. A block is decoded from the key frame before it where that gives the very
+    pictures that were read before, else from the video's beginning.
 
     times : (T,) seconds of every frame read so far
     held  : how many pictures are kept
@@ -35,16 +35,22 @@ class Reel:
 
     def ahead(self) -> Iterator[Image]:
         """All pictures, in order; to be gone through once."""
+        at_hand = self._video.held
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
             self.times.append(frame.time)
-            self._kept.append(frame.image)
             self._ticks.append(frame.tick)
-            self._sums.append(_sum(frame.image))
+            if not at_hand:
+                self._kept.append(frame.image)
+                self._sums.append(_sum(frame.image))
             yield frame.image
 
     def span(self, first: int, last: int) -> Iterator[Image]:
         """The pictures of frames first .. last; back in time where last is less, if all have been read."""
-        return self._back(first, last) if last <= first else self._again(first, last)
+        if last > first:
+            return self._again(first, last)
+        if self._video.held:
+            return self._video.picked(range(first, last - 1, -1))
+        return self._back(first, last)
 
     def _back(self, first: int, last: int) -> Iterator[Image]:
         oldest = len(self.times) - len(self._kept)

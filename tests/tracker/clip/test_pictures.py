@@ -15,7 +15,7 @@ class Counted:
     skew : by how many levels pictures are off where it is entered in its middle
     """
 
-    width, height = 4, 2
+    width, height, held = 4, 2, False
 
     def __init__(self, count, skew=0):
         self.count, self.skew, self.read = count, skew, []
