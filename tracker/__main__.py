@@ -1,5 +1,6 @@
 """`figtrack`, and `python -m tracker`."""
 
+import os
 import signal
 import sys
 import time
@@ -7,11 +8,15 @@ from collections.abc import Callable
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 AGAIN = 3.0  # seconds
+# Matrices are small here: threads of one multiplication wait for each other longer than they work.
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 OF_TYPER = 130  # its exit status after Ctrl-C while it reads options
 
 
 def main() -> None:
     """Entry point of the command line; to be interrupted in one line while that is still being imported."""
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")  # read when NumPy is imported
     numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
     interrupt = _interrupting()
     # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.

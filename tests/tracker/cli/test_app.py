@@ -338,6 +338,21 @@ finally:
     assert printed_by(code, tmp_path)[-1] == "[]"
 
 
+@pytest.mark.parametrize(("given", "taken"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+def test_matrices_are_multiplied_in_one_thread_unless_told_otherwise(monkeypatch, given, taken):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    for name, value in given.items():
+        monkeypatch.setenv(name, value)
+    code = """
+import os, sys, types
+app = types.ModuleType("app")
+app.main = lambda: print("numpy" in sys.modules, os.environ["OPENBLAS_NUM_THREADS"])
+sys.modules["tracker.cli.app"] = app
+from tracker.__main__ import main
+main()"""
+    assert printed_by(code, ROOT) == [f"False {taken}"]
+
+
 @pytest.mark.speed
 def test_help_answers_at_once():
     def seconds():
