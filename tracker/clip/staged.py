@@ -38,9 +38,11 @@ class Surveyed:
             facing: of the figure, +1 right, -1 left.
             expected: what they may show.
         """
+        T, (w, h) = len(self.survey.places), self.survey.size
+        odds, light = np.zeros((2, T, h, w), np.uint8)
         seen = self.survey.seen(_images(self.video, self.first, self.last), expected)
-        told = _told(seen, self.progress, f"{self.video.path.name} outlined", len(self.survey.places))
-        odds, light = map(np.stack, zip(*told, strict=True))
+        for t, shown in enumerate(_told(seen, self.progress, f"{self.video.path.name} outlined", T)):
+            odds[t], light[t] = shown
         return Stage(odds, light, self.survey.up, self.survey.places, facing)
 
 

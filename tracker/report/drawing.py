@@ -1,6 +1,5 @@
 """A tracked figure as segments and ellipses on a frame."""
 
-from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -46,7 +45,8 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     scale = enlargement(len(image))
     if not 0 <= t < len(track):
         return draw(image, caption=f"{title}frame {frame}: not tracked", scale=scale)
-    places, covs = _joints_at(track, t)
+    now = slice(t, t + 1)  # a copy of the track for each frame would cost as much as the film is long
+    (places,), (covs,) = track.joints(now), track.joint_covs(now)
     figure, shades = track.figure, colours(track.figure)
     ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in _by_layer(figure)]
     state = f"  {track.motion(t)}" if len(track.labels) > 1 else ""
@@ -72,9 +72,3 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
 def _by_layer(figure: Figure) -> list[int]:
     """Positions of the links, the farthest first."""
     return sorted(range(len(figure.links)), key=lambda i: figure.links[i].layer)
-
-
-def _joints_at(track: Track, t: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    now = slice(t, t + 1)
-    one = replace(track, q=track.q[now], cov=track.cov[now], shift=track.shift[now])
-    return one.joints()[0], one.joint_covs()[0]

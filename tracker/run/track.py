@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPACE = ("x", "y")
+ALL, BLOCK = slice(None), 512  # frames whose derivatives by the pose are in memory together
 WITHIN = 0.1  # leg lengths: what near is
 FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
 
@@ -79,17 +80,19 @@ class Track:
         """How the picture of row t shows body coordinates."""
         return self.view.shifted(self.shift[t])
 
-    def joints(self) -> Array:
-        """(T, J, 2) pixels, in the order of `figure.joints`."""
-        return np.stack([self.view_at(t).to_pixels(joints(self.figure, q)) for t, q in enumerate(self.q)])
+    def joints(self, rows: slice = ALL) -> Array:
+        """(T, J, 2) pixels of some rows, in the order of `figure.joints`."""
+        return self.view.to_pixels(joints(self.figure, self.q[rows])) + self.shift[rows, None]
 
-    def joint_covs(self) -> Array:
-        """(T, J, 2, 2) covariance of each joint, px^2: the pose's, and that of its mark on the links."""
-        out, marked = [], (self.mark * self.view.unit) ** 2 * np.eye(2)
-        for q, cov in zip(self.q, self.cov, strict=True):
-            J = joint_jacobian(self.figure, q) * self.view.axes[:, None]
-            out.append(J @ cov @ transpose(J) + marked)
-        return np.stack(out)
+    def joint_covs(self, rows: slice = ALL) -> Array:
+        """(T, J, 2, 2) covariance of each joint in some rows, px^2: the pose's, and that of its mark."""
+        q, cov, marked = self.q[rows], self.cov[rows], (self.mark * self.view.unit) ** 2 * np.eye(2)
+        out = np.empty((len(q), len(self.figure.joints), 2, 2))
+        for t in range(0, len(q), BLOCK):
+            some = slice(t, t + BLOCK)
+            J = joint_jacobian(self.figure, q[some]) * self.view.axes[:, None]
+            out[some] = J @ cov[some, None] @ transpose(J) + marked
+        return out
 
     def to_dataframe(self) -> "pd.DataFrame":
         """A row a frame: time_s, motion, outcome, the pose, and joints as NAME_x and NAME_y, pixels.
