@@ -24,6 +24,7 @@ from tracker.report.results import write_run
 from tracker.run.read import read_run
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
+from videos import recall
 from videos.frames import Video, VideoError
 
 QUIET = Progress("quiet")
@@ -141,6 +142,8 @@ def test_a_smoothed_start_is_surer_than_what_either_side_of_it_tells(clip, job, 
 def test_a_start_late_in_a_long_clip_keeps_few_pictures(clip, job, frames_read, monkeypatch):
     plain = follow(replace(job, start=8, anchors=True), QUIET).track
     alone = len(frames_read)
+    monkeypatch.setattr(recall, "_last", {})
+    monkeypatch.setattr(recall, "HELD", 0)
     monkeypatch.setattr(reel_module, "HELD", 3 * clip.images[0].nbytes)
     monkeypatch.setattr(reel_module, "BLOCK", 1)
     monkeypatch.setattr(Video, "since", lambda *_: iter(()))  # as of a film that cannot be entered
