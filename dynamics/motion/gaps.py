@@ -8,9 +8,11 @@ the path is sampled, and the switch may depend on the pose (`dynamics.region`):
        log Pr(s_t = j | s_{t-1} = i, x_{t-1}) + log N(pose_t; A_j x_{t-1} + b_j, Q_j)
     x  is smoothed along s, from all that was measured; and again
 
-for several paths at once. The answer has the moments of their mixture.
+for several paths at once. The answer has the moments of their mixture. A long sequence is filled a piece at
+a time, so that memory is bounded; each piece looks some frames beyond its ends.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +27,8 @@ from dynamics.viterbi import viterbi, viterbi_all
 
 PATHS = 20
 ROUNDS = 2
+PIECE = 1000  # frames that are filled together
+BEYOND = 120  # measured frames that are looked at on either side of them
 ANYWHERE = 100.0  # variance of a first place that was not measured, squared units
 
 
@@ -43,6 +47,33 @@ def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bo
     """
     if np.isnan(y).all():
         raise ValueError("nothing was measured; give at least one frame to fill from")
+    poses = Gaussian(np.empty_like(y), np.empty((*y.shape, y.shape[1])))
+    for rows, window in _pieces(y):
+        found = _filled(slds, y[window], rng, recurrent)[rows.start - window.start :][: len(y[rows])]
+        poses.mean[rows], poses.cov[rows] = found.mean, found.cov
+    return poses
+
+
+def _pieces(y: Array) -> Iterator[tuple[slice, slice]]:
+    """Frames that are filled together, from a measured one on but for the first, and those looked at."""
+    seen = np.isfinite(y)
+    measured, first = np.flatnonzero(seen.any(1)), 0
+    while first < len(y):
+        later = measured[measured >= first + PIECE]
+        end = int(later[0]) if len(later) else len(y)
+        before, after = measured[measured < first][-BEYOND:], measured[measured >= end][:BEYOND]
+        low, high = min([first, *before]), max([end - 1, *after])
+        for column in seen.T:  # or where a figure stands would be lost where its root is not measured
+            own = np.flatnonzero(column)
+            if len(own) and not column[low : high + 1].any():
+                nearest = own[np.abs(own - first).argmin()]
+                low, high = min(low, nearest - BEYOND), max(high, nearest + BEYOND)
+        yield slice(first, end), slice(max(int(low), 0), int(high) + 1)
+        first = end
+
+
+def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> Gaussian:
+    """The poses of one piece with what is looked at around it."""
     placed = _placed(slds)
     local = from_origin(y, slds.names, slds.travelling)
     x = np.repeat(viterbi(by_motion(placed), local).states.mean[None], PATHS, 0)

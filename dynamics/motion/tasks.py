@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from dynamics.frames import Frames, in_batches
 from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
 from dynamics.gpb2 import switching_all
-from dynamics.gpb2_filter import gpb2_filter_all
+from dynamics.gpb2_filter import filter_steps
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update
@@ -132,19 +133,24 @@ def forecasts(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussia
     """
     if horizon < 1:
         raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
-    found = []
-    for filtered in gpb2_filter_all(slds, ys):
-        prob, states = filtered.prob, filtered.states
-        for _ in range(horizon):
-            prob, states = _switched(slds, prob, states)
-        ahead = collapse(prob, states)
-        M = len(slds.names)
-        mean = np.full((len(prob) + horizon, M), np.nan)
-        cov = np.full((len(prob) + horizon, M, M), np.nan)
-        mean[horizon:] = apply(slds.C, ahead.mean)
-        cov[horizon:] = symmetric(slds.C @ ahead.cov @ slds.C.T)
-        found.append(Gaussian(mean, cov))
-    return found
+    M = len(slds.names)
+
+    def infer(frames: Frames) -> list[Gaussian]:
+        mean, cov = np.empty((len(frames.y), M)), np.empty((len(frames.y), M, M))
+        for now in filter_steps(slds, frames):
+            prob, states = np.exp(now.log_prob), now.states
+            for _ in range(horizon):
+                prob, states = _switched(slds, prob, states)
+            ahead = collapse(prob, states)
+            mean[now.rows] = apply(slds.C, ahead.mean)
+            cov[now.rows] = symmetric(slds.C @ ahead.cov @ slds.C.T)
+        nothing = Gaussian(np.full((horizon, M), np.nan), np.full((horizon, M, M), np.nan))
+        return [
+            Gaussian(np.concatenate([nothing.mean, mean[rows]]), np.concatenate([nothing.cov, cov[rows]]))
+            for rows in frames.sequences()
+        ]
+
+    return in_batches(slds, ys, None, infer)
 
 
 def synthesise(

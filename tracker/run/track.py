@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,10 +67,12 @@ class Track:
         counts = ", ".join(f"{count} {outcome}" for outcome, count in Counter(self.outcome).items())
         return f"<Track with {self.model}: frames {self.first} to {self.first + len(self) - 1}, {counts}>"
 
-    @property
+    @cached_property
     def measured(self) -> NDArray[np.bool_]:
-        """(T,) whether the picture said where the figure is."""
-        return np.array([outcome.measured for outcome in self.outcome])
+        """(T,) whether the picture said where the figure is; read-only."""
+        measured = np.array([outcome.measured for outcome in self.outcome], dtype=bool)
+        measured.setflags(write=False)
+        return measured
 
     def motion(self, t: int) -> str:
         """What row t shows: the label of its state, or where that is free, of what the outline shows."""

@@ -1,5 +1,6 @@
 """Filled gaps against conditioning the joint Gaussian and against sums over all switching paths."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -118,6 +119,49 @@ def test_before_the_first_measurement_a_figure_may_have_stood_elsewhere(rng):
     off = got.mean[:, 0] - 3.0 * np.arange(1, 21)
     assert (np.abs(off) < 3.0 * np.sqrt(got.cov[:, 0, 0])).all()
     assert got.cov[0, 0, 0] < 50.0
+
+
+@pytest.mark.parametrize("span", [(2, 4), (28, 33), (50, 90), (110, 120)])
+def test_a_long_sequence_is_filled_a_piece_at_a_time_as_it_would_be_whole(span, rng, monkeypatch):
+    slds = random_slds(1, order=2, rng=rng)
+    y = with_gaps(slds.sample(120, rng)[2], span)
+    whole = interpolate(slds, y, rng)
+    monkeypatch.setattr(gaps, "PIECE", 20)
+    monkeypatch.setattr(gaps, "BEYOND", 25)
+    pieces = interpolate(slds, y, rng)
+    sd = np.sqrt(np.diagonal(whole.cov, axis1=1, axis2=2))
+    assert (np.abs(pieces.mean - whole.mean) < 0.05 * sd).all()
+    assert_allclose(pieces.cov, whole.cov, atol=0.02 * sd.max() ** 2)
+
+
+def test_a_piece_in_which_the_root_was_not_measured_starts_from_where_it_was(rng, monkeypatch):
+    slds = random_slds(1, order=2, travelling=("a",), rng=rng)
+    y = slds.sample(60, rng)[2] + [40.0, 0.0]
+    y[10:, 0] = np.nan
+    whole = interpolate(slds, y, rng)
+    monkeypatch.setattr(gaps, "PIECE", 15)
+    monkeypatch.setattr(gaps, "BEYOND", 4)
+    pieces = interpolate(slds, y, rng)
+    off = np.abs(pieces.mean - whole.mean)[:, 0] / np.sqrt(whole.cov[:, 0, 0])
+    assert off.max() < 1.0
+
+
+def test_memory_is_that_of_a_piece_however_long_the_sequence(rng, monkeypatch):
+    slds = random_slds(3, order=2, rng=rng)
+    monkeypatch.setattr(gaps, "PIECE", 60)
+    monkeypatch.setattr(gaps, "BEYOND", 10)
+
+    def peak(T):
+        y = with_gaps(slds.sample(T, rng)[2], (20, 30))
+        tracemalloc.start()
+        try:
+            interpolate(slds, y, rng)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    peak(100)  # what is worked out once
+    assert peak(500) < 1.3 * peak(125)
 
 
 def test_what_was_measured_well_stays(rng):

@@ -1,5 +1,6 @@
 """Classification, prediction and synthesis against sums over all paths, the joint Gaussian and scipy."""
 
+import tracemalloc
 from dataclasses import replace
 from itertools import pairwise, product
 
@@ -419,6 +420,18 @@ def test_forecasts_go_by_the_noise_of_the_frames_before(rng, monkeypatch):
             # The same operations, in batches of other lengths.
             assert_allclose(one.mean[rows], want.mean[rows], atol=1e-12)
             assert_allclose(one.cov[rows], want.cov[rows], atol=1e-12)
+
+
+def test_forecasts_take_the_memory_of_what_they_return(rng):
+    slds = random_slds(6, d=3, order=2, rng=rng)
+    y = slds.sample(1500, rng)[2]
+    tracemalloc.start()
+    try:
+        ahead = tasks.forecasts(slds, [y])[0]
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 8 * (ahead.mean.nbytes + ahead.cov.nbytes)
 
 
 def test_no_sequences_have_no_forecasts(rng):

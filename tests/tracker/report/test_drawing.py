@@ -111,6 +111,15 @@ def test_a_model_of_one_state_is_drawn_without_a_motion(track, captions):
     assert captions == ["frame 3"]
 
 
+def test_a_frame_of_a_long_track_takes_no_work_on_the_others(track, monkeypatch):
+    def copied(_):
+        raise AssertionError("the whole track was gone through")
+
+    monkeypatch.setattr(type(track), "__post_init__", copied)
+    monkeypatch.setattr(type(track), "measured", property(copied))
+    paint(np.zeros((SMALL, 400, 3), np.uint8), track, track.first)
+
+
 def test_the_frame_itself_stays_as_it_was(track):
     image = ground()
     paint(image, track, 3)

@@ -144,3 +144,18 @@ def test_the_archive_holds_everything_unrounded(folder, track):
     assert tuple(header["joints"]) == WALKER.joints
     assert header["view"] == [*track.view.origin, track.view.unit, track.view.facing]
     assert header["lengths"] == [link.length for link in WALKER.links]
+
+
+def test_which_frames_were_measured_is_worked_out_once_and_stays(track):
+    assert track.measured.tolist() == [outcome.measured for outcome in track.outcome]
+    assert track.measured is track.measured
+    with pytest.raises(ValueError, match="read-only"):
+        track.measured[0] = True
+
+
+def test_joints_of_some_rows_are_those_of_all_rows(track, monkeypatch):
+    whole, covs = track.joints(), track.joint_covs()
+    monkeypatch.setattr("tracker.run.track.BLOCK", 2)
+    some = slice(1, len(track), 2)
+    assert_allclose(track.joints(some), whole[some], rtol=1e-12)
+    assert_allclose(track.joint_covs(some), covs[some], rtol=1e-9)
