@@ -11,7 +11,7 @@ import numpy as np
 
 from tracker import __version__
 from tracker.experiments import ahead, classify, gaps, phases, runtime, synthesis
-from tracker.experiments.findings import write_page
+from tracker.experiments.findings import write_findings
 from tracker.experiments.section import Section
 from tracker.experiments.study import FPS, Study, read_study
 from tracker.progress import Progress
@@ -46,7 +46,7 @@ def reproduce(
         study.progress = progress
         sections = [experiment.run(study) for experiment in EXPERIMENTS]
         about, notes = _about(study, trials)
-        write_page(sections, about, notes, aside / PAGE)
+        write_findings(sections, about, notes, aside / PAGE)
         _write_numbers(study, sections, aside / NUMBERS, time.monotonic() - began)
     return "\n".join([*_lines(sections), "", f"open {out / PAGE}"])
 
