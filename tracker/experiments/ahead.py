@@ -41,13 +41,11 @@ def run(study: Study) -> Section:
     """Errors of every capture by the model that was learned without its subject."""
     found = _errors(study)
     keys = [(motion, h) for motion in study.motions for h in _horizons(study)]
-    chosen = {}
     for motion, h in study.each("constant velocity", keys):
         captures = study.of(motion)
         noises = NOISES[:: 10 if study.quick else 1]
         tried = measures.rival_errors(captures, shown(captures, study.seed), h, FIRST, noises)
-        chosen[motion, h] = measures.best_noises(tried)
-        found["kalman"][motion, h] = tried[chosen[motion, h]]
+        found["kalman"][motion, h] = tried[measures.best_noises(tried)]
     total = {name: {key: measures.rms(found[name][key]) for key in keys} for name in NAMES}
     people = {name: {key: measures.by_person(found[name][key]) for key in keys} for name in NAMES}
     rows = tuple(
@@ -72,15 +70,6 @@ def run(study: Study) -> Section:
         (_against(total, "kalman"), _against(total, "hmm")),
         (table,),
         (_plot(people, total, study.motions),),
-        {
-            "rmse_degrees": {
-                name: {
-                    f"{m}+{h}": {"all": total[name][m, h], "subjects": people[name][m, h]} for m, h in keys
-                }
-                for name in NAMES
-            },
-            "kalman_noise_degrees": {f"{m}+{h}": noises for (m, h), noises in chosen.items()},
-        },
     )
 
 

@@ -1,7 +1,6 @@
 """What the papers say of classification, against the cells of `tracker.experiments.motions`."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from itertools import pairwise, product
 
 import numpy as np
@@ -76,7 +75,6 @@ def run(study: Study) -> Section:
         tuple(claims(found)),
         tuple(_table(found, who) for who in people),
         (_errors_plot(found, people), *(_cut_plot(study, tried[0], n) for n in {1, max(counts(study))})),
-        {"frames": frames, "noise_degrees": NOISE, "cells": [asdict(c) for c in found]},
     )
 
 

@@ -65,21 +65,13 @@ def run(study: Study) -> Section:
         ("filled by", *(f"{gap} frames" for gap in gaps)),
         tuple((name, *(pooled_and_range(total[name, g], people[name, g]) for g in gaps)) for name in names),
     )
-    plots, inside = _example(study, max(walks, key=lambda c: len(c.y)))
     return Section(
         HEADING,
         "All freedoms of some frames in the middle of a walk are blanked, the rest of it shown, and the "
         f"frames between filled. The {EACH} longest walks of each subject; people were {study.unseen}.",
         (_quality(total, gaps[-1]), *([_sparser(total, gaps)] if len(gaps) > 1 else [])),
         (table,),
-        plots,
-        {
-            "rmse_degrees": {
-                name: {str(g): {"all": total[name, g], "subjects": people[name, g]} for g in gaps}
-                for name in names
-            },
-            "example_true_angles_within_band_percent": inside,
-        },
+        _example(study, max(walks, key=lambda c: len(c.y))),
     )
 
 
@@ -148,8 +140,8 @@ def _sparser(total: dict[tuple[str, int], float], gaps: list[int]) -> Claim:
     )
 
 
-def _example(study: Study, walk: Capture) -> tuple[tuple[Plot, ...], float]:
-    """The papers' figure on the longest walk, and the per cent of its hidden angles within two sigma."""
+def _example(study: Study, walk: Capture) -> tuple[Plot, ...]:
+    """The papers' figure on the longest walk."""
     T = len(walk.y)
     first, end = (FIRST, END) if T >= END + 10 else (T // 3, T - T // 3)
     hole, slds = slice(first, end), _model_of(study, walk)
@@ -174,7 +166,7 @@ def _example(study: Study, walk: Capture) -> tuple[tuple[Plot, ...], float]:
     sticks = Plot(
         to_svg(figure), "Stick figures in the gap, filled and true", "Every fourth frame of the gap."
     )
-    return (curves, sticks), inside
+    return curves, sticks
 
 
 def _curves(y: Array, hole: slice, lines: dict[str, Array], sd: Array) -> str:

@@ -1,7 +1,7 @@
 """The phases of a jog: do the switching states of a learned model follow the gait (1999, figure 2)?"""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
@@ -68,7 +68,6 @@ def run(study: Study) -> Section:
         (claim(cuts),),
         (table,),
         (_plot(shown, paths),),
-        {str(n): asdict(cut) for n, cut in cuts.items()},
     )
 
 

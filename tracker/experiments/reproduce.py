@@ -1,13 +1,9 @@
 """The papers' experiments on somebody's captures: learn, measure, and say what holds."""
 
 import json
-import time
 from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
-from typing import Any
-
-import numpy as np
 
 from tracker import __version__
 from tracker.experiments import ahead, classify, gaps, phases, runtime, synthesis
@@ -19,7 +15,7 @@ from tracker.run.folder import fresh_folder
 
 # Each has run(study).
 EXPERIMENTS: tuple[ModuleType, ...] = (phases, classify, ahead, synthesis, gaps, runtime)
-PAGE, NUMBERS = "reproduce.html", "reproduce.json"
+PAGE, CLAIMS = "reproduce.html", "reproduce.json"
 
 
 def reproduce(
@@ -41,13 +37,12 @@ def reproduce(
         FolderError: a place that cannot be written.
     """
     with fresh_folder(out, overwrite=overwrite, inputs=[trials]) as aside:
-        began = time.monotonic()
         study = read_study(trials, progress, seed=seed, quick=quick)
         study.progress = progress
         sections = [experiment.run(study) for experiment in EXPERIMENTS]
         about, notes = _about(study, trials)
         write_findings(sections, about, notes, aside / PAGE)
-        _write_numbers(study, sections, aside / NUMBERS, time.monotonic() - began)
+        _write_claims(study, sections, aside / CLAIMS)
     return "\n".join([*_lines(sections), "", f"open {out / PAGE}"])
 
 
@@ -75,30 +70,15 @@ def _about(study: Study, trials: Path) -> tuple[str, list[str]]:
     return about, notes
 
 
-def _write_numbers(study: Study, sections: list[Section], path: Path, seconds: float) -> None:
+def _write_claims(study: Study, sections: list[Section], path: Path) -> None:
     news = {
         "figtrack": __version__,
         "seed": study.seed,
         "quick": study.quick,
-        "seconds": round(seconds, 1),
-        "subjects": study.subjects,
         "folds": [sorted(fold) for fold in study.folds],
-        "experiments": {
-            s.heading.key: {"claims": [asdict(c) for c in s.claims], **s.numbers} for s in sections
-        },
+        "claims": {s.heading.key: [asdict(claim) for claim in s.claims] for s in sections},
     }
-    path.write_text(json.dumps(_plain(news), indent=1, allow_nan=False), encoding="utf-8")
-
-
-def _plain(value: Any) -> Any:
-    """As JSON has it; what is not a number is null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float | np.floating):
-        return round(float(value), 4) if np.isfinite(value) else None
-    return value
+    path.write_text(json.dumps(news, indent=1), encoding="utf-8")
 
 
 def _lines(sections: list[Section]) -> list[str]:

@@ -55,8 +55,6 @@ def run(study: Study) -> Section:
         "ratios less.",
         (claim(micro),),
         (table,),
-        (),
-        {"microseconds_a_frame": {str(n): by for n, by in micro.items()}, "frames": frames},
     )
 
 

@@ -1,7 +1,7 @@
 """One experiment as the page and the file of numbers show it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
@@ -55,24 +55,19 @@ class Heading:
 
 @dataclass(frozen=True)
 class Section:
-    """One experiment.
-
-    method  : what was done, in a few sentences
-    numbers : what was measured, for programs; JSON kinds only
-    """
+    """One experiment; `method` says in a few sentences what was done."""
 
     heading: Heading
     method: str
     claims: tuple[Claim, ...]
     tables: tuple[Table, ...] = ()
     plots: tuple[Plot, ...] = ()
-    numbers: dict[str, object] = field(default_factory=dict)
 
 
 def left_out(heading: Heading, why: str) -> Section:
     """An experiment that these captures do not allow."""
     claim = Claim(f"{heading.source} of the papers", Verdict.OPEN, f"Left out: {why}.")
-    return Section(heading, "", (claim,), numbers={"left_out": why})
+    return Section(heading, "", (claim,))
 
 
 def spread(values: Sequence[float], digits: int = 1) -> str:

@@ -65,7 +65,6 @@ def run(study: Study) -> Section:
         tuple(claims(shares[False], shares[True])),
         (table,),
         tuple(_plot(made[recurrent][0], name) for recurrent, name in SWITCHES.items()),
-        {"out_of_range_percent": {"papers": shares[False], "by_pose": shares[True]}},
     )
 
 
