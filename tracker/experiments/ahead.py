@@ -13,8 +13,7 @@ from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
 from tracker.experiments.measures import ANGLES, NOISES, Errors, centred, noisy, rootless
-from tracker.experiments.panels import grid, legend_below, to_svg
-from tracker.experiments.section import Claim, Heading, Plot, Section, Table, pooled_and_range, share_verdict
+from tracker.experiments.section import Claim, Heading, Section, Table, pooled_and_range, share_verdict
 from tracker.experiments.study import Recipe, Study
 
 HEADING = Heading("prediction", "Where next?", "2000, section 1; 1999, section 4.2")
@@ -23,7 +22,6 @@ HORIZONS = (1, 2, 5, 10)
 FIRST = max(HORIZONS)  # before, not every horizon is forecast; all are judged on the same frames
 HIDDEN = 4  # states a motion of the hidden Markov model
 NAMES = {"slds": "SLDS", "kalman": "constant velocity", "hmm": "hidden Markov model"}
-SHADES = {"slds": "#0072b2", "kalman": "#c1272d", "hmm": "#009e73"}
 
 Key = tuple[str, int]
 Found = dict[str, dict[Key, list[Errors]]]
@@ -69,7 +67,6 @@ def run(study: Study) -> Section:
         f"default; the hidden Markov model has {HIDDEN}.",
         (_against(total, "kalman"), _against(total, "hmm")),
         (table,),
-        (_plot(people, total, study.motions),),
     )
 
 
@@ -139,24 +136,3 @@ def _less(gain: float) -> str:
 
 def _told(key: Key) -> str:
     return f"{key[0]}, {key[1]} frame{'s' if key[1] > 1 else ''} ahead"
-
-
-def _plot(people: People, total: Total, motions: Sequence[str]) -> Plot:
-    figure, axes = grid([3.0], len(motions), share_x=False)
-    for ax, motion in zip(axes[0], motions, strict=True):
-        for n, (name, told) in enumerate(NAMES.items()):
-            horizons = [h for m, h in total[name] if m == motion]
-            x, shade = np.array(horizons) + 0.12 * (n - 1), SHADES[name]
-            each = [people[name][motion, h].values() for h in horizons]
-            pooled = [total[name][motion, h] for h in horizons]
-            ax.vlines(x, [min(e) for e in each], [max(e) for e in each], color=shade, linewidth=1.2)
-            ax.plot(x, pooled, "o-", color=shade, label=told, markersize=4)
-        ax.set(title=motion, xlabel="frames ahead (30 a second)", xticks=horizons)
-        ax.set_ylim(0)
-    axes[0, 0].set_ylabel("error, degrees")
-    legend_below(figure, axes[0, 0], 3)
-    return Plot(
-        to_svg(figure),
-        "Error of forecasts by frames ahead for the SLDS, constant velocity and the hidden Markov model",
-        "Lines reach from the easiest to the hardest subject.",
-    )

@@ -23,7 +23,7 @@ from tracker.experiments.motions import (
     missing,
     recipe,
 )
-from tracker.experiments.panels import GREY, MOTIONS, bars, grid, legend_below, to_svg
+from tracker.experiments.panels import MOTIONS, bars, grid, to_svg
 from tracker.experiments.section import (
     Claim,
     Heading,
@@ -44,9 +44,7 @@ HEADING = Heading("classification", "Walk or run?", "1999, figure 3; 2000, figur
 PAPER = 2.9  # per cent of the frames, 1999, section 4.1
 ALIKE = 0.5  # per cent of the frames; inferences no further apart are taken as alike
 PEOPLE = {SEEN: "people learned from", UNSEEN: "people left out"}
-MARKS = {"viterbi": "o", "gpb2": "s", "variational": "^", HIDDEN: "x", POSED: "D"}
 TOLD = {"viterbi": "Viterbi", "gpb2": "GPB2", "variational": "variational", POSED: "Viterbi with pose *"}
-SHADES = {0: "#c1272d", 1: "#e69f00", 2: "#0072b2"}
 
 Key = tuple[int, int, str]
 Means = dict[Key, float]
@@ -74,7 +72,7 @@ def run(study: Study) -> Section:
         f"{', '.join(f'{n} of {PEOPLE[who]}' for who, n in frames.items())}.",
         tuple(claims(found)),
         tuple(_table(found, who) for who in people),
-        (_errors_plot(found, people), *(_cut_plot(study, tried[0], n) for n in {1, max(counts(study))})),
+        tuple(_cut_plot(study, tried[0], n) for n in {1, max(counts(study))}),
     )
 
 
@@ -188,33 +186,6 @@ def _table(found: Sequence[Cell], people: str) -> Table:
         "speaks for a state.",
         ("states a motion", "model", *TOLD.values(), "far from joints"),
         tuple(rows),
-    )
-
-
-def _errors_plot(found: Sequence[Cell], people: Sequence[str]) -> Plot:
-    figure, axes = grid([3.4], len(people), share_x=False)
-    tried = sorted({c.states for c in found})
-    kinds = [(0, HIDDEN), *product(ORDERS, INFERENCES)]
-    for ax, who in zip(axes[0], people, strict=True):
-        for (n, states), (k, (order, name)) in product(enumerate(tried), enumerate(kinds)):
-            cell = (who, states, order, name)
-            errors = [c.wrong for c in found if (c.people, c.states, c.order, c.inference) == cell]
-            x, shade = n + 0.1 * (k - len(kinds) / 2 + 0.5), SHADES[order]
-            told = "hidden Markov model" if order == 0 else f"order {order}, {TOLD[name]}"
-            ax.plot([x, x], [min(errors), max(errors)], color=shade, linewidth=1.2)
-            label = told if n == 0 else None
-            ax.plot(x, np.mean(errors), MARKS[name], color=shade, markersize=6, label=label)
-        ax.axhline(PAPER, color=GREY, linestyle="--", linewidth=1, label=f"1999 paper, {PAPER} %")
-        ax.set(title=PEOPLE[who], xticks=range(len(tried)), xticklabels=tried, xlabel="states a motion")
-    top = 1.12 * max(c.wrong for c in found if c.inference != POSED)
-    for ax in axes[0]:
-        ax.set_ylim(0, max(top, 1.1 * PAPER))
-    axes[0, 0].set_ylabel("wrong frames, %")
-    legend_below(figure, axes[0, 0], 4)
-    return Plot(
-        to_svg(figure),
-        "Share of wrong frames by number of states, order and inference",
-        "Marks are means, lines reach from the best to the worst draw.",
     )
 
 
