@@ -6,14 +6,14 @@ from itertools import product
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.motion.gaps import interpolate
 from dynamics.slds import SLDS
+from dynamics.viterbi import viterbi
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
-from tracker.experiments.ahead import NOISE, model
+from tracker.experiments.ahead import model
 from tracker.experiments.measures import ANGLES, SIDE, Errors, Fill
-from tracker.experiments.panels import GREY, INK, figures, grid, legend_below, to_svg
+from tracker.experiments.panels import GREY, INK, grid, legend_below, to_svg
 from tracker.experiments.section import (
     Claim,
     Heading,
@@ -24,7 +24,7 @@ from tracker.experiments.section import (
     pooled_and_range,
     verdict,
 )
-from tracker.experiments.study import FPS, Recipe, Study
+from tracker.experiments.study import Study
 
 HEADING = Heading("interpolation", "Frames that are missing", "1999, figure 6")
 FIRST, END = 50, 100  # frames missing in the figure
@@ -32,14 +32,8 @@ AROUND = 40  # frames of a side that the figure shows
 GAPS = (10, 25, 50)
 EACH = 2  # captures of a subject, the longest
 BETTER = 0.75  # times the error of knowing nothing, at most
-LINEAR, SPLINE, PATH, SAMPLED, PERIODIC = (
-    "straight line",
-    "cubic spline",
-    "SLDS, best path (papers)",
-    "SLDS, sampled paths *",
-    "harmonic stride *",
-)
-SHADES = {SPLINE: "#c1272d", PATH: "#009e73", SAMPLED: "#0072b2"}
+LINEAR, SPLINE, PATH = "straight line", "cubic spline", "SLDS, best path"
+SHADES = {SPLINE: "#c1272d", PATH: "#0072b2"}
 JOINTS = {"hip_near": "near thigh", "knee_near": "near knee", "knee_far": "far knee"}
 
 
@@ -50,18 +44,17 @@ def run(study: Study) -> Section:
         return left_out(HEADING, f"no walk is {GAPS[0] + 2 * SIDE} frames long")
     found: dict[tuple[str, int], list[Errors]] = {}
     for walk in study.each(HEADING.key, walks):
-        fills = (_fills(_model_of(study, walk), study) | _periodic(study, walk)).items()
+        fills = _fills(_model_of(study, walk)).items()
         for gap, (name, fill) in product(GAPS[:2] if study.quick else GAPS, fills):
             if measures.spans(walk.y, gap):
                 found.setdefault((name, gap), []).append(measures.gap_errors(fill, walk, gap))
     total = {key: measures.rms(errors) for key, errors in found.items()}
     people = {key: measures.by_person(errors) for key, errors in found.items()}
     gaps = [gap for gap in GAPS if (LINEAR, gap) in total]
-    names = [name for name in (LINEAR, SPLINE, PATH, SAMPLED, PERIODIC) if (name, gaps[0]) in total]
+    names = (LINEAR, SPLINE, PATH)
     table = Table(
         "Error inside the gap, degrees, root mean square over frames and six angles (least to greatest "
-        "over subjects). * Not in the papers: switching paths are sampled, and the switch depends on the "
-        "pose; the stride is harmonics of a phase, with coefficients that are Gaussian over people.",
+        "over subjects).",
         ("filled by", *(f"{gap} frames" for gap in gaps)),
         tuple((name, *(pooled_and_range(total[name, g], people[name, g]) for g in gaps)) for name in names),
     )
@@ -71,7 +64,7 @@ def run(study: Study) -> Section:
         f"frames between filled. The {EACH} longest walks of each subject; people were {study.unseen}.",
         (_quality(total, gaps[-1]), *([_sparser(total, gaps)] if len(gaps) > 1 else [])),
         (table,),
-        _example(study, max(walks, key=lambda c: len(c.y))),
+        (_example(study, max(walks, key=lambda c: len(c.y))),),
     )
 
 
@@ -93,80 +86,60 @@ def _model_of(study: Study, walk: Capture) -> SLDS:
     return study.slds(model(study, _held(study, walk)))
 
 
-def _periodic(study: Study, walk: Capture) -> dict[str, Fill]:
-    """The stride's way; none where the captures to learn from are too short for a stride."""
-    try:
-        stride = study.stride(Recipe(states=0, noise=NOISE, held=_held(study, walk), motions=("walk",)))
-    except ValueError:
-        return {}
-    return {PERIODIC: partial(measures.by_stride, stride)}
-
-
-def _fills(slds: SLDS, study: Study) -> dict[str, Fill]:
+def _fills(slds: SLDS) -> dict[str, Fill]:
     return {
         LINEAR: partial(measures.across, 1),
         SPLINE: partial(measures.across, 3),
         PATH: partial(measures.best_path, slds),
-        SAMPLED: partial(measures.sampled, slds, True, (study.seed, 5)),
     }
 
 
 def _quality(total: dict[tuple[str, int], float], gap: int) -> Claim:
-    blind = min(total[LINEAR, gap], total[SPLINE, gap])
-    path, paths = total[PATH, gap], total[SAMPLED, gap]
-    holds, partly = path < BETTER * blind, paths < BETTER * blind
+    blind, path = min(total[LINEAR, gap], total[SPLINE, gap]), total[PATH, gap]
+    holds = path < BETTER * blind
     here = (
-        f"In gaps of {gap} frames the best path errs by {path:.1f} degrees, sampled paths with a "
-        f"switch by the pose by {paths:.1f}, the better of line and spline by {blind:.1f}. "
+        f"In gaps of {gap} frames the best path errs by {path:.1f} degrees, the better of line and spline "
+        f"by {blind:.1f}. "
     )
     if holds:
         here += "The learned walk carries on through the gap."
-    elif partly:
-        here += "The papers' own inference lets the gait stop in a long gap: only Pi speaks there."
     else:
-        here += "Neither is much better than knowing nothing of walking."
+        here += (
+            "The gait stops in a long gap, where only Pi speaks; 'figtrack interpolate' therefore fills it "
+            "otherwise."
+        )
     paper = "The quality of the frames filled in was high (judged by eye)."
-    return Claim(paper, verdict(holds, partly), here)
+    return Claim(paper, verdict(holds, path < blind), here)
 
 
 def _sparser(total: dict[tuple[str, int], float], gaps: list[int]) -> Claim:
-    method = min((PATH, SAMPLED), key=lambda name: total[name, gaps[-1]])
-    grows = [total[method, g] for g in gaps]
+    grows = [total[PATH, g] for g in gaps]
     return Claim(
         "The sparser the measurements, the lower the quality.",
         verdict(grows == sorted(grows), grows[-1] > grows[0]),
-        f"Errors of the better of the two in gaps of {', '.join(map(str, gaps))} frames: "
+        f"Errors of the best path in gaps of {', '.join(map(str, gaps))} frames: "
         f"{', '.join(f'{g:.1f}' for g in grows)} degrees.",
     )
 
 
-def _example(study: Study, walk: Capture) -> tuple[Plot, ...]:
+def _example(study: Study, walk: Capture) -> Plot:
     """The papers' figure on the longest walk."""
     T = len(walk.y)
     first, end = (FIRST, END) if T >= END + 10 else (T // 3, T - T // 3)
     hole, slds = slice(first, end), _model_of(study, walk)
     shown, offset = measures.gappy(walk.y, hole)
-    filled = interpolate(slds, shown, study.rng(5))
-    sd = np.sqrt(np.diagonal(filled.cov, axis1=-2, axis2=-1))
+    states, M = viterbi(slds, shown).states, walk.y.shape[1]
+    mean, sd = states.mean[:, :M], np.sqrt(np.diagonal(states.cov, axis1=-2, axis2=-1))[:, :M]
     y = walk.y - offset
-    inside = 100.0 * float((np.abs(filled.mean - y) <= 2.0 * sd)[hole, ANGLES].mean())
-    others = {name: fill(shown) for name, fill in _fills(slds, study).items() if name in (SPLINE, PATH)}
-    curves = Plot(
-        _curves(y, hole, {SAMPLED: filled.mean, **others}, sd),
+    inside = 100.0 * float((np.abs(mean - y) <= 2.0 * sd)[hole, ANGLES].mean())
+    lines = {PATH: mean, SPLINE: measures.across(3, shown)}
+    return Plot(
+        _curves(y, hole, lines, sd),
         "Angles over a gap: measured, true, and filled by the SLDS and a spline",
         f"The longest walk ({walk.name}), frames {first} to {end - 1} missing. {inside:.0f} % of its six "
         "hidden angles lie within the band of two sigma (95 % if the band were calibrated). A spline that "
         "leaves the picture goes on outside it.",
     )
-    figure, axes = grid([1.5, 1.5])
-    poses = {"Filled by sampled paths": filled.mean, "True": y}
-    for ax, (told, found) in zip(axes[:, 0], poses.items(), strict=True):
-        figures(ax, found[hole] + offset, 4, FPS, first)
-        ax.set_title(told, loc="left")
-    sticks = Plot(
-        to_svg(figure), "Stick figures in the gap, filled and true", "Every fourth frame of the gap."
-    )
-    return curves, sticks
 
 
 def _curves(y: Array, hole: slice, lines: dict[str, Array], sd: Array) -> str:
@@ -179,15 +152,14 @@ def _curves(y: Array, hole: slice, lines: dict[str, Array], sd: Array) -> str:
         true, mean = np.degrees(y[:, i]), np.degrees(next(iter(lines.values()))[hole, i])
         half = 2.0 * np.degrees(sd[hole, i])
         ax.fill_between(
-            *(frames[hole], mean - half, mean + half), color=SHADES[SAMPLED], alpha=0.25, lw=0,
+            *(frames[hole], mean - half, mean + half), color=SHADES[PATH], alpha=0.25, lw=0,
             label="its two sigma",
         )  # fmt: skip
         ax.plot(frames[hole], true[hole], ":", color=INK, linewidth=1.8, label="true, hidden")
         ax.plot(around, true[around], "x", color=GREY, markersize=3.5, label="measured")
         low, high = ax.get_ylim()
         for name, line in lines.items():
-            path, label = np.degrees(line[hole, i]), name.rstrip(" *")
-            ax.plot(frames[hole], path, color=SHADES[name], linewidth=1.6, label=label)
+            ax.plot(frames[hole], np.degrees(line[hole, i]), color=SHADES[name], linewidth=1.6, label=name)
         room = 0.35 * (high - low)
         ax.set(ylabel=f"{told},\ndegrees", ylim=(low - room, high + room))
     axes[-1, 0].set_xlabel("frame")

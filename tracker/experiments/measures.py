@@ -14,11 +14,8 @@ from scipy.interpolate import make_interp_spline
 
 from dynamics.gaussian import Array
 from dynamics.learning.em import from_origin
-from dynamics.motion.gaps import interpolate
 from dynamics.motion.tasks import forecasts
-from dynamics.periodic.filling import interpolate as bridged
 from dynamics.slds import SLDS, constant_velocity
-from dynamics.stride import Stride
 from dynamics.viterbi import viterbi
 from kinematics.figure import ROOT
 from kinematics.mocap import POSE_COLUMNS
@@ -160,19 +157,6 @@ def across(degree: int, y: Array) -> Array:
 def best_path(slds: SLDS, y: Array) -> Array:
     """Smoothed along the papers' best switching path; with one state a motion, a Kalman smoother."""
     return np.asarray(viterbi(slds, y).states.mean[:, : y.shape[1]])
-
-
-def sampled(slds: SLDS, recurrent: bool, seed: Sequence[int] | int, y: Array) -> Array:
-    """`dynamics.motion.gaps`, one seed for every gap."""
-    return interpolate(slds, y, np.random.default_rng(seed), recurrent=recurrent).mean
-
-
-def by_stride(stride: Stride, y: Array) -> Array:
-    """The gaps filled by a harmonic stride."""
-    out = y.copy()
-    for gap in bridged(stride, y, FPS):
-        out[gap.rows] = gap.poses.mean
-    return out
 
 
 def out_of_range(made: Array, known: Iterable[Array], wider: float) -> NDArray[np.bool_]:

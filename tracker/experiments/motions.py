@@ -1,7 +1,6 @@
 """Walk or run: classification of spliced sequences (1999, section 4.1 and figure 3; 2000, figure 2 a to d).
 
-The papers' inference alone: the switching state's motion, nothing told of the pose or of the noise met. One
-column goes beyond them: Viterbi with the pose's own term of `dynamics.region`.
+The papers' inference alone: the switching state's motion, nothing told of the pose or of the noise met.
 """
 
 from collections.abc import Sequence
@@ -13,9 +12,7 @@ from dynamics.gaussian import Array
 from dynamics.hmm import HMM, HMMPosterior, hmm_all
 from dynamics.motion.tasks import labelling
 from dynamics.posterior import Posterior, Switching
-from dynamics.region import pose_hints
 from dynamics.slds import SLDS
-from dynamics.viterbi import viterbi_all
 from tracker.experiments.measures import ANGLES, noisy, wrong_frames
 from tracker.experiments.splices import PIECES, Splice, long_enough, splice
 from tracker.experiments.study import MOTIONS, Recipe, Study
@@ -30,7 +27,6 @@ FAR = 10  # frames; further from any joint the splice itself plays no part
 SURE = 0.99
 SEEN, UNSEEN = "seen", "unseen"
 HIDDEN = "hmm"
-POSED = "viterbi+pose"
 
 
 @dataclass(frozen=True)
@@ -103,8 +99,6 @@ def cells(study: Study, draw: Draw, states: int) -> list[Cell]:
         slds = study.slds(recipe(states, order, draw.held))
         for name, infer in INFERENCES.items():
             found.append(_cell(draw, (states, order, name), slds, infer(slds, draw.ys, None)))
-        hinted = viterbi_all(slds, draw.ys, [pose_hints(slds, y) for y in draw.ys])
-        found.append(_cell(draw, (states, order, POSED), slds, hinted))
     return found
 
 

@@ -15,7 +15,6 @@ from dynamics.learning.baum_welch import ROUNDS
 from dynamics.learning.options import Options
 from dynamics.slds import SLDS
 from dynamics.store import Model
-from dynamics.stride import Stride
 from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
 from kinematics.mocap import Sequence as Capture
 from tracker.models.by_motion import STRIDE_ROUNDS, learn_hmms, learn_motions, learn_strides
@@ -110,10 +109,6 @@ class Study:
     def hmm(self, recipe: Recipe) -> HMM:
         """The learned model of a recipe of order 0."""
         return cast(HMM, self.learn(recipe))
-
-    def stride(self, recipe: Recipe) -> Stride:
-        """The learned model of a recipe of no states."""
-        return cast(Stride, self.learn(recipe))
 
     def learn(self, recipe: Recipe) -> Model:
         """The model of a recipe, learned when it is first asked for."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from dynamics.gaussian import Array
+from dynamics.motion.gaps import interpolate
 from dynamics.periodic.filling import around
 from dynamics.periodic.filling import fill as periodic
 from dynamics.slds import SLDS
@@ -44,7 +45,6 @@ from tracker.experiments.measures import (
     gap_errors,
     gappy,
     rms,
-    sampled,
     spans,
 )
 from tracker.experiments.study import FPS, Recipe
@@ -129,7 +129,7 @@ class Filling:
         assert isinstance(model, SLDS)
         if self.way == PATH:
             return partial(best_path, model)
-        return partial(sampled, model, self.way == POSE, SEED)
+        return partial(_sampled, model, self.way == POSE)
 
 
 def jobs(source: Source) -> Iterator[Filling]:
@@ -199,6 +199,11 @@ class Nearest:
 
     def _context(self, stretches: Array) -> Array:
         return np.ascontiguousarray(stretches[:, self.sides, ANGLES].reshape(len(stretches), -1))
+
+
+def _sampled(slds: SLDS, recurrent: bool, y: Array) -> Array:
+    """One seed for every gap."""
+    return interpolate(slds, y, np.random.default_rng(SEED), recurrent=recurrent).mean
 
 
 def _rows(source: Source) -> list[tuple[str, Variant, str]]:

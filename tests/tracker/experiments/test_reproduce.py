@@ -101,7 +101,7 @@ def test_every_experiment_leaves_a_part_of_the_page_and_its_claims(whole):
 
 def test_the_page_loads_nothing_and_takes_its_ink_from_the_reader(whole):
     page, _, _ = whole
-    assert page.count("<svg") >= 8
+    assert page.count("role='img'") == 5
     assert not re.findall(r"""(?:src|href)=["'](?!#|data:)[^"']*""", page.replace("xlink:", ""))
     assert "@import" not in page
     assert "url(http" not in page
@@ -389,29 +389,17 @@ def test_a_gap_lies_in_the_middle_and_the_rest_is_shown_without_the_neck_s_mean(
 
 
 @pytest.mark.parametrize(
-    ("path", "sampled", "verdict"),
-    [(5.0, 5.0, Verdict.HOLDS), (19.0, 5.0, Verdict.PARTLY), (19.0, 18.0, Verdict.FAILS)],
+    ("path", "verdict"), [(5.0, Verdict.HOLDS), (19.0, Verdict.PARTLY), (21.0, Verdict.FAILS)]
 )
-def test_filling_is_judged_by_what_knows_nothing_of_walking(path, sampled, verdict):
-    names = (gaps.LINEAR, gaps.SPLINE, gaps.PATH, gaps.SAMPLED)
-    total = {(name, 50): e for name, e in zip(names, (20.0, 25.0, path, sampled), strict=True)}
+def test_filling_is_judged_by_what_knows_nothing_of_walking(path, verdict):
+    total = {(gaps.LINEAR, 50): 20.0, (gaps.SPLINE, 50): 25.0, (gaps.PATH, 50): path}
     assert gaps._quality(total, 50).verdict is verdict
 
 
 def test_a_walk_that_leaves_its_range_is_not_called_one():
-    periods = ("0-50", "50-150", "150-300")
-
-    def shares(*values):
-        return {period: [value] for period, value in zip(periods, values, strict=True)}
-
-    natural, worse = synthesis.claims(shares(5.0, 20.0, 60.0), shares(0.0, 1.0, 2.0))
-    assert natural.verdict is Verdict.HOLDS
-    assert worse.verdict is Verdict.HOLDS
-    assert "keeps it to 2 %" in worse.here
-    natural, worse = synthesis.claims(shares(80.0, 80.0, 80.0), shares(90.0, 90.0, 90.0))
-    assert natural.verdict is Verdict.FAILS
-    assert worse.verdict is Verdict.FAILS
-    assert "does not help" in worse.here
+    for shares, verdict in (((5.0, 20.0, 60.0), Verdict.HOLDS), ((80.0, 80.0, 80.0), Verdict.FAILS)):
+        claims = synthesis.claims({str(n): [share] for n, share in enumerate(shares)})
+        assert [claim.verdict for claim in claims] == [verdict] * 2
 
 
 def test_the_range_is_widened_on_both_sides_and_no_number_is_out_of_it():
