@@ -51,13 +51,6 @@ def test_figures_in_prose_are_in_the_page_that_they_are_said_to_come_from():
             assert re.search(rf"(?<![\d.]){re.escape(said)}(?!\d)", text), f"{page}: {said} is not in {where}"
 
 
-def test_the_readme_and_the_tutorial_show_one_table_of_the_demo():
-    tables = [re.findall(r"^    (?:walk-run|cv) .+$", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
-              for page in ("README.md", "docs/tutorial.md")]  # fmt: skip
-    assert len(tables[0]) == 2
-    assert tables[0] == tables[1]
-
-
 @pytest.mark.handbook
 def test_every_file_of_a_run_and_all_that_is_said_of_it_is_told(stage):
     text, folder = (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), stage / "walk-track"
