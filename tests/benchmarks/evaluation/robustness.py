@@ -74,14 +74,12 @@ Gaussian on every channel.
 SOAK = """\
 `make soak` films random short walks (nineteen codecs, odd sizes and rates, some files damaged), runs random
 commands on them for an hour and kills a third of these. It checks each end: exit status, one line of error,
-no traceback, files complete, nothing left over, no process left, at most 1 GiB of memory. `--seed N` repeats
-one case.
+files complete, nothing left over, no process left, at most 1 GiB of memory.
 
 A thousand commands in an hour found interrupts that ended in a traceback while libraries were loaded, in
-compiled code, while the processes of a batch started and while Python ended; a batch interrupted twice that
-said nothing was written; and temporary folders that nobody removed after SIGKILL. All are mended. Two are
-Python's own: an interrupt in its first milliseconds shows a traceback, and one that arrives just after an
-import may be lost; the next is obeyed.
+compiled code, while a batch started and while Python ended; a batch interrupted twice that said nothing was
+written; and temporary folders that outlived SIGKILL. All are mended. Two are Python's own: an interrupt in
+its first milliseconds shows a traceback, and one just after an import may be lost.
 """
 
 
