@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 RIDGE = 1e-2  # the prior's share of a state's regressors; measured on subjects held out, 1e-3 overfits runs
-Start = Literal["kmeans", "hmm", "segments"]
+Start = Literal["kmeans", "hmm"]
 STARTS: tuple[Start, ...] = get_args(Start)
 
 
@@ -31,7 +31,7 @@ class Options:
     prior: float = 1.0
     ridge: float = RIDGE
     stickiness: float = 2.0
-    start: Start = "segments"
+    start: Start = "kmeans"
     restarts: int = 1
     seed: int = 0
 

@@ -119,7 +119,7 @@ class Request:
 
 def gait_options(**changes: Any) -> Options:
     """How gait is learned: the settings that did best on captured walks and runs of subjects held out."""
-    return replace(Options(states=STATES, start="kmeans"), **changes)
+    return replace(Options(states=STATES), **changes)
 
 
 def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progress) -> str:

@@ -44,36 +44,11 @@ def guess(ys, K, layout, start, seed=3):
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("start", ["kmeans", "hmm"])
+@pytest.mark.parametrize("start", STARTS)
 def test_clusters_of_poses_become_the_switching_states(order, start, rng):
     ys, labels = two_paces(rng)
     got, _ = guess(ys, 2, Layout(NAMES, ("x",), order), start)
     assert same_partition(got, np.concatenate(labels))
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_segments_tell_apart_what_only_moves_otherwise_and_clusters_do_not(order, rng):
-    ys, labels = two_turns(rng)
-    # Seen from the side a turn needs the pose before; both coordinates at second order would hold both turns.
-    ys, names = (ys, ("x", "y")) if order == 1 else ([y[:, :1] for y in ys], ("x",))
-    want, layout = np.concatenate(labels), Layout(names, (), order)
-
-    def right(start):
-        share = np.mean(guess(ys, 2, layout, start)[0] == want)
-        return max(share, 1.0 - share)
-
-    # A switch may be put a frame or two early or late.
-    assert right("segments") > 0.93
-    if order == 1:
-        assert right("kmeans") < 0.9
-
-
-def test_segments_tell_a_steady_hand_from_a_shaky_one(rng):
-    labels = [np.repeat([n % 2, 1 - n % 2], 50) for n in range(6)]
-    ys = [(np.where(s, 0.02, 0.5) * rng.normal(size=100)).cumsum()[:, None] for s in labels]
-    got, want = guess(ys, 2, Layout(("x",), (), 1), "segments")[0], np.concatenate(labels)
-    share = np.mean(got == want)
-    assert max(share, 1.0 - share) > 0.9
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -144,13 +119,6 @@ def test_no_sequence_is_too_short_to_be_labelled(start, order, rng):
         assert [p.prob.shape for p in posteriors] == [(T, 3) for T in lengths]
 
 
-def test_frames_before_the_first_step_share_its_label(rng):
-    ys, _ = two_turns(rng)
-    for order in (1, 2):
-        for p in guess(ys, 2, Layout(("x", "y"), (), order), "segments")[1]:
-            assert len(set(p.path[: order + 1])) == 1
-
-
 # Gaps
 
 
@@ -176,5 +144,4 @@ def test_a_start_sees_gaps_as_filled(start, rng):
     got, posteriors = guess(ys, 2, layout, start)
     for p, y in zip(posteriors, fill(ys), strict=True):
         assert_array_equal(p.states.mean[:, :2], y)
-    if start != "segments":  # whose prior is scaled from what was measured
-        assert_array_equal(got, guess(fill(ys), 2, layout, start)[0])
+    assert_array_equal(got, guess(fill(ys), 2, layout, start)[0])

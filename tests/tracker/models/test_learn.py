@@ -107,7 +107,7 @@ def test_the_same_seed_learns_the_same_model(trials, tmp_path):
         ("rounds = 0", "rounds: input should be greater than or equal to 1, got 0"),
         ("restarts = 1000", "restarts: input should be less than or equal to 100, got 1000"),
         ("restarts = 1.5", "restarts: input should be a valid integer"),
-        ('start = "em"', "start: input should be 'kmeans', 'hmm' or 'segments', got 'em'"),
+        ('start = "em"', "start: input should be 'kmeans' or 'hmm', got 'em'"),
         ('choose = "often"', "choose: input should be a valid boolean"),
         ("pooled = 7", "pooled: input should be a valid boolean"),
         ('licences = "CMU"', "licences: input should be a valid tuple, got 'CMU'"),
