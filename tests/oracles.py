@@ -14,6 +14,9 @@ from dynamics.gaussian import Array, Gaussian
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
+# The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
+SMOOTHED = 1e-9
+
 
 def central_difference(f: Callable[[Array], Array | float], x: Array, step: float) -> Array:
     """The derivative of f at x, one column per entry of x."""
@@ -189,6 +192,14 @@ def enumerated(slds: SLDS, y: Array) -> Posterior:
         starts=Gaussian(starts.mean[0], starts.cov[0]),
         steps=mixed(visits[:, 1:], step, spread),
     )
+
+
+def drawn(slds: SLDS, T: int, rng: np.random.Generator, *, gaps: bool = False) -> Array:
+    """Poses (T, M) of a system; with gaps three in ten entries were not measured."""
+    y = slds.sample(T, rng)[2]
+    if gaps:
+        y[rng.random(y.shape) < 0.3] = np.nan
+    return y
 
 
 def single(infer: Callable[..., list[Posterior]]) -> Callable[..., Posterior]:

@@ -44,48 +44,39 @@ def enumerated(log_pi0, log_Pi, log_lik):
     return prob, pair, log_evidence, paths[values.argmax()], values.max()
 
 
+def assert_that_of_all_paths(log_pi0, log_Pi, log_lik, *, atol=1e-12, rel=1e-13):
+    """Probabilities, evidence and best path; rounding in sums of logs of at most a few hundred."""
+    prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
+    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+    assert_allclose(got.prob, prob, atol=atol)
+    assert_allclose(got.pair, pair, atol=atol)
+    assert got.log_evidence == pytest.approx(log_evidence, rel=rel)
+    ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
+    assert_array_equal(got_path, path)
+    assert got_value == pytest.approx(value, rel=rel)
+    return got
+
+
 @pytest.mark.parametrize(("K", "T"), [(1, 4), (2, 1), (2, 8), (3, 2), (3, 6), (4, 5)])
 @pytest.mark.parametrize("scale", [0.1, 3.0, 40.0])
 def test_probabilities_evidence_and_best_path_are_those_of_all_paths(K, T, scale, rng):
     log_pi0, log_Pi = random_chain(K, rng)
-    log_lik = scale * rng.normal(size=(T, K))
-    prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
-    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
-    # Rounding in sums of logs of at most a few hundred.
-    assert_allclose(got.prob, prob, atol=1e-12)
-    assert_allclose(got.pair, pair, atol=1e-12)
-    assert got.log_evidence == pytest.approx(log_evidence, rel=1e-13)
-    ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
-    assert_array_equal(got_path, path)
-    assert got_value == pytest.approx(value, rel=1e-13)
+    assert_that_of_all_paths(log_pi0, log_Pi, scale * rng.normal(size=(T, K)))
 
 
 def test_transitions_and_starts_that_cannot_be_have_no_probability(rng):
     log_pi0, log_Pi = ring()
     for _ in range(5):
-        log_lik = 5.0 * rng.normal(size=(6, 3))
-        prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
-        (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
-        assert_allclose(got.prob, prob, atol=1e-12)
-        assert_allclose(got.pair, pair, atol=1e-12)
+        got = assert_that_of_all_paths(log_pi0, log_Pi, 5.0 * rng.normal(size=(6, 3)))
         assert_array_equal(got.pair[:, np.isneginf(log_Pi)], 0.0)
         assert_array_equal(got.prob[0, 1:], 0.0)
-        assert got.log_evidence == pytest.approx(log_evidence, rel=1e-13)
-        ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
-        assert_array_equal(got_path, path)
-        assert got_value == pytest.approx(value, rel=1e-13)
 
 
 def test_a_frame_may_exclude_a_state(rng):
     log_pi0, log_Pi = random_chain(3, rng)
     log_lik = rng.normal(size=(5, 3))
     log_lik[2, 1] = log_lik[4, 0] = -np.inf
-    prob, pair, log_evidence, path, _ = enumerated(log_pi0, log_Pi, log_lik)
-    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
-    assert_allclose(got.prob, prob, atol=1e-12)
-    assert_allclose(got.pair, pair, atol=1e-12)
-    assert got.log_evidence == pytest.approx(log_evidence, rel=1e-13)
-    assert_array_equal(best_path_all(log_pi0, log_Pi, [log_lik])[0][0], path)
+    assert_that_of_all_paths(log_pi0, log_Pi, log_lik)
 
 
 @pytest.mark.parametrize("restless", [False, True])
@@ -145,15 +136,7 @@ def test_likelihoods_far_beyond_the_range_of_floats_lose_nothing():
     log_pi0, log_Pi = logs(np.array([0.5, 0.5])), logs(np.array([[0.9, 0.1], [0.0, 1.0]]))
     log_lik = np.tile([[-3000.0, -3002.0], [-35000.0, -35000.0]], (3, 1))
     log_lik[-1] = [-9000.0, 0.0]
-    prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
-    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
-    # Logs near 1e5 carry 1e-11.
-    assert_allclose(got.prob, prob, atol=1e-10)
-    assert_allclose(got.pair, pair, atol=1e-10)
-    assert got.log_evidence == pytest.approx(log_evidence, rel=1e-14)
-    ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
-    assert_array_equal(got_path, path)
-    assert got_value == pytest.approx(value, rel=1e-14)
+    assert_that_of_all_paths(log_pi0, log_Pi, log_lik, atol=1e-10, rel=1e-14)  # logs near 1e5 carry 1e-11
 
 
 def test_a_state_told_apart_by_thousands_of_nats_too_late_is_still_found():

@@ -9,23 +9,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.gpb2 import gpb2_all
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
-from tests.oracles import given_path, random_slds, single
+from tests.oracles import SMOOTHED, drawn, enumerated, given_path, random_slds, single
 
 FIELDS = ("pi0", "A", "b", "Q", "mean0", "cov0")
-# A smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
-SMOOTHED = 1e-9
 
 
 @pytest.fixture(params=[viterbi_all, gpb2_all, variational_all])
 def infer(request):
     return request.param
-
-
-def drawn(slds, T, rng, *, gaps=False):
-    y = slds.sample(T, rng)[2]
-    if gaps:
-        y[rng.random(y.shape) < 0.3] = np.nan
-    return y
 
 
 def chosen(slds, states):
@@ -136,6 +127,45 @@ def test_units_do_not_matter(infer, order, f, rng):
     assert_allclose(other.prob, one.prob, atol=1e-8)
     assert_allclose(other.states.mean / f, one.states.mean, atol=1e-8)
     assert_allclose(other.states.cov / f**2, one.states.cov, atol=1e-8)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_where_the_origin_lies_does_not_matter(infer, order, rng):
+    slds = random_slds(3, order=order, rng=rng)
+    y, shift = drawn(slds, 30, rng, gaps=True), np.tile([100.0, -40.0], order)
+    moved = replace(slds, b=slds.b + shift - slds.A @ shift, mean0=slds.mean0 + shift)
+    one, other = single(infer)(slds, y), single(infer)(moved, y + shift[:2])
+    # Coordinates of 100 lose 1e-14, against noise of 0.3 and gains up to 1e3.
+    assert other.log_evidence == pytest.approx(one.log_evidence, rel=1e-9)
+    assert_allclose(other.prob, one.prob, atol=1e-8)
+    assert_allclose(other.states.mean, one.states.mean + shift, atol=1e-8)
+    assert_allclose(other.states.cov, one.states.cov, atol=1e-8)
+
+
+def test_where_states_are_told_apart_it_is_the_exact_posterior(infer, rng):
+    distinct = np.array([[5.0, 5.0], [-5.0, -5.0]])
+    slds = replace(random_slds(2, rng=rng), b=distinct, mean0=distinct)
+    s, _, y = slds.sample(7, rng)
+    exact, got = enumerated(slds, y), single(infer)(slds, y)
+    assert_array_equal(got.path, s)
+    # One path has all but 1e-9 of the exact posterior, and nothing else is approximated.
+    assert exact.prob.max(1).min() > 1.0 - 1e-9
+    assert got.log_evidence == pytest.approx(exact.log_evidence, abs=1e-8)
+    assert_allclose(got.prob, exact.prob, atol=1e-8)
+    assert_allclose(got.states.mean, exact.states.mean, atol=1e-7)
+
+
+def test_covariances_stay_symmetric_positive_definite_over_2000_frames(infer, rng):
+    slds = random_slds(2, d=1, order=2, noise=1e-3, rng=rng)
+    slds = replace(slds, R=[[1e-6]], cov0=1e6 * slds.cov0)
+    y = np.tile(drawn(slds, 200, rng), (10, 1))
+    y[np.arange(2_000) % 100 < 30] = np.nan  # hidden for 30 frames in every 100
+    got = single(infer)(slds, y)
+    cov = got.states.cov
+    assert_array_equal(cov[..., 0, 1], cov[..., 1, 0])
+    assert (np.linalg.eigvalsh(cov)[..., 0] > 0).all()
+    assert_allclose(got.prob.sum(1), 1.0, atol=1e-9)  # rounding adds up over the frames
+    assert np.isfinite(got.log_evidence)
 
 
 def test_a_state_that_can_never_be_entered_changes_nothing(infer, rng):

@@ -312,29 +312,11 @@ def test_tiny_and_huge_noise_leave_everything_finite(order, scales, rng):
         assert_allclose(p.prob.sum(1), 1.0, atol=1e-12)
 
 
-def test_an_outlier_of_fifty_deviations_leaves_everything_finite(rng):
-    slds = random_slds(4, order=2, rng=rng)
-    y = drawn(slds, 30, rng)
-    y[10] += 50.0 * np.sqrt(np.diag(slds.R))
-    got = rounds(slds, y, 10)
-    values = [p.log_evidence for p in got]
-    assert np.diff(values).min() > -1e-9  # sums near 1e4
-    assert np.isfinite(got[-1].states.mean).all()
-
-
 def test_a_sequence_with_no_measurement_at_all_stays_below_nought(rng):
     slds = random_slds(2, order=2, rng=rng)
     got = variational(slds, np.full((6, 2), np.nan))
     assert -5.0 < got.log_evidence <= 0.0
     assert np.isfinite(got.states.cov).all()
-
-
-def test_covariances_stay_positive_definite_over_a_thousand_frames(rng):
-    slds = random_slds(2, d=1, order=2, rng=rng)
-    y = drawn(slds, 1000, rng, gaps=True)
-    got = variational(slds, y, rounds=3)
-    assert np.linalg.eigvalsh(got.states.cov).min() > 0.0
-    assert_allclose(got.prob.sum(1), 1.0, atol=1e-9)  # rounding adds up over the frames
 
 
 def test_states_that_hold_more_than_poses_are_refused(rng):
