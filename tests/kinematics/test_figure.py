@@ -166,17 +166,45 @@ def swapped(text, old, new):
     return text.replace(old, new)
 
 
+SIZES = "link 'fore': length, width and taper must be positive"
+# What is added to the figure, what to its forearm, or put in place of something else, and what is said of it.
+OF_THE_FIGURE = {
+    "unknown key": ("legs = []", "the figure has the unknown key 'legs'"),
+    "leg as text": ('leg = "fore"', "the figure: leg must be a list; got"),
+    "leg of numbers": ("leg = [3]", "each of leg must be text; got 3"),
+    "leg of no link": (
+        'leg = ["upper", "shank"]',
+        "leg of figure 'arm' names 'shank', but no link begins so; the links are upper, fore",
+    ),
+    "marks without the base": ('marks = ["elbow"]', "marks of figure 'arm' lack its base 'shoulder'; add it"),
+    "mark of no joint": (
+        'marks = ["shoulder", "knee"]',
+        "marks of figure 'arm' names 'knee'; known are shoulder, ",
+    ),
+    "optional that is not marked": (
+        'marks = ["shoulder"]\noptional = ["elbow"]',
+        "optional of figure 'arm' names 'elbow'; known are shoulder$",
+    ),
+    "one joint ahead": ('ahead = [["elbow"]]', r"ahead holds pairs of joints; got \['elbow'\]"),
+    "hint of no joint": ('hints = { knee = "bend" }', "hints of figure 'arm' names 'knee'"),
+    "panel of no freedom": (
+        'panels = [{ title = "Arm", curves = { arm = "twist" } }]',
+        "panels of figure 'arm' names 'twist'; known are root_x, ",
+    ),
+    "panel without a title": ("panels = [{}]", "lacks the key 'title'"),
+}
+OF_A_LINK = {
+    "unknown key of a link": ("lenght = 1", "link 'fore' has the unknown key 'len"),
+    "zero taper": ("taper = 0", SIZES),
+    "beyond its parent": ("at = 1.5", "link 'fore': at must be a share .* 0 to 1; got"),
+    "nan rest": ("rest = nan", "link 'fore': rest must be an angle; got nan"),
+    "sense zero": ("sense = 0", "link 'fore': sense must be 1 or -1; got 0"),
+    "half a sense": ("sense = 1.5", "link 'fore': sense must be a whole number; got 1.5"),
+    "breathes as text": ('breathes = "no"', "'fore': breathes must be true or false"),
+    "no such offset": ('offset = "far"', "offset must be '', 'marked', 'lean'; got 'far'"),
+    "no such twin": ('twin = "wing"', "its twin 'wing' is no link of the figure"),
+}
 MISTAKES = {
-    "unknown key": (
-        'base = "shoulder"',
-        'base = "shoulder"\nlegs = []',
-        "the figure has the unknown key 'legs'",
-    ),
-    "unknown key of a link": (
-        "length = 0.4",
-        "length = 0.4\nlenght = 1",
-        "link 'fore' has the unknown key 'len",
-    ),
     "no name": ('name = "arm"', "", "the figure lacks the key 'name'"),
     "no base": ('base = "shoulder"', "", "the figure lacks the key 'base'"),
     "no length": ("length = 0.4", "", "link 'fore' lacks the key 'length'; add it"),
@@ -214,106 +242,16 @@ MISTAKES = {
         "two freedoms of figure 'arm' share a name; got root_x, root_y, raise",
     ),
     "a freedom that is": ('"bend"', '"scale"', "two freedoms of figure 'arm' share a name"),
-    "zero length": (
-        "length = 0.4",
-        "length = 0",
-        "link 'fore': length, width and taper must be positive; got",
-    ),
-    "negative width": (
-        "width = 0.1",
-        "width = -0.1",
-        "link 'fore': length, width and taper must be positive",
-    ),
-    "nan length": ("length = 0.4", "length = nan", "link 'fore': length, width and taper must be positive"),
-    "infinite length": (
-        "length = 0.4",
-        "length = inf",
-        "link 'fore': length, width and taper must be positive",
-    ),
-    "zero taper": (
-        "width = 0.1",
-        "width = 0.1\ntaper = 0",
-        "link 'fore': length, width and taper must be positive",
-    ),
-    "beyond its parent": (
-        "width = 0.1",
-        "width = 0.1\nat = 1.5",
-        "link 'fore': at must be a share .* 0 to 1; got",
-    ),
-    "nan rest": ("width = 0.1", "width = 0.1\nrest = nan", "link 'fore': rest must be an angle; got nan"),
+    "zero length": ("length = 0.4", "length = 0", SIZES),
+    "negative width": ("width = 0.1", "width = -0.1", SIZES),
+    "nan length": ("length = 0.4", "length = nan", SIZES),
+    "infinite length": ("length = 0.4", "length = inf", SIZES),
     "falling limits": ("[-90, 90]", "[90, -90]", r"link 'upper': limits must rise; got \[90.0, -90.0\]"),
     "nan limits": ("[-90, 90]", "[nan, 90]", "link 'upper': limits must rise"),
     "one limit": ("[-90, 90]", "[90]", r"link 'upper': limits must be two angles; got \[90\]"),
     "limits as text": ("[-90, 90]", '["a", "b"]', "link 'upper': each of limits must be a number; got 'a'"),
-    "sense zero": ("width = 0.1", "width = 0.1\nsense = 0", "link 'fore': sense must be 1 or -1; got 0"),
-    "half a sense": (
-        "width = 0.1",
-        "width = 0.1\nsense = 1.5",
-        "link 'fore': sense must be a whole number; got 1.5",
-    ),
     "length as text": ("length = 0.4", 'length = "long"', "link 'fore': length must be a number; got 'long'"),
     "length as truth": ("length = 0.4", "length = true", "link 'fore': length must be a number; got True"),
-    "breathes as text": (
-        "width = 0.1",
-        'width = 0.1\nbreathes = "no"',
-        "'fore': breathes must be true or false",
-    ),
-    "leg as text": (
-        'base = "shoulder"',
-        'base = "shoulder"\nleg = "fore"',
-        "the figure: leg must be a list; got",
-    ),
-    "leg of numbers": (
-        'base = "shoulder"',
-        'base = "shoulder"\nleg = [3]',
-        "each of leg must be text; got 3",
-    ),
-    "leg of no link": (
-        'base = "shoulder"',
-        'base = "shoulder"\nleg = ["upper", "shank"]',
-        "leg of figure 'arm' names 'shank', but no link begins so; the links are upper, fore",
-    ),
-    "marks without the base": (
-        'base = "shoulder"',
-        'base = "shoulder"\nmarks = ["elbow"]',
-        "marks of figure 'arm' lack its base 'shoulder'; add it",
-    ),
-    "mark of no joint": (
-        'base = "shoulder"',
-        'base = "shoulder"\nmarks = ["shoulder", "knee"]',
-        "marks of figure 'arm' names 'knee'; known are shoulder, ",
-    ),
-    "optional that is not marked": (
-        'base = "shoulder"',
-        'base = "shoulder"\nmarks = ["shoulder"]\noptional = ["elbow"]',
-        "optional of figure 'arm' names 'elbow'; known are shoulder$",
-    ),
-    "one joint ahead": (
-        'base = "shoulder"',
-        'base = "shoulder"\nahead = [["elbow"]]',
-        r"ahead holds pairs of joints; got \['elbow'\]",
-    ),
-    "hint of no joint": (
-        'base = "shoulder"',
-        'base = "shoulder"\nhints = { knee = "bend" }',
-        "hints of figure 'arm' names 'knee'",
-    ),
-    "panel of no freedom": (
-        'base = "shoulder"',
-        'base = "shoulder"\npanels = [{ title = "Arm", curves = { arm = "twist" } }]',
-        "panels of figure 'arm' names 'twist'; known are root_x, ",
-    ),
-    "panel without a title": (
-        'base = "shoulder"',
-        'base = "shoulder"\npanels = [{}]',
-        "lacks the key 'title'",
-    ),
-    "no such offset": (
-        "width = 0.1",
-        'width = 0.1\noffset = "far"',
-        "offset must be '', 'marked', 'lean'; got 'far'",
-    ),
-    "no such twin": ("width = 0.1", 'width = 0.1\ntwin = "wing"', "its twin 'wing' is no link of the figure"),
     "learned after what is not": (
         'name = "upper"',
         'name = "upper"\nlearned = false',
@@ -321,6 +259,9 @@ MISTAKES = {
     ),
     "not TOML": ("length = 0.4", "length =", "Invalid value"),
 }
+BASE, WIDTH = 'base = "shoulder"\n', "width = 0.1\n"
+MISTAKES |= {name: (BASE, BASE + added, said) for name, (added, said) in OF_THE_FIGURE.items()}
+MISTAKES |= {name: (WIDTH, WIDTH + added, said) for name, (added, said) in OF_A_LINK.items()}
 
 
 @pytest.mark.parametrize(("old", "new", "message"), MISTAKES.values(), ids=MISTAKES.keys())
