@@ -18,12 +18,10 @@ from tests.spoiled.stock import FOREIGN
 RUNS = [
     *cases("dlc", "run", ("absent", removed, "run holds no complete run")),
     *cases("trc", "run", ("is a file", file_instead, "run holds no complete run")),
-    *cases("mot", "run/run.json", ("absent", removed, "run holds no complete run")),
     *cases("myogait", "run/run.json", ("cut", cut(), "run/run.json")),
     *cases(
         "trc",
         "run/run.json",
-        ("empty", emptied, "run/run.json"),
         ("of endless frames a second", replaced('"fps": [\\d.]+', '"fps": 1e999'), "run/run.json"),
     ),
     *cases(
@@ -31,13 +29,6 @@ RUNS = [
         "run/run.json",
         ("of another program", written('{"name": 1}'), "run/run.json"),
         ("of too many frames", replaced('"frames": 4', f'"frames": {HUGE}'), "keypoints.csv"),
-    ),
-    *cases(
-        "mot",
-        "run/pose.csv",
-        ("absent", removed, "run/pose.csv"),
-        ("empty", emptied, "run/pose.csv"),
-        ("in UTF-16", encoded("utf-16"), "run/pose.csv"),
     ),
     *cases(
         "trc",
@@ -56,7 +47,6 @@ RUNS = [
     *cases(
         "trc",
         "run/track.npz",
-        ("absent", removed, "run/track.npz"),
         ("cut", cut(), "run/track.npz"),
         ("has a flipped bit", flipped(8, 500), "run/track.npz"),
     ),
@@ -69,11 +59,7 @@ JOBS = [
     *cases(
         "batch",
         "jobs.csv",
-        ("absent", removed, "no table of jobs jobs.csv"),
-        ("empty", emptied, "jobs.csv is no table of jobs"),
-        ("in UTF-16", encoded("utf-16"), "jobs.csv as a UTF-8"),
         ("in Latin-1", encoded("latin-1"), "jobs.csv as a UTF-8"),
-        ("are a folder", folder_instead, "jobs.csv"),
         ("with a header alone", replaced(r"(?s)\n.*", "\n"), "has no jobs"),
         ("lack a column", replaced("video", "film"), "column 'video' is missing"),
         (
