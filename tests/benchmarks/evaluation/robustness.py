@@ -76,10 +76,8 @@ SOAK = """\
 commands on them for an hour and kills a third of these. It checks each end: exit status, one line of error,
 files complete, nothing left over, no process left, at most 1 GiB of memory.
 
-A thousand commands in an hour found interrupts that ended in a traceback while libraries were loaded, in
-compiled code, while a batch started and while Python ended; a batch interrupted twice that said nothing was
-written; and temporary folders that outlived SIGKILL. All are mended. Two are Python's own: an interrupt in
-its first milliseconds shows a traceback, and one just after an import may be lost.
+What an hour of a thousand commands found is mended but for two faults of Python's own: an interrupt in its
+first milliseconds shows a traceback, and one just after an import may be lost.
 """
 
 
