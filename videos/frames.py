@@ -37,6 +37,7 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
+UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # early or late frames up to which nothing is said
 
 
 class VideoError(Exception):
@@ -81,6 +82,8 @@ class Video:
     cut_short     : after a whole pass, one line if frames are missing in the video or at its end, else None
     gaps          : of a folder, one line if numbers are left out or given twice, else None
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
+    uneven        : after a pass, one line if many frames follow early or late, else None
+    interlaced    : after a pass, one line if most frames are of two fields, else None
 
     Args:
         path: the file or folder.
@@ -95,7 +98,6 @@ class Video:
     def __init__(self, path: str | Path, *, fps: float | None = None) -> None:
         self.path = Path(path)
         self.cut_short: str | None = None
-        self.retimed: str | None = None
         self.gaps: str | None = None
         self._images: list[Path] = []
         if not self.path.exists():
@@ -113,14 +115,16 @@ class Video:
             with _opened(self.path) as container:
                 self.fps, self.count_hint = _announced(container, _video_stream(container, self.path))
 
+        self._begin()
         first = next(iter(self), None)
         if first is None:
             raise VideoError(f"no frame of {path} could be decoded; record or convert it again")
         self.height, self.width = first.image.shape[:2]
+        self._begin()
 
     def __iter__(self) -> Iterator[Frame]:
         """Frames in presentation order, from index 0."""
-        self.cut_short = self.retimed = None
+        self._begin()
         size = None
         for frame in self._folder_frames() if self._images else self._file_frames():
             height, width = frame.image.shape[:2]
@@ -132,6 +136,43 @@ class Video:
                     f"{size[0]}x{size[1]}; bring all to one size"
                 )
             yield frame
+
+    def _begin(self) -> None:
+        """Forget what the last pass found."""
+        self.cut_short = None
+        self._times, self._fields = Growing(1.0 / self.fps), 0
+
+    @property
+    def retimed(self) -> str | None:
+        if not (wrong := self._times.wrong):
+            return None
+        times = "one time" if wrong == 1 else f"{wrong} times"
+        return (
+            f"{times} of frames in {self.path.name} did not grow and were put right; figures by time may be "
+            "off there"
+        )
+
+    @property
+    def uneven(self) -> str | None:
+        times = self._times
+        if times.wrong or times.uneven <= max(UNEVEN_FRAMES, UNEVEN_SHARE * times.count):
+            return None
+        return (
+            f"{times.uneven} of {times.count} frames of {self.path.name} come early or late for "
+            f"{self.fps:.4g} a second; motion is taken as if they were even"
+        )
+
+    @property
+    def interlaced(self) -> str | None:
+        if 2 * self._fields <= self._times.count:
+            return None
+        return f"{self.path.name} is interlaced, each frame of two moments; deinterlace it for sharper limbs"
+
+    @property
+    def notes(self) -> list[str]:
+        """What is to be said of the video after a pass."""
+        said = (self.cut_short, self.retimed, self.uneven, self.interlaced, self.gaps)
+        return [line for line in said if line]
 
     def since(self, index: int, tick: int | None) -> Iterator[Image]:
         """Pictures from a frame on, decoded from the key frame before it; `tick` is the one that it had.
@@ -166,14 +207,14 @@ class Video:
             yield Frame(index, index / self.fps, _read_image(path))
 
     def _file_frames(self) -> Iterator[Frame]:
-        index, damaged, growing = 0, [], Growing(1.0 / self.fps)
+        index, damaged = 0, []
         rgb = VideoReformatter()
         for picture in recalled(self.path, self._pictures):
             if picture is None:
                 damaged.append(index)
                 continue
-            time = growing.next(picture.time)
-            self.retimed = _retimed(self.path.name, growing.wrong)
+            time = self._times.next(picture.time)
+            self._fields += picture.interlaced_frame
             yield Frame(index, time, _upright(picture, rgb), picture.pts)
             index += 1
         self.cut_short = self._shortfall(index, damaged)
@@ -199,13 +240,6 @@ class Video:
         if damaged:
             return f"{name} cannot be decoded past frame {count - 1}; what was read was used"
         return None
-
-
-def _retimed(name: str, wrong: int) -> str | None:
-    if not wrong:
-        return None
-    times = "one time" if wrong == 1 else f"{wrong} times"
-    return f"{times} of frames in {name} did not grow and were put right; figures by time may be off there"
 
 
 def films_in(folder: Path) -> list[Path]:

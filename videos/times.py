@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+LATE = 0.5  # nominal frames by which one comes early or late
 APART = 2.0  # nominal frames back that are another recording's beginning and no slip
 
 
@@ -14,12 +15,16 @@ class Growing:
     last  : the last time given, seconds
     added : seconds that the file's times are late by, for its later parts begin anew
     wrong : how many were put right
+    uneven: how many others came half a step or more early or late
+    count : how many there were
     """
 
     step: float
     last: float = -math.inf
     added: float = 0.0
     wrong: int = 0
+    uneven: int = 0
+    count: int = 0
 
     def next(self, told: float | None) -> float:
         """The next frame's time, seconds, by what the file tells; None for nothing, which is no fault.
@@ -30,11 +35,14 @@ class Growing:
         if told is None:
             told = 0.0 if math.isinf(self.last) else self.last + self.step - self.added
         time = told + self.added
+        self.count += 1
         if time <= self.last:
             self.wrong += 1
             begins_anew = self.last - time >= APART * self.step
             time = self.last + (self.step if begins_anew else 0.5 * self.step)
             if begins_anew:
                 self.added = time - told
+        elif self.count > 1 and abs(time - self.last - self.step) >= LATE * self.step:
+            self.uneven += 1
         self.last = time
         return time

@@ -134,6 +134,34 @@ def test_a_variable_frame_rate_keeps_every_frames_own_time(tmp_path):
     # The container rounds to its own clock, no coarser than a millisecond.
     assert_allclose([frame.time for frame in video], np.array(ticks) / 1000, atol=1e-3)
     assert video.cut_short is None
+    assert video.uneven == (
+        f"3 of 6 frames of phone.mp4 come early or late for {video.fps:.4g} a second; motion is taken as if "
+        "they were even"
+    )
+
+
+def test_a_few_frames_that_come_late_are_not_spoken_of(tmp_path):
+    ticks = [33 * t + 40 * (t > 20) + 40 * (t > 40) for t in range(60)]
+    video = Video(make_clip(tmp_path / "phone.mp4", [picture(t % 20) for t in range(60)], ticks=ticks))
+    list(video)
+    assert video.notes == []
+
+
+@pytest.mark.parametrize(("interlaced", "said"), [(1, 1), (0, 0)])
+def test_an_interlaced_video_is_told(tmp_path, interlaced, said):
+    path = tmp_path / "tape.mp4"
+    with av.open(str(path), "w") as container:
+        options = {"x264-params": f"interlaced={interlaced}"}
+        stream = container.add_stream("libx264", rate=25, options=options)
+        stream.height, stream.width, stream.pix_fmt = HEIGHT, WIDTH, "yuv420p"
+        for t in range(6):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture(t), format="rgb24")))
+        container.mux(stream.encode())
+    video = Video(path)
+    assert video.notes == []  # of no pass yet
+    list(video)
+    told = "tape.mp4 is interlaced, each frame of two moments; deinterlace it for sharper limbs"
+    assert video.notes == [told] * said
 
 
 def joined(path, parts):

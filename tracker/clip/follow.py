@@ -218,7 +218,7 @@ def _rate(plan: Plan, track: Track) -> float:
 
 
 def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
-    warnings = [said for said in (plan.video.cut_short, plan.video.retimed, plan.video.gaps) if said]
+    warnings = plan.video.notes
     if plan.job.facing is None and footless(plan.start):
         side = track.view.side
         warnings.append(f"no foot was marked: the figure is taken to face {side}, --facing tells otherwise")
