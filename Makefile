@@ -6,6 +6,10 @@ BIN := $(VENV)/bin
 MOCAP ?= $(FIGTRACK_DATA)/mocap/trials.csv
 RATES := 24 25 30 50 60
 
+# Matrices are small: threads of one multiplication wait for each other longer than they work.
+export OMP_NUM_THREADS ?= 1
+export OPENBLAS_NUM_THREADS ?= 1
+
 .PHONY: demo test check models rivals evaluate robustness rendered gait measure motion gallery trial mutants soak bench clean
 
 demo: $(VENV)/installed
@@ -49,27 +53,27 @@ rivals: .venv-rivals/installed
 
 # The tables of docs/results.md, from the clips in $FIGTRACK_DATA/video.
 evaluate: $(VENV)/installed-dev rivals
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.evaluation $(FIGTRACK_DATA)/video docs/results.md
+	$(BIN)/python -m tests.benchmarks.evaluation $(FIGTRACK_DATA)/video docs/results.md
 
 # The tables of docs/robustness.md, from the same clips.
 robustness: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.evaluation.robustness $(FIGTRACK_DATA)/video docs/robustness.md
+	$(BIN)/python -m tests.benchmarks.evaluation.robustness $(FIGTRACK_DATA)/video docs/robustness.md
 
 # The tables of docs/rendered.md, from films that are painted with the motion of the open captures.
 rendered: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.rendered $(MOCAP) docs/rendered.md
+	$(BIN)/python -m tests.benchmarks.rendered $(MOCAP) docs/rendered.md
 
 # The tables of docs/gait.md, from such films and the open clips; what was followed is kept for the next time.
 gait: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.gait $(FIGTRACK_DATA) docs/gait.md --tracks gait-tracks
+	$(BIN)/python -m tests.benchmarks.gait $(FIGTRACK_DATA) docs/gait.md --tracks gait-tracks
 
 # The tables of docs/measure.md, from the same clips.
 measure: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.evaluation.points $(FIGTRACK_DATA)/video docs/measure.md
+	$(BIN)/python -m tests.benchmarks.evaluation.points $(FIGTRACK_DATA)/video docs/measure.md
 
 # The tables of docs/motion.md, from the captures and splices in $FIGTRACK_DATA.
 motion: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.motion $(FIGTRACK_DATA) docs/motion.md
+	$(BIN)/python -m tests.benchmarks.motion $(FIGTRACK_DATA) docs/motion.md
 
 # The pictures of docs/gallery.md, from rendered walks and the models that ship; needs Chromium.
 gallery: $(VENV)/installed-dev
@@ -81,11 +85,11 @@ trial: $(VENV)/installed-dev
 
 # Formulas broken one at a time, and whether the tests notice: tests/benchmarks/mutations.toml.
 mutants: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.mutations
+	$(BIN)/python -m tests.benchmarks.mutations
 
 # Random commands on random films, some of them killed, for an hour: whether every one ends as it is meant to.
 soak: $(VENV)/installed-dev
-	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.benchmarks.soak
+	$(BIN)/python -m tests.benchmarks.soak
 
 # How fast filters, learning and, where there are clips, tracking are beside others: docs/speed.md.
 bench: $(VENV)/installed-bench
