@@ -161,6 +161,31 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
     assert near((float(found["x"]), float(found["y"])), place, 2.5)
 
 
+def test_the_legs_of_all_frames_are_exchanged_undone_and_done_again_together(browser, run):
+    def points(key, frame):
+        shown.press(key)
+        shown.turn_to(frame)
+        return shown.points()
+
+    def exchanged(places):
+        return {other_side(name): place for name, place in places.items()}
+
+    with correcting(browser, run) as shown:
+        start, corrected = shown.points(), points(".", 1)
+        shown.press("Enter")  # kept as it was followed: a frame that the track is to pass through
+        browser.push("#all")
+        assert shown.points() == exchanged(corrected)
+        browser.push("#undo")
+        assert shown.points() == corrected
+        assert points(",", 0) == start
+        assert points(".", 1) == corrected
+        browser.push("#redo")
+        assert shown.points() == exchanged(corrected)
+        assert points(",", 0) == exchanged(start)
+        browser.push("#undo")
+        assert points(".", 1) == corrected
+
+
 @pytest.mark.whole
 def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run):
     with correcting(browser, run) as shown:

@@ -24,10 +24,26 @@ class Marks {
   replace(frame, marks, burst = null) {
     const step = burst && { burst: `${frame} ${burst}`, time: Date.now() };
     const goesOn = step?.burst === this.last?.burst && step?.time - this.last?.time < BURST;
-    if (!goesOn) this.pasts.set(frame, [...(this.pasts.get(frame) ?? []), this.of(frame)]);
+    if (!goesOn) this.note(this.pasts, frame, null);
     this.last = step;
     this.futures.delete(frame);
     this.frames.set(frame, marks);
+  }
+
+  /** Put what `change` makes of them in place of the marks of all marked frames: one step of all. */
+  replaceAll(change) {
+    const together = {};
+    for (const frame of this.marked()) {
+      this.note(this.pasts, frame, together);
+      this.futures.delete(frame);
+      this.frames.set(frame, change(this.of(frame)));
+    }
+    this.last = null;
+  }
+
+  /** Keep a frame's marks on one of the stacks; `together` is shared by steps that are undone together. */
+  note(stacks, frame, together) {
+    stacks.set(frame, [...(stacks.get(frame) ?? []), { marks: this.of(frame), together }]);
   }
 
   canUndo(frame) {
@@ -38,7 +54,7 @@ class Marks {
     return Boolean(this.futures.get(frame)?.length);
   }
 
-  /** Take back the last step of a frame; gives the name of a joint that it changed. */
+  /** Take back the last step of a frame, and of others if it was one of all; gives the name of a joint that it changed. */
   undo(frame) {
     return this.step(frame, this.pasts, this.futures);
   }
@@ -48,13 +64,16 @@ class Marks {
   }
 
   step(frame, from, to) {
-    const stack = from.get(frame);
-    if (!stack?.length) return null;
+    if (!from.get(frame)?.length) return null;
     const before = this.of(frame);
-    const after = stack.pop();
-    to.set(frame, [...(to.get(frame) ?? []), before]);
-    this.frames.set(frame, after);
+    const { together } = from.get(frame).at(-1);
+    const others = together ? [...from.keys()].filter((each) => from.get(each).at(-1)?.together === together) : [frame];
+    for (const each of others) {
+      this.note(to, each, together);
+      this.frames.set(each, from.get(each).pop().marks);
+    }
     this.last = null;
+    const after = this.of(frame);
     const names = Object.keys({ ...before, ...after });
     return names.find((name) => !Marks.same(before[name], after[name])) ?? null;
   }

@@ -142,7 +142,7 @@ function exchangeLegs() {
 
 /** In the frames that the track passes through, and so in all. */
 function exchangeEverywhere() {
-  for (const frame of marks.marked()) marks.replace(frame, twins(marks.of(frame)));
+  marks.replaceAll(twins);
   changed();
 }
 
