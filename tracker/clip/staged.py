@@ -59,7 +59,8 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
     begin = next(pictures, None)  # none where the film is shorter than it says
     if begin is None:
         return None
-    found = survey(chain([begin], pictures), max(max(video.width, video.height) / SIDE, by))
+    by = max(max(video.width, video.height) / SIDE, by)
+    found = survey(chain([begin], pictures), by, total or 0)
     return Surveyed(video, first, last, found, progress) if len(found.places) >= FEWEST else None
 
 

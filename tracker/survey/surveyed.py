@@ -58,12 +58,13 @@ class Survey:
             yield evidence(lab, down @ place @ self.up, self.scene, expected), lab[..., 0].copy()
 
 
-def survey(images: Iterable[Image], by: float) -> Survey:
+def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:
     """Survey a film.
 
     Args:
         images: RGB, in order, at least one.
         by: pixels of the film that a pixel of its small pictures is to span.
+        frames: about how many images there are, 0 if that is not known.
     """
     views: list[tuple[int, Image]] = []
     held: list[Image] = []
@@ -82,7 +83,7 @@ def survey(images: Iterable[Image], by: float) -> Survey:
             camera = camera.follow(reduced(image, grey))
         places.append(up @ camera.place @ np.linalg.inv(up))
         sure.append(camera.sure)
-        holds = len(held) == t and (t + 1) * size[0] * size[1] * 3 <= HELD
+        holds = len(held) == t and max(t + 1, frames) * size[0] * size[1] * 3 <= HELD
         lab = _lab(image, size) if holds or t % every == 0 else None
         if not holds:
             held.clear()

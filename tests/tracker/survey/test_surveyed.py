@@ -125,6 +125,22 @@ def test_a_film_is_read_again_only_where_its_small_pictures_are_too_many_to_hold
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.parametrize(("told", "made"), [(0, 20), (20, 20), (1000, 11)])
+def test_of_a_film_that_is_said_to_be_long_no_picture_is_made_that_would_not_be_held(told, made, monkeypatch):
+    really, pictures = surveyed._lab, []
+
+    def counted(image, size):
+        pictures.append(image)
+        return really(image, size)
+
+    monkeypatch.setattr(surveyed, "_lab", counted)
+    monkeypatch.setattr(surveyed, "VIEWS", 6)
+    monkeypatch.setattr(surveyed, "HELD", 20 * 24 * 32 * 3)
+    images = np.full((20, 24, 32, 3), 90, np.uint8)
+    assert bool(survey(iter(images), 1.0, told).held) is (told <= 20)
+    assert len(pictures) == made  # the first seven, then every second, at last every fourth, are views
+
+
 def test_a_scene_is_no_larger_than_its_most_and_what_lies_further_is_unknown():
     images = np.full((30, 10, 20, 3), 90, np.uint8)
     places = np.tile(np.eye(3), (30, 1, 1))
