@@ -6,8 +6,9 @@ or the scene in a shadow, darker by a factor that is not known:
     R = log p(x | something) - log (p(x | scene) + shaded p(x | scene in a shadow)),
 
 cut at +-MOST, as neighbouring pixels err together and one alone proves little. Where the scene is not known R
-is 0. A change of light common to the picture is taken off first. Dark grey clothes look like a shadow: how
-likely either is beforehand is said by what is expected of the film.
+is 0. A change of light common to the picture is taken off first. Dark grey clothes look like a shadow, and
+clothes may have the scene's own colours: how likely either is beforehand is said by what is expected of the
+film. Where a share a of what stands before the scene looks like it, R is worth log ((1 - a) exp R + a).
 """
 
 from dataclasses import dataclass
@@ -18,15 +19,15 @@ from numpy.typing import NDArray
 
 from tracker.compiled import compiled
 from tracker.picture.pyramid import Array, Image, Planes
-from tracker.survey.mosaic import Scene
+from tracker.survey.mosaic import NOISE, Scene
 
 MOST = 2.5  # nats
 UNITS = 50.0  # steps that a nat is stored as
 NOTHING = 128  # what log odds of 0 are stored as
-LEAST = np.uint8(NOTHING - UNITS * MOST)  # what those of -MOST are
 COLOURS = float(np.log(200.0 * 50.0 * 50.0))  # log of how many colours clothes and skin may have
 GREY = 6.0  # spread of the chroma of what is about grey
-GREYER = 50.0 * 50.0 / (2.0 * np.pi * GREY**2)  # times as likely a grey is there as among all colours
+ALL_GREY = 0.999  # share of grey clothes in a film without colours
+DARKER = 5.0  # times as much shadow is expected there
 DARKEST = 0.4  # of the light is left in a shadow
 SOME = 17  # a change of light is taken from every so manieth row
 
@@ -37,15 +38,18 @@ class Expected:
 
     grey   : share of clothes that are about grey, others having any colour
     shaded : share of the places of the scene that lie in a new shadow
+    alike  : share of what stands before the scene that cannot be told from it
     """
 
     grey: float = 0.0
     shaded: float = 0.05
+    alike: float = 0.0
 
 
 USUAL = Expected()
-GREY_CLOTHES = Expected(grey=0.5)
-HARDLY_SHADOWS = Expected(grey=0.5, shaded=0.002)
+GREY_CLOTHES = Expected(grey=0.5, alike=0.25)
+FULL_OF_SHADOWS = Expected(shaded=0.2)
+HARDLY_SHADOWS = Expected(grey=0.5, shaded=0.002, alike=0.25)
 
 
 def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUAL) -> Image:
@@ -64,8 +68,17 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
     known = np.asarray(cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest), np.uint8)
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
     light = np.median(apart, axis=0) if len(apart) else np.zeros(3)
-    odds = _odds(image, lab, spread, known, light.astype(np.float32), expected.grey, expected.shaded)
-    return np.asarray(odds)
+    likely = expected.grey, GREY, expected.shaded
+    if scene.colourless:  # clothes have the chroma of the scene, and all that is darker may be a shadow
+        likely = ALL_GREY, float(NOISE[1]), min(DARKER * expected.shaded, 1.0)
+    odds = _odds(image, lab, spread, known, light.astype(np.float32), *likely)
+    return np.asarray(odds if expected.alike == 0.0 else _worth(expected.alike)[odds])
+
+
+def _worth(alike: float) -> Image:
+    """(256,) what log odds are worth where this share of what stands before the scene looks like it."""
+    odds = (np.arange(256) - NOTHING) / UNITS
+    return np.asarray(np.rint(NOTHING + UNITS * np.log((1.0 - alike) * np.exp(odds) + alike)), dtype=np.uint8)
 
 
 def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
@@ -84,10 +97,13 @@ def _odds(
     known: NDArray[np.uint8],
     light: Planes,
     grey: float,
+    chroma: float,
     shaded: float,
 ) -> Image:
     h, w = known.shape
-    least, greyer = np.log(1.0 - grey) - COLOURS, grey / (1.0 - grey) * GREYER
+    # Times as likely as any other colour a grey is.
+    greyer = grey / (1.0 - grey) * 50.0 * 50.0 / (2.0 * np.pi * chroma**2)
+    least = np.log(1.0 - grey) - COLOURS
     most = least + np.log1p(greyer)
     found = np.full((h, w), NOTHING, np.uint8)
     half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(shaded)
@@ -104,7 +120,7 @@ def _odds(
             scene = -0.5 * away - np.log(s0 * s1 * s2) - 3.0 * half
             # Most places show the scene as it is, and no shadow can lower R further.
             if scene > MOST + most:
-                found[i, j] = LEAST
+                found[i, j] = NOTHING - UNITS * MOST
                 continue
             # In a shadow chroma shrinks with the light.
             share = min(max(x0 / b0, DARKEST), 1.0)
@@ -115,6 +131,6 @@ def _odds(
             behind = more + np.log1p(np.exp(min(scene, shade) - more))
             something = least
             if grey > 0.0:
-                something += np.log1p(greyer * np.exp(-0.5 * (x1 * x1 + x2 * x2) / GREY**2))
+                something += np.log1p(greyer * np.exp(-0.5 * (x1 * x1 + x2 * x2) / chroma**2))
             found[i, j] = np.uint8(NOTHING + np.rint(UNITS * min(max(something - behind, -MOST), MOST)))
     return found

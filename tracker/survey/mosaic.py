@@ -19,6 +19,8 @@ FEWEST = 5  # frames that must show a place
 NOISE = np.array([5.0, 2.5, 2.5], np.float32)  # least spread of L, a and b: what coding leaves, grey levels
 SLIP = 0.3  # error of the camera's path, pixels of the small picture
 SIGMA = 1.4826  # standard deviations in the median of a Gaussian's absolute values
+GREY, HARDLY = 128, 3  # chroma as stored of what has no colour, and what coding adds to it
+SOME = 3  # so manieth row and column tells whether a film has colours
 LARGEST = 6.0  # times a picture's area: where the camera goes further, its last frames stay unknown
 
 
@@ -30,12 +32,14 @@ class Scene:
     spread : (h, w, 3) standard deviation of a frame that shows the scene from it, grey levels
     known  : (h, w) whether enough frames show it
     corner : (2,) of its top-left pixel, pixels of the first frame
+    colourless : whether the film is black and white
     """
 
     lab: Planes
     spread: Planes
     known: NDArray[np.bool_]
     corner: Array
+    colourless: bool = False
 
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
@@ -63,7 +67,13 @@ def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
     planes = lab.astype(np.float32)
     slope = np.hypot(*(cv2.Sobel(planes, -1, dx, 1 - dx, ksize=3, scale=0.125) for dx in (1, 0)))
     spread = np.sqrt(NOISE**2 + spread**2 + (SLIP * slope) ** 2).astype(np.float32)
-    return Scene(planes, spread, number >= min(FEWEST, len(images)), corner)
+    return Scene(planes, spread, number >= min(FEWEST, len(images)), corner, _colourless(images))
+
+
+def _colourless(images: Sequence[Image]) -> bool:
+    """Whether no picture has a colour."""
+    chroma = (np.abs(image[::SOME, ::SOME, 1:].astype(np.int16) - GREY) for image in images)
+    return all(each.max() <= HARDLY for each in chroma)
 
 
 def _frame(shape: tuple[int, ...], places: Sequence[Array]) -> tuple[Array, tuple[int, int]]:
