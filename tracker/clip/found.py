@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from tracker.clip.job import Following, Found
-from tracker.clip.naming import borne_out, marks_of, nearer, start_from, sure_of_leg
-from tracker.clip.staged import surveyed
+from tracker.clip.job import Following, Found, towards
+from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
+from tracker.clip.staged import Surveyed, surveyed
 from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
@@ -13,15 +13,17 @@ from tracker.outline.others import without_others
 from tracker.outline.person import Person, person, seen_figure
 from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
+from tracker.outline.spot import Spot, spot
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
-from tracker.survey.evidence import GREY_CLOTHES, HARDLY_SHADOWS
+from tracker.survey.evidence import FULL_OF_SHADOWS, GREY_CLOTHES, HARDLY_SHADOWS
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
 TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
 CLEARLY = 0.1  # the same, from which nobody is looked at again
+MOSTLY = 0.5  # of the frames must tell the camera's path, or it may go along with somebody
 
 
 def people(
@@ -42,13 +44,16 @@ def people(
         film = surveyed(video, first, last, 1.0, progress)
         if film is None:
             return []
-        seen = _before(film.stage(1), video.fps, facing)
-        for expected in (GREY_CLOTHES, HARDLY_SHADOWS):
+        stage = film.stage(1)
+        seen = _before(stage, video.fps, facing)
+        grey = film.survey.scene.colourless
+        for expected in (GREY_CLOTHES, HARDLY_SHADOWS, *[FULL_OF_SHADOWS] * grey):
             unclear = [one for one in seen if not _clear(one)]
-            if not unclear:
+            if not unclear and (seen or not grey):
                 break
-            again = _before(film.stage(1, expected), video.fps, facing, unclear)
-            seen = [one if _clear(one) else _clearer(one, again) for one in seen]
+            again = _before(film.stage(1, expected), video.fps, facing, unclear or None)
+            seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
+        seen = _whole(seen, film, spot(stage))
         if seen:
             return [_heard(one.later(first), video) for one in seen]
         first += len(film.survey.places)
@@ -68,6 +73,18 @@ def _before(
         if one is not None and not any(one.same(other) for other in seen):
             seen.append(one)
     return seen
+
+
+def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Person]:
+    """Those who are no limbs of somebody who moves on the spot."""
+    told = film.survey.sure.mean() > MOSTLY
+    return [
+        one
+        for one in seen
+        if place is None
+        or (told and one.direction != 0)
+        or not place.shows(one.outline.hips, one.outline.units)
+    ]
 
 
 def _clear(one: Person) -> bool:
@@ -93,7 +110,7 @@ def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
     """
     number, near = how.person, how.near
     if not everybody:
-        raise FoundError("nobody was found who walks through the film; mark the joints of one frame")
+        raise _nobody(how, video)
     if number is None and len(everybody) > 1:
         raise FoundError(
             f"{len(everybody)} people walk through the film; name one with --person N, as 'figtrack find' "
@@ -109,6 +126,23 @@ def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
         one = one.exchanged
     told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
     return start_from(one, video, told)
+
+
+def _nobody(how: Following, video: Video) -> FoundError:
+    """What is said where nobody goes through the film, with about the joints of who moves on the spot."""
+    first = how.from_ or 0
+    last = first + WINDOW - 1 if how.stop is None else min(first + WINDOW - 1, how.stop)
+    film = surveyed(video, first, last, 1.0, Progress("quiet"))
+    place = film and spot(film.stage(1))
+    if not place:
+        return FoundError("nobody was found who walks through the film; mark the joints of one frame")
+    figure, frame = seen_figure(), first + place.frame
+    joints = place.joints(figure, Cycles.load(), towards(how.facing) or 1)
+    return FoundError(
+        "nobody goes through the film, but somebody may move on the spot, as on a treadmill or before a "
+        f"camera that goes along; mark the joints of frame {frame}",
+        {frame: marked(figure, joints)},
+    )
 
 
 def _doubted(one: Person) -> str:

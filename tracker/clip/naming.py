@@ -11,7 +11,7 @@ from itertools import islice
 
 import numpy as np
 
-from kinematics.figure import Array
+from kinematics.figure import Array, Figure
 from tracker.clip.job import Following, Found, Nearer
 from tracker.clip.outlines import outlined
 from tracker.clip.pictures import Reel, Toned
@@ -44,7 +44,12 @@ def nearer(one: Person) -> Nearer:
 
 def marks_of(one: Person) -> dict[str, Mark]:
     """Its joints in the frame to start from."""
-    places = dict(zip(one.figure.joints, one.joints.round(2).tolist(), strict=True))
+    return marked(one.figure, one.joints)
+
+
+def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
+    """The joints (J, 2) of a figure, pixels, as marks."""
+    places = dict(zip(figure.joints, joints.round(2).tolist(), strict=True))
     return {name: Mark(x, y) for name, (x, y) in places.items()}
 
 

@@ -126,7 +126,7 @@ def person(
     inner = outline.around(slice(path.first - first, path.last + 1 - first))
     faced, first = faced.part(inner), first + inner.start
     outline = outline.part(inner)
-    frame = _clearest(faced, outline, figure)
+    frame = _clearest(faced, outline, figure, slice(path.first - first, path.last + 1 - first))
     if frame is None:
         return None
     return Person(
@@ -180,11 +180,16 @@ def _direction(stage: Stage, outline: Outline) -> int:
     return int(np.sign(x[1] - x[0])) if abs(x[1] - x[0]) > GOES * np.median(outline.units) else 0
 
 
-def _clearest(stage: Stage, outline: Outline, figure: Figure) -> int | None:
-    """The frame in which the ankles are farthest apart among those that show the whole figure well."""
+def _clearest(stage: Stage, outline: Outline, figure: Figure, path: slice) -> int | None:
+    """The frame in which the ankles are farthest apart among those that show the whole figure well.
+
+    Frames of the path come first: beyond it the outline may have gone over to somebody else.
+    """
     size = np.array(stage.odds.shape[:0:-1]) * np.diag(stage.up)[:2]
     shown = np.all((outline.joints > EDGE * size) & (outline.joints < (1.0 - EDGE) * size), axis=(1, 2))
     shown &= outline.score > EXPLAINED * np.median(outline.score)
+    if shown[path].any():
+        shown[: path.start], shown[path.stop :] = False, False
     ankles = [figure.joints.index(name) for name in ("near_ankle", "far_ankle")]
     apart = np.abs(np.diff(outline.joints[:, ankles, 0], axis=1))[:, 0] / outline.units
     return int(np.where(shown, apart, -1.0).argmax()) if shown.any() else None

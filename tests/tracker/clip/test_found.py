@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.clips import write_table, write_video
-from tests.tracker.outline.films import MIDDLE, UNIT, WALKER, a_walk, film
+from tests.tracker.outline.films import BORDER, MIDDLE, UNIT, WALKER, a_walk, film
 from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
@@ -17,8 +17,9 @@ from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.clip.start import FoundError
+from tracker.outline.spot import Spot
 from tracker.progress import Progress
-from tracker.survey.evidence import GREY_CLOTHES, HARDLY_SHADOWS, USUAL
+from tracker.survey.evidence import FULL_OF_SHADOWS, GREY_CLOTHES, HARDLY_SHADOWS, USUAL
 from videos.frames import Video
 
 QUIET = Progress("quiet")
@@ -95,10 +96,11 @@ def test_where_the_light_changes_nobody_is_found(rng, tmp_path):
 def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shadows_expected(
     turned, looks, walk, video, monkeypatch
 ):
-    seen = []
+    seen, real = [], staged_module.Surveyed.stage
 
-    def stage(_, facing, expected=USUAL):
+    def stage(surveyed, facing, expected=USUAL):
         seen.append(expected)
+        return real(surveyed, facing)
 
     def before(*_):
         look = len(seen) - 1
@@ -110,6 +112,73 @@ def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shad
     assert seen == [USUAL, GREY_CLOTHES, HARDLY_SHADOWS][:looks]
     assert (one.frame, one.turned) == (int(np.argmax(turned)), max(turned))
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
+
+
+def test_a_film_without_colours_is_looked_through_again_where_nobody_is_seen(walk, tmp_path, monkeypatch):
+    grey = np.repeat(walk.images.mean(-1, keepdims=True), 3, axis=-1).astype(np.uint8)
+    seen, real = [], staged_module.Surveyed.stage
+
+    def stage(surveyed, facing, expected=USUAL):
+        seen.append(expected)
+        return real(surveyed, facing)
+
+    def before(_, fps, facing, those=None):
+        assert those is None
+        return [walk.person()] if len(seen) == 4 else []
+
+    monkeypatch.setattr(staged_module.Surveyed, "stage", stage)
+    monkeypatch.setattr(found_module, "_before", before)
+    assert len(people(as_video(grey, tmp_path), QUIET)) == 1
+    assert seen == [USUAL, GREY_CLOTHES, HARDLY_SHADOWS, FULL_OF_SHADOWS]
+
+
+@pytest.mark.whole
+def test_a_walker_without_colours_is_found(walk, tmp_path):
+    grey = np.repeat(walk.images.mean(-1, keepdims=True), 3, axis=-1).astype(np.uint8)
+    (one,) = people(as_video(grey, tmp_path), QUIET)
+    assert one.facing == 1
+    assert np.hypot(*(one.joints - walk.joints[one.frame]).T).mean() < 0.08 * UNIT
+
+
+def on_the_spot(walk):
+    """The same with the hip at rest before a scene at rest."""
+    by = np.rint(walk.hips[:, 0] - walk.hips[MIDDLE, 0]).astype(int)
+    images, cover = (
+        np.stack([np.roll(each, -x, axis=1) for each, x in zip(what, by, strict=True)])
+        for what in (walk.images, walk.cover[..., None])
+    )
+    still = walk.scene[BORDER:-BORDER, BORDER:-BORDER]
+    return np.rint(cover * images + (1.0 - cover) * still).astype(np.uint8)
+
+
+def test_of_who_walks_on_the_spot_about_the_joints_are_suggested_and_no_limb_is_a_person(walk, tmp_path):
+    video = as_video(on_the_spot(walk), tmp_path)
+    found = people(video, QUIET)
+    assert found == []
+    with pytest.raises(FoundError, match="move on the spot, as on a treadmill") as said:
+        start_of(found, Following(), video)
+    ((frame, marks),) = said.value.suggested.items()
+    assert f"frame {frame}" in str(said.value)
+    assert abs(marks["hip"].x - walk.hips[MIDDLE, 0]) < 0.4 * UNIT
+
+
+def test_limbs_of_who_moves_on_the_spot_are_nobody(walk, video, monkeypatch):
+    """Those who are as large, or go through the scene before a camera whose path is known, are."""
+    one = walk.person()
+    hip = one.outline.hips.mean(0)
+    stays = replace(one, outline=replace(one.outline, hips=np.tile(hip, (len(walk.q), 1))))
+
+    def left(person, unit):
+        monkeypatch.setattr(found_module, "spot", lambda _: Spot(3, hip, unit))
+        monkeypatch.setattr(found_module, "_before", lambda *_: [person])
+        return people(video, QUIET, stop=FEWEST)
+
+    small = 1.5 * UNIT  # of them
+    assert left(replace(stays, direction=0), small) == []
+    assert len(left(replace(stays, direction=0), UNIT)) == 1
+    assert len(left(stays, small)) == 1
+    monkeypatch.setattr(found_module, "MOSTLY", 1.0)  # no camera's path is known well enough
+    assert left(stays, small) == []
 
 
 def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeypatch):
@@ -135,9 +204,10 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video,
     assert (one.first, one.frame) == (16, 21)
 
 
-def test_nobody_is_no_start(video):
+def test_nobody_is_no_start(rng, tmp_path):
+    empty = as_video(film(rng, frames=FEWEST, walker=False).images, tmp_path)
     with pytest.raises(FoundError, match="nobody was found who walks") as said:
-        start_of([], Following(), video)
+        start_of([], Following(), empty)
     assert said.value.suggested is None
 
 

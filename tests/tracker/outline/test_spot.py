@@ -1,0 +1,61 @@
+"""Who moves on the spot is seen by limbs that stand out where they did before."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.films import CYCLES, MIDDLE, UNIT, WALKER
+from tracker.outline.spot import PART, spot
+from tracker.survey.evidence import NOTHING
+
+LEGS = [i for i, name in enumerate(WALKER.joints) if name.endswith(("knee", "ankle", "toe"))]
+
+
+@pytest.fixture
+def treadmill(walk, rng):
+    """The walk with the hip at rest, where what is covered in most frames is the scene; and its joints."""
+    by = np.rint(walk.hips[:, 0] - walk.hips[MIDDLE, 0]).astype(int)
+    cover = rolled(walk.cover, -by)
+    cover = np.abs(cover - (cover.mean(0) > 0.5))
+    return replace(walk, cover=cover).stage(rng), walk.joints - np.stack([by, 0 * by], axis=1)[:, None]
+
+
+def rolled(cover, right):
+    return np.stack([np.roll(each, x, axis=1) for each, x in zip(cover, right, strict=True)])
+
+
+def test_legs_that_swing_on_the_spot_tell_where_and_about_how_large(treadmill):
+    stage, joints = treadmill
+    found = spot(stage)
+    assert found.hip == pytest.approx(joints[MIDDLE, 0], abs=0.4 * UNIT)
+    assert found.unit == pytest.approx(UNIT, rel=0.4)
+    apart = np.ptp(joints[:, LEGS, 0], axis=1)
+    assert apart[found.frame] > 0.8 * apart.max()
+    placed = found.joints(WALKER, CYCLES, 1)
+    assert placed.shape == joints[0].shape
+    assert placed[0] == pytest.approx(found.hip)
+    assert np.hypot(*(placed - joints[found.frame]).T).mean() < 0.5 * UNIT
+    assert found.joints(WALKER, CYCLES, -1)[:, 0] - found.hip[0] == pytest.approx(found.hip[0] - placed[:, 0])
+
+
+def test_the_film_may_have_more_pixels_than_its_small_pictures(treadmill):
+    stage, _ = treadmill
+    found, twice = spot(stage), spot(replace(stage, up=np.diag([2.0, 2.0, 1.0])))
+    assert twice.hip == pytest.approx(2.0 * found.hip)
+    assert twice.unit == pytest.approx(2.0 * found.unit)
+
+
+def test_who_goes_through_the_picture_is_on_no_spot(walk, rng):
+    faster = 3 * (np.arange(len(walk.q)) - MIDDLE)
+    stage = replace(walk, cover=rolled(walk.cover, faster)).stage(rng)
+    assert spot(stage) is None
+    assert spot(replace(stage, odds=np.full_like(stage.odds, NOTHING))) is None
+
+
+def test_a_small_body_that_stays_there_is_a_part_and_a_large_one_or_one_that_leaves_is_not(treadmill):
+    found = spot(treadmill[0])
+    hips, small = np.tile(found.hip, (5, 1)), np.full(5, 0.9 * PART * found.unit)
+    assert found.shows(hips, small)
+    assert not found.shows(hips, small / 0.8)
+    assert not found.shows(hips + np.arange(5)[:, None] * [found.unit, 0.0], small)

@@ -1,0 +1,68 @@
+"""Who moves on one spot of the picture: on a treadmill, or before a camera that goes along and a bare wall.
+
+The trunk of such a person is in every frame where it was, and so becomes part of the scene. The legs stand
+out again and again in the same places, which those of who goes through the picture do not.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from kinematics.figure import Array, Figure
+from kinematics.spm import joints
+from tracker.outline.bodies import SMALLEST
+from tracker.outline.cycles import Cycles, poses
+from tracker.outline.stage import Stage
+from tracker.survey.evidence import NOTHING
+
+OFTEN = 0.2  # share of the frames in which places stand out that legs swing through
+OPENED, CLOSED = 3, 9  # pixels of a small picture: specks that are none, gaps that part nothing
+SHARE = 0.1  # of the largest of them, from which others above or below it count
+WIDTH = 1.1  # leg lengths that they are wide, about
+PART = 0.8  # of the size that they tell: who is smaller and within them is no person but a part of one
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Where somebody moves without going through the picture.
+
+    frame : in which the legs are farthest apart
+    hip   : (2,) pixels
+    unit  : pixels in a leg length, about
+    """
+
+    frame: int
+    hip: Array
+    unit: float
+
+    def joints(self, figure: Figure, cycles: Cycles, facing: int) -> Array:
+        """(J, 2) pixels of a figure in the middle of a step there."""
+        (q,) = poses(figure, cycles.pose[:1, 0])
+        return np.asarray(self.hip + self.unit * joints(figure, q) * [facing, -1.0])
+
+    def shows(self, hips: Array, units: Array) -> bool:
+        """Whether a body (n, 2), (n,), in the pixels of each frame, is a part of who moves here."""
+        away = np.median(np.abs(hips - self.hip), axis=0)
+        return bool(away.max() < self.unit and np.median(units) < PART * self.unit)
+
+
+def spot(stage: Stage) -> Spot | None:
+    """The largest places that stand out often, with those above and below; None where they are too low."""
+    out = stage.odds > NOTHING
+    often = (out.mean(0) > OFTEN).astype(np.uint8)
+    often = cv2.morphologyEx(often, cv2.MORPH_OPEN, np.ones((OPENED, OPENED)))
+    often = cv2.morphologyEx(often, cv2.MORPH_CLOSE, np.ones((CLOSED, CLOSED)))
+    left, top, width, height, area = cv2.connectedComponentsWithStats(often)[2][1:].T
+    if not len(area):
+        return None
+    most, right = area.argmax(), left + width
+    own = (left < right[most]) & (right > left[most]) & (area > SHARE * area[most])
+    x0, x1, y0, y1 = left[own].min(), right[own].max(), top[own].min(), (top + height)[own].max()
+    if y1 - y0 < SMALLEST * len(often):
+        return None
+    columns = out[:, (y0 + y1) // 2 : y1, x0:x1].any(1)
+    apart = np.where(columns.any(1), x1 - x0 - columns[:, ::-1].argmax(1) - columns.argmax(1), 0)
+    unit = (x1 - x0) / WIDTH
+    hip = stage.up[:2] @ [0.5 * (x0 + x1 - 1), y1 - unit, 1.0]
+    return Spot(int(apart.argmax()), np.asarray(hip), float(unit * stage.up[0, 0]))
