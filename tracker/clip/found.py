@@ -16,13 +16,14 @@ from tracker.outline.shape import Shape
 from tracker.outline.spot import Spot, spot
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
-from tracker.survey.evidence import FULL_OF_SHADOWS, GREY_CLOTHES, HARDLY_SHADOWS
+from tracker.survey.evidence import AS_THE_SCENE, FULL_OF_SHADOWS, GREY_CLOTHES, HARDLY_SHADOWS
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
 TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
 CLEARLY = 0.1  # the same, from which nobody is looked at again
+AGAIN = GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
 MOSTLY = 0.5  # of the frames must tell the camera's path, or it may go along with somebody
 
 
@@ -47,7 +48,7 @@ def people(
         stage = film.stage(1)
         seen = _before(stage, video.fps, facing)
         grey = film.survey.scene.colourless
-        for expected in (GREY_CLOTHES, HARDLY_SHADOWS, *[FULL_OF_SHADOWS] * grey):
+        for expected in (*AGAIN, *[FULL_OF_SHADOWS] * grey):
             unclear = [one for one in seen if not _clear(one)]
             if not unclear and (seen or not grey):
                 break

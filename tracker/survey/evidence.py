@@ -47,9 +47,10 @@ class Expected:
 
 
 USUAL = Expected()
-GREY_CLOTHES = Expected(grey=0.5, alike=0.25)
-FULL_OF_SHADOWS = Expected(shaded=0.2)
+GREY_CLOTHES = Expected(grey=0.5)
+AS_THE_SCENE = Expected(grey=0.5, alike=0.25)
 HARDLY_SHADOWS = Expected(grey=0.5, shaded=0.002, alike=0.25)
+FULL_OF_SHADOWS = Expected(shaded=0.2)
 
 
 def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUAL) -> Image:

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.benchmarks.evaluation.disturbances import Film, Image, every_second
+from tracker.tables.keypoints import Marks
 
 GAMMA = 2.4
 CONTRAST, VEIL = 0.25, 90.0  # share that is left, and the grey level that haze adds
 VIEW = 0.62  # share of the picture's width that a panning camera sees
 LAG = 4.0  # frames over which its way is smoothed
+STEADY = 1.0  # the same of a hip that stays
 
 
 def against_light(film: Film) -> Film:
@@ -50,18 +52,39 @@ def doubled(film: Film) -> Film:
 def panned(film: Film) -> Film:
     """A narrower picture that goes along with the hip."""
     width = film.images[0].shape[1]
-    seen, frames = int(VIEW * width) // 2 * 2, sorted(film.marks)
-    hips = np.interp(np.arange(len(film.images)), frames, [film.marks[t]["hip"].x for t in frames])
-    way = cv2.GaussianBlur(hips[None], (0, 0), LAG, borderType=cv2.BORDER_REPLICATE)[0]
-    left = np.clip(way - 0.5 * seen, 0, width - seen).astype(int)
+    seen = int(VIEW * width) // 2 * 2
+    left = np.clip(_way(film, LAG) - 0.5 * seen, 0, width - seen).astype(int)
     images = [
         np.ascontiguousarray(image[:, x : x + seen]) for image, x in zip(film.images, left, strict=True)
     ]
-    marks = {
-        frame: {name: replace(mark, x=mark.x - left[frame]) for name, mark in row.items()}
-        for frame, row in film.marks.items()
+    return replace(film, images=images, marks=_left_of(film.marks, left))
+
+
+def on_the_spot(film: Film) -> Film:
+    """The picture moved so that the hip stays in its middle, drawn out at its edges."""
+    height, width = film.images[0].shape[:2]
+    left = _way(film, STEADY) - 0.5 * width
+    ways = [np.array([[1.0, 0.0, -x], [0.0, 1.0, 0.0]]) for x in left]
+    images = [
+        np.asarray(cv2.warpAffine(image, way, (width, height), borderMode=cv2.BORDER_REPLICATE), np.uint8)
+        for image, way in zip(film.images, ways, strict=True)
+    ]
+    return replace(film, images=images, marks=_left_of(film.marks, left))
+
+
+def _way(film: Film, spread: float) -> NDArray[np.float64]:
+    """(T,) where the hip is, pixels, smoothed over this many frames."""
+    frames = sorted(film.marks)
+    hips = np.interp(np.arange(len(film.images)), frames, [film.marks[t]["hip"].x for t in frames])
+    return np.asarray(cv2.GaussianBlur(hips[None], (0, 0), spread, borderType=cv2.BORDER_REPLICATE)[0])
+
+
+def _left_of(marks: Marks, left: NDArray[np.generic]) -> Marks:
+    """The marks in pictures that begin so many pixels (T,) further right."""
+    return {
+        frame: {name: replace(mark, x=mark.x - float(left[frame])) for name, mark in row.items()}
+        for frame, row in marks.items()
     }
-    return replace(film, images=images, marks=marks)
 
 
 FILMS: dict[str, Callable[[Film], Film]] = {
