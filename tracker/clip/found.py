@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
 from tracker.clip.staged import Surveyed, surveyed
@@ -94,8 +96,16 @@ def _clear(one: Person) -> bool:
 
 
 def _clearer(one: Person, again: list[Person]) -> Person:
-    """The person, or the same as seen again if that is clearer."""
-    return max([one, *filter(one.same, again)], key=lambda seen: (not _doubted(seen), seen.turned))
+    """The person, or the same as seen again if that is clearer; of none that is clear the largest.
+
+    Who is seen without the legs is seen smaller.
+    """
+
+    def clear(seen: Person) -> tuple[bool, bool, float]:
+        sure, turned = not _doubted(seen), seen.turned >= CLEARLY
+        return sure, turned, seen.turned if turned or not sure else float(np.median(seen.outline.units))
+
+    return max([one, *filter(one.same, again)], key=clear)
 
 
 def _heard(one: Person, video: Video) -> Person:

@@ -114,6 +114,17 @@ def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shad
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
 
+def test_of_looks_that_are_not_clear_that_counts_which_shows_most_of_the_person(walk, video, monkeypatch):
+    one = walk.person(turned=0.09, frame=1)
+    larger = walk.person(turned=0.08, frame=2)
+    larger = replace(larger, outline=replace(larger.outline, units=1.2 * larger.outline.units))
+    doubted = replace(larger, turned=0.9 * TURNED, frame=3)
+    looks = iter([one, doubted, larger, one])
+    monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
+    (found,) = people(video, QUIET)
+    assert (found.frame, found.turned) == (2, 0.08)
+
+
 def test_a_film_without_colours_is_looked_through_again_where_nobody_is_seen(walk, tmp_path, monkeypatch):
     grey = np.repeat(walk.images.mean(-1, keepdims=True), 3, axis=-1).astype(np.uint8)
     seen, real = [], staged_module.Surveyed.stage
