@@ -61,7 +61,7 @@ def spot(stage: Stage) -> Spot | None:
     x0, x1, y0, y1 = left[own].min(), right[own].max(), top[own].min(), (top + height)[own].max()
     if y1 - y0 < SMALLEST * len(often):
         return None
-    columns = out[:, (y0 + y1) // 2 : y1, x0:x1].any(1)
+    columns = np.asarray(out[:, (y0 + y1) // 2 : y1, x0:x1].any(1), bool)
     apart = np.where(columns.any(1), x1 - x0 - columns[:, ::-1].argmax(1) - columns.argmax(1), 0)
     unit = (x1 - x0) / WIDTH
     hip = stage.up[:2] @ [0.5 * (x0 + x1 - 1), y1 - unit, 1.0]
