@@ -72,7 +72,8 @@ def _before(
     for path in everybody:
         if those is not None and not any(one.near(path) for one in those):
             continue
-        one = person(without_others(stage, path, everybody, fps), figure, path, fps, cycles, facing)
+        own = without_others(stage, path, everybody, fps)
+        one = person(own, figure, path, fps, cycles, facing, alone=len(everybody) == 1)
         if one is not None and not any(one.same(other) for other in seen):
             seen.append(one)
     return seen

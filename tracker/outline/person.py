@@ -106,7 +106,13 @@ def seen_figure() -> Figure:
 
 
 def person(
-    stage: Stage, figure: Figure, path: Path, fps: float, cycles: Cycles, facing: int | None = None
+    stage: Stage,
+    figure: Figure,
+    path: Path,
+    fps: float,
+    cycles: Cycles,
+    facing: int | None = None,
+    alone: bool = True,
 ) -> Person | None:
     """Who went along a path; None who is never in sight as a whole.
 
@@ -114,6 +120,7 @@ def person(
         stage: the film.
         fps: frames a second.
         facing: +1 right, -1 left, None to see it.
+        alone: whether nobody else goes through the film, to whom the outline may go over beyond the path.
     """
     best = int(np.argmax(path.score))
     ways = (1, -1) if facing is None else (facing,)
@@ -126,7 +133,8 @@ def person(
     inner = outline.around(slice(path.first - first, path.last + 1 - first))
     faced, first = faced.part(inner), first + inner.start
     outline = outline.part(inner)
-    frame = _clearest(faced, outline, figure, slice(path.first - first, path.last + 1 - first))
+    sure = slice(None) if alone else slice(path.first - first, path.last + 1 - first)
+    frame = _clearest(faced, outline, figure, sure)
     if frame is None:
         return None
     return Person(
@@ -180,16 +188,17 @@ def _direction(stage: Stage, outline: Outline) -> int:
     return int(np.sign(x[1] - x[0])) if abs(x[1] - x[0]) > GOES * np.median(outline.units) else 0
 
 
-def _clearest(stage: Stage, outline: Outline, figure: Figure, path: slice) -> int | None:
+def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> int | None:
     """The frame in which the ankles are farthest apart among those that show the whole figure well.
 
-    Frames of the path come first: beyond it the outline may have gone over to somebody else.
+    Args:
+        sure: frames to be taken first.
     """
     size = np.array(stage.odds.shape[:0:-1]) * np.diag(stage.up)[:2]
     shown = np.all((outline.joints > EDGE * size) & (outline.joints < (1.0 - EDGE) * size), axis=(1, 2))
     shown &= outline.score > EXPLAINED * np.median(outline.score)
-    if shown[path].any():
-        shown[: path.start], shown[path.stop :] = False, False
+    if shown[sure].any():
+        shown &= np.isin(np.arange(len(shown)), np.arange(len(shown))[sure])
     ankles = [figure.joints.index(name) for name in ("near_ankle", "far_ankle")]
     apart = np.abs(np.diff(outline.joints[:, ankles, 0], axis=1))[:, 0] / outline.units
     return int(np.where(shown, apart, -1.0).argmax()) if shown.any() else None

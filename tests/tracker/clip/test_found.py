@@ -209,7 +209,7 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video,
     monkeypatch.setattr(found_module, "paths", paths)
     monkeypatch.setattr(found_module, "joined", lambda _, paths, fps: paths)
     monkeypatch.setattr(found_module, "without_others", lambda stage, *_: stage)
-    monkeypatch.setattr(found_module, "person", lambda *_: walk.person(frame=5))
+    monkeypatch.setattr(found_module, "person", lambda *_, **__: walk.person(frame=5))
     (one,) = people(video, QUIET)
     assert parts == [16, 16]
     assert (one.first, one.frame) == (16, 21)
