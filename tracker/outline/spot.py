@@ -11,7 +11,7 @@ import numpy as np
 
 from kinematics.figure import Array, Figure
 from kinematics.spm import joints
-from tracker.outline.bodies import SMALLEST
+from tracker.outline.bodies import LARGEST, SMALLEST
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.stage import Stage
 from tracker.survey.evidence import NOTHING
@@ -48,7 +48,7 @@ class Spot:
 
 
 def spot(stage: Stage) -> Spot | None:
-    """The largest places that stand out often, with those above and below; None where they are too low."""
+    """The largest places that stand out often, with those above and below; None where these are no legs."""
     out = stage.odds > NOTHING
     often = (out.mean(0) > OFTEN).astype(np.uint8)
     often = cv2.morphologyEx(often, cv2.MORPH_OPEN, np.ones((OPENED, OPENED)))
@@ -59,10 +59,10 @@ def spot(stage: Stage) -> Spot | None:
     most, right = area.argmax(), left + width
     own = (left < right[most]) & (right > left[most]) & (area > SHARE * area[most])
     x0, x1, y0, y1 = left[own].min(), right[own].max(), top[own].min(), (top + height)[own].max()
-    if y1 - y0 < SMALLEST * len(often):
+    unit = (x1 - x0) / WIDTH
+    if y1 - y0 < SMALLEST * len(often) or unit > LARGEST * len(often):
         return None
     columns = np.asarray(out[:, (y0 + y1) // 2 : y1, x0:x1].any(1), bool)
     apart = np.where(columns.any(1), x1 - x0 - columns[:, ::-1].argmax(1) - columns.argmax(1), 0)
-    unit = (x1 - x0) / WIDTH
     hip = stage.up[:2] @ [0.5 * (x0 + x1 - 1), y1 - unit, 1.0]
     return Spot(int(apart.argmax()), np.asarray(hip), float(unit * stage.up[0, 0]))

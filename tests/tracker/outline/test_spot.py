@@ -50,7 +50,8 @@ def test_who_goes_through_the_picture_is_on_no_spot(walk, rng):
     faster = 3 * (np.arange(len(walk.q)) - MIDDLE)
     stage = replace(walk, cover=rolled(walk.cover, faster)).stage(rng)
     assert spot(stage) is None
-    assert spot(replace(stage, odds=np.full_like(stage.odds, NOTHING))) is None
+    for everywhere in (0, 50):  # nothing at all, or another scene
+        assert spot(replace(stage, odds=np.full_like(stage.odds, NOTHING + everywhere))) is None
 
 
 def test_a_small_body_that_stays_there_is_a_part_and_a_large_one_or_one_that_leaves_is_not(treadmill):
