@@ -4,6 +4,9 @@ A window of what was measured around each gap is explained. Every motion, and ev
 ends elsewhere, above all with another count of strides across the gap, is a hypothesis that is weighed by
 its evidence; the answer has the moments of their mixture. A long run of frames that lack single freedoms is
 cut into pieces.
+
+Whether a gap is one of gait is told by the evidence of frames SPACING seconds apart. Between them there is as
+much to bridge as in a short gap, which the next frame of a smooth motion never asks.
 """
 
 from collections.abc import Iterator
@@ -18,6 +21,7 @@ from dynamics.periodic.starts import starts
 from dynamics.stride import Stride
 
 CONTEXT = 2.0  # seconds of measured frames that are looked at on either side
+SPACING = 0.2  # seconds between the frames whose evidence is told
 PIECE = 2.0  # seconds of frames partly measured that are filled at once
 STARTS = 6  # a motion
 ROUGH = 2  # steps from each start, after which
@@ -49,7 +53,8 @@ class Filling:
     rows         : (m,) frames of the sequence
     window       : the frames that were looked at
     poses        : mean (m, M), cov (m, M, M) without measurement noise, given what was measured in the window
-    log_evidence : of what was measured in the window, nats, every motion as probable
+    log_evidence : of frames of the window SPACING seconds apart by the most probable hypothesis, at the noise
+                   that makes these most probable, nats; every motion as probable
     label        : the motion of the most probable hypothesis
     """
 
@@ -92,13 +97,12 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
     t = (np.arange(window.start, window.stop) - rows.mean()) / fps
     found = hypotheses(stride, t, np.where(stride.travels, np.nan, y[window]))
     log_p = np.array([h.fit.log_evidence for h in found])
-    total = np.logaddexp.reduce(log_p)
     share = np.exp(DOUBT * (log_p - log_p.max()))
     kept = np.flatnonzero(share >= FAINT * share.sum())
     each = [_poses(found[i], y[window], rows - window.start) for i in kept]
     together = Gaussian(np.stack([g.mean for g in each], 1), np.stack([g.cov for g in each], 1))
     poses = collapse(np.tile(share[kept] / share[kept].sum(), (len(rows), 1)), together)
-    return Filling(rows, window, poses, float(total - np.log(len(stride.labels))), found[0].label)
+    return Filling(rows, window, poses, _spaced_evidence(found[0], fps), found[0].label)
 
 
 def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
@@ -107,6 +111,14 @@ def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
     near = max(1, round(CONTEXT * fps))
     before, after = measured[measured < rows[0]][-near:], measured[measured > rows[-1]][:near]
     return slice(int(min([rows[0], *before])), int(max([rows[-1], *after])) + 1)
+
+
+def spaced(y: Array, fps: float) -> Array:
+    """Measured frames of y (T, M) about SPACING seconds apart, with NaN in the others."""
+    kept = np.flatnonzero(np.isfinite(y).any(1))[:: max(1, round(SPACING * fps))]
+    out = np.full_like(y, np.nan)
+    out[kept] = y[kept]
+    return out
 
 
 def hypotheses(stride: Stride, t: Array, y: Array) -> list[Hypothesis]:
@@ -129,6 +141,14 @@ def hypotheses(stride: Stride, t: Array, y: Array) -> list[Hypothesis]:
     climbed = _sorted([Hypothesis(h.stretch, h.stretch.fit_from(h.fit)) for h in near])
     noise = _likeliest_noise(climbed[0])
     return _distinct(_sorted([_at_noise(h, noise) for h in climbed]) if noise > 0.0 else climbed)
+
+
+def _spaced_evidence(h: Hypothesis, fps: float) -> float:
+    own = h.stretch
+    stretch = Stretch(own.stride, own.k, own.t, spaced(own.y, fps))
+    apart = Hypothesis(stretch, stretch.fit_from(h.fit))
+    likeliest = _at_noise(apart, _likeliest_noise(apart))
+    return likeliest.fit.log_evidence - float(np.log(len(own.stride.labels)))
 
 
 def _likeliest_noise(h: Hypothesis) -> float:

@@ -6,22 +6,23 @@ import numpy as np
 import pytest
 
 from kinematics.mocap import Sequence as Capture
-from kinematics.mocap import read_trials, sequences
+from kinematics.mocap import read_body, read_trials, resample, sequences
+from kinematics.sagittal import project
 from tests.tracker.gaits import sequence
 from tracker.experiments.measures import errors, rms
 from tracker.models.find import motion_model
-from tracker.motion.fill import BY_STRIDE, fill_gaps, fillers
+from tracker.motion.fill import BY_STRIDE, BY_SWITCHING, fill_gaps, fillers
 
 pytestmark = pytest.mark.claims
 
 FPS = 30.0
-SUBJECT = "am1"
+SUBJECTS = {"walk": "am1", "run": "bn2"}
 
 
 @pytest.fixture(scope="module")
 def captures(data_dir: Path) -> list[Capture]:
-    trials = [t for t in read_trials(data_dir / "mocap" / "trials.csv") if t.subject == SUBJECT]
-    wanted = [t for t in trials if t.activity in ("walk", "run")]
+    trials = read_trials(data_dir / "mocap" / "trials.csv")
+    wanted = [t for t in trials if SUBJECTS.get(t.activity) == t.subject]
     return [s for trial in wanted for s in sequences(trial, FPS)]
 
 
@@ -43,3 +44,14 @@ def test_gaps_of_somebody_new_are_filled_by_the_stride(
         found.append(errors(capture.subject, filled.y[hole], capture.y[hole]))
     assert len(found) >= 2
     assert rms(found) <= most
+
+
+@pytest.mark.parametrize("name", ["02_04", "am1_B18", "am1_C20"])
+def test_gaps_amid_jumps_are_left_to_the_switching_model(data_dir: Path, name: str) -> None:
+    both = fillers("gait", motion_model("gait", FPS), FPS, recurrent=True)
+    trials = read_trials(data_dir / "mocap" / "trials.csv")
+    (trial,) = (t for t in trials if t.path.stem == name)
+    y = resample(project(read_body(trial), curve=True), trial.fps, FPS)
+    middle = len(y) // 2
+    y[middle - 5 : middle + 5] = np.nan
+    assert fill_gaps(both, sequence(y), np.random.default_rng(0)).by == (BY_SWITCHING,)

@@ -1,6 +1,8 @@
 """Gaps of a pose table filled: by a switching model, by the harmonic stride, or by the more probable one.
 
-Both explain the angles that were measured around a gap. Where the switching model's evidence, that of its
+Both explain the angles that were measured around a gap, of frames far enough apart for both to have
+something to bridge (`dynamics.periodic.filling`): frame by frame the switching model is ahead in gait too,
+as it follows measured frames more closely than it bridges missing ones. Where its evidence, that of its
 best path, is the greater, it fills the gap: motion that is not periodic. Where a figure stands and how its
 head is carried is taken off before and put back afterwards, as in `tracker.motion.tasks`.
 """
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.noise import SEARCHES, at_noise
-from dynamics.periodic.filling import Filling, around, fill, gaps
+from dynamics.periodic.filling import NOISES, Filling, around, fill, gaps, spaced
 from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride
@@ -35,9 +37,6 @@ from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
 BY_EVIDENCE = "gait"  # the model's name for which the stride is asked too
 STRIDE = "stride"
-# Nats a measured frame by which a switching model must be ahead, as it follows measured frames more closely
-# than it bridges missing ones: captured gait, but for slow jogs, lies below 1.4; jumps above 4.
-HANDICAP = 2.0
 BY_STRIDE, BY_SWITCHING = "stride", "switching model"
 
 
@@ -114,21 +113,22 @@ def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator
     return Filled(np.where(placed, filled, np.nan), np.where(placed & ~seen, sd, np.nan), by)
 
 
-def prefers_stride(stride: float, switching: float, frames: int) -> bool:
-    """Whether the stride is to fill a gap, by the log evidences (nats) of the measured frames about it."""
-    return stride >= switching - HANDICAP * frames
+def angles_evidence(slds: SLDS, window: Array, fps: float) -> float:
+    """Log density of the best path through a window's angles (T, 8) as a stride is judged by them, nats.
 
-
-def measured_frames(window: Array) -> int:
-    """Frames of a window (T, 8) of which an angle was measured."""
-    return int(np.isfinite(window[:, ROOT_COLUMNS:]).any(1).sum())
-
-
-def angles_evidence(slds: SLDS, y: Array) -> float:
-    """Log density of the best path through a window's angles (T, 8), nats."""
-    shown = y.copy()
+    The noise beyond the model's is the likeliest that a stride tries, too.
+    """
+    shown = window.copy()
     shown[:, :ROOT_COLUMNS] = np.nan
-    return float(best_log_p_all(slds, [shown])[0])
+    shown = spaced(shown, fps)
+    best = -np.inf
+    for noise in (0.0, *NOISES):
+        noisy = replace(slds, R=slds.R + np.diag(np.where(slds.travels, 0.0, noise**2)))
+        log_p = float(best_log_p_all(noisy, [shown])[0])
+        if log_p <= best:
+            break
+        best = log_p
+    return best
 
 
 def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussian, tuple[str, ...]]:
@@ -155,8 +155,7 @@ def _by_stride(
     window = y[around(y, rows, fps)]
     if slds is None:
         return fill(stride, y, rows, fps)
-    frames = measured_frames(window)
-    if frames == 0:
+    if np.isnan(window[:, ROOT_COLUMNS:]).all():
         return None
     gap = fill(stride, y, rows, fps)
-    return gap if prefers_stride(gap.log_evidence, angles_evidence(slds, window), frames) else None
+    return gap if gap.log_evidence >= angles_evidence(slds, window, fps) else None

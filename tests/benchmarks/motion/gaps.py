@@ -49,7 +49,7 @@ from tracker.experiments.measures import (
 )
 from tracker.experiments.study import FPS, Recipe
 from tracker.models.learn import NOISE
-from tracker.motion.fill import angles_evidence, measured_frames, prefers_stride
+from tracker.motion.fill import angles_evidence
 
 NEAREST = 15
 TARGETS = {("walk", 10): 2.2, ("walk", 25): 4.0, ("walk", 50): 6.5, ("run", 10): 4.5, ("run", 25): 6.0}
@@ -71,14 +71,12 @@ class Gap:
 
     errors   : of the poses in it
     inside   : (6,) how many frames of each angle lie within two sigma; NaN where no deviation was asked for
-    evidence : of the angles about it, nats; NaN where it was not asked for
-    frames   : measured, that this is the evidence of
+    evidence : of the angles about it, nats, as `figtrack interpolate` weighs it; NaN where not asked for
     """
 
     errors: Errors
     inside: Array
     evidence: float
-    frames: int
 
 
 @dataclass(frozen=True)
@@ -114,11 +112,11 @@ class Filling:
             sd = np.sqrt(np.diagonal(found.poses.cov, axis1=1, axis2=2))
             inside = (np.abs(away) <= 2.0 * sd)[:, ANGLES].sum(0)
             errors = Errors(capture.subject, (away[:, ANGLES] ** 2).sum(0), self.gap)
-            return Gap(errors, inside, found.log_evidence, measured_frames(shown[found.window]))
+            return Gap(errors, inside, found.log_evidence)
         window = shown[around(shown, rows, FPS)]
         told = isinstance(model, SLDS) and self.way == POSE
-        evidence = angles_evidence(model, window) if isinstance(model, SLDS) and told else np.nan
-        return Gap(gap_errors(fill, capture, self.gap), np.full(6, np.nan), evidence, measured_frames(window))
+        evidence = angles_evidence(model, window, FPS) if isinstance(model, SLDS) and told else np.nan
+        return Gap(gap_errors(fill, capture, self.gap), np.full(6, np.nan), evidence)
 
     def _fill(self, source: Source, model: Model | None) -> Fill:
         if self.way == CLOSE:
@@ -224,7 +222,7 @@ def _errors(
     strides = _gaps(results, label, gap, PERIODIC, STRIDE, six)
     switching = _gaps(results, label, gap, POSE, DEFAULT, six)
     return [
-        (one if prefers_stride(one.evidence, other.evidence, one.frames) else other).errors
+        (one if one.evidence >= other.evidence else other).errors
         for one, other in zip(strides, switching, strict=True)
     ]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from dynamics.periodic.filling import around, gaps, hypotheses, interpolate
+from dynamics.periodic.filling import SPACING, around, gaps, hypotheses, interpolate, spaced
 from dynamics.periodic.starts import starts
 from dynamics.stride import combine_strides
 from tests.dynamics.periodic.strides import FPS, drawn, little, noisy
@@ -131,3 +131,30 @@ def test_nothing_measured_is_refused(rng):
     y[:3, 0] = 0.0
     with pytest.raises(ValueError, match="no angle was measured near a gap"):
         interpolate(little(rng), y, FPS)
+
+
+def test_frames_that_are_judged_are_measured_and_lie_apart():
+    y = np.arange(40.0).repeat(2).reshape(40, 2)
+    y[[0, 1, 6, 7, 8]] = np.nan
+    y[3, 0] = np.nan
+    for fps, every in ((30.0, 6), (60.0, 12), (10.0, 2), (4.0, 1)):
+        found = spaced(y, fps)
+        kept = np.flatnonzero(np.isfinite(found).any(1))
+        assert_array_equal(kept, np.flatnonzero(np.isfinite(y).any(1))[::every])
+        assert_array_equal(found[kept], y[kept])
+
+
+def test_the_evidence_is_that_of_frames_apart(rng):
+    stride = little(rng)
+    _, given, _ = holed(stride, 20, 9, 12, rng, fps=1.0 / SPACING)
+    (gap,) = interpolate(stride, given, 1.0 / SPACING)
+    t = (np.arange(20) - gap.rows.mean()) * SPACING
+    best = hypotheses(stride, t, np.where(stride.travels, np.nan, given))[0]
+    # What the search still gains from where it ended.
+    assert gap.log_evidence == pytest.approx(best.fit.log_evidence, abs=1e-2)
+    _, given, _ = holed(stride, 80, 36, 42, rng)
+    (gap,) = interpolate(combine_strides([stride, replace(stride, labels=("run",))]), given, FPS)
+    t = (np.arange(80) - gap.rows.mean()) / FPS
+    (coarse, *_) = hypotheses(stride, t[::6], np.where(stride.travels, np.nan, given)[::6])
+    # Every motion is as probable; the residual's scales and the search differ a little between the two ways.
+    assert gap.log_evidence == pytest.approx(coarse.fit.log_evidence - np.log(2.0), abs=1.0)

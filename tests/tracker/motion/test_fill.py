@@ -1,11 +1,15 @@
 """Gaps of pose tables filled each way: what must not matter, what must stay, which way is taken."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from dynamics.periodic.synthesis import synthesise_stride
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import gait, gait_hmm, gait_model, gait_stride, sequence
+from tracker.models.find import motion_model
 from tracker.motion.fill import (
     BY_STRIDE,
     BY_SWITCHING,
@@ -14,8 +18,6 @@ from tracker.motion.fill import (
     at_table_noise,
     fill_gaps,
     fillers,
-    measured_frames,
-    prefers_stride,
 )
 from tracker.tables.poses import PosesError
 
@@ -123,7 +125,7 @@ def test_each_gap_is_filled_by_what_its_neighbourhood_speaks_for(rng, monkeypatc
     y = gait("walk", 140, rng)
     given = blanked(y, [*range(10, 18), *range(110, 118)])
     evidence = iter([-1e6, 1e6])
-    monkeypatch.setattr("tracker.motion.fill.angles_evidence", lambda slds, window: next(evidence))
+    monkeypatch.setattr("tracker.motion.fill.angles_evidence", lambda slds, window, fps: next(evidence))
     found = fill_gaps(by_evidence(), sequence(given), np.random.default_rng(1))
     assert found.by == (BY_STRIDE, BY_SWITCHING)
     one, other = (fill_gaps(way(), sequence(given), np.random.default_rng(1)) for way in (stride, switching))
@@ -132,18 +134,28 @@ def test_each_gap_is_filled_by_what_its_neighbourhood_speaks_for(rng, monkeypatc
     assert_array_equal(found.sd[100:], other.sd[100:])
 
 
-def test_the_stride_is_preferred_unless_the_switching_model_is_far_ahead():
-    window = np.zeros((30, 8))
-    window[10:20] = np.nan
-    frames = measured_frames(window)
-    assert frames == 20
-    assert prefers_stride(100.0, 139.0, frames)
-    assert not prefers_stride(100.0, 141.0, frames)
+def test_a_gait_is_filled_by_the_stride_and_what_is_not_periodic_by_the_switching_model(rng):
+    both = fillers("gait", motion_model("gait"), 30.0, recurrent=True)
+    walk = synthesise_stride(both.stride, 0, 60, 30.0, rng)
+    t = np.arange(60)[:, None] / 30.0
+    reaching = 0.7 * np.tanh(3.0 * (t - rng.uniform(0.3, 1.7, 8))) * rng.choice([-1.0, 1.0], 8)
+    for y, by in ((walk, BY_STRIDE), (walk * 0.0, BY_SWITCHING), (reaching, BY_SWITCHING)):
+        assert fill_gaps(both, sequence(blanked(y, slice(25, 35))), rng).by == (by,)
+
+
+def test_the_switching_model_is_asked_at_its_likeliest_noise(rng):
+    y = gait("walk", 60, rng)
+    noisy = y + 0.1 * rng.normal(size=y.shape)
+    slds = gait_model()
+    louder = replace(slds, R=slds.R + 0.1**2 * np.diag(~slds.travels))
+    assert angles_evidence(slds, y, 30.0) > angles_evidence(louder, y, 30.0)
+    assert angles_evidence(slds, noisy, 30.0) > angles_evidence(louder, noisy, 30.0) - 10.0
 
 
 def test_only_angles_speak_for_a_way(rng):
     y = gait("walk", 30, rng)
-    assert angles_evidence(gait_model(), y) == angles_evidence(gait_model(), y + OFFSET * [1, 1, *[0] * 6])
+    here, there = (angles_evidence(gait_model(), p, 30.0) for p in (y, y + OFFSET * [1, 1, *[0] * 6]))
+    assert here == there
 
 
 def test_a_gap_near_which_no_angle_was_measured_is_left_to_the_switching_model(rng):
