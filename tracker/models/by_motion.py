@@ -1,6 +1,6 @@
 """One model of several motions, learned from labelled captures."""
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,13 +22,12 @@ from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
-from tracker.models.slower import slower
+from tracker.models.copies import Labelled
 
 VITERBI = "viterbi"
 INFERENCES = (VITERBI, "gpb2", "variational")
 STRIDE_ROUNDS = 10  # of EM
 
-Labelled = tuple[str, str, Array]
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
 
@@ -73,7 +72,6 @@ def learn_motions(
     pooled: bool = False,
     noise: float = 0.0,
     choose_from: Sequence[int] = (),
-    slower_too: Collection[str] = (),
     e_steps: ESteps = ESteps(),
 ) -> SLDS:
     """One model of several motions: each learned by itself, then joined.
@@ -90,14 +88,13 @@ def learn_motions(
         noise: standard deviation added to the angles, radians.
         choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
             (`dynamics.learning.selection`); empty takes those of the options.
-        slower_too: labels that are learned slower and smaller too (`tracker.models.slower`).
         e_steps: of the learning itself; a choice between states is made by approximate Viterbi.
 
     Raises:
         ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
     """
     models = []
-    for motion in _motions(_with_slower(sequences, slower_too), figure, pooled, noise, options.seed):
+    for motion in _motions(sequences, figure, pooled, noise, options.seed):
         chosen = _chosen(motion, fps, options, choose_from, e_steps) if choose_from else options
         fit = learn(
             motion.poses,
@@ -189,15 +186,6 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
         infer=ESteps(spread=e_steps.spread).begin(),
     )
     return best
-
-
-def _with_slower(sequences: Sequence[Labelled], labels: Collection[str]) -> list[Labelled]:
-    """The sequences, those of these labels followed by slower copies."""
-    return [
-        (subject, label, copy)
-        for subject, label, y in sequences
-        for copy in ([y, *slower(y)] if label in labels else [y])
-    ]
 
 
 def _motions(

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from dynamics.gaussian import Array
 from dynamics.learning.options import Options, Start
 from dynamics.slds import SLDS
 from dynamics.store import Model, save
@@ -26,13 +25,14 @@ from tracker.models.by_motion import (
     learn_motions,
     learn_strides,
 )
+from tracker.models.copies import Labelled, with_copies
 from tracker.models.find import CONSTANT_VELOCITY
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file
 from tracker.settings import read_toml
 from tracker.tables.poses import read_poses
 
-Data = list[tuple[str, str, Array]]
+Data = list[Labelled]
 CAPTURED = (POSE_COLUMNS, (*POSE_COLUMNS, *ARM_COLUMNS))
 ACTIVITIES = ("walk", "run")
 UNLABELLED = "motion"
@@ -42,7 +42,14 @@ NOISE = 1.0  # degrees
 CHOICE = (1, 2, 4, 6, 8, 12)  # states that `choose` tries, as far as --states goes
 HMM = "hmm"
 STRIDE = "stride"
-SWITCHING = ("choose", "pooled", "slower", "start", "restarts")  # settings that only switching states have
+SWITCHING = (
+    "choose",
+    "pooled",
+    "slower",
+    "started",
+    "start",
+    "restarts",
+)  # settings that only switching states have
 
 
 class Further(BaseModel):
@@ -60,6 +67,7 @@ class Further(BaseModel):
     slower: tuple[str, ...] = Field(
         (), description="activities that are learned slower and smaller too, such as runs for slow jogs"
     )
+    started: tuple[str, ...] = Field((), description="activities that are learned begun from a stand too")
     restarts: int = Field(1, ge=1, le=100, description="starts to learn from; the best is kept")
 
 
@@ -212,7 +220,7 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
                 tick=advance,
             )
     if request.inference == HMM:
-        if further.pooled or further.choose or further.slower:
+        if further.pooled or further.choose or further.slower or further.started:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
@@ -230,13 +238,12 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
     steps = groups * further.rounds * further.restarts
     with _spread(request) as spread, progress.task("learning", steps) as advance:
         return learn_motions(
-            data,
+            with_copies(data, further.slower, further.started, request.fps),
             fps=request.fps,
             options=options,
             figure=request.body,
             pooled=further.pooled,
             noise=noise,
-            slower_too=further.slower,
             choose_from=[n for n in CHOICE if n <= states] if further.choose else (),
             e_steps=ESteps(request.inference, spread, advance),
         )

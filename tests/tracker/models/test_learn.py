@@ -129,9 +129,9 @@ def test_settings_of_learning_are_heeded(trials, tmp_path, monkeypatch):
         raise ValueError("that is all")
 
     monkeypatch.setattr("tracker.models.learn.learn_motions", learn_motions)
-    text = 'choose = true\npooled = true\nrounds = 3\nstart = "hmm"\nrestarts = 4\nslower = ["run"]\n'
+    text = 'choose = true\npooled = true\nrounds = 3\nstart = "hmm"\nrestarts = 4\n'
     assert "that is all" in refused(*learn(trials, tmp_path / "m.npz", settings=settings(tmp_path, text)))
-    assert (asked["choose_from"], asked["pooled"], asked["slower_too"]) == ([1, 2], True, ("run",))
+    assert (asked["choose_from"], asked["pooled"]) == ([1, 2], True)
     options = asked["options"]
     assert (options.rounds, options.start, options.restarts) == (3, "hmm", 4)
 
@@ -155,6 +155,7 @@ def test_a_stride_is_learned_for_every_label_and_saved(trials, tmp_path):
         ([], "choose = true", "choose"),
         ([], "pooled = true", "pooled"),
         ([], 'slower = ["run"]', "slower"),
+        ([], 'started = ["run"]', "started"),
         ([], 'start = "hmm"', "start"),
         ([], "restarts = 2", "restarts"),
     ],
@@ -166,10 +167,10 @@ def test_options_that_a_stride_has_not_are_refused(trials, tmp_path, more, text,
     assert f"a stride has no switching states, so {name} does not apply; leave it out" in said
 
 
-@pytest.mark.parametrize("name", ["learn", "pooled", "gait"])
+@pytest.mark.parametrize("name", ["learn", "pooled", "gait", "activity"])
 def test_the_models_that_ship_are_learned_with_settings_that_can_be_read(name):
-    slower = ("run",) if name == "gait" else ()
-    wanted = Further(licences=("CMU", "Seoul National"), pooled=name == "pooled", slower=slower)
+    copies = {"gait": {"slower": ("run",)}, "activity": {"slower": ("run",), "started": ("walk", "run")}}
+    wanted = Further(licences=("CMU", "Seoul National"), pooled=name == "pooled", **copies.get(name, {}))
     assert read_toml(MODELS / f"{name}.toml", Further, "") == wanted
 
 
