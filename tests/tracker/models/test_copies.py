@@ -39,6 +39,8 @@ def test_a_started_copy_stands_then_is_the_motion():
         assert_allclose(np.diff(copy[:still], axis=0), 0.0, atol=1e-12)
         assert_allclose(np.degrees(copy[0, [2, *LEGS]]), list(STAND.values()), atol=1e-9)
         assert_allclose(copy[:, 1], 1.0, atol=1e-12)
+        u = np.clip((np.arange(len(copy) - 1) / fps - STILL) / RISE, 0.0, 1.0)
+        assert_allclose(np.diff(copy[:, 0]), 0.1 * (3.0 * u**2 - 2.0 * u**3), atol=1e-9)
         # From then on it is the motion itself, where it has come to by then.
         assert_allclose(np.diff(copy[risen:, 0]), 0.1, atol=1e-9)
         t = copy[risen:, 0] / 0.1
