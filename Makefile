@@ -38,7 +38,7 @@ models: $(VENV)/installed
 	  $(LEARN)/learn.toml --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run@$$fps.npz && \
 	  $(LEARN)/pooled.toml --states 1 --noise 0 --fps $$fps --out dynamics/models/walk-run-1@$$fps.npz && \
 	  $(LEARN)/gait.toml --fps $$fps --out dynamics/models/gait@$$fps.npz && \
-	  $(LEARN)/activity.toml --fps $$fps --out dynamics/models/activity@$$fps.npz && \
+	  $(LEARN)/gait-started.toml --fps $$fps --out dynamics/models/gait-started@$$fps.npz && \
 	  $(LEARN)/learn.toml --figure walker-arms --states 1 --noise 0 --fps $$fps \
 	    --out dynamics/models/walker-arms-walk-run@$$fps.npz && \
 	  $(LEARN)/learn.toml --figure walker-arms --fps $$fps \

@@ -16,7 +16,7 @@ LEARNED = {
     "walk-run": ("learn.toml", "--states", 1, "--noise", 0),
     "walk-run-1": ("pooled.toml", "--states", 1, "--noise", 0),
     "gait": ("gait.toml",),
-    "activity": ("activity.toml",),
+    "gait-started": ("gait-started.toml",),
 }
 ARRAYS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
 

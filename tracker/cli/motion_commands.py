@@ -128,7 +128,7 @@ def learn(
 def classify(
     poses: Poses,
     *,
-    model: Model = "activity",
+    model: Model = "gait",
     inference: Annotated[
         Inference | None,
         typer.Option(help="Of the switching states [default: gpb2, or hmm for a hidden Markov model]."),

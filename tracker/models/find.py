@@ -71,6 +71,12 @@ def own_model(name: str, figure: Figure) -> str:
     return own if own in shipped() else name
 
 
+def from_a_stand(name: str) -> str:
+    """The name of the model that ships with starts from a stand under another's name, else that name."""
+    started = f"{name}-started"
+    return started if started in shipped() and not Path(name).is_file() else name
+
+
 def motion_model(name: str, fps: float = 30.0) -> Model:
     """A model as it was learned: a file's, or the shipped one of this name whose rate is nearest to `fps`."""
     is_file = name.endswith(".npz") or Path(name).is_file()

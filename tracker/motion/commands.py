@@ -14,7 +14,7 @@ from dynamics.motion.tasks import Labelling
 from dynamics.store import Model
 from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
-from tracker.models.find import motion_model
+from tracker.models.find import from_a_stand, motion_model
 from tracker.motion.choices import Inference, Use
 from tracker.motion.fill import at_table_noise, fill_gaps, fillers
 from tracker.motion.free_run import free_run
@@ -93,7 +93,7 @@ def classify_table(task: Task, *, inference: Inference | None, use: Use, pose_we
         PosesError, ModelError, FolderError, ValueError: what cannot be read, used or written.
     """
     with _fresh(task) as outputs:
-        model, sequences, _ = _read(task)
+        model, sequences, _ = _read(replace(task, model=from_a_stand(task.model)))
         chosen = chosen_inference(model, inference)
         found = label_all(
             model, sequences, inference=chosen, use=use, pose_weight=pose_weight, progress=task.progress

@@ -15,7 +15,7 @@ from tests.tracker.painted import FULL
 from tracker.clip.asked import asked
 from tracker.clip.job import Following
 from tracker.clip.start import FoundError
-from tracker.models.find import FREE_ANGLE, FREE_PLACE, find_model
+from tracker.models.find import FREE_ANGLE, FREE_PLACE, find_model, from_a_stand
 from tracker.progress import Progress
 
 LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
@@ -27,6 +27,14 @@ def test_a_figure_with_arms_has_models_of_its_own_under_the_same_names():
         assert find_model(name, 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
         assert find_model(name, 30.0, FULL).names == POSE_COLUMNS
     assert find_model("cv", 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
+
+
+def test_who_is_to_be_labelled_may_start_from_a_stand_but_a_file_s_name_stays(tmp_path, monkeypatch):
+    assert from_a_stand("gait") == "gait-started"
+    assert from_a_stand("walk-run") == "walk-run"
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "gait").write_text("a file of somebody's own")
+    assert from_a_stand("gait") == "gait"
 
 
 @pytest.mark.parametrize("name", ["walk-run", "walk-run-1"])
@@ -138,7 +146,7 @@ def test_a_frame_rate_too_far_from_the_models_is_refused_with_what_works(fps, ra
 def test_a_playback_speed_counts_before_anybody_is_looked_for(monkeypatch, tmp_path):
     """Filmed at 480 frames a second, played at 120, a clip has a model."""
     monkeypatch.setattr("tracker.clip.asked.Video", lambda path: SimpleNamespace(fps=480.0))
-    monkeypatch.setattr("tracker.clip.found.people", lambda *_: [])
+    monkeypatch.setattr("tracker.clip.found.surveyed", lambda *_: None)
     with pytest.raises(ValueError, match="cannot be had at 480"):
         asked(Following(), tmp_path / "a.mp4", None, None, Progress("quiet"))
     with pytest.raises(FoundError, match="nobody was found"):

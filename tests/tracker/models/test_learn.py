@@ -167,9 +167,10 @@ def test_options_that_a_stride_has_not_are_refused(trials, tmp_path, more, text,
     assert f"a stride has no switching states, so {name} does not apply; leave it out" in said
 
 
-@pytest.mark.parametrize("name", ["learn", "pooled", "gait", "activity"])
+@pytest.mark.parametrize("name", ["learn", "pooled", "gait", "gait-started"])
 def test_the_models_that_ship_are_learned_with_settings_that_can_be_read(name):
-    copies = {"gait": {"slower": ("run",)}, "activity": {"slower": ("run",), "started": ("walk", "run")}}
+    started = {"slower": ("run",), "started": ("walk", "run")}
+    copies = {"gait": {"slower": ("run",)}, "gait-started": started}
     wanted = Further(licences=("CMU", "Seoul National"), pooled=name == "pooled", **copies.get(name, {}))
     assert read_toml(MODELS / f"{name}.toml", Further, "") == wanted
 
