@@ -38,6 +38,7 @@ FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts"
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
 UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # early or late frames up to which nothing is said
+FEWEST_FIELDS = 3  # frames of two fields, from which a pass tells
 
 
 class VideoError(Exception):
@@ -115,16 +116,15 @@ class Video:
             with _opened(self.path) as container:
                 self.fps, self.count_hint = _announced(container, _video_stream(container, self.path))
 
-        self._begin()
+        self._times, self._fields = Growing(1.0 / self.fps), 0  # of the pass that gave a frame last
         first = next(iter(self), None)
         if first is None:
             raise VideoError(f"no frame of {path} could be decoded; record or convert it again")
         self.height, self.width = first.image.shape[:2]
-        self._begin()
 
     def __iter__(self) -> Iterator[Frame]:
         """Frames in presentation order, from index 0."""
-        self._begin()
+        self.cut_short = None
         size = None
         for frame in self._folder_frames() if self._images else self._file_frames():
             height, width = frame.image.shape[:2]
@@ -136,11 +136,6 @@ class Video:
                     f"{size[0]}x{size[1]}; bring all to one size"
                 )
             yield frame
-
-    def _begin(self) -> None:
-        """Forget what the last pass found."""
-        self.cut_short = None
-        self._times, self._fields = Growing(1.0 / self.fps), 0
 
     @property
     def retimed(self) -> str | None:
@@ -164,7 +159,7 @@ class Video:
 
     @property
     def interlaced(self) -> str | None:
-        if 2 * self._fields <= self._times.count:
+        if 2 * self._fields <= max(self._times.count, FEWEST_FIELDS):
             return None
         return f"{self.path.name} is interlaced, each frame of two moments; deinterlace it for sharper limbs"
 
@@ -207,14 +202,15 @@ class Video:
             yield Frame(index, index / self.fps, _read_image(path))
 
     def _file_frames(self) -> Iterator[Frame]:
-        index, damaged = 0, []
+        index, fields, damaged, times = 0, 0, [], Growing(1.0 / self.fps)
         rgb = VideoReformatter()
         for picture in recalled(self.path, self._pictures):
             if picture is None:
                 damaged.append(index)
                 continue
-            time = self._times.next(picture.time)
-            self._fields += picture.interlaced_frame
+            time = times.next(picture.time)
+            fields += picture.interlaced_frame
+            self._times, self._fields = times, fields
             yield Frame(index, time, _upright(picture, rgb), picture.pts)
             index += 1
         self.cut_short = self._shortfall(index, damaged)

@@ -147,6 +147,16 @@ def test_a_few_frames_that_come_late_are_not_spoken_of(tmp_path):
     assert video.notes == []
 
 
+def test_a_second_pass_before_the_first_has_ended_changes_no_time(tmp_path):
+    video = Video(make_clip(tmp_path / "a.mp4", [picture(t) for t in range(8)]))
+    alone = [frame.time for frame in video]
+    first = iter(video)
+    begun = [next(first).time for _ in range(3)]
+    assert [frame.time for frame in video] == alone
+    assert begun + [frame.time for frame in first] == alone
+    assert video.notes == []
+
+
 @pytest.mark.parametrize(("interlaced", "said"), [(1, 1), (0, 0)])
 def test_an_interlaced_video_is_told(tmp_path, interlaced, said):
     path = tmp_path / "tape.mp4"
