@@ -79,7 +79,8 @@ class _Lines:
 
     def advance(self) -> None:
         self.done += 1
-        if time.monotonic() - self.written > EVERY[self.progress.style]:
+        # The last step is told at the end.
+        if self.done != self.total and time.monotonic() - self.written > EVERY[self.progress.style]:
             self.write()
 
     def write(self) -> None:

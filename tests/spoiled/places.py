@@ -16,7 +16,7 @@ OPTIONS = [
         (
             "a model that does not ship",
             "track --model swim",
-            "no model 'swim' ships; there are activity",
+            "no model 'swim' ships; there are gait",
         ),
         ("a sequence that is not there", "predict --show b", "no sequence 'b' to show; there are 0"),
         ("a motion that is not there", "synthesise --label swim", "has no motion 'swim'; it has walk, run"),

@@ -68,6 +68,12 @@ def test_json_progress_is_one_object_a_line_from_the_start(capsys, monkeypatch):
     assert last == {"warning": "cut short"}
 
 
+def test_the_end_is_told_once_however_long_the_last_step_took(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "EVERY", {"plain": -1.0, "json": -1.0})
+    work(Progress("json"), steps=3, total=3)
+    assert [json.loads(line)["done"] for line in capsys.readouterr().err.splitlines()] == [0, 1, 2, 3]
+
+
 def test_lines_come_no_oftener_than_they_can_be_read(capsys):
     work(Progress("plain"), steps=1000, total=1000)
     assert len(capsys.readouterr().err.splitlines()) == 1
