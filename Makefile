@@ -92,13 +92,10 @@ mutants: $(VENV)/installed-dev
 soak: $(VENV)/installed-dev
 	$(BIN)/python -m tests.benchmarks.soak
 
-# How fast filters, learning and, where there are clips, tracking are beside others: docs/speed.md.
+# The tables of docs/speed.md: filters, learning, tracking and the command beside others.
 bench: $(VENV)/installed-bench
-	$(BIN)/python -m tests.benchmarks.speed
 	$(BIN)/pytest -m speed
-ifdef FIGTRACK_DATA
-	$(BIN)/python -m tests.benchmarks.speed.tracked $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.md
-endif
+	$(BIN)/python -m tests.benchmarks.speed $(FIGTRACK_DATA)/video/desert_walk_rl.mp4 docs/speed.md
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

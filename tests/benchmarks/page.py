@@ -4,6 +4,7 @@ import subprocess
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from math import inf
 
 TRY = "**A quick try on little data: the figures mean nothing.**"
 
@@ -12,6 +13,7 @@ TRY = "**A quick try on little data: the figures mean nothing.**"
 class Claim:
     """A figure that is to lie between two bounds; NaN where nothing was measured, which reaches nothing.
 
+    most : infinite where there is no upper bound
     unit : told after figures of two decimals; without one there are three digits
     """
 
@@ -28,7 +30,9 @@ class Claim:
 
     def row(self) -> list[str]:
         """The cells of its row in `claim_table`."""
-        wanted = f"at most {self.most:g}" if self.least == 0.0 else f"{self.least:g} to {self.most:g}"
+        wanted = f"{self.least:g} to {self.most:g}"
+        if self.least == 0.0 or self.most == inf:
+            wanted = f"at least {self.least:g}" if self.most == inf else f"at most {self.most:g}"
         measured = f"{self.value:.2f}" if self.unit else f"{self.value:.3g}"
         return [self.text, wanted + self.unit, measured + self.unit, "yes" if self.reached else "**no**"]
 

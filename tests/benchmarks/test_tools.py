@@ -26,7 +26,8 @@ from tests.benchmarks.motion.synthesis import spectrum, stride
 from tests.benchmarks.page import Claim
 from tests.benchmarks.rivals.body import body_at
 from tests.benchmarks.rivals.lucas_kanade import follow
-from tests.benchmarks.speed import rivals, tracking
+from tests.benchmarks.speed import command, rivals, tracking
+from tests.benchmarks.speed.command import Used
 from tests.oracles import condition, random_slds
 from tests.tracker.tracks import random_track, standing
 from tracker.foreign.points import Points
@@ -218,9 +219,10 @@ def test_the_one_state_loop_and_the_packages_do_what_inference_does(rng):
 
 
 def test_memory_and_cost_that_grow_are_foreseen():
-    frames = tuple(range(0, 1001, 200))
-    growing = tracking.Memory(frames, tuple(100.0 + 0.001 * np.array(frames)), 60.0)
-    assert growing.after == pytest.approx(100.0 + 0.001 * tracking.LONG)
+    long = tuple(Used(5.0 + 0.04 * frames, 100.0 + 0.001 * frames) for frames in command.LENGTHS)
+    growing = command.Command({}, long)
+    assert growing.expected == pytest.approx(100.0 + 0.001 * command.LONG)
+    assert growing.milliseconds == pytest.approx(40.0)
     sizes = np.array([1.0, 2.0, 4.0, 8.0])
     assert tracking.Growth(sizes, 3.0 + 2.0 * sizes).astray < 1e-9
     assert tracking.Growth(sizes, sizes**2).astray > 0.1

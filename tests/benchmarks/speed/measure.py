@@ -26,9 +26,9 @@ FRAMES = 300
 SEQUENCES, LENGTH = 18, 50
 
 # Times as fast as the IMM at 4, 8 and 16 switching states, at least.
-FILTER_LIMITS = {"viterbi": (6.0, 8.0, 8.0), "gpb2": (4.0, 4.0, 3.0)}
+FILTER_LIMITS = {"viterbi": (20.0, 15.0, 12.0), "gpb2": (12.0, 8.0, 6.0)}
 # Times the one-state loop that an EM round at 4 switching states takes, at most.
-ROUND_LIMITS = {"viterbi": 2.5, "variational": 2.0, "gpb2": 12.0}
+ROUND_LIMITS = {"viterbi": 1.0, "variational": 1.5, "gpb2": 6.0}
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,52 @@
-"""The page of what a tracked frame costs."""
+"""The page of speed and memory."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 from tests.benchmarks.page import Claim, claim_table, table, written
-from tests.benchmarks.speed.tracking import AIM, LIMIT, LONG, MOST_MEMORY, Cost, Growth, Memory
+from tests.benchmarks.speed.command import LENGTHS, LONG, Command
+from tests.benchmarks.speed.measure import FILTER_LIMITS, ROUND_LIMITS, STATES, Timing
+from tests.benchmarks.speed.tracking import Cost, Growth
 from tracker.clip.job import Job
 
 STRAIGHT = 0.1  # share of the greatest cost by which one may lie beside the line, at most
 
-WHAT = """CPU time of one thread, the best of several runs, from the same clip and marks. Lucas-Kanade is the
-optical flow rival of [results.md](results.md). Compare the ratios; milliseconds depend on the machine."""
+WHAT = """\
+CPU time of one thread. Compare the ratios; seconds depend on the machine. Lucas-Kanade is the optical
+flow rival of [results.md](results.md), from the same film and marks, reading included."""
 
-GROWTH = """![Milliseconds against hypotheses, and against template points](speed.png)"""
+COMMAND = f"""\
+`figtrack track` as a process, from marks, medians of five runs. Films of {LENGTHS[0]} and {LENGTHS[1]}
+frames are the clip played there and back, followed once."""
+
+STAGES = """\
+The best of three runs in a process that has run before. Decoding is in the stages that wait for
+it: survey and outline read the film first."""
+
+GROWTH = "![Milliseconds against hypotheses, and against template points](speed.png)"
+
+FILTERS = f"""\
+Times as fast as the interacting multiple models of filterpy, a frame of a second-order system of
+eight freedoms with {STATES[0]}, {STATES[1]} and {STATES[2]} switching states (microseconds in brackets)."""
+
+ROUNDS = """\
+Eighteen sequences of fifty frames, four switching states. The one-state loop is a Kalman filter and
+smoother written with numpy."""
 
 
-def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> str:
+@dataclass(frozen=True)
+class Measured:
+    """All that the page tells; filters by the number of switching states."""
+
+    command: Command
+    cost: Cost
+    hypotheses: Growth
+    points: Growth
+    filters: Mapping[int, Mapping[str, Timing]]
+    rounds: Mapping[str, Timing]
+
+
+def page(job: Job, measured: Measured) -> str:
     """The whole page, Markdown."""
     lines = [
         "# Speed",
@@ -23,49 +57,91 @@ def page(job: Job, cost: Cost, hypotheses: Growth, points: Growth, memory: Memor
         "",
         "## What is wanted",
         "",
-        *claim_table(claims(cost, hypotheses, points, memory)),
+        *claim_table(claims(measured)),
+        "## The command",
+        "",
+        COMMAND,
+        "",
+        *_command(measured.command),
         "## A frame by stage",
         "",
-        *_stages(cost),
+        STAGES,
+        "",
+        *_stages(measured.cost),
         "## How cost grows",
         "",
         GROWTH,
         "",
-        "## Memory",
+        "## Filters",
         "",
-        *_memory(memory),
+        FILTERS,
+        "",
+        *_filters(measured.filters),
+        "## A round of EM",
+        "",
+        ROUNDS,
+        "",
+        *_rounds(measured.rounds),
     ]
     return "\n".join(lines)
 
 
-ALONE = """\
-These are of following alone. During the survey and while the overlay is encoded `track`
-holds several hundred MB more."""
-
-
-def claims(cost: Cost, hypotheses: Growth, points: Growth, memory: Memory) -> list[Claim]:
-    """What a frame is to cost."""
+def claims(measured: Measured) -> list[Claim]:
+    """What speed and memory are to be."""
+    cost, command = measured.cost, measured.command
+    whole = next(iter(command.ways.values()))
     return [
-        Claim("a frame against Lucas-Kanade's", cost.ratio, LIMIT),
-        Claim(f"a frame against {AIM:.0f} a second", AIM / cost.rate, 1.0),
-        Claim("cost beside a line in hypotheses", hypotheses.astray, STRAIGHT),
-        Claim("cost beside a line in template points", points.astray, STRAIGHT),
-        Claim(f"MB resident after {LONG} frames", memory.after, MOST_MEMORY),
+        Claim("CPU seconds of `figtrack track`, all files", whole.seconds, 6.0),
+        Claim("its MB resident", whole.megabytes, 400.0),
+        Claim(f"MB resident expected after {LONG} frames", command.expected, 400.0),
+        Claim("ms of each further frame of a long film", command.milliseconds, 40.0),
+        Claim("a frame against Lucas-Kanade's, without survey and outline", cost.tracked / cost.rival, 1.0),
+        Claim("a frame against Lucas-Kanade's, with both", cost.whole / cost.rival, 1.5),
+        Claim("cost beside a line in hypotheses", measured.hypotheses.astray, STRAIGHT),
+        Claim("cost beside a line in template points", measured.points.astray, STRAIGHT),
+        *(
+            Claim(
+                f"filterpy's time against {name}'s, {K} states", 1.0 / table[name].ratio, float("inf"), least
+            )
+            for name, limits in FILTER_LIMITS.items()
+            for (K, table), least in zip(measured.filters.items(), limits, strict=True)
+        ),
+        *(
+            Claim(f"a round of EM against the one-state loop, {name}", measured.rounds[name].ratio, most)
+            for name, most in ROUND_LIMITS.items()
+        ),
     ]
+
+
+def _command(command: Command) -> list[str]:
+    rows = [
+        *command.ways.items(),
+        *((f"{n} frames", used) for n, used in zip(LENGTHS, command.long, strict=True)),
+    ]
+    header = ("", "CPU seconds", "MB resident at most")
+    return table(header, [[name, f"{used.seconds:.1f}", f"{used.megabytes:.0f}"] for name, used in rows])
 
 
 def _stages(cost: Cost) -> list[str]:
-    rows = [*cost.stages.items(), ("all, measured as a whole", cost.ours), ("Lucas-Kanade", cost.rival)]
+    ends = {
+        "all": cost.whole,
+        "all, without survey and outline": cost.tracked,
+        "Lucas-Kanade": cost.rival,
+    }
     header = ("", "ms a frame", "times a frame of Lucas-Kanade's")
+    rows = (cost.stages | ends).items()
     return table(header, [[name, f"{spent:.2f}", f"{spent / cost.rival:.2f}"] for name, spent in rows])
 
 
-def _memory(memory: Memory) -> list[str]:
-    half = len(memory.frames) // 2
+def _filters(filters: Mapping[int, Mapping[str, Timing]]) -> list[str]:
+    names = next(iter(filters.values()))
     rows = [
-        [f"after {memory.frames[half]} frames", f"{memory.megabytes[half]:.0f}"],
-        [f"after {memory.frames[-1]} frames", f"{memory.megabytes[-1]:.0f}"],
-        ["with the track made of them", f"{memory.made:.0f}"],
-        [f"expected after {LONG} frames, 20 minutes", f"{memory.after:.0f}"],
+        [name, *(f"{1.0 / of[name].ratio:.1f} ({of[name].microseconds:.0f})" for of in filters.values())]
+        for name in names
     ]
-    return [*table(("", "MB resident"), rows), ALONE, ""]
+    return table(("", *(f"{K} states" for K in filters)), rows)
+
+
+def _rounds(rounds: Mapping[str, Timing]) -> list[str]:
+    rows = [[name, f"{of.ratio:.2f}", f"{of.microseconds:.0f}"] for name, of in rounds.items()]
+    return table(("", "times the one-state loop", "microseconds a frame"), rows)

@@ -1,17 +1,14 @@
-"""What a tracked frame costs, by stage, beside the Lucas-Kanade rival; and how cost and memory grow.
+"""What a tracked frame costs, by stage, beside the Lucas-Kanade rival; and how its cost grows.
 
 CPU time of one thread; a run is repeated and the best kept, as another program only ever adds to it. Everyone
 decodes the same clip, from the same marks.
 """
 
-import resource
-import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
-from itertools import count, cycle, islice
+from itertools import islice
 from pathlib import Path
 from unittest.mock import patch
 
@@ -22,6 +19,7 @@ from dynamics.gaussian import Gaussian
 from tests.benchmarks.rivals import lucas_kanade
 from tests.benchmarks.rivals.body import body_at
 from tracker.clip import follow as clip
+from tracker.clip import outlines
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.plan import prepare
@@ -35,54 +33,47 @@ from tracker.registration import objective
 from tracker.registration.align import align
 from tracker.registration.field import Field
 from tracker.registration.objective import Objective
-from tracker.run import write
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
-from videos.frames import Frame, Video
+from videos.frames import Video
 
 MODEL = "walk-run"  # two learned states and a free one
-LIMIT = 3.0  # times the Lucas-Kanade rival's frame, at most
-AIM = 150.0  # frames a second
 REPEATS = 3
 HYPOTHESES = (1, 2, 4, 8)
 SPACINGS = (0.044, 0.031, 0.022, 0.0156)  # leg lengths; 0.022 is the default
-LONG = 36_000  # frames: 20 minutes at 30 a second
-MOST_MEMORY = 500.0  # megabytes
-SETTLED = 300  # frames: by then the smoother's window is full
 
 # Where a stage's work is done: what is inside another's counts for the inner one.
 STAGES = {
+    "survey": (outlines, "surveyed"),
+    "outline": (outlines, "_seen"),
     "pyramid": (track, "pyramid"),
     "camera": (Camera, "follow"),
-    "backdrop": (Backdrop, "follow"),
+    "background": (Backdrop, "follow"),
+    "points of the outline": (track.Tracker, "detected"),
     "registration": (track, "align"),
     "kernel": (objective, "lay"),
     "propose": (track, "propose"),
     "fuse": (track.Tracker, "_fused"),
     "templates": (track.Tracker, "_templates"),
     "smooth": (smoothing, "_back"),
-    "rate": (clip, "_rate"),
-    "write": (write, "write_tables"),
+    "playback speed": (clip, "_rate"),
 }
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Milliseconds of CPU time a frame: by stage, in all, and of the rival."""
+    """Milliseconds of CPU time a frame.
+
+    stages  : of a whole run, by stage
+    whole   : of a whole run
+    tracked : of one without survey and outline
+    rival   : of Lucas-Kanade
+    """
 
     stages: dict[str, float]
-    ours: float
+    whole: float
+    tracked: float
     rival: float
-
-    @property
-    def ratio(self):
-        """How many times the rival's frame ours costs."""
-        return self.ours / self.rival
-
-    @property
-    def rate(self):
-        """Frames a second."""
-        return 1e3 / self.ours
 
 
 @dataclass(frozen=True)
@@ -104,45 +95,28 @@ class Growth:
         return float(np.abs(apart).max() / max(self.milliseconds))
 
 
-@dataclass(frozen=True)
-class Memory:
-    """Megabytes resident while so many frames are followed, and when the track was made of them."""
-
-    frames: tuple[int, ...]
-    megabytes: tuple[float, ...]
-    made: float
-
-    @property
-    def after(self):
-        """What is expected of LONG frames: the slope goes on, and the track is as much again."""
-        settled = [i for i, number in enumerate(self.frames) if number >= SETTLED]
-        slope = np.polyfit(np.take(self.frames, settled), np.take(self.megabytes, settled), 1)[0]
-        following = self.megabytes[-1] + max(slope, 0.0) * (LONG - self.frames[-1])
-        return float(max(following, self.made + 2.0 * max(slope, 0.0) * (LONG - self.frames[-1])))
-
-
 def job_of(video: Path) -> Job:
     """A clip with its marks beside it."""
     return Job(video, read_keypoints(video.with_name(f"{video.stem}.keypoints.csv")), MODEL, start=0)
 
 
 def cost(job: Job) -> Cost:
-    """A whole run without pictures, the rival's beside it, turn by turn."""
+    """Runs without pictures, the rival's beside them, turn by turn."""
     cv2.setNumThreads(1)
     frames = sum(1 for _ in Video(job.video))
-    follow(job, Progress("quiet"))  # the kernel is compiled, libraries load
-    ours, rival = [], []
-    for _ in range(REPEATS):
-        rival.append(_cpu(lambda: _flow(job)))
-        ours.append(_cpu(lambda: follow(job, Progress("quiet"))))
-    decode = min(_cpu(lambda: sum(1 for _ in Video(job.video))) for _ in range(REPEATS))
-    stages = {"decode": decode, **_stages(job)}
-    per_frame = 1e3 / frames
-    return Cost(
-        {name: per_frame * spent for name, spent in stages.items()},
-        per_frame * min(ours),
-        per_frame * min(rival),
+    alone = replace(job, settings=Settings(outline=False))
+    contenders = (
+        lambda: follow(job, Progress("quiet")),
+        lambda: follow(alone, Progress("quiet")),
+        lambda: _flow(job),
     )
+    for run in contenders:
+        run()  # the kernel is compiled, libraries load
+    spent = np.array([[_cpu(run) for run in contenders] for _ in range(REPEATS)])
+    per_frame = 1e3 / frames
+    whole, tracked, rival = (float(each) for each in per_frame * spent.min(0))
+    stages = {name: per_frame * seconds for name, seconds in _stages(job).items()}
+    return Cost({**stages, "anything else": whole - sum(stages.values())}, whole, tracked, rival)
 
 
 def by_hypotheses(job: Job) -> Growth:
@@ -167,36 +141,6 @@ def by_points(job: Job) -> Growth:
         sizes.append(len(field.templates.link))
         times.append(_best(lambda search=search, q=q: [search.compare(n, q) for n in range(3)]))
     return Growth(tuple(sizes), tuple(times))
-
-
-def memory(job: Job, frames: int, every: int = 100) -> Memory:
-    """`follow` through the clip's first pictures, there and back again and again, without decoding."""
-    pictures = [frame.image for frame in islice(Video(job.video), 20)]
-
-    class Endless(Video):
-        def __iter__(self):
-            there_and_back = cycle(pictures + pictures[-2:0:-1])
-            for t, image in enumerate(islice(there_and_back, frames)):
-                yield Frame(t, t / self.fps, image.copy())  # as decoding makes a new one
-
-    counts, sizes = [], []
-
-    class Watch(Progress):
-        @contextmanager
-        def task(self, name, total):
-            numbers = count(1)
-
-            def advance():
-                number = next(numbers)
-                if number % every == 0:
-                    counts.append(number)
-                    sizes.append(_resident())
-
-            yield advance
-
-    with patch.object(clip, "Video", Endless):
-        run = follow(job, Watch("quiet"))
-    return Memory(tuple(counts), tuple(sizes), _resident() if len(run.track) == frames else np.inf)
 
 
 def draw(hypotheses: Growth, points: Growth, path: Path) -> None:
@@ -242,9 +186,7 @@ def _stages(job: Job) -> dict[str, float]:
     with ExitStack() as stack:
         for name, (home, function) in STAGES.items():
             stack.enter_context(_watched(spent, name, home, function))
-        run = follow(job, Progress("quiet"))
-        with tempfile.TemporaryDirectory() as folder:
-            write.write_tables(run.track, Path(folder), run.frames, run.fps)
+        follow(job, Progress("quiet"))
     return spent
 
 
@@ -272,11 +214,3 @@ def _cpu(run) -> float:
     began = time.process_time()
     run()
     return time.process_time() - began
-
-
-def _resident() -> float:
-    """Megabytes resident now; the peak where the system does not tell."""
-    status = Path("/proc/self/statm")
-    if status.is_file():
-        return int(status.read_text().split()[1]) * resource.getpagesize() / 2**20
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)

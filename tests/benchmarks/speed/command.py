@@ -1,0 +1,105 @@
+"""What `figtrack track` takes as a process: CPU time and memory, of a clip and of films of its frames."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import cycle, islice
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+
+from videos.frames import Video
+from videos.writer import Writer
+
+REPEATS = 5
+LENGTHS = (1000, 3000)  # frames of long films
+LONG = 36_000  # frames: 20 minutes at 30 a second
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+WAYS = {
+    "all files": (),
+    "without overlay.mp4": ("--no-overlay",),
+    "without overlay.mp4 and report.html": ("--no-overlay", "--no-report"),
+}
+
+
+@dataclass(frozen=True)
+class Used:
+    """CPU seconds, and megabytes resident at most."""
+
+    seconds: float
+    megabytes: float
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the command uses.
+
+    ways : of the clip, by which files are left out
+    long : of films of LENGTHS frames
+    """
+
+    ways: dict[str, Used]
+    long: tuple[Used, ...]
+
+    @property
+    def milliseconds(self) -> float:
+        """CPU of each further frame of a long film."""
+        (fewer, more), (short, long) = LENGTHS, self.long
+        return 1e3 * (long.seconds - short.seconds) / (more - fewer)
+
+    @property
+    def expected(self) -> float:
+        """Megabytes for LONG frames, if memory goes on growing as it does between the long films."""
+        (fewer, more), (short, long) = LENGTHS, self.long
+        return long.megabytes + max(long.megabytes - short.megabytes, 0.0) * (LONG - more) / (more - fewer)
+
+
+def command(video: Path) -> Command:
+    """Medians of several runs from the marks beside the clip; long films are followed once."""
+    marks = video.with_name(f"{video.stem}.keypoints.csv")
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        ways = {name: _typical(video, marks, folder, without) for name, without in WAYS.items()}
+        long = tuple(_track(_there_and_back(video, n, folder), marks, folder, ()) for n in LENGTHS)
+    return Command(ways, long)
+
+
+def _typical(video: Path, marks: Path, folder: Path, without: Sequence[str]) -> Used:
+    runs = [_track(video, marks, folder, without) for _ in range(REPEATS)]
+    return Used(median(run.seconds for run in runs), median(run.megabytes for run in runs))
+
+
+def _track(video: Path, marks: Path, folder: Path, without: Sequence[str]) -> Used:
+    given = [
+        str(video),
+        "--keypoints",
+        str(marks),
+        "--out",
+        str(folder / "run"),
+        "--overwrite",
+        "--quiet",
+        *without,
+    ]
+    running = subprocess.Popen(
+        [sys.executable, "-m", "tracker", "track", *given],
+        env=os.environ | ONE_THREAD,
+        stdout=subprocess.DEVNULL,
+    )
+    _, status, used = os.wait4(running.pid, 0)
+    if status != 0:
+        raise RuntimeError(f"figtrack track {' '.join(given)} failed")
+    return Used(
+        used.ru_utime + used.ru_stime, used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+    )
+
+
+def _there_and_back(video: Path, frames: int, folder: Path) -> Path:
+    """A film of the clip's frames, ahead and back again until there are enough."""
+    clip, path = Video(video), folder / f"{frames}.mp4"
+    images = [frame.image for frame in clip]
+    with Writer(path, clip.fps, (clip.width, clip.height), quick=True) as writer:
+        for t, image in enumerate(islice(cycle(images + images[-2:0:-1]), frames)):
+            writer.write(image, t / clip.fps)
+    return path
