@@ -204,7 +204,7 @@ class Video:
     def _file_frames(self) -> Iterator[Frame]:
         index, fields, damaged, times = 0, 0, [], Growing(1.0 / self.fps)
         rgb = VideoReformatter()
-        for picture in recalled(self.path, self._pictures):
+        for picture in recalled(self.path, self._pictures, self.count_hint):
             if picture is None:
                 damaged.append(index)
                 continue

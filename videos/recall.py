@@ -4,7 +4,6 @@ They stay as they are coded, mostly in half the bytes of RGB.
 """
 
 from collections.abc import Callable, Iterator
-from math import inf
 from pathlib import Path
 
 from av.video.frame import VideoFrame
@@ -21,21 +20,28 @@ def held(path: Path) -> list[VideoFrame]:
     return _last.get(_identity(path), [])
 
 
-def recalled(path: Path, decode: Callable[[], Iterator[VideoFrame | None]]) -> Iterator[VideoFrame | None]:
+def recalled(
+    path: Path, decode: Callable[[], Iterator[VideoFrame | None]], count: int | None = None
+) -> Iterator[VideoFrame | None]:
     """The pictures of a film as they are held, else as they are decoded; then they are held from now on.
 
     Args:
         decode: gives every picture, None for what is damaged; such films are not held, nor changed ones.
+        count: of the pictures, as the file tells it; None where it does not.
     """
     if pictures := held(path):
         yield from pictures
         return
     film = _identity(path)
     _last.clear()  # before the memory of another film is asked for
-    room: float = HELD
+    holds, room = True, HELD
     for picture in decode():
-        room -= inf if picture is None else sum(plane.buffer_size for plane in picture.planes)
-        if picture is not None and room >= 0.0:
+        if holds:
+            size = 0 if picture is None else sum(plane.buffer_size for plane in picture.planes)
+            room -= size
+            expected = 0 if count is None else (count - len(pictures) - 1) * size
+            holds = picture is not None and room >= max(expected, 0)
+        if holds and picture is not None:
             pictures.append(picture)
         else:
             pictures.clear()

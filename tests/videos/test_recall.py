@@ -112,3 +112,18 @@ def test_a_film_of_which_something_cannot_be_decoded_is_not_held(film, damaged):
     frame = av.VideoFrame(32, 16, "yuv420p")
     list(recall.recalled(film, lambda: iter([frame, *[None] * damaged, frame])))
     assert bool(recall.held(film)) is not damaged
+
+
+def test_a_film_that_tells_to_be_too_long_is_not_held_on_the_way_either(film, monkeypatch):
+    frame = av.VideoFrame(32, 16, "yuv420p")
+    size = sum(plane.buffer_size for plane in frame.planes)
+    monkeypatch.setattr(recall, "HELD", 2 * size)
+    for count, held in ((2, True), (3, False)):
+        handed = recall.recalled(film, lambda: iter([frame, frame]), count)
+        next(handed)
+        next(handed)
+        inside = handed.gi_frame.f_locals["pictures"]
+        assert bool(inside) is held
+        list(handed)
+        assert bool(recall.held(film)) is held
+        recall._last.clear()
