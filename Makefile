@@ -56,9 +56,9 @@ rivals: .venv-rivals/installed
 evaluate: $(VENV)/installed-dev rivals
 	$(BIN)/python -m tests.benchmarks.evaluation $(FIGTRACK_DATA)/video docs/results.md
 
-# The tables of docs/robustness.md, from the same clips.
+# The tables of docs/robustness.md, from the same clips, the hard ones and films painted as below.
 robustness: $(VENV)/installed-dev
-	$(BIN)/python -m tests.benchmarks.evaluation.robustness $(FIGTRACK_DATA)/video docs/robustness.md
+	$(BIN)/python -m tests.benchmarks.evaluation.robustness $(FIGTRACK_DATA) docs/robustness.md
 
 # The tables of docs/rendered.md, from films that are painted with the motion of the open captures.
 rendered: $(VENV)/installed-dev

@@ -206,6 +206,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], estimates: Sequence[E
         shift=np.stack([estimate.shift for estimate in estimates]),
         mark=plan.tracker.settings.mark,
         gait=plan.gait,
+        misnamed=plan.misnamed,
     )
 
 
@@ -228,7 +229,7 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
             f"it is not sure which leg is the nearer one; if it is the one {other} in frame {plan.frame}, "
             f"give --near {other}"
         )
-    if plan.exchanged:
+    if plan.misnamed:
         warnings.append(
             "the leg that is marked far looks like the nearer one where they pass; if it is, exchange near "
             "and far in the marks"

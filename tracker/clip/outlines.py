@@ -28,6 +28,7 @@ EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
 EXCHANGED = -1.5  # log odds by how the legs look below which those of the start seem to be exchanged
+MARKED = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
         plan,
         points=seen.points,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
-        exchanged=seen.looks < EXCHANGED,
+        misnamed=1.0 / (1.0 + np.exp(seen.looks + MARKED)) if seen.looks < EXCHANGED else 0.0,
         tracker=replace(plan.tracker, settings=settings),
     )
 

@@ -28,7 +28,7 @@ class Plan:
     tracker : goes ahead in time; its settings are the job's with what is known of this clip
     measured: points of another program's file, None for none
     gait    : one of the model's labels that the outline shows, "" for none
-    exchanged: whether the legs look as if the marks name them the wrong way round
+    misnamed: probability that the marks name the legs the wrong way round, 0 where they do not look so
     points  : what every frame's pose is measured by beside the templates: those, else the outline's joints
     """
 
@@ -41,7 +41,7 @@ class Plan:
     measured: Measured | None
     points: Mapping[int, Detections]
     gait: str = ""
-    exchanged: bool = False
+    misnamed: float = 0.0
 
     @cached_property
     def back(self) -> Tracker:

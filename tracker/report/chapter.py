@@ -154,7 +154,7 @@ class Chapter:
                     {
                         "name": name,
                         "mean": tenths(np.degrees(self.track.q[:, k])),
-                        "sigma": tenths(np.degrees(np.sqrt(self.track.cov[:, k, k]))),
+                        "sigma": tenths(np.degrees(self.track.sigma(k))),
                     }
                     for name, k in shown.items()
                 ],

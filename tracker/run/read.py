@@ -216,6 +216,7 @@ def read_track(folder: Path, mark: float, figure: Figure = WALKER) -> Track:
             model=header["model"],
             labels=tuple(header["labels"]),
             gait=header["gait"],
+            misnamed=header["misnamed"],
             first=header["first"],
             outcome=tuple(rows.pop("outcome").tolist()),
             mark=mark,

@@ -41,6 +41,7 @@ class Track:
     outcome : (T,) of each frame
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
     mark    : leg lengths, standard deviation of a marked joint's place on its links: no frame tells of it
+    misnamed: probability that the legs are named the wrong way round throughout; `cov` is without this doubt
     """
 
     figure: Figure
@@ -56,6 +57,7 @@ class Track:
     shift: Array
     mark: float
     gait: str = ""
+    misnamed: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "outcome", tuple(map(Outcome, self.outcome)))
@@ -88,14 +90,28 @@ class Track:
         return self.view.to_pixels(joints(self.figure, self.q[rows])) + self.shift[rows, None]
 
     def joint_covs(self, rows: slice = ALL) -> Array:
-        """(T, J, 2, 2) covariance of each joint in some rows, px^2: the pose's, and that of its mark."""
+        """(T, J, 2, 2) covariance of each joint in some rows, px^2: the pose's, and that of its mark.
+
+        Where the legs may be misnamed, with the probability p, it is the second moment about the place x of
+        the mixture with the joint's twin, N(x', P'): (1 - p) P + p (P' + (x' - x) (x' - x)').
+        """
         q, cov, marked = self.q[rows], self.cov[rows], (self.mark * self.view.unit) ** 2 * np.eye(2)
         out = np.empty((len(q), len(self.figure.joints), 2, 2))
         for t in range(0, len(q), BLOCK):
             some = slice(t, t + BLOCK)
             J = joint_jacobian(self.figure, q[some]) * self.view.axes[:, None]
             out[some] = J @ cov[some, None] @ transpose(J) + marked
+        if self.misnamed:
+            twin, places = self.figure.joint_twins, self.joints(rows)
+            apart = (places[:, twin] - places)[..., None]
+            out = (1.0 - self.misnamed) * out + self.misnamed * (out[:, twin] + apart * transpose(apart))
         return out
+
+    def sigma(self, k: int) -> Array:
+        """(T,) standard deviation of a freedom; as in `joint_covs` where the legs may be misnamed."""
+        twin = self.figure.exchanged[k]
+        other = self.cov[:, twin, twin] + (self.q[:, twin] - self.q[:, k]) ** 2
+        return np.asarray(np.sqrt((1.0 - self.misnamed) * self.cov[:, k, k] + self.misnamed * other))
 
     def to_dataframe(self) -> "pd.DataFrame":
         """A row a frame: time_s, motion, outcome, the pose, and joints as NAME_x and NAME_y, pixels.

@@ -28,6 +28,7 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         "model": track.model,
         "labels": track.labels,
         "gait": track.gait,
+        "misnamed": track.misnamed,
         "first": track.first,
         "figure": track.figure.name,
         "freedoms": track.figure.freedoms,

@@ -1,9 +1,10 @@
 """Write docs/robustness.md: what bad start marks, bad pictures, hidden feet and shrubs do to a track.
 
-    python -m tests.benchmarks.evaluation.robustness CLIPS docs/robustness.md [--draws N]
+    python -m tests.benchmarks.evaluation.robustness DATA docs/robustness.md [--draws N]
 
-CLIPS holds the videos, each with its NAME.keypoints.csv. Every disturbance comes alone. Two processes, of one
-thread each where the environment says so as in `make robustness`; about forty minutes.
+DATA holds video/ and video_hard/, of which each clip has its NAME.keypoints.csv, and mocap/trials.csv. Every
+disturbance comes alone, on the clips of video/. Two processes, of one thread each where the environment says
+so as in `make robustness`; about forty minutes.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from kinematics.recover import PoseError
+from tests.benchmarks.evaluation import misplaced
 from tests.benchmarks.evaluation.cases import START, Ours, marks_of, measured
 from tests.benchmarks.evaluation.disturbances import (
     DISTURBANCES,
@@ -120,12 +122,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         prog="python -m tests.benchmarks.evaluation.robustness", description=__doc__
     )
-    parser.add_argument("clips", type=Path, help="folder of the marked clips")
+    parser.add_argument("data", type=Path, help="folder of the marked clips and the captures")
     parser.add_argument("out", type=Path, help="the page, Markdown")
     parser.add_argument("--draws", type=int, default=DRAWS, help="of start marks a clip")
     asked = parser.parse_args()
-    clips = sorted(asked.clips.glob("*.mp4"))
-    asked.out.write_text(page(clips, *measure(clips, asked.draws, Progress())), encoding="utf-8")
+    folders = [asked.data / name for name in ("video", "video_hard")]
+    clips, progress = sorted(folders[0].glob("*.mp4")), Progress()
+    wrong = misplaced.cases(folders, asked.data / "mocap" / "trials.csv")
+    told = measured(misplaced.told, wrong, progress, "marks put wrongly")
+    text = page(clips, *measure(clips, asked.draws, progress), list(zip(wrong, told, strict=True)))
+    asked.out.write_text(text, encoding="utf-8")
 
 
 def measure(clips: Sequence[Path], draws: int, progress: Progress) -> tuple[Scores, Scores, Scores, Scores]:
@@ -169,8 +175,15 @@ def lost(found: Score | None) -> bool:
     return found is None or found.first_failure_frame is not None
 
 
-def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, walks: Scores) -> str:
-    """The whole text, of what `measure` returns."""
+def page(
+    clips: Sequence[Path],
+    pictures: Scores,
+    starts: Scores,
+    feet: Scores,
+    walks: Scores,
+    wrong: Sequence[tuple[misplaced.Case, misplaced.Told]],
+) -> str:
+    """The whole text, of what `measure` returns and what came of marks put wrongly."""
     draws = min(len(row) for row in starts.values())
     return "\n".join(
         [
@@ -182,7 +195,7 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
             METHOD,
             "## What is wanted",
             "",
-            *claim_table(claims(clips, pictures, starts)),
+            *claim_table([*claims(clips, pictures, starts), *misplaced.claims(wrong)]),
             "## Disturbed pictures",
             "",
             PICTURES,
@@ -196,6 +209,7 @@ def page(clips: Sequence[Path], pictures: Scores, starts: Scores, feet: Scores, 
             f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
             "",
             *_summaries(starts),
+            *misplaced.section(wrong),
             "## Feet that are not marked",
             "",
             HIDDEN_FEET,

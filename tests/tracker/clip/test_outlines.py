@@ -123,6 +123,8 @@ def test_legs_that_look_exchanged_in_the_marks_are_told(looks, exchanged, job, a
     as_if(looks=looks)
     finished = follow(replace(job, stop=20), QUIET)
     assert any("exchange near and far in the marks" in said for said in finished.warnings) == exchanged
+    assert (finished.track.misnamed > 0.1) == exchanged
+    assert exchanged or finished.track.misnamed == 0.0
 
 
 def test_no_frame_after_the_last_asked_for_has_points(plan, as_if):

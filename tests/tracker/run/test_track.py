@@ -1,6 +1,7 @@
 """A track's tables: the columns others read, a row for every frame, numbers that come back."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -159,3 +160,23 @@ def test_joints_of_some_rows_are_those_of_all_rows(track, monkeypatch):
     some = slice(1, len(track), 2)
     assert_allclose(track.joints(some), whole[some], rtol=1e-12)
     assert_allclose(track.joint_covs(some), covs[some], rtol=1e-9)
+
+
+def test_joints_of_legs_that_may_be_misnamed_spread_as_draws_of_either_naming(track, rng):
+    # Spread as wide as legs are apart, and differently of each leg.
+    wide = np.array([60.0 if "near" in name else 20.0 for name in WALKER.freedoms])
+    track = replace(track, cov=track.cov * np.outer(wide, wide))
+    doubted, draws = replace(track, misnamed=0.3), 200_000
+    wrong = rng.random(draws) < doubted.misnamed
+    for name, other in (("knee_near", "knee_far"), ("torso", "torso")):
+        k, twin = WALKER.index(name), WALKER.index(other)
+        means, spreads = track.q[1, [k, twin]], np.sqrt(np.diagonal(track.cov[1])[[k, twin]])
+        apart = np.where(wrong, *rng.normal(means[::-1], spreads[::-1], (draws, 2)).T) - means[0]
+        assert doubted.sigma(k)[1] == pytest.approx(np.sqrt((apart**2).mean()), rel=0.01)
+    for name, other in (("near_ankle", "far_ankle"), ("hip", "hip")):
+        j, twin = WALKER.joints.index(name), WALKER.joints.index(other)
+        (places,), (covs,) = track.joints(slice(1, 2)), track.joint_covs(slice(1, 2))
+        right, mistaken = (rng.multivariate_normal(places[i], covs[i], draws) for i in (j, twin))
+        apart = np.where(wrong[:, None], mistaken, right) - places[j]
+        found = doubted.joint_covs(slice(1, 2))[0, j]
+        assert_allclose(found, apart.T @ apart / draws, atol=0.01 * np.trace(found))

@@ -1,0 +1,225 @@
+"""Start marks put wrongly in the ways people do: what the tracker makes of it, and whether it says so."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from kinematics.mocap import read_trials
+from kinematics.recover import PoseError
+from kinematics.sides import other_side
+from tests.benchmarks.evaluation.calibration import TWO_SIGMA, distance, mark_noise
+from tests.benchmarks.evaluation.cases import marks_of
+from tests.benchmarks.page import Claim, table
+from tests.benchmarks.rendered.filming import film
+from tests.benchmarks.rendered.measure import AWAY, LEGS, start_frame
+from tests.benchmarks.rendered.plans import planned
+from tracker.clip.follow import follow
+from tracker.clip.job import Following, Job
+from tracker.clip.start import StartError
+from tracker.loop.outcome import Outcome
+from tracker.progress import Progress
+from tracker.run.score import Scored, leg_length, places, score
+from tracker.run.track import Track
+from tracker.tables.keypoints import Mark, Marks
+from videos.frames import Video
+
+Row = Mapping[str, Mark]
+Change = Callable[[Row, Row, float, np.random.Generator], dict[str, Mark]]
+
+LATER = 5  # frames on are those whose marks are taken for the start's
+RENDERED = range(200, 300)  # seeds of films that nothing was chosen by, one way of misplacing each
+
+
+def _exchanged(*kinds: str) -> Change:
+    """Both sides of these joints exchanged."""
+
+    def change(row: Row, later: Row, leg: float, rng: np.random.Generator) -> dict[str, Mark]:
+        names = {name: other_side(name) if name.partition("_")[2] in kinds else name for name in row}
+        return {name: row[names[name]] for name in row if names[name] in row}
+
+    return change
+
+
+def _moved(names: Sequence[str], right: float, down: float) -> Change:
+    """Marks of these joints, or all, moved by so many leg lengths."""
+
+    def change(row: Row, later: Row, leg: float, rng: np.random.Generator) -> dict[str, Mark]:
+        return {
+            name: replace(mark, x=mark.x + right * leg, y=mark.y + down * leg)
+            if not names or name in names
+            else mark
+            for name, mark in row.items()
+        }
+
+    return change
+
+
+def _careless(pixels: float) -> Change:
+    """Gaussian noise on every coordinate."""
+
+    def change(row: Row, later: Row, leg: float, rng: np.random.Generator) -> dict[str, Mark]:
+        return {
+            name: replace(mark, x=mark.x + rng.normal(0.0, pixels), y=mark.y + rng.normal(0.0, pixels))
+            for name, mark in row.items()
+        }
+
+    return change
+
+
+def _of_another_frame(row: Row, later: Row, leg: float, rng: np.random.Generator) -> dict[str, Mark]:
+    return dict(later)
+
+
+WAYS: dict[str, Change] = {
+    "legs exchanged": _exchanged("knee", "ankle", "toe"),
+    "ankles and toes exchanged": _exchanged("ankle", "toe"),
+    "knees exchanged": _exchanged("knee"),
+    "hip 0.2 leg lengths too low": _moved(("hip",), 0.0, 0.2),
+    "near ankle 0.3 leg lengths off": _moved(("near_ankle",), 0.3, 0.0),
+    "5 px of noise": _careless(5.0),
+    "10 px of noise": _careless(10.0),
+    "everything 0.15 leg lengths off": _moved((), 0.15, 0.0),
+    f"of the frame {LATER} later": _of_another_frame,
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A film and a way of misplacing; `film` is a marked clip or the seed of a rendered film."""
+
+    film: Path | int
+    way: str
+    trials: Path
+
+
+@dataclass(frozen=True)
+class Told:
+    """What came of it.
+
+    refused : the start
+    wrong   : it was followed, not to the end or with legs exchanged
+    warned  : of something besides what is said of the film itself
+    off     : marked frames with a mean error over AWAY
+    sure    : of these, frames called ok whose ellipses leave out most of the joints that are off
+    """
+
+    refused: bool = False
+    wrong: bool = False
+    warned: bool = False
+    off: int = 0
+    sure: int = 0
+
+
+def told(case: Case) -> Told:
+    """Follow the film from misplaced marks."""
+    if isinstance(case.film, Path):
+        marks = marks_of(case.film)
+        return _followed(case.film, marks, _start(marks), case.way)
+    made = film(planned(case.film, read_trials(case.trials)))
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mp4"
+        made.write(path)
+        return _followed(path, made.marks, start_frame(made), case.way)
+
+
+def _start(marks: Marks) -> int:
+    """The first frame with every joint of the legs marked."""
+    return next(frame for frame in sorted(marks) if set(LEGS) <= marks[frame].keys())
+
+
+def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
+    row, leg = marks[start], leg_length(marks, [start])
+    later = marks.get(start + LATER) or marks[min(t for t in marks if t > start)]
+    given = WAYS[way](row, later, leg, np.random.default_rng([start, *way.encode()]))
+    job = Job(path, {start: given}, Following().model, start=start, stop=max(marks))
+    try:
+        run = follow(job, Progress("quiet"))
+    except (StartError, PoseError):
+        return Told(refused=True)
+    found = score(marks, places(run.track), start)
+    off = [frame for frame, error in found.frame_errors.items() if error > AWAY]
+    return Told(
+        wrong=found.first_failure_frame is not None or 2 * found.swaps > found.truth_frames,
+        warned=bool(set(run.warnings) - set(_of_film(path))),
+        off=len(off),
+        sure=sum(_sure(run.track, marks[frame], frame, leg) for frame in off),
+    )
+
+
+def _of_film(path: Path) -> list[str]:
+    video = Video(path)
+    for _ in video:
+        pass
+    return video.notes
+
+
+def _sure(track: Track, row: Row, frame: int, leg: float) -> bool:
+    """Whether a frame that is off is called ok and has small ellipses."""
+    t = frame - track.first
+    if track.outcome[t] is not Outcome.OK:
+        return False
+    (at,), (covs,) = track.joints(slice(t, t + 1)), track.joint_covs(slice(t, t + 1))
+    column = {name: j for j, name in enumerate(track.figure.joints)}
+    outside = []
+    for name in Scored.of(track.figure).joints:
+        if name in row:
+            error = np.array([row[name].x, row[name].y]) - at[column[name]]
+            if np.hypot(*error) > AWAY * leg:
+                outside.append(distance(error, covs[column[name]] + mark_noise([])) > TWO_SIGMA)
+    return 2 * sum(outside) > len(outside)
+
+
+Answers = Sequence[tuple[Case, Told]]
+
+
+def cases(folders: Sequence[Path], trials: Path) -> list[Case]:
+    """Every way on every clip, and a rendered film each after the other one way."""
+    clips = [clip for folder in folders for clip in sorted(folder.glob("*.mp4"))]
+    names = list(WAYS)
+    return [
+        *(Case(clip, way, trials) for clip in clips for way in names),
+        *(Case(seed, names[seed % len(names)], trials) for seed in RENDERED),
+    ]
+
+
+HEADER = ("", "films", "refused", "wrong, said", "wrong, not said", "frames off", "called sure")
+METHOD = f"""\
+Marks of one frame put wrongly, on the open clips and on {len(RENDERED)} rendered films, one way each.
+Wrong: not followed to the end, or with the legs named wrongly in most frames. A frame is off by more than
+{AWAY:g} leg lengths in the mean of its joints; it is called sure where its outcome is `ok` and the ellipses
+of most of the joints that are off do not reach the marks.
+"""
+
+
+def claims(answers: Answers) -> list[Claim]:
+    """How well the tracker is to know itself."""
+    off, sure = sum(each.off for _, each in answers), sum(each.sure for _, each in answers)
+    legs = [each for case, each in answers if case.way == "legs exchanged" and isinstance(case.film, Path)]
+    unsaid = sum(each.wrong and not each.warned for each in legs)
+    return [
+        Claim("share of the frames off that are called sure", sure / max(off, 1), 0.05),
+        Claim(f"exchanged legs followed silently, of {len(legs)} clips", unsaid, 2),
+    ]
+
+
+def section(answers: Answers) -> list[str]:
+    """A table of clips and one of rendered films."""
+    lines = ["## Marks put wrongly", "", METHOD]
+    for name, kind in (("Open clips:", Path), ("Rendered films:", int)):
+        of = {way: [each for case, each in answers if _is(case, way, kind)] for way in WAYS}
+        lines += [name, "", *table(HEADER, [[way, *map(str, _counts(told))] for way, told in of.items()])]
+    return lines
+
+
+def _is(case: Case, way: str, kind: type) -> bool:
+    return case.way == way and isinstance(case.film, kind)
+
+
+def _counts(of: Sequence[Told]) -> list[int]:
+    """The cells of a row, under HEADER."""
+    said = [each.warned for each in of if each.wrong]
+    refused, off, sure = (sum(getattr(each, name) for each in of) for name in ("refused", "off", "sure"))
+    return [len(of), refused, sum(said), len(said) - sum(said), off, sure]
