@@ -52,9 +52,9 @@ models: $(VENV)/installed
 # The rival that needs opencv-contrib has it in an environment of its own, where it cannot harm ours.
 rivals: .venv-rivals/installed
 
-# The tables of docs/results.md, from the clips in $FIGTRACK_DATA/video.
+# The tables of docs/results.md, from the clips in $FIGTRACK_DATA.
 evaluate: $(VENV)/installed-dev rivals
-	$(BIN)/python -m tests.benchmarks.evaluation $(FIGTRACK_DATA)/video docs/results.md
+	$(BIN)/python -m tests.benchmarks.evaluation $(FIGTRACK_DATA) docs/results.md
 
 # The tables of docs/robustness.md, from the same clips, the hard ones and films painted as below.
 robustness: $(VENV)/installed-dev

@@ -9,33 +9,43 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.figure_file import WALKER
+from kinematics.sides import other_side
 from tests.benchmarks.evaluation.calibration import distances
 from tests.benchmarks.processes import each, spawned
 from tests.benchmarks.rivals import correlation, lucas_kanade
 from tests.benchmarks.rivals.body import body_at, by_frame
+from tracker.clip.asked import asked
 from tracker.clip.follow import follow
-from tracker.clip.job import Job
+from tracker.clip.job import Following, Job
 from tracker.clip.plan import prepare
 from tracker.progress import Progress
 from tracker.run.score import Places, Score, places, score
 from tracker.settings import Settings
 from tracker.tables.keypoints import Marks, read_keypoints
 
+QUIET = Progress("quiet")
 Array = NDArray[np.float64]
 Answer = TypeVar("Answer")
 Asked = TypeVar("Asked")
 
 START = 0
+BEFORE_ALL = -1  # a start from which on every marked frame is scored
+LEGS = tuple(name for name in WALKER.scored if other_side(name) != name)
 BAND = "near_knee"
 
 
 @dataclass(frozen=True)
 class Ours:
-    """A way to follow: a motion model and settings, smoothed or as each frame was first seen."""
+    """A way to follow: a motion model and settings, smoothed or as each frame was first seen.
+
+    marked : whether the start is marked; else it is found
+    """
 
     model: str
     settings: Settings = field(default_factory=Settings)
     smooth: bool = True
+    marked: bool = True
 
 
 @dataclass(frozen=True)
@@ -70,25 +80,39 @@ class Outcome:
     score     : errors at the hand marks
     distances : (M,) of visible marks, in standard deviations squared; None for who knows no covariance
     band      : root-mean-square distance of the near knee's path from the band's, px; None without a band
+    labelled  : share of the frames whose motion is the clip's; None for who labels none
     """
 
     score: Score
     distances: Array | None
     band: float | None
+    labelled: float | None = None
 
 
 def outcome(case: Case) -> Outcome:
-    """Follow the clip from frame 0 and measure the errors at its marks."""
+    """Follow the clip from its first whole frame of marks, or from none; the errors at its marks."""
     marks, band = marks_of(case.clip), band_of(case.clip)
-    last = max(max(marks), max(band, default=0))
+    last, start = max(max(marks), max(band, default=0)), first_whole(marks)
+    labelled = None
     if isinstance(case.way, Ours):
         way = case.way
-        job = Job(case.clip, marks, way.model, way.settings, start=START, stop=last, smooth=way.smooth)
-        track = follow(job, Progress("quiet")).track
-        found, spread = places(track), distances(track, marks, START)
+        if way.marked:
+            job = Job(case.clip, marks, way.model, way.settings, start=start, stop=last, smooth=way.smooth)
+        else:
+            job, start = asked(Following(model=way.model), case.clip, None, way.settings, QUIET), BEFORE_ALL
+        track = follow(job, QUIET).track
+        found, spread = places(track), distances(track, marks, start)
+        motion = "walk" if "walk" in case.clip.stem else "run"
+        if motion in track.labels:
+            labelled = float(np.mean([track.motion(t) == motion for t in range(len(track))]))
     else:
         found, spread = _rival_places(case.clip, marks, case.way, last), None
-    return Outcome(score(marks, found, START), spread, band_error(found, band) if band else None)
+    return Outcome(score(marks, found, start), spread, band_error(found, band) if band else None, labelled)
+
+
+def first_whole(marks: Marks) -> int:
+    """The first frame in which every joint of the legs is marked."""
+    return next(frame for frame in sorted(marks) if set(LEGS) <= marks[frame].keys())
 
 
 def marks_of(clip: Path) -> Marks:

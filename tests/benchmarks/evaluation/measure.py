@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks.evaluation.cases import Outcome, outcomes
+from tests.benchmarks.evaluation.cases import Ours, Outcome, Way, outcomes
 from tests.benchmarks.evaluation.held_out import Tuned, tune
-from tests.benchmarks.evaluation.ways import CV, RIVALS, Grid, Plan, Values
+from tests.benchmarks.evaluation.ways import CV, DEFAULT, HARD, RIVALS, Grid, Plan, Values
 from tracker.progress import Progress
 
 
@@ -17,12 +17,23 @@ class Results:
     rows     : models and rivals by name
     switched : the default model with one setting switched off, by name
     grids    : what was tuned, and on what, by name
+    hard     : the hard clips, what is compared on them, and the default from no marks on all clips
     """
 
     clips: tuple[Path, ...]
     rows: dict[str, list[Outcome]]
     switched: dict[str, list[Outcome]]
     grids: dict[str, "Tuning"]
+    hard: "Hard"
+
+
+@dataclass(frozen=True)
+class Hard:
+    """Outcomes of the hard clips, one a clip, and of all clips without marks, the hard ones last."""
+
+    clips: tuple[Path, ...]
+    rows: dict[str, list[Outcome]]
+    unmarked: list[Outcome]
 
 
 @dataclass(frozen=True)
@@ -34,8 +45,8 @@ class Tuning:
     tuned: Tuned
 
 
-def measure(clips: Sequence[Path], plan: Plan, progress: Progress) -> Results:
-    """Follow every clip every way of the plan."""
+def measure(clips: Sequence[Path], hard: Sequence[Path], plan: Plan, progress: Progress) -> Results:
+    """Follow every clip every way of the plan, and the hard ones the ways of HARD, which choose nothing."""
     ways = [way for grid in plan.grids.values() for way in grid.ways.values()]
     found = outcomes(clips, ways, progress, "grids")
     grids = {}
@@ -51,4 +62,12 @@ def measure(clips: Sequence[Path], plan: Plan, progress: Progress) -> Results:
         | {rival: grids[rival].tuned.tuned for rival in RIVALS if rival in grids},
         switched={name: found[way] for name, way in switched.items()},
         grids=grids,
+        hard=_hard(clips, hard, rows, progress),
     )
+
+
+def _hard(clips: Sequence[Path], hard: Sequence[Path], rows: dict[str, Way], progress: Progress) -> Hard:
+    chosen = {name: rows[name] for name in HARD if name in rows}
+    found = outcomes(hard, chosen.values(), progress, "hard clips")
+    (unmarked,) = outcomes([*clips, *hard], [Ours(DEFAULT, marked=False)], progress, "no marks").values()
+    return Hard(tuple(hard), {name: found[way] for name, way in chosen.items()}, unmarked)

@@ -11,10 +11,10 @@ from kinematics.mocap import read_trials
 from kinematics.recover import PoseError
 from kinematics.sides import other_side
 from tests.benchmarks.evaluation.calibration import TWO_SIGMA, distance, mark_noise
-from tests.benchmarks.evaluation.cases import marks_of
+from tests.benchmarks.evaluation.cases import first_whole, marks_of
 from tests.benchmarks.page import Claim, table
 from tests.benchmarks.rendered.filming import film
-from tests.benchmarks.rendered.measure import AWAY, LEGS, start_frame
+from tests.benchmarks.rendered.measure import AWAY, start_frame
 from tests.benchmarks.rendered.plans import planned
 from tracker.clip.follow import follow
 from tracker.clip.job import Following, Job
@@ -117,17 +117,12 @@ def told(case: Case) -> Told:
     """Follow the film from misplaced marks."""
     if isinstance(case.film, Path):
         marks = marks_of(case.film)
-        return _followed(case.film, marks, _start(marks), case.way)
+        return _followed(case.film, marks, first_whole(marks), case.way)
     made = film(planned(case.film, read_trials(case.trials)))
     with TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         made.write(path)
         return _followed(path, made.marks, start_frame(made), case.way)
-
-
-def _start(marks: Marks) -> int:
-    """The first frame with every joint of the legs marked."""
-    return next(frame for frame in sorted(marks) if set(LEGS) <= marks[frame].keys())
 
 
 def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:

@@ -17,9 +17,11 @@ ONE_STATE = "walk-run-1"
 ALONE = f"{ONE_STATE} alone"  # one state in all: none free
 MANY_STATES = "gait"
 CV = "cv"
+CV_ALONE = f"{CV}, no outline"
 FLOW = "Lucas-Kanade"
 BOXES = "correlation"
 RIVALS = (FLOW, BOXES)
+HARD = (DEFAULT, CV, CV_ALONE)  # rows that are compared on the hard clips too
 FILTERED = ", filtered"
 CLASSIC: Changes = {"mode": "classic"}
 
@@ -30,7 +32,7 @@ COMPARED: dict[str, tuple[str, Changes]] = {
     ONE_STATE: (ONE_STATE, {}),
     ALONE: (ONE_STATE, {"surprise": 0.0}),
     CV: (CV, {}),
-    f"{CV}, no outline": (CV, {"outline": False}),
+    CV_ALONE: (CV, {"outline": False}),
     f"{DEFAULT}, classic": (DEFAULT, CLASSIC),
     f"{CV}, classic": (CV, CLASSIC),
 }
