@@ -29,10 +29,11 @@ class Results:
 
 @dataclass(frozen=True)
 class Hard:
-    """Outcomes of the hard clips, one a clip, and of all clips without marks, the hard ones last."""
+    """Outcomes of the hard clips, as in `Results`; and of all clips without marks, the hard ones last."""
 
     clips: tuple[Path, ...]
     rows: dict[str, list[Outcome]]
+    switched: dict[str, list[Outcome]]
     unmarked: list[Outcome]
 
 
@@ -62,12 +63,22 @@ def measure(clips: Sequence[Path], hard: Sequence[Path], plan: Plan, progress: P
         | {rival: grids[rival].tuned.tuned for rival in RIVALS if rival in grids},
         switched={name: found[way] for name, way in switched.items()},
         grids=grids,
-        hard=_hard(clips, hard, rows, progress),
+        hard=_hard(clips, hard, {name: rows[name] for name in HARD if name in rows}, switched, progress),
     )
 
 
-def _hard(clips: Sequence[Path], hard: Sequence[Path], rows: dict[str, Way], progress: Progress) -> Hard:
-    chosen = {name: rows[name] for name in HARD if name in rows}
-    found = outcomes(hard, chosen.values(), progress, "hard clips")
+def _hard(
+    clips: Sequence[Path],
+    hard: Sequence[Path],
+    rows: dict[str, Way],
+    switched: dict[str, Way],
+    progress: Progress,
+) -> Hard:
+    found = outcomes(hard, [*rows.values(), *switched.values()], progress, "hard clips")
     (unmarked,) = outcomes([*clips, *hard], [Ours(DEFAULT, marked=False)], progress, "no marks").values()
-    return Hard(tuple(hard), {name: found[way] for name, way in chosen.items()}, unmarked)
+    return Hard(
+        clips=tuple(hard),
+        rows={name: found[way] for name, way in rows.items()},
+        switched={name: found[way] for name, way in switched.items()},
+        unmarked=unmarked,
+    )

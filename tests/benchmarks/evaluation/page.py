@@ -89,7 +89,7 @@ def page(results: Results, quick: bool) -> str:
         "## One thing switched off",
         "",
         SWITCHES,
-        *_switched({DEFAULT: results.rows[DEFAULT]} | results.switched),
+        *_switched(results),
         "## Calibration",
         "",
         CALIBRATION,
@@ -162,9 +162,22 @@ def _rows(results: Results, rows: dict[str, list[Outcome]]) -> list[str]:
     )
 
 
-def _switched(rows: dict[str, list[Outcome]]) -> list[str]:
-    header = ("", "mean", "worst", *HEADER[1:])
-    return table(header, [[name, *_worst(row)] for name, row in rows.items()])
+def _switched(results: Results) -> list[str]:
+    rows = {DEFAULT: results.rows[DEFAULT]} | results.switched
+    hard = {DEFAULT: results.hard.rows[DEFAULT]} | results.hard.switched
+    header = (
+        "",
+        "mean",
+        "worst",
+        *HEADER[1:],
+        *(f"hard: {name}" for name in ("mean", "worst", "lost", "swaps")),
+    )
+    return table(header, [[name, *_worst(row), *_briefly(hard[name])] for name, row in rows.items()])
+
+
+def _briefly(row: Sequence[Outcome]) -> list[str]:
+    mean, worst, _, _, lost, swaps, _ = _worst(row)
+    return [mean, worst, lost, swaps]
 
 
 def _worst(row: Sequence[Outcome]) -> list[str]:
