@@ -43,9 +43,17 @@ def checked_copy(source, path, first=0, stop=None):
     return film
 
 
+def begin_later(path, frames):
+    """Patch the edit list of a clip of `make_clip`, so that its first frames are not shown."""
+    stored = path.read_bytes()
+    at = stored.index(b"elst") + 16  # where in the track its showing begins, 512 ticks a frame
+    begin = int.from_bytes(stored[at : at + 4], "big") + 512 * frames
+    path.write_bytes(stored[:at] + begin.to_bytes(4, "big") + stored[at + 4 :])
+
+
 @pytest.mark.parametrize("format", ["mp4", "matroska"])
 @pytest.mark.parametrize("ticks", [None, UNEVEN], ids=["even", "uneven"])
-@pytest.mark.parametrize(("first", "stop"), [(0, None), (0, 9), (17, 33), (24, 25), (39, 40)])
+@pytest.mark.parametrize(("first", "stop"), [(0, None), (17, 33), (39, 40)])
 def test_a_copy_has_the_very_frames_at_their_times(tmp_path, images, format, ticks, first, stop):
     source = make_clip(tmp_path / "walk", images, format=format, ticks=ticks, key_every=KEYS)
     film = checked_copy(source, tmp_path / "film.mp4", first, stop)
@@ -56,10 +64,7 @@ def test_a_copy_has_the_very_frames_at_their_times(tmp_path, images, format, tic
 @pytest.mark.parametrize("first", [0, 3, 20])
 def test_a_film_that_its_edit_list_begins_within_a_gop_is_copied_too(tmp_path, images, first):
     source = make_clip(tmp_path / "walk.mp4", images, key_every=KEYS)
-    stored, cut = source.read_bytes(), 5
-    at = stored.index(b"elst") + 16  # where in the track its showing begins, 512 ticks a frame
-    begin = int.from_bytes(stored[at : at + 4], "big") + 512 * cut
-    source.write_bytes(stored[:at] + begin.to_bytes(4, "big") + stored[at + 4 :])
+    begin_later(source, cut := 5)
     assert len(list(Video(source))) == COUNT - cut
     film = checked_copy(source, tmp_path / "film.mp4", first)
     assert 0.0 < film.start < min(KEYS, first + cut + 1) / 30.0

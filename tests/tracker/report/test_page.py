@@ -15,13 +15,16 @@ from tests.kinematics.figures import WALKER
 from tests.tracker.report.test_chapter import chapter
 from tests.tracker.report.test_html_tables import SCORE
 from tests.tracker.strolls import stroll
+from tests.videos.test_frames import make_clip, set_display_matrix
+from tests.videos.test_playable import begin_later
 from tracker.report import page
 from tracker.report.headline import headline
 from tracker.report.page import write_comparison, write_report
 from tracker.report.results import FILM
 from tracker.tables.table import by_column, read_lines
+from videos.frames import Video
 from videos.overlay import NEAR, TRUNK
-from videos.playable import Playable
+from videos.playable import Playable, copied
 from videos.writer import Writer
 
 FPS, SECONDS, SIZE = 30.0, 2.0, (320, 240)
@@ -67,13 +70,13 @@ class Report:
         browser.open(path.as_uri(), **window)
         browser.wait("[...document.querySelectorAll('video')].every(clip => clip.readyState >= 2)")
 
-    def shows(self, frame):
+    def shows(self, frame, first=0):
         """Until every clip, the figure on it, the slider, the cursor and the words are at this frame."""
         for clip in range(self.browser.value("document.querySelectorAll('video').length")):
-            self.browser.wait(f"Math.abs({SHOWN.format(clip=clip)} - {STEP * frame}) < {STEP / 2}")
+            self.browser.wait(f"Math.abs({SHOWN.format(clip=clip)} - {STEP * (first + frame)}) < {STEP / 2}")
             self.browser.wait(f"document.querySelectorAll('.screen svg')[{clip}].dataset.frame === '{frame}'")
         self.browser.wait(f"document.querySelector('#frame').value === '{frame}'")
-        self.browser.wait(f"document.querySelector('#where').innerText.startsWith('frame {frame} ')")
+        self.browser.wait(f"document.querySelector('#where').innerText.startsWith('frame {first + frame} ')")
 
     def cursor(self):
         """Where the cursor is, as a share of a chart's width."""
@@ -519,6 +522,40 @@ def test_while_it_plays_figure_and_film_are_at_one_frame(browser, tmp_path):
     pairs = np.array(browser.value("pairs"))
     assert len(np.unique(pairs[:, 1])) > 15
     assert np.abs(pairs[:, 0] - pairs[:, 1])[pairs[:, 0] >= 0].max() <= 1.0 + 2.0 / STEP
+
+
+@pytest.mark.parametrize(
+    ("kind", "first"),
+    [("mp4", 0), ("mp4", 17), ("matroska", 17), ("uneven", 17), ("edited", 0), ("edited", 9), ("turned", 0)],
+)
+def test_of_a_copied_film_every_frame_is_shown_with_its_figure(browser, tmp_path, kind, first):
+    """With B frames, key frames 12 apart, and for "edited" a beginning between two of them."""
+    count, cut = 32, 5 * (kind == "edited")
+    levels = [255] * cut + [STEP * t for t in range(count - cut)]
+    images = [np.full((48, 64, 3), level, np.uint8) for level in levels]
+    uneven = np.cumsum(np.tile([20, 50, 33], count))[:count].tolist() if kind == "uneven" else None
+    format = "matroska" if kind == "matroska" else "mp4"
+    source = make_clip(tmp_path / "walk", images, ticks=uneven, format=format, key_every=12)
+    if kind == "edited":
+        begin_later(source, cut)
+    if kind == "turned":
+        set_display_matrix(source, (0, 1, -1, 0))
+    frames = list(Video(source))[first:]
+    times = np.array([frame.time for frame in frames]) - next(iter(Video(source))).time
+    size = frames[0].image.shape[1::-1]
+    film = copied(source, tmp_path / FILM, first, times, size)
+    assert film is not None
+    track = stroll(len(frames) / FPS)
+    write_report(tmp_path / "report.html", chapter(replace(track, first=first, times=times)), film)
+    report = Report(browser, tmp_path / "report.html")
+    film_size = "(({videoWidth, videoHeight}) => [videoWidth, videoHeight])(document.querySelector('video'))"
+    assert tuple(browser.value(film_size)) == size
+    for frame in (0, 1, 11, len(frames) - 1, len(frames) - 4):
+        report.slide(frame)
+        report.shows(frame, first)
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    report.shows(len(frames) - 1, first)
 
 
 def test_frames_before_and_after_those_followed_have_no_figure(browser, tmp_path):
