@@ -15,11 +15,13 @@ SPAN = 90.0  # per cent of the frames in which every joint is within `reach`
 
 
 def figure_numbers(track: Track) -> dict[str, Any]:
-    """Numbers of T frames in pixels of the film, to tenths, as JSON can hold them.
+    """Numbers of T frames, as JSON can hold them; those of a row a frame in tenths, which is shorter.
 
     limbs    : in the order they are drawn, each its color and links [point, link]: from a point to the tip of
                the link, which is point 1 + link
-    points   : (T, 2 P) x and y of the base, of every link's tip, and of where links begin elsewhere
+    ink      : color around them; width: pixels of a limb
+    points   : (T, 2 P) pixels of the film, x and y of the base, of every link's tip, and of where links begin
+               that begin elsewhere
     ellipses : (T, 3 L) of every link's tip: both radii at two standard deviations, and degrees clockwise
     centre   : (T, 2) where to look to have the figure's base in the middle
     reach    : how far from there its joints are, across and up
@@ -75,9 +77,9 @@ def _sight(track: Track, places: Array) -> tuple[Array, Array]:
     return centre, np.percentile(away, SPAN, axis=0)
 
 
-def _rows(values: Array) -> list[list[float]]:
+def _rows(values: Array) -> list[list[int]]:
     rows = np.clip(values, -FARTHEST, FARTHEST).reshape(len(values), -1)
-    return np.round(rows, 1).tolist()  # type: ignore[no-any-return]
+    return np.rint(10.0 * rows).astype(int).tolist()  # type: ignore[no-any-return]
 
 
 def _hex(color: Color) -> str:

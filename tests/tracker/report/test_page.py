@@ -413,8 +413,8 @@ def test_a_clip_of_one_frame_is_a_page_too(browser, tmp_path):
 PLACE = """((point, frame) => {{
   const svg = document.querySelectorAll('.screen svg')[{clip}];
   const opening = JSON.parse(document.querySelector('#data').textContent);
-  const points = opening.chapters[{clip}].figure.points[frame];
-  const place = new DOMPoint(points[2 * point], points[2 * point + 1]).matrixTransform(svg.getScreenCTM());
+  const [x, y] = opening.chapters[{clip}].figure.points[frame].slice(2 * point).map((tenths) => tenths / 10);
+  const place = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
   return [place.x, place.y];
 }})({point}, {frame})"""
 

@@ -8,7 +8,7 @@ const NEARER = 1.2; // how much more than a figure's reach is in sight from near
 function filmSource(link) {
   if (link) return link;
   const holder = document.querySelector("#film");
-  const [text, block, parts] = [holder.textContent.trim(), 2 ** 22, []];
+  const [text, block, parts] = [holder.textContent, 2 ** 22, []];
   for (let at = 0; at < text.length; at += block) {
     const bytes = atob(text.slice(at, at + block));
     const part = new Uint8Array(bytes.length);
@@ -21,6 +21,8 @@ function filmSource(link) {
 
 // What each frame has, of stretches from one frame to another.
 const everyFrame = (stretches) => stretches.flatMap(([start, end, value]) => Array(end - start).fill(value));
+
+const pixels = (tenths) => tenths.map((number) => number / 10);
 
 class Drawing {
   constructor(root, chapter, size, title) {
@@ -62,7 +64,7 @@ class Drawing {
     this.caption.textContent = said.filter(Boolean).join(" \u00b7 ");
     this.svg.style.visibility = outcome ? "visible" : "hidden";
     if (!outcome) return;
-    const [points, ellipses] = [this.numbers.points[frame], this.numbers.ellipses[frame]];
+    const [points, ellipses] = [this.numbers.points, this.numbers.ellipses].map((rows) => pixels(rows[frame]));
     const at = {
       point: (k) => `${points[2 * k]} ${points[2 * k + 1]}`,
       ellipse: (link) => {
@@ -88,7 +90,8 @@ class Drawing {
     const [W, H] = this.size;
     const [across, up] = this.numbers.reach;
     const times = this.near ? Math.max(1, Math.min(W / across, H / up) / (2 * NEARER)) : 1;
-    const [x, y] = this.near ? this.numbers.centre[Math.max(this.frame, 0)] ?? this.numbers.centre.at(-1) : [(W - 1) / 2, (H - 1) / 2];
+    const { centre } = this.numbers;
+    const [x, y] = this.near ? pixels(centre[Math.max(this.frame, 0)] ?? centre.at(-1)) : [(W - 1) / 2, (H - 1) / 2];
     const [w, h] = [W / times, H / times];
     this.svg.setAttribute("viewBox", `${x - w / 2} ${y - h / 2} ${w} ${h}`);
     const move = [(w / 2 - x - 0.5) / W, (h / 2 - y - 0.5) / H].map((share) => `${100 * share}%`);
