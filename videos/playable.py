@@ -125,8 +125,7 @@ def _found(
     pts, begins, shown = listed.T
     order = np.flatnonzero(shown)[np.argsort(pts[shown > 0], kind="stable")]
     wanted = order[first : first + len(times)]
-    same = len(wanted) == len(times) and pts[order[0]] == base
-    if not same or np.abs((pts[wanted] - base) * tick - times).max() > SAME:
+    if len(wanted) < len(times) or np.abs((pts[wanted] - base) * tick - times).max() > SAME:
         return None
     before = np.flatnonzero(begins[: wanted.min() + 1])
     if not len(before):

@@ -150,7 +150,6 @@ def test_frames_at_other_times_than_the_packets_are_not_copied(tmp_path, images)
 
 
 def test_a_film_whose_first_packets_do_not_decode_is_not_copied(tmp_path, images):
-    """Its frames follow at the same steps, so that only the first one's own time tells."""
     source = make_clip(tmp_path / "walk.mp4", images, key_every=KEYS)
     with av.open(str(source)) as container, av.open(str(tmp_path / "late.mkv"), "w") as late:
         stream = container.streams.video[0]

@@ -14,10 +14,15 @@ from tests.tracker.annotate.test_server import Client
 from tests.tracker.clips import write_video
 from tests.tracker.outline.films import a_walk
 from tests.tracker.processes import ended, started
+from tests.tracker.report.test_chapter import chapter
+from tests.tracker.report.test_page import write_clip
+from tests.tracker.strolls import stroll
 from tracker.desk import desk_page as module
 from tracker.desk.desk_page import Desk, Server
 from tracker.desk.films import films
 from tracker.desk.work import Asked, Command, words_for
+from tracker.report import page
+from tracker.report.page import write_report
 
 FIRST = 5  # the film begins within a stride
 CLIP = bytes(range(256)) * 40
@@ -129,6 +134,21 @@ def test_its_picture_report_and_parts_of_its_film_are_shown(folder):
             assert (status, content) == (206, part)
             assert headers["Content-Range"].endswith(f"/{len(CLIP)}")
         assert client.ask("GET", "run/walk.mp4/film.mp4", Range=f"bytes={len(CLIP)}-")[0] == 416
+
+
+@pytest.mark.parametrize("largest", [10**9, 100], ids=["within", "beside"])
+def test_the_film_of_a_report_plays(browser, folder, monkeypatch, largest):
+    monkeypatch.setattr(page, "LARGEST", largest)
+    run, track = a_run(folder), stroll(1.0)
+    write_report(run / "report.html", chapter(track), write_clip(run / "film.mp4", track.times))
+    with served(folder) as client:
+        browser.errors.clear()
+        browser.open(f"{client.server.address}run/walk.mp4/report.html")
+        browser.wait("document.querySelector('video').readyState >= 2")
+        browser.press(" ")
+        browser.wait("document.querySelector('.screen svg').dataset.frame > 10")
+        assert browser.errors == []
+        browser.open("about:blank")
 
 
 def test_a_long_clip_is_sent_in_parts(folder, monkeypatch):
