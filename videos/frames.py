@@ -85,6 +85,7 @@ class Video:
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
     uneven        : after a pass, one line if many frames follow early or late, else None
     interlaced    : after a pass, one line if most frames are of two fields, else None
+    mended        : after a pass, how many pictures the decoder had to mend, which others may refuse
 
     Args:
         path: the file or folder.
@@ -117,6 +118,7 @@ class Video:
                 self.fps, self.count_hint = _announced(container, video_stream(container, self.path))
 
         self._times, self._fields = Growing(1.0 / self.fps), 0  # of the pass that gave a frame last
+        self.mended = 0
         first = next(iter(self), None)
         if first is None:
             raise VideoError(f"no frame of {path} could be decoded; record or convert it again")
@@ -202,7 +204,7 @@ class Video:
             yield Frame(index, index / self.fps, _read_image(path))
 
     def _file_frames(self) -> Iterator[Frame]:
-        index, fields, damaged, times = 0, 0, [], Growing(1.0 / self.fps)
+        index, fields, mended, damaged, times = 0, 0, 0, [], Growing(1.0 / self.fps)
         rgb = VideoReformatter()
         for picture in recalled(self.path, self._pictures):
             if picture is None:
@@ -210,7 +212,8 @@ class Video:
                 continue
             time = times.next(picture.time)
             fields += picture.interlaced_frame
-            self._times, self._fields = times, fields
+            mended += picture.is_corrupt
+            self._times, self._fields, self.mended = times, fields, max(mended, self.mended)
             yield Frame(index, time, _upright(picture, rgb), picture.pts)
             index += 1
         self.cut_short = self._shortfall(index, damaged)

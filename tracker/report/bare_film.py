@@ -13,7 +13,7 @@ from videos.playable import Playable, copied, encoded
 def write_film(finished: Run, path: Path, progress: Progress) -> Playable:
     """The part of the clip that was followed, nothing drawn on it: its own packets where browsers play it."""
     job, track, size = finished.job, finished.track, finished.size
-    film = copied(job.video, path, track.first, track.times, size)
+    film = None if finished.mended else copied(job.video, path, track.first, track.times, size)
     if film is not None:
         return film
     with progress.task(f"{job.video.name} film", len(track)) as advance:

@@ -27,9 +27,11 @@ def finished(rng, tmp_path):
     return SimpleNamespace(job=job, track=track, frames=COUNT, fps=30.0, size=(96, 64))
 
 
-@pytest.mark.parametrize("alike", [True, False], ids=["copied", "encoded"])
-def test_the_film_shows_what_was_followed_from_its_start_on(finished, tmp_path, alike):
-    if not alike:
+@pytest.mark.parametrize("kind", ["copied", "folder", "mended"])
+def test_the_film_shows_what_was_followed_from_its_start_on(finished, tmp_path, kind):
+    alike = kind == "copied"
+    finished.mended = int(kind == "mended")
+    if kind == "folder":
         images = tmp_path / "images"
         images.mkdir()
         save_images(finished.job.video, images)
