@@ -590,6 +590,10 @@ def test_what_is_not_seen_is_drawn_broken_and_told(browser, tmp_path):
         report.shows(frame)
         assert browser.text("figcaption") == words
         assert (browser.value(dash) != "none") is broken
+    report.slide(13)
+    for layer in ("limbs", "ellipses"):
+        browser.push(f"[data-layer={layer}]")
+    assert not browser.value("document.querySelector('figcaption').checkVisibility()")  # the film alone
 
 
 def test_of_several_films_each_tells_its_model_and_all_share_one_source(browser, tmp_path):
