@@ -85,6 +85,7 @@ class Video:
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
     uneven        : after a pass, one line if many frames follow early or late, else None
     interlaced    : after a pass, one line if most frames are of two fields, else None
+    mended        : after a pass, how many pictures the decoder had to mend, which others may refuse
 
     Args:
         path: the file or folder.
@@ -113,10 +114,11 @@ class Video:
         else:
             if fps is not None:
                 raise ValueError(f"{path} is a file and carries its own frame times; fps is for a folder")
-            with _opened(self.path) as container:
-                self.fps, self.count_hint = _announced(container, _video_stream(container, self.path))
+            with opened(self.path) as container:
+                self.fps, self.count_hint = _announced(container, video_stream(container, self.path))
 
         self._times, self._fields = Growing(1.0 / self.fps), 0  # of the pass that gave a frame last
+        self.mended = 0
         first = next(iter(self), None)
         if first is None:
             raise VideoError(f"no frame of {path} could be decoded; record or convert it again")
@@ -177,8 +179,8 @@ class Video:
         if self._images or tick is None:
             yield from (_read_image(path) for path in self._images[index:])
             return
-        with suppress(av.FFmpegError), _opened(self.path) as container:
-            stream = _video_stream(container, self.path)
+        with suppress(av.FFmpegError), opened(self.path) as container:
+            stream = video_stream(container, self.path)
             container.seek(tick, stream=stream)
             rgb = VideoReformatter()
             for picture in _decoded(container, stream):
@@ -202,7 +204,7 @@ class Video:
             yield Frame(index, index / self.fps, _read_image(path))
 
     def _file_frames(self) -> Iterator[Frame]:
-        index, fields, damaged, times = 0, 0, [], Growing(1.0 / self.fps)
+        index, fields, mended, damaged, times = 0, 0, 0, [], Growing(1.0 / self.fps)
         rgb = VideoReformatter()
         for picture in recalled(self.path, self._pictures, self.count_hint):
             if picture is None:
@@ -210,14 +212,15 @@ class Video:
                 continue
             time = times.next(picture.time)
             fields += picture.interlaced_frame
-            self._times, self._fields = times, fields
+            mended += picture.is_corrupt
+            self._times, self._fields, self.mended = times, fields, max(mended, self.mended)
             yield Frame(index, time, _upright(picture, rgb), picture.pts)
             index += 1
         self.cut_short = self._shortfall(index, damaged)
 
     def _pictures(self) -> Iterator[VideoFrame | None]:
-        with _opened(self.path) as container:
-            stream = _video_stream(container, self.path)
+        with opened(self.path) as container:
+            stream = video_stream(container, self.path)
             for picture in _decoded(container, stream):
                 if picture is not None and stream.time_base is not None:
                     picture.time_base = stream.time_base  # which the last ones of a film come without
@@ -243,7 +246,8 @@ def films_in(folder: Path) -> list[Path]:
     return sorted(path for path in folder.absolute().iterdir() if path.suffix.lower() in FILM_SUFFIXES)
 
 
-def _opened(path: Path) -> InputContainer:
+def opened(path: Path) -> InputContainer:
+    """The container of a video file; raises VideoError where there is none."""
     if not path.is_file():  # a pipe or a device may have no end
         raise VideoError(f"{path} is no ordinary file; save the video as one")
     if path.stat().st_size == 0:
@@ -258,7 +262,8 @@ def _opened(path: Path) -> InputContainer:
         ) from error
 
 
-def _video_stream(container: InputContainer, path: Path) -> VideoStream:
+def video_stream(container: InputContainer, path: Path) -> VideoStream:
+    """The first stream of pictures that is no cover; raises VideoError where there is none."""
     streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
     if streams and streams[0].codec_context is None:  # PyAV would crash on it
         raise VideoError(f"{path} does not say how its pictures are coded; copy or convert it again")
@@ -316,17 +321,23 @@ def _upright(picture: VideoFrame, rgb: VideoReformatter) -> Image:
     A frame that reformats itself would hold on to what that takes, which is more than its pixels.
     """
     image = rgb.reformat(picture, format="rgb24").to_ndarray()
+    a, b, c, d = display_matrix(picture)
+    sideways = abs(b) > abs(a)
+    if sideways:
+        image = image.swapaxes(0, 1)
+    right, down = (c, b) if sideways else (a, d)
+    image = image[:: -1 if down < 0 else 1, :: -1 if right < 0 else 1]
+    return np.ascontiguousarray(image)
+
+
+def display_matrix(picture: VideoFrame) -> tuple[int, int, int, int]:
+    """(a, b, c, d) of how a picture is to be shown: a pixel goes to (a x + c y, b x + d y), in 65536ths."""
     # A frame's own side data refers back to it, so that frames would pile up until the garbage is collected.
     matrix = SideDataContainer(picture).get("DISPLAYMATRIX")  # type: ignore[call-arg]
-    if matrix is not None:
-        # Stored row by row as (a b u; c d v; x y w): a pixel goes to (a x + c y, b x + d y).
-        a, b, _, c, d = np.frombuffer(cast("bytes", matrix), np.int32, count=5)
-        sideways = abs(int(b)) > abs(int(a))
-        if sideways:
-            image = image.swapaxes(0, 1)
-        right, down = (c, b) if sideways else (a, d)
-        image = image[:: -1 if down < 0 else 1, :: -1 if right < 0 else 1]
-    return np.ascontiguousarray(image)
+    if matrix is None:
+        return 65536, 0, 0, 65536
+    a, b, _, c, d = np.frombuffer(cast("bytes", matrix), np.int32, count=5).tolist()  # row by row, of 3 x 3
+    return a, b, c, d
 
 
 def _read_image(path: Path) -> Image:

@@ -109,18 +109,37 @@ def draw(
             np.uint8
         )
     rim = max(1, round(scale * height / 400))
-    for _, group in groupby(segments, key=lambda segment: segment.color):
-        limb = list(group)
-        for segment in limb:
-            _line(canvas, segment, INK, scale, 2 * rim)
-        for segment in limb:
-            _line(canvas, segment, segment.color, scale, 0)
+    for limb in limbs([segment.color for segment in segments]):
+        for i in limb:
+            _line(canvas, segments[i], INK, scale, 2 * rim)
+        for i in limb:
+            _line(canvas, segments[i], segments[i].color, scale, 0)
     for ellipse in ellipses:
         _outline(canvas, ellipse, INK, scale, 1 + 3 * rim)
         _outline(canvas, ellipse, ellipse.color, scale, 1 + rim)
     if caption:
         _caption(canvas, caption)
     return canvas
+
+
+def limbs(colors: Sequence[Color]) -> list[list[int]]:
+    """Positions of neighbours of one colour, which share an outline."""
+    return [list(limb) for _, limb in groupby(range(len(colors)), key=colors.__getitem__)]
+
+
+def ellipse_axes(cov: Array) -> tuple[Array, Array]:
+    """What an ellipse of two standard deviations is drawn by.
+
+    Args:
+        cov: (..., 2, 2) covariances, px^2.
+
+    Returns:
+        (..., 2) its radii, pixels, the longer one first, and (...) the degrees by which that one is turned
+        clockwise on screen from x, as y goes down.
+    """
+    variances, axes = np.linalg.eigh(cov)  # sorted upwards
+    radii = SIGMAS * np.sqrt(np.maximum(variances[..., ::-1], 0.0))
+    return radii, np.degrees(np.arctan2(axes[..., 1, 1], axes[..., 0, 1]))
 
 
 def text_size(text: str, height: float) -> tuple[int, int]:
@@ -153,12 +172,9 @@ def _line(canvas: Image, segment: Segment, color: Color, scale: int, extra: int)
 
 
 def _outline(canvas: Image, ellipse: Ellipse, color: Color, scale: int, thickness: int) -> None:
-    variances, axes = np.linalg.eigh(ellipse.cov)
-    radii = SIGMAS * scale * np.sqrt(np.maximum(variances[::-1], 0.0))
-    # eigh sorts upwards: the last axis is the long one. OpenCV turns clockwise on screen, as y down does.
-    angle = np.degrees(np.arctan2(axes[1, 1], axes[0, 1]))
-    center = _fixed(_enlarged(ellipse.center, scale))
-    cv2.ellipse(canvas, center, _fixed(radii), angle, 0.0, 360.0, color, thickness, cv2.LINE_AA, SHIFT)
+    radii, angle = ellipse_axes(ellipse.cov)
+    center, axes = _fixed(_enlarged(ellipse.center, scale)), _fixed(scale * radii)
+    cv2.ellipse(canvas, center, axes, float(angle), 0.0, 360.0, color, thickness, cv2.LINE_AA, SHIFT)
 
 
 def _caption(canvas: Image, caption: str) -> None:

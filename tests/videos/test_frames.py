@@ -296,6 +296,21 @@ def test_damage_near_the_end_is_told_though_hardly_a_frame_is_missing(tmp_path, 
     assert video.cut_short == f"walk.mp4 cannot be decoded past frame {count - 1}; what was read was used"
 
 
+def test_pictures_that_the_decoder_mends_are_counted(tmp_path, rng):
+    path = make_clip(tmp_path / "walk.mp4", noise(12, rng))
+    assert len(list(video := Video(path))) == 12
+    assert video.mended == 0
+    with av.open(str(path)) as container:
+        pos, size = [(packet.pos, packet.size) for packet in container.demux(video=0) if packet.size][6]
+    data = bytearray(path.read_bytes())
+    data[pos + size // 2 : pos + size // 2 + 30] = bytes(30)
+    path.write_bytes(data)
+    video = Video(path)
+    for _ in range(2):  # the second time they are not decoded anew
+        assert len(list(video)) == 12
+        assert video.mended == 1
+
+
 def test_damage_in_the_middle_is_left_out_and_what_follows_is_read(tmp_path, rng):
     path = make_clip(tmp_path / "walk.mp4", noise(40, rng), key_every=10)
     with av.open(str(path)) as container:

@@ -83,7 +83,11 @@ def track(
     keypoints: Keypoints = None,
     how: Following,
     overlay: Annotated[
-        bool, typer.Option("--overlay/--no-overlay", help="Draw the figure on the clip: overlay.mp4.")
+        bool,
+        typer.Option(
+            "--overlay/--no-overlay",
+            help="Write overlay.mp4, the clip with the figure; the report does without.",
+        ),
     ] = True,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-track].")] = None,

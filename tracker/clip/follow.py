@@ -44,6 +44,7 @@ class Run:
     rate     : playback speed, as given or as `tracker.clip.playback` finds it
     seconds  : spent a frame, by stage
     points   : what is to be said of those of `Job.measure`
+    mended   : how many pictures the decoder had to mend
     """
 
     job: Job
@@ -57,6 +58,7 @@ class Run:
     seconds: dict[str, float]
     warnings: list[str]
     points: Judged | None = None
+    mended: int = 0
 
 
 def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
@@ -92,6 +94,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
         seconds=clock.per_frame(len(track)),
         warnings=_warnings(plan, track, judged),
         points=judged,
+        mended=plan.video.mended,
     )
 
 

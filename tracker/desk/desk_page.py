@@ -17,6 +17,7 @@ from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalEr
 from tracker.desk.films import Film, films
 from tracker.desk.work import EXPORTS, Asked, Command, Work, words_for
 from tracker.report.document import Document
+from tracker.report.results import FILM
 from tracker.run.folder import FolderError
 
 POLL = 0.1  # seconds between looks at whether it was interrupted
@@ -133,13 +134,13 @@ class Handler(LoopbackHandler):
             # A folder may come from anywhere: its page has no part in ours.
             alone = {"Content-Security-Policy": "sandbox allow-scripts allow-downloads allow-modals"}
             self.send(HTTPStatus.OK, (film.run / file).read_bytes(), "text/html; charset=utf-8", alone)
-        elif file == "overlay.mp4":
+        elif file == FILM:
             self._send_part(film.run / file)
         else:
             raise nothing_here()
 
     def _send_part(self, path: Path) -> None:
-        """What a player asks for of a clip, or its beginning."""
+        """What a player asks for of a film, or its beginning."""
         size = path.stat().st_size
         asked = re.fullmatch(r"bytes=(\d{1,15})-(\d{0,15})", self.headers.get("Range", "bytes=0-"))
         first = int(asked[1]) if asked else 0

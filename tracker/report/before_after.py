@@ -96,7 +96,6 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
         "title": [html.escape(f"{before.name} and {after.name}")],
         "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in _notes(gaits, metres, runs)],
         "table": [html_table(COLUMNS, [change.row() for change in changes])],
-        "kind": ["single still"],
     }
     write_page(page, PAGE, {"cycles": list(_cycles(runs, gaits))}, parts)
     return in_columns([COLUMNS, *(change.cells() for change in changes)])

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -13,6 +12,7 @@ from tracker.clip.follow import Run
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.loop.outcome import Outcome
+from tracker.report.figure import figure_numbers
 from tracker.report.over_stride import legs_of, norm_of, tenths
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
@@ -34,7 +34,6 @@ class Chapter:
 
     name     : of the model
     video    : what the clip is called
-    overlay  : the drawn clip, None where none was drawn
     frames   : how many frames it has
     fps      : frames a second
     rate     : playback speed, as given or found
@@ -45,7 +44,6 @@ class Chapter:
 
     name: str
     video: str
-    overlay: Path | None
     track: Track
     frames: int
     fps: float
@@ -55,7 +53,7 @@ class Chapter:
     warnings: Sequence[str]
 
     @classmethod
-    def of(cls, finished: Run, overlay: Path | None) -> Self:
+    def of(cls, finished: Run) -> Self:
         """That of a finished run."""
         job = finished.job
         # A speed that was only found would pull every walker towards the model's own.
@@ -64,7 +62,6 @@ class Chapter:
         return cls(
             name=job.model,
             video=job.video.name,
-            overlay=overlay,
             track=finished.track,
             frames=finished.frames,
             fps=finished.fps,
@@ -128,7 +125,7 @@ class Chapter:
         return said
 
     def drawn(self) -> dict[str, Any]:
-        """Curves in degrees and stretches in frames, as JSON can hold them."""
+        """Curves in degrees, stretches in frames and the figure, as JSON can hold them."""
         track = self.track
         motions = [track.motion(t) for t in range(len(track))]
         return {
@@ -141,6 +138,7 @@ class Chapter:
             "words": WORDS,
             "floor": {side: self._on_floor(side) for side in SIDES},
             "cycles": list(self._cycles()),
+            "figure": figure_numbers(track),
         }
 
     def _panels(self) -> Iterable[dict[str, Any]]:

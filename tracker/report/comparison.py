@@ -10,13 +10,15 @@ from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.plan import prepare, start_frame
 from tracker.progress import Progress
+from tracker.report.bare_film import write_film
 from tracker.report.chapter import Chapter
 from tracker.report.html_tables import text_table
-from tracker.report.page import write_comparison
-from tracker.report.results import write_run
+from tracker.report.page import linked, write_comparison
+from tracker.report.results import FILM, write_run
 from tracker.report.sheets import write_error_plot, write_sheet
 from tracker.run.score import Score, places, score
 from tracker.tables.keypoints import Marks
+from videos.playable import Playable
 
 
 def compare_models(
@@ -48,10 +50,12 @@ def compare_models(
 
     chapters: dict[str, Chapter] = {}
     scores: dict[str, Score] = {}
+    films: list[Playable] = []  # one, which all pages share
     for name, each in jobs.items():
         finished = follow(each, progress)
         (folder / name).mkdir()
-        chapters[name] = replace(write_run(finished, folder / name, progress), name=name)
+        films = films or [write_film(finished, folder / FILM, progress)]
+        chapters[name] = replace(write_run(finished, folder / name, progress, film=films[0]), name=name)
         for warning in finished.warnings:
             progress.warn(f"{name}: {warning}")
         scores[name] = score(
@@ -62,7 +66,9 @@ def compare_models(
     write_sheet(job.video, {name: each.track for name, each in chapters.items()}, scores, sheet)
     said = [f"{len(given)} anchors not scored"] if given else []
     page, told = folder / "report.html", list(chapters.values())
-    write_comparison(page, job.video.name, told, scores, sheet, [*said, *notes])
+    write_comparison(page, job.video.name, films[0], told, scores, sheet, [*said, *notes])
+    if not linked(films[0]):
+        films[0].path.unlink()
     summary = {"models": {name: result.summary() for name, result in scores.items()}}
     (folder / "compare.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return "\n".join([text_table(scores), *said])

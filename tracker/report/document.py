@@ -9,10 +9,10 @@ from pathlib import Path
 
 COMMON = "report/common"  # style and script of all pages
 STYLES = ("report/style.css",)  # of those that are files
-# A file may show what is in it and the clips beside it.
+# A file may show what is in it and the film beside it.
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; "
-    "media-src data: file: 'self'"
+    "media-src blob: file: 'self'"
 )
 
 

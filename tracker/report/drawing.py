@@ -1,5 +1,6 @@
 """A tracked figure as segments and ellipses on a frame."""
 
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from tracker.clip.follow import Run
 from tracker.loop.outcome import Outcome
 from tracker.progress import Progress
 from tracker.run.track import Track
-from videos.frames import Video
+from videos.frames import Frame, Video
 from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw
 from videos.writer import Writer
 
@@ -29,9 +30,19 @@ def colours(figure: Figure) -> list[tuple[int, int, int]]:
 
 def segments(figure: Figure, q: Array, view: View) -> list[Segment]:
     """The links as a pose (D,) lays them, the farthest first."""
-    bones, shades, width = skeleton(figure, q), colours(figure), max(view.unit / 30.0, 1.5)
+    bones, shades, width = skeleton(figure, q), colours(figure), limb_width(view)
     starts, tips = view.to_pixels(bones.start), view.to_pixels(bones.tip)
-    return [Segment(starts[i], tips[i], shades[i], width) for i in _by_layer(figure)]
+    return [Segment(starts[i], tips[i], shades[i], width) for i in by_layer(figure)]
+
+
+def limb_width(view: View) -> float:
+    """Pixels."""
+    return max(view.unit / 30.0, 1.5)
+
+
+def by_layer(figure: Figure) -> list[int]:
+    """Positions of the links, the farthest first."""
+    return sorted(range(len(figure.links)), key=lambda i: figure.links[i].layer)
 
 
 def enlargement(height: int) -> int:
@@ -48,7 +59,7 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     now = slice(t, t + 1)  # a copy of the track for each frame would cost as much as the film is long
     (places,), (covs,) = track.joints(now), track.joint_covs(now)
     figure, shades = track.figure, colours(track.figure)
-    ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in _by_layer(figure)]
+    ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in by_layer(figure)]
     state = f"  {track.motion(t)}" if len(track.labels) > 1 else ""
     outcome = "" if track.outcome[t] is Outcome.OK else f"  {track.outcome[t]}"
     limbs = segments(figure, track.q[t], track.view_at(t))
@@ -58,17 +69,20 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
 def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
     """The part of the clip that was followed, with the figure drawn on every frame, from time 0 on."""
     job, track = finished.job, finished.track
-    video = Video(job.video)
-    scale = enlargement(video.height)
-    size = (video.width * scale, video.height * scale)
-    frames, times = islice(video, track.first, finished.frames), track.times - track.times[0]
+    scale = enlargement(finished.size[1])
+    width, height = finished.size
     drawing = progress.task(f"{job.video.name} overlay", len(track))
-    with drawing as advance, Writer(path, finished.fps, size, quick=True) as writer:
-        for frame, moment in zip(frames, times, strict=True):
-            writer.write(paint(frame.image, track, frame.index, f"{job.model}  "), float(moment))
+    with (
+        drawing as advance,
+        Writer(path, finished.fps, (width * scale, height * scale), quick=True) as writer,
+    ):
+        for frame, moment in followed(finished):
+            writer.write(paint(frame.image, track, frame.index, f"{job.model}  "), moment)
             advance()
 
 
-def _by_layer(figure: Figure) -> list[int]:
-    """Positions of the links, the farthest first."""
-    return sorted(range(len(figure.links)), key=lambda i: figure.links[i].layer)
+def followed(finished: Run) -> Iterator[tuple[Frame, float]]:
+    """The frames that were followed, and when each comes after the first of them, seconds."""
+    track = finished.track
+    frames = islice(Video(finished.job.video), track.first, finished.frames)
+    return zip(frames, (track.times - track.times[0]).tolist(), strict=True)

@@ -39,7 +39,7 @@ def write_overview(path: Path, place: Path, rows: Sequence[Row]) -> None:
     table = ["<div class='wide'><table class='overview'><tbody>"]
     table += (_row(row, place) for row in rows)
     table.append("</tbody></table></div>")
-    parts = {"title": [html.escape(place.name)], "table": table, "head": [MADE], "kind": ["single still"]}
+    parts = {"title": [html.escape(place.name)], "table": table, "head": [MADE]}
     write_page(path, PAGE, {}, parts)
 
 

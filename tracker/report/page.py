@@ -1,7 +1,8 @@
-"""report.html, one document with its numbers, pictures and, unless they are large, its clips."""
+"""report.html, one document with its numbers, pictures and, unless it is large, its film."""
 
 import base64
 import html
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
@@ -11,21 +12,28 @@ from tracker.report.document import STYLES, Document, write_page
 from tracker.report.headline import headline, unusual
 from tracker.report.html_tables import comparison_table, gait_table
 from tracker.run.score import LOST_ERROR, Score, error_curve
+from videos.playable import Playable
 
-SCRIPTS = ("plots", "saving", "player", "page")
+SCRIPTS = ("plots", "saving", "player", "figure", "page")
 PAGE = Document("report/page.html", STYLES, tuple(f"report/{name}.js" for name in SCRIPTS))
-LARGEST = 60_000_000  # bytes of clips that are written into a page; larger ones are linked
+LARGEST = 60_000_000  # bytes of a film that is written into a page; a larger one is linked
 BLOCK = 3 * 2**18  # bytes turned to base64 at a time: whole groups of three
 
 
-def write_report(path: Path, chapter: Chapter) -> None:
+def linked(film: Playable) -> bool:
+    """Whether pages link to a film, which then has to stay where it is."""
+    return film.path.stat().st_size > LARGEST
+
+
+def write_report(path: Path, chapter: Chapter, film: Playable) -> None:
     """The page of one run."""
-    _write(path, chapter.video, [chapter], chapter.warnings)
+    _write(path, chapter.video, film, [chapter], chapter.warnings)
 
 
 def write_comparison(
     path: Path,
     video: str,
+    film: Playable,
     chapters: Sequence[Chapter],
     scores: Mapping[str, Score],
     failure: Path,
@@ -34,6 +42,7 @@ def write_comparison(
     """The page of several runs of one clip beside the marks.
 
     Args:
+        film: that all of them followed, from the same frame on.
         scores: of every chapter by its name.
         failure: the sheet of frames where the tracks part.
         notes: said above everything else.
@@ -50,12 +59,13 @@ def write_comparison(
     ]
     sheet = [_SHEET, "data:image/png;base64,", *_base64(failure), "'></div></section>"]
     table = _ERRORS.format(limit=LOST_ERROR, joints=_told(chapters[0]), table=comparison_table(scores))
-    _write(path, video, chapters, warnings, notes, table, sheet, {"models": errors, "lost": LOST_ERROR})
+    _write(path, video, film, chapters, warnings, notes, table, sheet, {"models": errors, "lost": LOST_ERROR})
 
 
 def _write(
     path: Path,
     video: str,
+    film: Playable,
     chapters: Sequence[Chapter],
     warnings: Sequence[str],
     notes: Sequence[str] = (),
@@ -63,14 +73,16 @@ def _write(
     sheet: Iterable[str] = (),
     errors: Mapping[str, object] | None = None,
 ) -> None:
-    data = {"chapters": [chapter.drawn() for chapter in chapters], "errors": errors}
+    shown = {"link": _link(film, path), "start": round(film.start, 6), "size": film.size}
+    data = {"chapters": [chapter.drawn() for chapter in chapters], "errors": errors, "film": shown}
     parts: dict[str, Iterable[str]] = {
         "title": [html.escape(video)],
-        "kind": [_kind(chapters)],
+        "kind": ["several"] if len(chapters) > 1 else (),
         "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in notes],
         "warnings": [f"<p class='warning'>{html.escape(text)}</p>" for text in warnings],
         "table": [table],
-        "clips": _clips(path, chapters),
+        "clips": [_CLIP.format(number=number) for number in range(len(chapters))],
+        "film": () if linked(film) else _base64(film.path),
         "tabs": _tabs(chapters),
         "chapters": [_chapter(number, chapter) for number, chapter in enumerate(chapters)],
         "sheet": sheet,
@@ -84,25 +96,9 @@ def _told(chapter: Chapter) -> str:
     return html.escape(f"{', '.join(names)} and {last}" if names else last)
 
 
-def _kind(chapters: Sequence[Chapter]) -> str:
-    """What the page's style is to know: whether it is of several runs, and whether there is a film."""
-    films = any(chapter.overlay is not None for chapter in chapters)
-    return f"{'several' if len(chapters) > 1 else 'single'} {'films' if films else 'still'}"
-
-
-def _clips(path: Path, chapters: Sequence[Chapter]) -> Iterator[str]:
-    drawn = [chapter.overlay for chapter in chapters if chapter.overlay is not None]
-    linked = sum(overlay.stat().st_size for overlay in drawn) > LARGEST
-    for number, chapter in enumerate(chapters):
-        if chapter.overlay is None:
-            continue
-        yield f"<figure data-chapter='{number}'><video muted playsinline preload='auto' src='"
-        if linked:
-            yield quote(chapter.overlay.relative_to(path.parent).as_posix())
-        else:
-            yield "data:video/mp4;base64,"
-            yield from _base64(chapter.overlay)
-        yield f"'></video><figcaption>{html.escape(chapter.name)}</figcaption></figure>"
+def _link(film: Playable, page: Path) -> str | None:
+    """Where the page finds the film; None if that is within it."""
+    return quote(Path(os.path.relpath(film.path, page.parent)).as_posix()) if linked(film) else None
 
 
 def _tabs(chapters: Sequence[Chapter]) -> Iterator[str]:
@@ -145,6 +141,9 @@ def _base64(path: Path) -> Iterator[str]:
         while block := file.read(BLOCK):
             yield base64.b64encode(block).decode("ascii")
 
+
+_CLIP = """<figure data-chapter='{number}'><div class='screen'>
+<video muted playsinline preload='auto'></video></div><figcaption></figcaption></figure>"""
 
 _ERRORS = """<section class='card'><h2>Errors</h2>{table} <p class='soft'>Against the marked joints, in leg
 lengths, over {joints}. Lost: two marked frames in a row with a

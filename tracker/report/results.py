@@ -11,15 +11,17 @@ from tracker import __version__
 from tracker.clip.again import START, film_told
 from tracker.clip.follow import Run
 from tracker.progress import Progress
+from tracker.report.bare_film import write_film
 from tracker.report.chapter import Chapter
 from tracker.report.drawing import write_overlay
 from tracker.report.headline import headline
-from tracker.report.page import write_report
+from tracker.report.page import linked, write_report
 from tracker.run.track import Track
 from tracker.run.write import write_tables
 from tracker.tables.keypoints import Marks, write_marks
+from videos.playable import Playable
 
-OVERLAY, REPORT = "overlay.mp4", "report.html"
+OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
 
 
 def write_run(
@@ -30,25 +32,32 @@ def write_run(
     *,
     overlay: bool = True,
     report: bool = True,
+    film: Playable | None = None,
 ) -> Chapter:
     """Tables, overlay.mp4, gait.json, report.html and, last, run.json; what the report tells.
+
+    A film too large for the report stays beside it as film.mp4.
 
     Args:
         key: tells a batch's job.
         overlay: whether overlay.mp4 is drawn; the report does without.
         report: whether report.html is written.
+        film: for the report, where there is one already.
     """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)
     write_marks(folder / START, _passed(finished))
     if overlay:
         write_overlay(finished, folder / OVERLAY, progress)
-    told = Chapter.of(finished, folder / OVERLAY if overlay else None)
+    told = Chapter.of(finished)
     if told.gait is not None:
         figures = json.dumps(told.gait.summary(), indent=2)
         (folder / "gait.json").write_text(figures + "\n", encoding="utf-8")
     if report:
-        write_report(folder / REPORT, told)
+        shown = film or write_film(finished, folder / FILM, progress)
+        write_report(folder / REPORT, told, shown)
+        if film is None and not linked(shown):
+            shown.path.unlink()
     write = (time.perf_counter() - began) / finished.frames
     job = finished.job
     news = {

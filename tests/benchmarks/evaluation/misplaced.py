@@ -29,7 +29,7 @@ from videos.frames import Video
 Row = Mapping[str, Mark]
 Change = Callable[[Row, Row, float, np.random.Generator], dict[str, Mark]]
 
-LATER = 5  # frames on are those whose marks are taken for the start's
+LATER = 5  # frames on, or the marked frame nearest to that, are those whose marks are taken for the start's
 RENDERED = range(200, 300)  # seeds of films that nothing was chosen by, one way of misplacing each
 
 
@@ -127,7 +127,7 @@ def told(case: Case) -> Told:
 
 def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
     row, leg = marks[start], leg_length(marks, [start])
-    later = marks.get(start + LATER) or marks[min(t for t in marks if t > start)]
+    later = marks[min(marks, key=lambda t: abs(t - start - LATER))]
     given = WAYS[way](row, later, leg, np.random.default_rng([start, *way.encode()]))
     job = Job(path, {start: given}, Following().model, start=start, stop=max(marks))
     try:

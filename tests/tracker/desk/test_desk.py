@@ -14,10 +14,15 @@ from tests.tracker.annotate.test_server import Client
 from tests.tracker.clips import write_video
 from tests.tracker.outline.films import a_walk
 from tests.tracker.processes import ended, started
+from tests.tracker.report.test_chapter import chapter
+from tests.tracker.report.test_page import write_clip
+from tests.tracker.strolls import stroll
 from tracker.desk import desk_page as module
 from tracker.desk.desk_page import Desk, Server
 from tracker.desk.films import films
 from tracker.desk.work import Asked, Command, words_for
+from tracker.report import page
+from tracker.report.page import write_report
 
 FIRST = 5  # the film begins within a stride
 CLIP = bytes(range(256)) * 40
@@ -58,7 +63,7 @@ def a_run(folder, **news):
     told = {"figtrack": "0", "video": "walk.mp4", "fps": 25, "frames": 27, "facing": "right"}
     (run / "run.json").write_text(json.dumps(told | news))
     (run / "report.html").write_text("<p>a report")
-    (run / "overlay.mp4").write_bytes(CLIP)
+    (run / "film.mp4").write_bytes(CLIP)
     return run
 
 
@@ -115,7 +120,7 @@ def test_a_film_is_shown_with_what_was_made_of_it(folder):
     assert film["run"] == {"headline": "Walks.", "warnings": ["dark"], "report": True}
 
 
-def test_its_picture_report_and_parts_of_its_clip_are_shown(folder):
+def test_its_picture_report_and_parts_of_its_film_are_shown(folder):
     a_run(folder)
     with served(folder) as client:
         status, headers, picture = client.ask("GET", "picture/walk.mp4")
@@ -125,17 +130,32 @@ def test_its_picture_report_and_parts_of_its_clip_are_shown(folder):
         assert headers["Content-Security-Policy"].startswith("sandbox allow-scripts")
         assert "allow-same-origin" not in headers["Content-Security-Policy"]
         for asked, part in (("bytes=10-19", CLIP[10:20]), ("bytes=10000-", CLIP[10000:]), (None, CLIP)):
-            status, headers, content = client.ask("GET", "run/walk.mp4/overlay.mp4", Range=asked)
+            status, headers, content = client.ask("GET", "run/walk.mp4/film.mp4", Range=asked)
             assert (status, content) == (206, part)
             assert headers["Content-Range"].endswith(f"/{len(CLIP)}")
-        assert client.ask("GET", "run/walk.mp4/overlay.mp4", Range=f"bytes={len(CLIP)}-")[0] == 416
+        assert client.ask("GET", "run/walk.mp4/film.mp4", Range=f"bytes={len(CLIP)}-")[0] == 416
+
+
+@pytest.mark.parametrize("largest", [10**9, 100], ids=["within", "beside"])
+def test_the_film_of_a_report_plays(browser, folder, monkeypatch, largest):
+    monkeypatch.setattr(page, "LARGEST", largest)
+    run, track = a_run(folder), stroll(1.0)
+    write_report(run / "report.html", chapter(track), write_clip(run / "film.mp4", track.times))
+    with served(folder) as client:
+        browser.errors.clear()
+        browser.open(f"{client.server.address}run/walk.mp4/report.html")
+        browser.wait("document.querySelector('video').readyState >= 2")
+        browser.press(" ")
+        browser.wait("document.querySelector('.screen svg').dataset.frame > 10")
+        assert browser.errors == []
+        browser.open("about:blank")
 
 
 def test_a_long_clip_is_sent_in_parts(folder, monkeypatch):
     monkeypatch.setattr(module, "MOST_SENT", 100)
     a_run(folder)
     with served(folder) as client:
-        _, headers, content = client.ask("GET", "run/walk.mp4/overlay.mp4", Range="bytes=50-")
+        _, headers, content = client.ask("GET", "run/walk.mp4/film.mp4", Range="bytes=50-")
     assert (content, headers["Content-Range"]) == (CLIP[50:150], f"bytes 50-149/{len(CLIP)}")
 
 

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +20,6 @@ def chapter(track=None, **changes):
     whole = Chapter(
         name="walk-run",
         video="walk.mp4",
-        overlay=Path("overlay.mp4"),
         track=track,
         frames=len(track),
         fps=30.0,

@@ -18,10 +18,12 @@ from tests.tracker.clips import (
     write_table,
     write_video,
 )
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.progress import Progress
-from tracker.report import comparison
+from tracker.report import comparison, page
 from tracker.report.comparison import compare_models
+from tracker.report.results import write_run
 from tracker.tables.keypoints import read_keypoints
 
 MODELS = ("cv", "walk-run-1")
@@ -64,6 +66,18 @@ def test_a_comparison_leaves_a_run_a_model_and_one_page(done):
     for name in MODELS:
         assert {path.name for path in (out / name).iterdir()} == RUN_FILES
         assert read_json(out / name / "run.json")["model"] == name
+
+
+def test_a_large_film_lies_once_beside_the_pages_that_show_it(job, clip, tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "LARGEST", 100)
+    truth = read_keypoints(clip.keypoints)
+    compare_models(replace(job, stop=4), truth, ["cv"], tmp_path, Progress("quiet"))
+    assert [path.parent for path in tmp_path.rglob("film.mp4")] == [tmp_path]
+    for folder, link in ((tmp_path, "film.mp4"), (tmp_path / "cv", "../film.mp4")):
+        assert f'"link":"{link}"' in (folder / "report.html").read_text(encoding="utf-8")
+    (tmp_path / "alone").mkdir()
+    write_run(follow(replace(job, stop=4), Progress("quiet")), tmp_path / "alone", Progress("quiet"))
+    assert {path.name for path in (tmp_path / "alone").iterdir()} == RUN_FILES | {"film.mp4"}
 
 
 def test_compare_json_has_exactly_the_keys_that_others_read(clip, done):

@@ -1,5 +1,6 @@
 """report.html in a real browser: clips, slider, plots and keys at one frame, and a silent console."""
 
+import base64
 import json
 import re
 import time
@@ -8,18 +9,25 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.report.test_chapter import chapter
 from tests.tracker.report.test_html_tables import SCORE
 from tests.tracker.strolls import stroll
+from tests.videos.test_frames import make_clip, set_display_matrix
+from tests.videos.test_playable import begin_later
 from tracker.report import page
 from tracker.report.headline import headline
 from tracker.report.page import write_comparison, write_report
+from tracker.report.results import FILM
 from tracker.tables.table import by_column, read_lines
+from videos.frames import Video
+from videos.overlay import NEAR, TRUNK
+from videos.playable import Playable, copied
 from videos.writer import Writer
 
-FPS, SECONDS, SIZE = 30.0, 2.0, (64, 48)
+FPS, SECONDS, SIZE = 30.0, 2.0, (320, 240)
 STEP = 4  # grey levels from one frame of a clip to the next
 HIP = WALKER.index("hip_near")
 
@@ -35,12 +43,14 @@ SHOWN = """(() => {{
 }})()"""
 
 
-def write_clip(path, times):
-    """A clip whose frames tell their number by how bright they are."""
+def write_clip(path, times, start=0.0):
+    """A clip whose frames tell their number by how bright they are, the first of them shown at `start`."""
     with Writer(path, FPS, SIZE, crf=10) as writer:
+        for early in np.arange(0.0, start - 1e-6, 1.0 / FPS):
+            writer.write(np.full((SIZE[1], SIZE[0], 3), 255, np.uint8), float(early))
         for t, time in enumerate(times):
-            writer.write(np.full((SIZE[1], SIZE[0], 3), STEP * t, np.uint8), float(time))
-    return path
+            writer.write(np.full((SIZE[1], SIZE[0], 3), STEP * t, np.uint8), float(start + time))
+    return Playable(path, start, SIZE)
 
 
 @pytest.fixture(autouse=True)
@@ -60,12 +70,13 @@ class Report:
         browser.open(path.as_uri(), **window)
         browser.wait("[...document.querySelectorAll('video')].every(clip => clip.readyState >= 2)")
 
-    def shows(self, frame):
-        """Until every clip, the slider, the cursor and the words are at this frame."""
+    def shows(self, frame, first=0):
+        """Until every clip, the figure on it, the slider, the cursor and the words are at this frame."""
         for clip in range(self.browser.value("document.querySelectorAll('video').length")):
-            self.browser.wait(f"Math.abs({SHOWN.format(clip=clip)} - {STEP * frame}) < {STEP / 2}")
+            self.browser.wait(f"Math.abs({SHOWN.format(clip=clip)} - {STEP * (first + frame)}) < {STEP / 2}")
+            self.browser.wait(f"document.querySelectorAll('.screen svg')[{clip}].dataset.frame === '{frame}'")
         self.browser.wait(f"document.querySelector('#frame').value === '{frame}'")
-        self.browser.wait(f"document.querySelector('#where').innerText.startsWith('frame {frame} ')")
+        self.browser.wait(f"document.querySelector('#where').innerText.startsWith('frame {first + frame} ')")
 
     def cursor(self):
         """Where the cursor is, as a share of a chart's width."""
@@ -88,23 +99,19 @@ class Report:
         )
 
 
-def made(folder, track=None, file="report.html", **changes):
-    """A run's page beside its clip."""
+def made(folder, track=None, start=0.0, **changes):
+    """A run's page beside its film, which shows the first frame at `start`."""
     track = stroll(SECONDS) if track is None else track
-    overlay = write_clip(folder / "overlay.mp4", track.times)
-    path = folder / file
-    write_report(path, chapter(track, overlay=overlay, **changes))
+    path = folder / "report.html"
+    write_report(path, chapter(track, **changes), write_clip(folder / FILM, track.times, start))
     return path
 
 
 def compared(folder, names=("walk-run", "cv"), **changes):
-    """A comparison's page beside its runs."""
-    chapters = []
-    for name, swing in zip(names, (0.5, 0.3), strict=True):
-        (folder / name).mkdir()
-        track = stroll(SECONDS, swings=(swing, swing))
-        overlay = write_clip(folder / name / "overlay.mp4", track.times)
-        chapters.append(chapter(track, name=name, overlay=overlay, **changes))
+    """A comparison's page beside its film."""
+    tracks = [stroll(SECONDS, swings=(swing, swing)) for swing in (0.5, 0.3)]
+    chapters = [chapter(track, name=name, **changes) for name, track in zip(names, tracks, strict=True)]
+    film = write_clip(folder / FILM, tracks[0].times)
     sheet = folder / "failure.png"
     sheet.write_bytes(
         bytes.fromhex(
@@ -115,7 +122,7 @@ def compared(folder, names=("walk-run", "cv"), **changes):
     lost = replace(SCORE, first_failure_frame=2)
     path = folder / "report.html"
     write_comparison(
-        path, "walk.mp4", chapters, dict(zip(names, (SCORE, lost), strict=True)), sheet, ["A note."]
+        path, "walk.mp4", film, chapters, dict(zip(names, (SCORE, lost), strict=True)), sheet, ["A note."]
     )
     return path
 
@@ -231,8 +238,9 @@ def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
 
 
 def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, tmp_path):
-    told = chapter(stroll(6.0), overlay=None)
-    write_report(tmp_path / "report.html", told)
+    track = stroll(6.0)
+    told = chapter(track)
+    write_report(tmp_path / "report.html", told, write_clip(tmp_path / FILM, track.times[:10]))
     report = Report(browser, tmp_path / "report.html")
     strides = sum(len(of_side.sound) for of_side in told.gait.strides.values())
     for kind, count in (("thin", strides), ("curve", 2), ("band", 2), ("norm", 1)):
@@ -246,6 +254,7 @@ def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, t
     )
     assert widths == pytest.approx([100.0] * 6)
     report.slide(7)
+    report.shows(7)
     box = browser.value(
         "(() => {const b = document.querySelector('.cycles .chart').getBoundingClientRect();"
         "window.scrollTo(0, b.y); const c = document.querySelector('.cycles .chart').getBoundingClientRect();"
@@ -256,8 +265,9 @@ def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, t
 
 
 def test_two_sentences_stand_above_the_gait_figures(browser, tmp_path):
-    told = chapter(stroll(6.0), overlay=None, warnings=["<i>odd</i>"])
-    write_report(tmp_path / "report.html", told)
+    track = stroll(6.0)
+    told = chapter(track, warnings=["<i>odd</i>"])
+    write_report(tmp_path / "report.html", told, write_clip(tmp_path / FILM, track.times[:10]))
     Report(browser, tmp_path / "report.html")
     lines = browser.value("[...document.querySelectorAll('.gait > p')].slice(0, 2).map(p => p.innerText)")
     assert lines == [headline(told), "Unusual: 1 warning at the top of the page."]
@@ -325,8 +335,9 @@ def test_the_film_fills_the_screen_and_goes_back_with_its_slider(browser, tmp_pa
 
 def test_large_clips_are_linked_and_play(browser, tmp_path, monkeypatch):
     monkeypatch.setattr(page, "LARGEST", 100)
-    path = compared(tmp_path, names=("späte Läufe #1?", "50%25"))
-    assert "data:video" not in path.read_text(encoding="utf-8")
+    (folder := tmp_path / "späte Läufe #1? 50%25").mkdir()
+    path = compared(folder)
+    assert re.search(r'id="film" type="text/plain"></script>', path.read_text(encoding="utf-8"))
     report = Report(browser, path)
     report.slide(20)
     for i in range(2):
@@ -375,8 +386,7 @@ def test_plots_and_tables_are_saved_as_pictures_and_numbers(browser, tmp_path):
 def test_long_clips_are_seen_a_few_seconds_at_a_time(browser, tmp_path):
     track = stroll(20.0)
     path = tmp_path / "report.html"
-    overlay = write_clip(tmp_path / "overlay.mp4", track.times[:60])
-    write_report(path, chapter(track, overlay=overlay))
+    write_report(path, chapter(track), write_clip(tmp_path / FILM, track.times[:60]))
     report = Report(browser, path)
     report.slide(300)
     browser.value(
@@ -399,31 +409,218 @@ def test_a_clip_of_one_frame_is_a_page_too(browser, tmp_path):
     assert "Too short for gait figures" in browser.text("article")
 
 
-def test_a_page_without_a_film_has_all_else(browser, tmp_path):
+# Where a joint is on the screen, by the page's own numbers: CSS pixels of the window.
+PLACE = """((point, frame) => {{
+  const svg = document.querySelectorAll('.screen svg')[{clip}];
+  const opening = JSON.parse(document.querySelector('#data').textContent);
+  const [x, y] = opening.chapters[{clip}].figure.points[frame].slice(2 * point).map((tenths) => tenths / 10);
+  const place = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+  return [place.x, place.y];
+}})({point}, {frame})"""
+
+
+def screen_box(browser, clip=0):
+    """Left, top, width and height of a film, pixels of the window."""
+    return browser.value(
+        f"(() => {{const b = document.querySelectorAll('.screen')[{clip}].getBoundingClientRect();"
+        "return [b.x, b.y, b.width, b.height]})()"
+    )
+
+
+def seen(browser, folder):
+    """The first film and what is on it, as it is on the screen, (H, W, 3) RGB."""
+    browser.picture(folder / "seen.png")
+    left, top, width, height = np.rint(screen_box(browser)).astype(int)
+    image = cv2.cvtColor(cv2.imread(str(folder / "seen.png")), cv2.COLOR_BGR2RGB)
+    return image[top : top + height, left : left + width].astype(int)
+
+
+def count(image, colour):
+    """How many pixels are of a colour."""
+    return int((np.abs(image - colour).max(axis=-1) < 12).sum())
+
+
+@pytest.mark.parametrize("frame", [0, 23, 59])
+def test_the_figure_stands_where_the_track_has_it(browser, tmp_path, frame):
+    track = stroll(SECONDS)
+    report = Report(browser, made(tmp_path, track, start=0.4))
+    report.slide(frame)
+    report.shows(frame)
+    image = seen(browser, tmp_path)
+    left, top, width, _ = screen_box(browser)
+    scale = width / SIZE[0]
+    for start, end, colour in (("hip", "near_knee", NEAR), ("neck", "head_top", TRUNK)):
+        places = [track.joints()[frame, WALKER.joints.index(name)] for name in (start, end)]
+        x, y = (np.mean(places, axis=0) + 0.5) * scale
+        assert_allclose(image[int(y), int(x)], colour, atol=12)
+    # The page's own numbers say the same.
+    knee = track.joints()[frame, WALKER.joints.index("near_knee")]
+    point = PLACE.format(clip=0, point=WALKER.joints.index("near_knee"), frame=frame)
+    assert browser.value(point) == pytest.approx((knee + 0.5) * scale + (left, top), abs=0.2)
+
+
+def test_layers_are_switched_off_and_on(browser, tmp_path):
+    track = stroll(SECONDS)
+    wide = replace(track, cov=track.cov + np.diag([0.002] * 2 + [0.0] * (track.q.shape[1] - 2)))
+    report = Report(browser, made(tmp_path, wide))
+    report.slide(30)
+    report.shows(30)
+    both = count(seen(browser, tmp_path), NEAR)
+    browser.push("[data-layer=ellipses]")
+    limbs = count(seen(browser, tmp_path), NEAR)
+    browser.push("[data-layer=limbs]")
+    none = seen(browser, tmp_path)
+    browser.push("[data-layer=ellipses]")
+    ellipses = count(seen(browser, tmp_path), NEAR)
+    assert both > limbs > 300
+    assert both > ellipses > 100
+    assert np.ptp(none[8:-8, 8:-8]) < 12  # nothing but the film
+    pressed = "[...document.querySelectorAll('[data-layer]')].map((one) => one.ariaPressed)"
+    assert browser.value(pressed) == ["false", "true", "false"]
+    browser.value("document.querySelector('[data-layer=limbs]').focus()")
+    browser.press(" ")
+    browser.wait("document.querySelector('[data-layer=limbs]').ariaPressed === 'true'")
+
+
+@pytest.mark.parametrize("clips", [1, 2])
+def test_from_near_the_hip_stays_in_the_middle(browser, tmp_path, clips):
+    report = Report(browser, made(tmp_path) if clips == 1 else compared(tmp_path))
+    browser.push("[data-layer=zoom]")
+    for frame in (0, 20, 59):
+        report.slide(frame)
+        report.shows(frame)
+        for clip in range(clips):
+            left, top, width, height = screen_box(browser, clip)
+            hip = np.array(browser.value(PLACE.format(clip=clip, point=0, frame=frame)))
+            assert_allclose((hip - (left, top)) / (width, height), 0.5, atol=0.03)
+            joints = [browser.value(PLACE.format(clip=clip, point=k, frame=frame)) for k in range(9)]
+            assert_allclose((np.array(joints) - (left, top)) / (width, height), 0.5, atol=0.5)
+            # The film is enlarged like the figure: its corner is where the figure's pixels begin.
+            corner = browser.value(
+                f"(() => {{const b = document.querySelectorAll('video')[{clip}].getBoundingClientRect();"
+                f"const m = document.querySelectorAll('.screen svg')[{clip}].getScreenCTM();"
+                "const c = new DOMPoint(-0.5, -0.5).matrixTransform(m); return [b.x - c.x, b.y - c.y]})()"
+            )
+            assert_allclose(corner, 0.0, atol=0.1)
+    assert height < 2.0 * np.ptp(np.array(joints)[:, 1])
+    browser.push("[data-layer=zoom]")
+    assert browser.value("document.querySelector('video').style.transform") == ""
+
+
+def test_while_it_plays_figure_and_film_are_at_one_frame(browser, tmp_path):
+    report = Report(browser, made(tmp_path, start=0.4))
+    report.shows(0)
+    browser.value(
+        "window.pairs = []; const look = () => {const shown = "
+        + SHOWN.format(clip=0)
+        + f" / {STEP}; pairs.push([shown, Number(document.querySelector('.screen svg').dataset.frame)]);"
+        "if (pairs.length < 2000) requestAnimationFrame(look)}; requestAnimationFrame(look)"
+    )
+    browser.press(" ")
+    browser.wait("Number(document.querySelector('#frame').value) > 45")
+    browser.press(" ")
+    pairs = np.array(browser.value("pairs"))
+    assert len(np.unique(pairs[:, 1])) > 15
+    assert np.abs(pairs[:, 0] - pairs[:, 1])[pairs[:, 0] >= 0].max() <= 1.0 + 2.0 / STEP
+
+
+@pytest.mark.parametrize(
+    ("kind", "first"),
+    [("mp4", 0), ("mp4", 17), ("matroska", 17), ("uneven", 17), ("edited", 0), ("edited", 9), ("turned", 0)],
+)
+def test_of_a_copied_film_every_frame_is_shown_with_its_figure(browser, tmp_path, kind, first):
+    """With B frames, key frames 12 apart, and for "edited" a beginning between two of them."""
+    count, cut = 32, 5 * (kind == "edited")
+    levels = [255] * cut + [STEP * t for t in range(count - cut)]
+    images = [np.full((48, 64, 3), level, np.uint8) for level in levels]
+    uneven = np.cumsum(np.tile([20, 50, 33], count))[:count].tolist() if kind == "uneven" else None
+    format = "matroska" if kind == "matroska" else "mp4"
+    source = make_clip(tmp_path / "walk", images, ticks=uneven, format=format, key_every=12)
+    if kind == "edited":
+        begin_later(source, cut)
+    if kind == "turned":
+        set_display_matrix(source, (0, 1, -1, 0))
+    frames = list(Video(source))[first:]
+    times = np.array([frame.time for frame in frames]) - next(iter(Video(source))).time
+    size = frames[0].image.shape[1::-1]
+    film = copied(source, tmp_path / FILM, first, times, size)
+    assert film is not None
+    track = stroll(len(frames) / FPS)
+    write_report(tmp_path / "report.html", chapter(replace(track, first=first, times=times)), film)
+    report = Report(browser, tmp_path / "report.html")
+    film_size = "(({videoWidth, videoHeight}) => [videoWidth, videoHeight])(document.querySelector('video'))"
+    assert tuple(browser.value(film_size)) == size
+    for frame in (0, 1, 11, len(frames) - 1, len(frames) - 4):
+        report.slide(frame)
+        report.shows(frame, first)
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    report.shows(len(frames) - 1, first)
+
+
+def test_frames_before_and_after_those_followed_have_no_figure(browser, tmp_path):
     track = stroll(SECONDS)
     path = tmp_path / "report.html"
-    write_report(path, chapter(track, overlay=None))
+    film = write_clip(tmp_path / FILM, track.times, start=0.4)
+    part = {name: getattr(track, name)[:40] for name in ("times", "q", "cov", "s", "outcome", "shift")}
+    write_report(path, chapter(replace(track, **part)), film)
     report = Report(browser, path)
-    sight = (
-        "[...document.querySelectorAll('video, figure, #play, #pace')].filter(one => one.checkVisibility())"
-    )
-    assert browser.value(f"{sight}.length") == 0
-    words = browser.text("body")
-    assert "in the picture" not in words
-    assert "Space plays" not in words
-    report.slide(41)
-    browser.press("ArrowRight")
+    report.shows(0)
+    figure = "document.querySelector('.screen svg').checkVisibility({visibilityProperty: true})"
+    for seconds, visible in ((0.1, False), (0.41, True), (0.4 + 39.5 / FPS, True), (0.4 + 41.5 / FPS, False)):
+        browser.value(f"document.querySelector('video').currentTime = {seconds}")
+        browser.wait(f"{figure} === {str(visible).lower()}")
+    report.slide(35)
+    report.shows(35)
     browser.press(" ")
-    report.shows(42)
-    assert report.cursor() == pytest.approx(42 / (len(track) - 1), abs=0.005)
-    assert report.values(0)[0].startswith("near ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    report.shows(39)
 
 
-def test_a_page_with_a_film_has_its_controls(browser, tmp_path):
-    Report(browser, made(tmp_path))
-    for control in ("video", "#play", "#pace"):
-        assert browser.value(f"document.querySelector('{control}').checkVisibility()")
-    assert "Space plays" in browser.text("body")
+def test_what_is_not_seen_is_drawn_broken_and_told(browser, tmp_path):
+    track = stroll(SECONDS)
+    outcomes = ("ok",) * 10 + ("hidden",) * 10 + ("lost",) * 10 + ("found",) + ("ok",) * 29
+    report = Report(browser, made(tmp_path, replace(track, outcome=outcomes)))
+    dash = "getComputedStyle(document.querySelector('.limbs path:not(.rim)')).strokeDasharray"
+    for frame, words, broken in (
+        (3, "", False), (13, "a limb is covered", True), (23, "lost: nothing matched", True),
+        (30, "found again", False), (40, "", False),
+    ):  # fmt: skip
+        report.slide(frame)
+        report.shows(frame)
+        assert browser.text("figcaption") == words
+        assert (browser.value(dash) != "none") is broken
+    report.slide(13)
+    for layer in ("limbs", "ellipses"):
+        browser.push(f"[data-layer={layer}]")
+    assert not browser.value("document.querySelector('figcaption').checkVisibility()")  # the film alone
+
+
+def test_of_several_films_each_tells_its_model_and_all_share_one_source(browser, tmp_path):
+    Report(browser, compared(tmp_path))
+    words = browser.value("[...document.querySelectorAll('figcaption')].map((one) => one.innerText)")
+    assert words == ["walk-run", "cv"]
+    sources = browser.value("[...document.querySelectorAll('video')].map((one) => one.src)")
+    assert len(set(sources)) == 1
+    assert sources[0].startswith("blob:")
+
+
+def test_a_film_that_was_not_in_sight_has_its_figure_once_it_is_chosen(browser, tmp_path):
+    report = Report(browser, compared(tmp_path), width=390)
+    for frame, tab in ((23, 1), (41, 0)):
+        report.slide(frame)
+        browser.push(f"[data-tab='{tab}']")
+        report.shows(frame)
+
+
+def test_a_film_that_cannot_be_played_leaves_the_figure(browser, tmp_path):
+    path = made(tmp_path)
+    film = base64.b64encode((tmp_path / FILM).read_bytes()).decode()
+    path.write_text(path.read_text(encoding="utf-8").replace(film, film[:200]), encoding="utf-8")
+    browser.open(path.as_uri())
+    browser.wait("document.querySelector('video').error")
+    browser.press("ArrowRight")
+    browser.wait("document.querySelector('.screen svg').dataset.frame === '1'")
 
 
 def test_names_and_warnings_are_no_html(browser, tmp_path):
@@ -438,18 +635,16 @@ def test_nothing_outside_is_asked_for(tmp_path):
     text = compared(tmp_path).read_text(encoding="utf-8")
     assert "://" not in text
     sources = re.findall(r"""(?:src|href|poster|url)\s*[=(]\s*["']?([^"'>\s]{0,30})""", text)
-    assert len(sources) >= 4
-    assert all(source.startswith("data:") for source in sources)
+    assert len(sources) >= 2
+    assert all(source.startswith(("data:", "source;")) for source in sources)  # the latter is the film within
     assert "default-src 'none'" in text
 
 
 def test_the_clip_in_the_page_is_the_clip(tmp_path, monkeypatch):
     """In pieces that are no whole file."""
-    import base64
-
     monkeypatch.setattr(page, "BLOCK", 300)
     text = made(tmp_path).read_text(encoding="utf-8")
-    (coded,) = re.findall(r"data:video/mp4;base64,([^']*)", text)
-    assert base64.b64decode(coded, validate=True) == (tmp_path / "overlay.mp4").read_bytes()
+    (coded,) = re.findall(r'id="film" type="text/plain">([^<]*)</script>', text)
+    assert base64.b64decode(coded, validate=True) == (tmp_path / FILM).read_bytes()
     data = re.search(r'id="data" type="application/json">(.*)</script>', text)
     assert json.loads(data[1])["errors"] is None

@@ -17,7 +17,15 @@ if (opening.errors) {
 }
 let span = 0;
 
-const player = new Player(all(".clips video"), times, (frame) => {
+const drawings = opening.chapters.map((chapter, i) =>
+  new Drawing(find(`figure[data-chapter="${i}"]`), chapter, opening.film.size, opening.chapters.length > 1 ? chapter.name : ""));
+const source = filmSource(opening.film.link);
+for (const { video } of drawings) video.src = source;
+
+const seen = (i, frame) => drawings[i].draw(frame);
+const player = new Player(drawings.map(({ video }) => video), times, opening.film.start, { told, seen });
+
+function told(frame) {
   slider.value = frame;
   slider.setAttribute("aria-valuetext", `frame ${first + frame}, ${times[frame].toFixed(2)} seconds`);
   where.replaceChildren(
@@ -27,7 +35,7 @@ const player = new Player(all(".clips video"), times, (frame) => {
   axis.point(frame);
   for (const tell of tellers) tell(frame);
   play.setAttribute("aria-label", player.playing ? "Pause" : "Play");
-});
+}
 
 function step(by) {
   player.pause();
@@ -60,6 +68,14 @@ find("#full").addEventListener("click", () => {
   else find(".player").requestFullscreen();
 });
 find("#pace").addEventListener("change", (event) => player.pace(Number(event.target.value)));
+for (const button of all("[data-layer]")) {
+  button.addEventListener("click", () => {
+    const on = button.getAttribute("aria-pressed") === "false";
+    button.setAttribute("aria-pressed", String(on));
+    if (button.dataset.layer === "zoom") drawings.forEach((drawing) => drawing.zoom(on));
+    else find(".player").classList.toggle(`no-${button.dataset.layer}`, !on);
+  });
+}
 for (const tab of all("[data-tab]")) tab.addEventListener("click", () => choose(tab.dataset.tab));
 
 const KEYS = { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity };
@@ -120,7 +136,8 @@ opening.chapters.forEach((chapter, i) => {
   if (table) table.parentElement.after(savers(`gait-${chapter.name}`, () => tableRows(table)));
 });
 
-find(".clips").style.setProperty("--clips", opening.chapters.length);
+const [width, height] = opening.film.size;
+find(".clips").style.cssText = `--clips: ${opening.chapters.length}; --aspect: ${width / height}`;
 new ResizeObserver(() => axis.rulers.forEach((ruler) => axis.rule(ruler))).observe(document.body);
 choose("0");
 player.show(0);

@@ -1,17 +1,41 @@
 // The clips under one slider: what they show is a frame, never a time between two.
 
 class Player {
-  // `told` is called with every frame that is shown.
-  constructor(videos, times, told) {
-    this.videos = videos;
-    this.times = times;
-    this.told = told;
-    this.frame = 0;
-    this.playing = false;
-    for (const video of videos) {
-      video.addEventListener("ended", () => this.pause(this.times.length - 1));
-      video.addEventListener("loadedmetadata", () => this.seek(video));
+  // `start` is when the clips show the first frame. `told` is called with every frame that is asked for or played, `seen`
+  // with the number of a clip and the frame that it has in sight: -1 before the first one, as many as there are after the last.
+  constructor(videos, times, start, { told, seen }) {
+    Object.assign(this, { videos, times, start, told, seen, frame: 0, playing: false });
+    const steps = times.slice(1).map((time, t) => time - times[t]);
+    this.slack = Math.min(1e-3, ...steps.map((step) => step / 4)); // seconds by which a clip's times are rounded
+    this.end = times.at(-1) + (steps.at(-1) ?? Infinity);
+    videos.forEach((video, i) => this.watch(video, i));
+  }
+
+  watch(video, i) {
+    video.addEventListener("loadedmetadata", () => this.seek(video));
+    video.addEventListener("ended", () => this.pause(this.times.length - 1));
+    const next = () => video.requestVideoFrameCallback ? video.requestVideoFrameCallback(tick) : requestAnimationFrame(tick);
+    const tick = (_, shown) => {
+      if (shown || this.playing) this.look(i, this.at(shown ? shown.mediaTime : video.currentTime));
+      next();
+    };
+    next();
+  }
+
+  // The first clip leads; those that have fallen behind it or run ahead are set to its time.
+  look(i, frame) {
+    this.seen(i, frame);
+    const [lead, ...others] = this.videos;
+    if (!this.playing || i > 0 || lead.seeking) return;
+    for (const other of others) {
+      if (Math.abs(other.currentTime - lead.currentTime) > 0.1) other.currentTime = lead.currentTime;
     }
+    if (frame >= this.times.length) {
+      this.pause(this.times.length - 1);
+      return;
+    }
+    this.frame = Math.max(frame, 0);
+    this.told(this.frame);
   }
 
   // The middle of a frame: half a step in, rounding cannot fall into its neighbour.
@@ -23,23 +47,24 @@ class Player {
   }
 
   seek(video) {
-    video.currentTime = this.middle(this.frame);
+    video.currentTime = this.start + this.middle(this.frame);
   }
 
   show(frame) {
     this.frame = Math.min(Math.max(frame, 0), this.times.length - 1);
-    this.videos.forEach((video) => this.seek(video));
+    this.videos.forEach((video, i) => {
+      this.seek(video);
+      if (!video.videoWidth) this.seen(i, this.frame); // no film, or none yet
+    });
     this.told(this.frame);
   }
 
   async play() {
-    if (this.videos.length === 0) return;
     // Half a frame before its end, not every browser takes a clip for ended and starts it anew.
     if (this.frame === this.times.length - 1) this.show(0);
     this.playing = true;
     this.told(this.frame);
     await Promise.all(this.videos.map((video) => video.play())).catch(() => this.pause());
-    if (this.playing) this.follow();
   }
 
   // At a frame, the one in sight unless told.
@@ -50,26 +75,17 @@ class Player {
     this.show(frame);
   }
 
-  // The first clip leads; those that have fallen behind it or run ahead are set to its time.
-  follow() {
-    const [lead, ...others] = this.videos;
-    const tick = (_, shown) => {
-      if (!this.playing) return;
-      this.frame = this.at(shown ? shown.mediaTime : lead.currentTime);
-      for (const other of others) {
-        if (Math.abs(other.currentTime - lead.currentTime) > 0.1) other.currentTime = lead.currentTime;
-      }
-      this.told(this.frame);
-      next();
-    };
-    const next = () => lead.requestVideoFrameCallback ? lead.requestVideoFrameCallback(tick) : requestAnimationFrame(tick);
-    next();
-  }
-
-  // The frame in sight at a time.
+  // The frame in sight at a time of the clips.
   at(seconds) {
-    const after = this.times.findIndex((time) => time > seconds + 1e-3);
-    return after < 0 ? this.times.length - 1 : Math.max(after - 1, 0);
+    const time = seconds - this.start + this.slack;
+    if (time >= this.end) return this.times.length;
+    let [low, high] = [-1, this.times.length];
+    while (high - low > 1) {
+      const half = (low + high) >> 1;
+      if (this.times[half] <= time) low = half;
+      else high = half;
+    }
+    return low;
   }
 
   pace(rate) {

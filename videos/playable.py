@@ -1,0 +1,179 @@
+"""A part of a film as an mp4 that a browser plays, frame for frame.
+
+The packets of an H.264 film are copied, which takes milliseconds. They begin at the IDR picture at or before
+the first frame that is asked for, which therefore is shown later than at 0. Any other film is encoded afresh.
+"""
+
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import dropwhile
+from pathlib import Path
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.packet import Packet
+from av.video.stream import VideoStream
+from numpy.typing import NDArray
+
+from videos.frames import Image, display_matrix, opened, video_stream
+from videos.writer import Writer
+
+Array = NDArray[np.float64]
+
+PIXELS = ("yuv420p", "yuvj420p")  # 8 bits, 4:2:0: what browsers decode
+AVCC = b"\x01"  # how parameter sets of mp4 and mkv begin
+IDR = 5  # type of a unit of H.264 that a decoder may begin with, and that no later picture looks behind
+SAME = 1e-6  # seconds by which times of one frame may differ
+
+
+@dataclass(frozen=True)
+class Playable:
+    """A film for a browser.
+
+    path  : of the mp4
+    start : seconds in it at which the first frame that was asked for is shown
+    size  : (width, height) as it is shown, pixels
+    """
+
+    path: Path
+    start: float
+    size: tuple[int, int]
+
+
+def copied(source: Path, path: Path, first: int, times: Array, size: tuple[int, int]) -> Playable | None:
+    """Packets of a film's frames, copied without sound and names.
+
+    Args:
+        source: a video file, or a folder of images, which has no packets.
+        path: of the mp4, which is written over.
+        first: frame to begin with, counted as `videos.frames` does.
+        times: (T,) seconds of the frames first .. first + T - 1 since frame 0, as they were decoded.
+        size: (width, height) of a frame, upright, pixels.
+
+    Returns:
+        None where a browser may not show exactly these frames at these times: another codec, pixels that are
+        not square, mirrored pictures, packets that do not come to one frame each at its time.
+    """
+    if not source.is_file():
+        return None
+    with suppress(av.FFmpegError):
+        base = _first_tick(source)
+        with opened(source) as container:
+            stream = video_stream(container, source)
+            found = None if base is None else _found(container, stream, base, first, times)
+            if found is not None and _copy(container, stream, found, path):
+                return Playable(path, found.start, size)
+    return None
+
+
+def encoded(
+    path: Path, pictures: Iterable[tuple[Image, float]], fps: float, size: tuple[int, int]
+) -> Playable:
+    """Pictures at their seconds, of which the first is 0, encoded; odd sizes grow as `videos.writer` says."""
+    with Writer(path, fps, size, quick=True) as writer:
+        for image, time in pictures:
+            writer.write(image, time)
+    width, height = size
+    return Playable(path, 0.0, (width + width % 2, height + height % 2))
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Packets that follow each other in a file.
+
+    begin : pts of the first
+    ticks : of each, after `begin`, when it is shown and when it is to be decoded
+    start : seconds after the first at which the first frame that was asked for is shown
+    """
+
+    begin: int
+    ticks: list[tuple[int, int]]
+    start: float
+
+
+def _first_tick(source: Path) -> int | None:
+    """The pts of the first picture that decodes; None where a browser would show it otherwise."""
+    with opened(source) as container:
+        stream = video_stream(container, source)
+        picture = next(container.decode(stream), None) if _plays(stream) else None
+    return None if picture is None or not _turned(*display_matrix(picture)) else picture.pts
+
+
+def _plays(stream: VideoStream) -> bool:
+    """Whether browsers decode the stream, from an mp4."""
+    codec = stream.codec_context
+    square = {stream.sample_aspect_ratio or 1, codec.sample_aspect_ratio or 1} == {1}
+    avcc = (codec.extradata or b"")[:1] == AVCC
+    return codec.name == "h264" and codec.pix_fmt in PIXELS and avcc and square
+
+
+def _turned(a: int, b: int, c: int, d: int) -> bool:
+    """Whether a display matrix turns by right angles and does nothing else."""
+    return (a, b) == (d, -c) and (a == 0) != (b == 0)
+
+
+def _found(
+    container: InputContainer, stream: VideoStream, base: int, first: int, times: Array
+) -> _Stretch | None:
+    """The packets of the frames at `times`, seconds after tick `base`, and those they are decoded from."""
+    tick = float(stream.time_base or 1)  # seconds
+    listed = _listed(container, stream, base + round(times[-1] / tick))
+    if listed is None:
+        return None
+    pts, begins, shown = listed.T
+    order = np.flatnonzero(shown)[np.argsort(pts[shown > 0], kind="stable")]
+    wanted = order[first : first + len(times)]
+    if len(wanted) < len(times) or np.abs((pts[wanted] - base) * tick - times).max() > SAME:
+        return None
+    before = np.flatnonzero(begins[: wanted.min() + 1])
+    if not len(before):
+        return None
+    k, end = before[-1], wanted.max() + 1
+    shows = pts[k:end] - pts[k]
+    decodes = np.sort(shows)  # one after the other,
+    decodes -= (decodes - shows).max()  # and each before it is shown
+    ticks = list(zip(shows.tolist(), decodes.tolist(), strict=True))
+    return _Stretch(int(pts[k]), ticks, float(shows[wanted[0] - k] * tick))
+
+
+def _listed(container: InputContainer, stream: VideoStream, last: int) -> NDArray[np.int64] | None:
+    """(N, 3) pts, whether a decoder may begin with it, whether it is shown, of packets up to a tick."""
+    rows = []
+    size = 1 + ((stream.codec_context.extradata or bytes(5))[4] & 3)
+    for packet in container.demux(stream):
+        if not packet.size:
+            break
+        if packet.pts is None or packet.is_corrupt or packet.has_sidedata("new_extradata"):
+            return None
+        if packet.dts is not None and packet.dts > last:
+            break  # what comes from here on is shown after it
+        rows.append((packet.pts, _has_idr(packet, size), not packet.is_discard))
+    return np.array(rows, np.int64).reshape(-1, 3)
+
+
+def _has_idr(packet: "Packet[VideoStream]", size: int) -> bool:
+    """Whether one of the units in a packet, each after its length of `size` bytes, is of an IDR picture."""
+    data, at = bytes(packet) if packet.is_keyframe else b"", 0
+    while at + size < len(data):
+        if data[at + size] & 31 == IDR:
+            return True
+        at += size + int.from_bytes(data[at : at + size], "big")
+    return False
+
+
+def _copy(container: InputContainer, stream: VideoStream, found: _Stretch, path: Path) -> bool:
+    """Write the packets; whether all of them came."""
+    container.seek(found.begin, stream=stream)
+    packets = (packet for packet in container.demux(stream) if packet.size)
+    stretch = dropwhile(lambda packet: packet.pts != found.begin, packets)
+    copies = 0
+    options = {"movflags": "+faststart", "fflags": "+bitexact"}  # the latter leaves out who wrote it
+    with av.open(str(path.absolute()), "w", format="mp4", options=options) as film:
+        copy = film.add_stream_from_template(stream)
+        for packet, ticks in zip(stretch, found.ticks, strict=False):
+            (packet.pts, packet.dts), packet.stream = ticks, copy
+            film.mux(packet)
+            copies += 1
+    return copies == len(found.ticks)
