@@ -127,7 +127,7 @@ def told(case: Case) -> Told:
 
 def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
     row, leg = marks[start], leg_length(marks, [start])
-    later = marks[min(marks, key=lambda t: abs(t - start - LATER))]
+    later = marks[min(marks.keys() - {start}, key=lambda t: abs(t - start - LATER))]
     given = WAYS[way](row, later, leg, np.random.default_rng([start, *way.encode()]))
     job = Job(path, {start: given}, Following().model, start=start, stop=max(marks))
     try:
