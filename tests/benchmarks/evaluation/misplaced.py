@@ -11,7 +11,7 @@ from kinematics.mocap import read_trials
 from kinematics.recover import PoseError
 from kinematics.sides import other_side
 from tests.benchmarks.evaluation.calibration import TWO_SIGMA, distance, mark_noise
-from tests.benchmarks.evaluation.cases import first_whole, marks_of
+from tests.benchmarks.evaluation.cases import BEFORE_ALL, first_whole, marks_of
 from tests.benchmarks.page import Claim, table
 from tests.benchmarks.rendered.filming import film
 from tests.benchmarks.rendered.measure import AWAY, start_frame
@@ -134,7 +134,7 @@ def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
         run = follow(job, Progress("quiet"))
     except (StartError, PoseError):
         return Told(refused=True)
-    found = score(marks, places(run.track), start)
+    found = score({t: row for t, row in marks.items() if t != start}, places(run.track), BEFORE_ALL)
     off = [frame for frame, error in found.frame_errors.items() if error > AWAY]
     return Told(
         wrong=found.first_failure_frame is not None or 2 * found.swaps > found.truth_frames,
