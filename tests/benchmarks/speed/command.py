@@ -14,7 +14,7 @@ from videos.frames import Video
 from videos.writer import Writer
 
 REPEATS = 5
-LENGTHS = (1000, 3000)  # frames of long films
+LENGTHS = (3000, 6000)  # frames of long films
 LONG = 36_000  # frames: 20 minutes at 30 a second
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 WAYS = {
