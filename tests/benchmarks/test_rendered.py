@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from kinematics.mocap import Trial
+from tests.benchmarks.evaluation.cases import LEGS
 from tests.benchmarks.rendered import plans
 from tests.benchmarks.rendered.captures import GAITS, Motion, gait_of
 from tests.benchmarks.rendered.filming import Film, film
-from tests.benchmarks.rendered.measure import LEGS, SCORED, Case, Followed, Start, judged, start_frame
+from tests.benchmarks.rendered.measure import SCORED, Case, Followed, Start, judged, start_frame
 from tests.benchmarks.rendered.page import by_kind, claims, worst
 from tests.benchmarks.rendered.plans import BEFORE, BEHIND, HEIGHT, MOMENTS, POST, SHRUB, Casting, planned
 from tracker.clip.job import Found, Nearer

@@ -11,7 +11,7 @@ from kinematics.mocap import read_trials
 from kinematics.recover import PoseError
 from kinematics.sides import other_side
 from tests.benchmarks.evaluation.calibration import TWO_SIGMA, distance, mark_noise
-from tests.benchmarks.evaluation.cases import BEFORE_ALL, first_whole, marks_of
+from tests.benchmarks.evaluation.cases import BEFORE_ALL, QUIET, first_whole, marks_of
 from tests.benchmarks.page import Claim, table
 from tests.benchmarks.rendered.filming import film
 from tests.benchmarks.rendered.measure import AWAY, start_frame
@@ -20,7 +20,6 @@ from tracker.clip.follow import follow
 from tracker.clip.job import Following, Job
 from tracker.clip.start import StartError
 from tracker.loop.outcome import Outcome
-from tracker.progress import Progress
 from tracker.run.score import Scored, leg_length, places, score
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark, Marks
@@ -131,7 +130,7 @@ def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
     given = WAYS[way](row, later, leg, np.random.default_rng([start, *way.encode()]))
     job = Job(path, {start: given}, Following().model, start=start, stop=max(marks))
     try:
-        run = follow(job, Progress("quiet"))
+        run = follow(job, QUIET)
     except (StartError, PoseError):
         return Told(refused=True)
     found = score({t: row for t, row in marks.items() if t != start}, places(run.track), BEFORE_ALL)

@@ -13,6 +13,7 @@ from kinematics.mocap import read_trials
 from kinematics.recover import PoseError
 from kinematics.sides import other_side
 from tests.benchmarks.evaluation.calibration import distance, inside, nees
+from tests.benchmarks.evaluation.cases import BEFORE_ALL, LEGS, QUIET
 from tests.benchmarks.rendered.filming import Film, film
 from tests.benchmarks.rendered.plans import planned
 from tracker.clip.follow import follow
@@ -20,17 +21,13 @@ from tracker.clip.found import people, start_of
 from tracker.clip.job import Following, Found, Job
 from tracker.clip.start import FoundError, StartError
 from tracker.outline.person import Person
-from tracker.progress import Progress
 from tracker.run.score import places, score
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark
 from videos.frames import Video
 
-QUIET = Progress("quiet")
 AWAY = 0.25  # leg lengths; a start whose joints are farther from the truth is misplaced
 SCORED = WALKER.scored
-LEGS = tuple(name for name in SCORED if other_side(name) != name)
-FROM_FIRST = -1  # a start before every frame: all of them are compared
 
 
 @dataclass(frozen=True)
@@ -166,7 +163,7 @@ def _followed(made: Film, job: Job) -> Followed | str:
         track = follow(job, QUIET).track
     except (StartError, PoseError) as refused:
         return str(refused)
-    found = score(made.marks, places(track), FROM_FIRST)
+    found = score(made.marks, places(track), BEFORE_ALL)
     spread = _distances(made, track)
     labels = Counter(map(track.motion, range(len(track))))
     return Followed(
