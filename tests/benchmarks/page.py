@@ -32,19 +32,19 @@ class Claim:
         """The cells of its row in `claim_table`."""
         wanted = f"{self.least:g} to {self.most:g}"
         if self.least == 0.0 or self.most == inf:
-            wanted = f"at least {self.least:g}" if self.most == inf else f"at most {self.most:g}"
+            wanted = f"≥ {self.least:g}" if self.most == inf else f"≤ {self.most:g}"
         measured = f"{self.value:.2f}" if self.unit else f"{self.value:.3g}"
         return [self.text, wanted + self.unit, measured + self.unit, "yes" if self.reached else "**no**"]
 
 
 def claim_table(claims: Iterable[Claim]) -> list[str]:
     """Lines of a table, an empty one after it."""
-    return table(("", "wanted", "measured", "reached"), [claim.row() for claim in claims])
+    return table(("target", "wanted", "measured", "reached"), [claim.row() for claim in claims])
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Lines of a table, an empty one after it."""
-    head, *body = [f"| {' | '.join(line)} |" for line in (header, *rows)]
+    head, *body = [f"|{' |'.join(line)}|" for line in (header, *rows)]
     return [head, f"|{'---|' * len(header)}", *body, ""]
 
 

@@ -9,6 +9,7 @@ from tests.handbook.blocks import PAGES, ROOT
 from tracker.cli.app import COMMANDS
 
 INDEX = "docs/README.md"
+MOST_WORDS = 14_000
 LINK = re.compile(r"\[([^\]]+)\]\(([^)]+)\)")
 MEASURED = ("results.md", "robustness.md", "motion.md", "speed.md", "rendered.md", "gait.md")
 
@@ -25,7 +26,7 @@ def figures(page):
 
 def test_every_command_has_a_page_in_the_index():
     text = (ROOT / INDEX).read_text(encoding="utf-8")
-    rows = dict(re.findall(r"^\| `([\w-]+)` \|.*\[[^\]]+\]\((\S+)\) \|$", text, re.MULTILINE))
+    rows = dict(re.findall(r"^\|`([\w-]+)` \|.*\[[^\]]+\]\((\S+)\)\|$", text, re.MULTILINE))
     assert set(rows) == {command.__name__.replace("_", "-") for command in COMMANDS}
     for name, page in rows.items():
         assert f"figtrack {name}" in (ROOT / "docs" / page).read_text(encoding="utf-8"), name
@@ -34,6 +35,11 @@ def test_every_command_has_a_page_in_the_index():
 def test_every_page_is_in_the_index():
     linked = {where for _, where in links(INDEX)}
     assert {page.removeprefix("docs/") for page in PAGES if page not in ("README.md", INDEX)} <= linked
+
+
+def test_the_pages_of_docs_stay_short_enough_to_be_read():
+    texts = [(ROOT / page).read_text(encoding="utf-8") for page in PAGES if page != "README.md"]
+    assert sum(len(text.split()) for text in texts) <= MOST_WORDS
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -179,12 +179,14 @@ def cases(folders: Sequence[Path], trials: Path) -> list[Case]:
     ]
 
 
-HEADER = ("", "films", "refused", "wrong, said", "wrong, not said", "frames off", "called sure")
+HEADER = ("marks", "films", "refused", "wrong, said", "wrong, not said", "frames off", "called sure")
 METHOD = f"""\
-Marks of one frame put wrongly, on the open clips and on {len(RENDERED)} rendered films, one way each.
-Wrong: not followed to the end, or with the legs named wrongly in most frames. A frame is off by more than
-{AWAY:g} leg lengths in the mean of its joints; it is called sure where its outcome is `ok` and the ellipses
-of most of the joints that are off do not reach the marks.
+Marks of one frame put wrongly: in each pair the first number is of the open clips, the second of {
+    len(RENDERED)
+} rendered
+films, one way each. Wrong: not followed to the end, or with the legs named wrongly in most frames; said: with
+a warning. A frame is off by more than {AWAY:g} leg lengths in the mean of its joints; it is called sure where
+its outcome is `ok` and the ellipses of most of the joints that are off do not reach the marks.
 """
 
 
@@ -200,16 +202,16 @@ def claims(answers: Answers) -> list[Claim]:
 
 
 def section(answers: Answers) -> list[str]:
-    """A table of clips and one of rendered films."""
-    lines = ["## Marks put wrongly", "", METHOD]
-    for name, kind in (("Open clips:", Path), ("Rendered films:", int)):
-        of = {way: [each for case, each in answers if _is(case, way, kind)] for way in WAYS}
-        lines += [name, "", *table(HEADER, [[way, *map(str, _counts(told))] for way, told in of.items()])]
-    return lines
+    """A table with open clips and rendered films in pairs."""
+    rows = []
+    for way in WAYS:
+        pairs = zip(*(_counts(_of(answers, way, kind)) for kind in (Path, int)), strict=True)
+        rows.append([way, *(f"{clips}, {films}" for clips, films in pairs)])
+    return ["## Marks put wrongly", "", METHOD, *table(HEADER, rows)]
 
 
-def _is(case: Case, way: str, kind: type) -> bool:
-    return case.way == way and isinstance(case.film, kind)
+def _of(answers: Answers, way: str, kind: type) -> list[Told]:
+    return [told for case, told in answers if case.way == way and isinstance(case.film, kind)]
 
 
 def _counts(of: Sequence[Told]) -> list[int]:

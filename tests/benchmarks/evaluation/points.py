@@ -72,25 +72,22 @@ USE = """\
 
 add the points of a pose network as an uncertain measurement: DeepLabCut CSV, OpenPose JSON (file or
 folder), COCO keypoints or TRC in pixels, named as in [annotate.md](annotate.md#marks-from-other-programs).
-`--no-templates` uses the points alone. The marked frame gives limb lengths and the near leg. `compare` has
-both options.
+The marked frame gives limb lengths and the near leg. `--no-templates` uses the points alone, which is worse
+where points are missing or poor. `compare` has both options.
 
-- Exchanged legs, gaps and jitter are repaired. Frames with exchanged legs are printed and listed in
-  run.json (`measure`).
+- Exchanged legs, gaps and jitter are repaired; run.json lists the exchanged frames (`measure`). A constant
+  offset of the network's joints, or a return from a long gap with exchanged legs, is not noticed.
 - Points have Student t errors with the measured jitter, at least `point` leg lengths; less likely ones than
   `point_likelihood` are absent. `exchange` and `one_leg` are the prior shares of frames with exchanged legs
   and with both legs on one ([settings.md](settings.md)).
 - Frames without points are predicted, or `lost` without templates. `hidden` means that a joint has no point
-  near it, as the head top of OpenPose files.
-- A constant offset of the network's joints is not removed. Of several people the largest and surest is
-  taken in each frame. A figure that returns from a long gap with exchanged legs is not noticed.
-- Templates help where points are missing or poor.
+  near it. Of several people the largest and surest is taken in each frame.
 """
 METHOD = """\
-The points are splines through the hand marks, damaged and written as a DeepLabCut CSV. Errors are means in
-leg lengths at the hand marks after frame 0. Points of real networks have offsets of their own, which these
-lack. The rivals know no limb lengths and no start marks. Measured jitter and the state of both legs on one
-were added after a first look at these tables; no clip was held out.
+The points are splines through the hand marks, damaged; points of real networks have offsets of their own.
+Errors are means in leg lengths at the hand marks after frame 0. The rivals know no limb lengths and no start
+marks. Measured jitter and the state of both legs on one were added after a first look at these tables; no
+clip was held out.
 """
 
 
@@ -175,10 +172,10 @@ def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[s
     smoother = _best(asked)
     kept = {way: row for way, row in asked.items() if not way.startswith(SMOOTHER) or way == smoother}
     header = (
-        "",
+        "way",
         "mean error",
-        "direction, deg",
-        "lost",
+        "direction, °",
+        f"lost of {len(clips) * draws}",
         "swaps",
         "exchanges found",
     )
@@ -194,9 +191,8 @@ def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[s
             METHOD,
             "### Legs exchanged in 10 % of the frames, 10 % of the points missing, 5 px jitter",
             "",
-            f"{draws} draws a clip. Direction: median error of leg links. Swaps: frames whose legs stay",
-            "exchanged. The",
-            "smoother's acceleration (px a frame squared) is the best of "
+            f"{draws} draws a clip. Direction: median error of leg links. Swaps: frames that stay exchanged.",
+            "The smoother's acceleration (px a frame squared) is the best of "
             f"{', '.join(f'{a:g}' for a in ACCELERATIONS)} on these clips.",
             "",
             *table(header, [[way, *_cells(row)] for way, row in kept.items()]),
@@ -205,7 +201,7 @@ def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[s
             "Mean error, and clips lost in brackets; 5 px jitter unless stated.",
             "",
             *table(
-                ("", *worse[next(iter(worse))]),
+                ("damage", *worse[next(iter(worse))]),
                 [[name, *(_worse(row) for row in ways.values())] for name, ways in worse.items()],
             ),
         ]
@@ -232,7 +228,7 @@ def _cells(row: Row) -> list[str]:
     return [
         f"{_mean(row):.3f}",
         f"{np.median(angles):.1f}",
-        f"{_lost(row)} of {len(row)}",
+        str(_lost(row)),
         str(sum(found.score.swaps for found in row)),
         f"{right} of {there}, {wrong} falsely" if said else "-",
     ]

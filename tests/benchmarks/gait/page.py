@@ -25,18 +25,20 @@ FIGURES = (
 UNITS = {"cadence": "steps/min", "step length": "m", "stride length": "m", "speed": "m/s"}
 LEARNED = ("02", "05", "07", "08", "09", "10", "26", "29", "32", "35", "49", "wd2")
 METHOD = """\
-The films of [rendered.md](rendered.md), followed from marks. The motion is that of captures whose feet are
-known in space: an end of the sole rests while it is lower than 0.03 leg lengths over the floor and slower
-than half the mean pace; a foot strikes when an end first rests and leaves when none rests any more. Other
-limits (0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths) move these moments by at most 11 ms in the
-median. The weights that time the feet were learned from captures of CMU and Seoul National University;
-other collections have rows of their own. Strides at whose ends the capture begins or stops are left out.
-Every walker is {tall:g} m tall.
+The films of [rendered.md](rendered.md) are followed from marks; every walker is {tall:g} m tall. The motion is
+that of captures whose feet are known in space: an end of the sole rests while it is lower than 0.03 leg
+lengths and slower than half the mean pace; a foot strikes when an end first rests and leaves when none rests
+any more. Other limits (0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths) move these moments by 11 ms at
+most in the median. Strides at whose ends the capture begins or stops are left out.
+"""
+LEARNING = """\
+Late is positive; inside: share within two standard errors, of which 95 % is right. The weights that time the
+feet were learned from captures of CMU and Seoul National University; others have rows of their own.
 """
 CLIPS = """\
-Hand-marked walks, followed from their first marks, for a height of {tall:g} m. The true contacts are
-unknown; at a comfortable pace the stance is 58 to 65 % of a stride, at a slow pace more. myogait's own
-analysis of `gym_walk_rl` gives 58.9 (near) and 61.9 (far).
+Hand-marked walks, followed from their first marks, for a height of {tall:g} m. Their true contacts are
+unknown: at a comfortable pace the stance is 58 to 65 % of a stride, at a slow one more. myogait gives
+58.9 (near) and 61.9 (far) for `gym_walk_rl`.
 """
 
 
@@ -61,8 +63,7 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
             *claim_table([*claims(cases), *clip_claims(clips)]),
             "## Moments",
             "",
-            "Late is positive. Inside: the share within two standard errors; 95 % would be right.",
-            "",
+            LEARNING,
             *table(MOMENTS, moment_rows(cases)),
             nobodys(cases),
             "",
@@ -79,9 +80,9 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
     )
 
 
-MOMENTS = ("", "number", "median", "half within", "nine in ten within", "inside")
-ERRORS = ("", "number", "median error", "half within", "nine in ten within", "inside")
-OPEN = ("clip", "strides", "stance near", "stance far", "double support", "step length", "speed")
+MOMENTS = ("moments", "number", "median, ms", "half within, ms", "nine in ten within, ms", "inside, %")
+ERRORS = ("figure", "number", "median error", "half within", "nine in ten within", "inside, %")
+OPEN = ("clip", "strides", "stance near, %", "far, %", "double support, %", "step length, m", "speed, m/s")
 
 
 def claims(cases: Sequence[Case]) -> list[Claim]:
@@ -121,7 +122,7 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
     right = sum(each.runs == (each.kinds["gait"] == "run") for each in named)
     wanted.append(
         Claim(
-            "walk or run as it is, of films with a stride",
+            "walk or run rightly named",
             100.0 * right / max(len(named), 1),
             100.0,
             97.0,
@@ -139,13 +140,15 @@ def clip_claims(clips: Mapping[str, Gait]) -> list[Claim]:
     """What is wanted of the open clips."""
     stances = [value for gait in clips.values() for value in _stances(gait) if value is not None]
     wanted = [
-        Claim("least stance of a leg of the open walks", min(stances), 68.0, 54.0, unit=" %"),
-        Claim("greatest", max(stances), 68.0, 54.0, unit=" %"),
+        Claim("open walks: least stance of a leg", min(stances), 68.0, 54.0, unit=" %"),
+        Claim("open walks: greatest", max(stances), 68.0, 54.0, unit=" %"),
     ]
     for leg, stance, known in zip(("near", "far"), _stances(clips["gym_walk_rl"]), (58.9, 61.9), strict=True):
-        wanted.append(Claim(f"`gym_walk_rl`, {leg}", stance or np.nan, known + 5.0, known - 5.0, unit=" %"))
+        wanted.append(
+            Claim(f"`gym_walk_rl`: stance, {leg}", stance or np.nan, known + 5.0, known - 5.0, unit=" %")
+        )
     for name in ("markers_walk_lr", "desert_walk_rl"):
-        wanted.append(Claim(f"speed of `{name}`", _both(clips[name], "speed"), 1.7, 1.0, unit=" m/s"))
+        wanted.append(Claim(f"`{name}`: speed", _both(clips[name], "speed"), 1.7, 1.0, unit=" m/s"))
     return wanted
 
 
@@ -154,8 +157,8 @@ def nobodys(cases: Sequence[Case]) -> str:
     told = sum(sum(each.strides) + each.missed for each in cases)
     missed = sum(each.missed for each in cases)
     return (
-        f"{missed} of {told} strides found are over half a stride from any true one, as with exchanged legs; "
-        "the tables leave them out."
+        f"{missed} of {told} strides found are left out: they are over half a stride from any true one, "
+        "as with exchanged legs."
     )
 
 
@@ -172,10 +175,10 @@ def moment_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
                 yield [
                     f"{label}s, {words}, {of}",
                     str(len(late)),
-                    f"{_of(late, 0.5):+.0f} ms",
-                    f"{_within(late, 0.5):.0f} ms",
-                    f"{_within(late, 0.9):.0f} ms",
-                    f"{_inside_moments(moments):.0f} %",
+                    f"{_of(late, 0.5):+.0f}",
+                    f"{_within(late, 0.5):.0f}",
+                    f"{_within(late, 0.9):.0f}",
+                    f"{_inside_moments(moments):.0f}",
                 ]
 
 
@@ -191,30 +194,26 @@ def figure_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
                 unit, scale = ("%", 1.0) if relative else ("ms", 1e3) if "time" in name else ("points", 1.0)
                 errors = [scale * error for error in errors]
                 yield [
-                    f"{label}s, {name}",
+                    f"{label}s, {name}, {unit}",
                     str(len(errors)),
-                    f"{_of(errors, 0.5):+.1f} {unit}",
-                    f"{_within(errors, 0.5):.1f} {unit}",
-                    f"{_within(errors, 0.9):.1f} {unit}",
-                    f"{_inside(figures):.0f} %",
+                    f"{_of(errors, 0.5):+.1f}",
+                    f"{_within(errors, 0.5):.1f}",
+                    f"{_within(errors, 0.9):.1f}",
+                    f"{_inside(figures):.0f}",
                 ]
 
 
 def clip_rows(clips: Mapping[str, Gait]) -> Iterable[list[str]]:
     """Rows under OPEN."""
     for name, gait in clips.items():
-        stances = [f"{value:.1f} %" if value is not None else "-" for value in _stances(gait)]
+        stances = [f"{value:.1f}" if value is not None else "-" for value in _stances(gait)]
         yield [
             f"`{name}`",
-            " + ".join(str(len(strides.sound)) for strides in gait.strides.values()),
+            ", ".join(str(len(strides.sound)) for strides in gait.strides.values()),
             *stances,
             *(
-                f"{_both(gait, what):.{digits}f} {unit}" if gait.named(what) else "-"
-                for what, digits, unit in (
-                    ("double support", 1, "%"),
-                    ("step length", 2, "m"),
-                    ("speed", 2, "m/s"),
-                )
+                f"{_both(gait, what):.{digits}f}" if gait.named(what) else "-"
+                for what, digits in (("double support", 1), ("step length", 2), ("speed", 2))
             ),
         ]
 

@@ -47,9 +47,9 @@ def page(source: Source, results: Results, parts: Sequence[ModuleType]) -> list[
         f"far legs exchanged. Subjects {' and '.join(SAME)} are probably one person and are left out",
         f"together. The default model has {STATES} states a motion and order 2, learned with",
         f"{NOISE:g}° of noise. For forecasts and gaps each subject is left out in turn and the model",
-        "knows one motion.",
+        "knows one motion; a gap is given in frames.",
         "",
-        "## Targets",
+        "## What is wanted",
         "",
         *claim_table(claim for part in parts for claim in part.claims(results)),
     ]

@@ -99,7 +99,7 @@ def claims(results: Results) -> list[Claim]:
         error = rms(_errors(results, label, DEFAULT))
         share = 100.0 * error / rms(results[Rival(label)][0])
         found.append(Claim(f"one frame ahead, {label}", error, target, unit="°"))
-        told = f"the same, beside the best constant velocity, {label}"
+        told = f"share of constant velocity's, {label}"
         found.append(Claim(told, share, SHARE, unit=" %"))
     return found
 
@@ -116,17 +116,17 @@ def section(source: Source, results: Results) -> list[str]:
         best, (process, measured), each = results[Rival(label)]
         one += _cells(best)
         own += _cells(each)
-        chosen.append(f"{process:g}° a frame squared and {measured:g}° of measurement noise for a {label}")
+        chosen.append(f"{label} {process:g}° a frame squared, measured {measured:g}°")
     rows |= {"constant velocity": one, "constant velocity, each angle tuned": own}
     return [
         "## One frame ahead",
         "",
-        f"{NOISE:g} degrees of noise on the angles; RMSE in degrees against the clean ones, in every",
-        "frame but the first of each segment, pooled and as the mean over subjects. Constant",
-        f"velocity has the best noise of a grid on these very frames: {', '.join(chosen)}.",
+        f"{NOISE:g} degrees of noise on the angles; RMSE in degrees against the clean ones, without the",
+        "first frames, pooled and as the mean over subjects. Constant velocity has the best noise of",
+        f"a grid on these very frames: {', '.join(chosen)}.",
         "",
         *table(
-            ["", *(f"{label}{what}" for label in MOTIONS for what in ("", ", subjects"))],
+            ["model", *(f"{label}{what}" for label in MOTIONS for what in ("", ", subjects"))],
             [[name, *cells] for name, cells in rows.items()],
         ),
     ]

@@ -129,8 +129,7 @@ def named(states: int, order: int, noise: float = NOISE) -> str:
     if not states:
         return "harmonic stride"
     kind = f"order {order}" if order else "HMM"
-    plural = "s" if states > 1 else ""
-    return f"{states} state{plural}, {kind}" + (f", learned at {noise:g}°" if noise != NOISE else "")
+    return f"K={states}, {kind}" + (f", learned at {noise:g}°" if noise != NOISE else "")
 
 
 def of_variant(recipe: Recipe, variant: Variant, six: bool) -> bool:

@@ -144,12 +144,12 @@ def claims(results: Results) -> list[Claim]:
     found = []
     for (label, gap), target in TARGETS.items():
         error = rms(_errors(results, label, gap, CHOSEN, DEFAULT))
-        found.append(Claim(f"gap of {gap} frames, {label}", error, target, unit="°"))
+        found.append(Claim(f"{label}, gap of {gap}", error, target, unit="°"))
     for (label, gap), target in SIX_TARGETS.items():
         error = rms(_errors(results, label, gap, CHOSEN, DEFAULT, six=True))
-        found.append(Claim(f"gap of {gap} frames, {label}, subjects of the splices", error, target, unit="°"))
+        found.append(Claim(f"{label}, gap of {gap}, subjects of the splices", error, target, unit="°"))
     for label, gap in TARGETS:
-        text = f"angles within two sigma of the stride, gap of {gap} frames, {label}"
+        text = f"{label}, gap of {gap}, within two sigma"
         found.append(Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit=" %"))
     return found
 
@@ -164,10 +164,10 @@ def section(source: Source, results: Results) -> list[str]:
         "## Gaps",
         "",
         f"All freedoms are missing in the middle of a clean segment with at least {SIDE} more frames",
-        "on either side. RMSE in degrees, pooled over all frames. `figtrack interpolate` takes the",
-        "more probable of the harmonic stride and the default model.",
+        "on either side. RMSE in degrees, pooled. `figtrack interpolate` takes the more probable of",
+        "the first two ([interpolate.md](interpolate.md)); the sigma above is the harmonic stride's.",
         "",
-        *table(["", *(f"{label}, {gap} frames" for label, gap in TARGETS)], rows),
+        *table(["way", *(f"{label}, {gap} frames" for label, gap in TARGETS)], rows),
     ]
 
 

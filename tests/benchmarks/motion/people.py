@@ -117,7 +117,7 @@ def claims(results: Results) -> list[Claim]:
         )
         worst = max(c.share for c in each.values())
         found.append(Claim(f"the same, the person with most, {noise}°", worst, PERSON_TARGET, unit=" %"))
-        told = f"the same more than {FAR} frames from any junction, {noise}°"
+        told = f"the same far from junctions, {noise}°"
         found.append(Claim(told, total.share_far, FAR_TARGET, unit=" %"))
         shipped = _pooled(_of(results, noise, SHIPPED)).share
         found.append(Claim(f"shipped gait, people not in it, {noise}°", shipped, SHIPPED_TARGET, unit=" %"))

@@ -12,26 +12,25 @@ from tracker.clip.job import Job
 STRAIGHT = 0.1  # share of the greatest cost by which one may lie beside the line, at most
 
 WHAT = """\
-CPU time of one thread. Compare the ratios; seconds depend on the machine. Lucas-Kanade is the optical
-flow rival of [results.md](results.md), from the same film and marks, reading included."""
+CPU time of one thread; seconds depend on the machine, ratios hardly. Lucas-Kanade is the rival of
+[results.md](results.md), from the same film and marks, reading included."""
 
 COMMAND = f"""\
 `figtrack track` as a process, from marks, medians of five runs. Films of {LENGTHS[0]} and {LENGTHS[1]}
 frames are the clip played there and back, followed once."""
 
 STAGES = """\
-The best of three runs in a process that has run before. Decoding is in the stages that wait for
-it: survey and outline read the film first."""
+The best of three runs in a process that has run before. Decoding is in survey and outline, which read the
+film first."""
 
 GROWTH = "![Milliseconds against hypotheses, and against template points](speed.png)"
 
 FILTERS = f"""\
-Times as fast as the interacting multiple models of filterpy, a frame of a second-order system of
-eight freedoms with {STATES[0]}, {STATES[1]} and {STATES[2]} switching states (microseconds in brackets)."""
+Times as fast as filterpy's interacting multiple models, a frame of a second-order system of eight freedoms
+with {STATES[0]}, {STATES[1]} and {STATES[2]} switching states (microseconds in brackets)."""
 
 ROUNDS = """\
-Eighteen sequences of fifty frames, four switching states. The one-state loop is a Kalman filter and
-smoother written with numpy."""
+Eighteen sequences of fifty frames, four switching states, beside a Kalman filter and smoother in numpy."""
 
 
 @dataclass(frozen=True)
@@ -95,19 +94,19 @@ def claims(measured: Measured) -> list[Claim]:
         Claim("its MB resident", whole.megabytes, 400.0),
         Claim(f"MB resident expected after {LONG} frames", command.expected, 400.0),
         Claim("ms of each further frame of a long film", command.milliseconds, 40.0),
-        Claim("a frame against Lucas-Kanade's, without survey and outline", cost.tracked / cost.rival, 1.0),
-        Claim("a frame against Lucas-Kanade's, with both", cost.whole / cost.rival, 1.5),
+        Claim("frame against Lucas-Kanade's, no survey, no outline", cost.tracked / cost.rival, 1.0),
+        Claim("frame against Lucas-Kanade's, with both", cost.whole / cost.rival, 1.5),
         Claim("cost beside a line in hypotheses", measured.hypotheses.astray, STRAIGHT),
         Claim("cost beside a line in template points", measured.points.astray, STRAIGHT),
         *(
             Claim(
-                f"filterpy's time against {name}'s, {K} states", 1.0 / table[name].ratio, float("inf"), least
+                f"{name} times as fast as filterpy, {K} states", 1.0 / table[name].ratio, float("inf"), least
             )
             for name, limits in FILTER_LIMITS.items()
             for (K, table), least in zip(measured.filters.items(), limits, strict=True)
         ),
         *(
-            Claim(f"a round of EM against the one-state loop, {name}", measured.rounds[name].ratio, most)
+            Claim(f"EM round against the one-state loop, {name}", measured.rounds[name].ratio, most)
             for name, most in ROUND_LIMITS.items()
         ),
     ]
@@ -118,7 +117,7 @@ def _command(command: Command) -> list[str]:
         *command.ways.items(),
         *((f"{n} frames", used) for n, used in zip(LENGTHS, command.long, strict=True)),
     ]
-    header = ("", "CPU seconds", "MB resident at most")
+    header = ("files or frames", "CPU seconds", "MB resident at most")
     return table(header, [[name, f"{used.seconds:.1f}", f"{used.megabytes:.0f}"] for name, used in rows])
 
 
@@ -128,9 +127,8 @@ def _stages(cost: Cost) -> list[str]:
         "all, without survey and outline": cost.tracked,
         "Lucas-Kanade": cost.rival,
     }
-    header = ("", "ms a frame", "times a frame of Lucas-Kanade's")
     rows = (cost.stages | ends).items()
-    return table(header, [[name, f"{spent:.2f}", f"{spent / cost.rival:.2f}"] for name, spent in rows])
+    return table(("stage", "ms a frame"), [[name, f"{spent:.2f}"] for name, spent in rows])
 
 
 def _filters(filters: Mapping[int, Mapping[str, Timing]]) -> list[str]:
@@ -139,9 +137,9 @@ def _filters(filters: Mapping[int, Mapping[str, Timing]]) -> list[str]:
         [name, *(f"{1.0 / of[name].ratio:.1f} ({of[name].microseconds:.0f})" for of in filters.values())]
         for name in names
     ]
-    return table(("", *(f"{K} states" for K in filters)), rows)
+    return table(("filter", *(f"{K} states" for K in filters)), rows)
 
 
 def _rounds(rounds: Mapping[str, Timing]) -> list[str]:
     rows = [[name, f"{of.ratio:.2f}", f"{of.microseconds:.0f}"] for name, of in rounds.items()]
-    return table(("", "times the one-state loop", "microseconds a frame"), rows)
+    return table(("inference", "times the one-state loop", "microseconds a frame"), rows)
