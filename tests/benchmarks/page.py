@@ -32,7 +32,7 @@ class Claim:
         """The cells of its row in `claim_table`."""
         wanted = f"{self.least:g} to {self.most:g}"
         if self.least == 0.0 or self.most == inf:
-            wanted = f"≥ {self.least:g}" if self.most == inf else f"≤ {self.most:g}"
+            wanted = f"≥{self.least:g}" if self.most == inf else f"≤{self.most:g}"
         measured = f"{self.value:.2f}" if self.unit else f"{self.value:.3g}"
         return [self.text, wanted + self.unit, measured + self.unit, "yes" if self.reached else "**no**"]
 

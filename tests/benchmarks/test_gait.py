@@ -74,8 +74,8 @@ def test_claims_and_rows_count_what_is_within():
     assert found["strikes of walks, half within"] == pytest.approx(10.0)
     assert found["leavings of runs, nine in ten within"] == pytest.approx(30.0)
     assert found["stance of runs, half within"] == pytest.approx(6.0)
-    assert found["moments within two standard errors"] == 25.0
-    assert found["stance share within two standard errors"] == 50.0
+    assert found["moments inside"] == 25.0
+    assert found["stance share inside"] == 50.0
     assert found["speed, half within"] == pytest.approx(10.0)
     assert found["walk or run rightly named"] == 100.0
     assert (found["strides of the near leg"], found["strides of the far leg"]) == (2.0, 4.0)

@@ -179,14 +179,12 @@ def cases(folders: Sequence[Path], trials: Path) -> list[Case]:
     ]
 
 
-HEADER = ("marks", "films", "refused", "wrong, said", "wrong, not said", "frames off", "called sure")
-METHOD = f"""\
-Marks of one frame put wrongly: in each pair the first number is of the open clips, the second of {
-    len(RENDERED)
-} rendered
-films, one way each. Wrong: not followed to the end, or with the legs named wrongly in most frames; said: with
-a warning. A frame is off by more than {AWAY:g} leg lengths in the mean of its joints; it is called sure where
-its outcome is `ok` and the ellipses of most of the joints that are off do not reach the marks.
+HEADER = ("marks", "refused", "wrong, said", "wrong, not said", "frames off", "called sure")
+METHOD = """\
+Marks of one frame put wrongly: in each pair the first number is of {clips} open clips, the second of {films}
+rendered films, one way each. Wrong: not followed to the end, or with the legs named wrongly in most frames;
+said: with a warning. A frame is off by more than {away:g} leg lengths in the mean of its joints; it is called
+sure where its outcome is `ok` and the ellipses of most of the joints that are off do not reach the marks.
 """
 
 
@@ -207,7 +205,9 @@ def section(answers: Answers) -> list[str]:
     for way in WAYS:
         pairs = zip(*(_counts(_of(answers, way, kind)) for kind in (Path, int)), strict=True)
         rows.append([way, *(f"{clips}, {films}" for clips, films in pairs)])
-    return ["## Marks put wrongly", "", METHOD, *table(HEADER, rows)]
+    clips = len({case.film for case, _ in answers if isinstance(case.film, Path)})
+    method = METHOD.format(clips=clips, films=len(RENDERED), away=AWAY)
+    return ["## Marks put wrongly", "", method, *table(HEADER, rows)]
 
 
 def _of(answers: Answers, way: str, kind: type) -> list[Told]:
@@ -218,4 +218,4 @@ def _counts(of: Sequence[Told]) -> list[int]:
     """The cells of a row, under HEADER."""
     said = [each.warned for each in of if each.wrong]
     refused, off, sure = (sum(getattr(each, name) for each in of) for name in ("refused", "off", "sure"))
-    return [len(of), refused, sum(said), len(said) - sum(said), off, sure]
+    return [refused, sum(said), len(said) - sum(said), off, sure]

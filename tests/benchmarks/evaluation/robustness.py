@@ -68,10 +68,9 @@ Marks missing in frame 0. The hedge covers the feet of frame 0 and stays in plac
 visible and has {GUESS_NOISE:g} px of noise.
 """
 PICTURES = f"""\
-Every second frame: at half the frame rate. Against the light: grey levels to the power of {GAMMA:g}. Haze: {
-    100 * CONTRAST:.0f} % of the
-contrast. The accompanying camera shows {100 * VIEW:.0f} % of the width around the hip. Half and double speed
-keep the frame rate of the file. Nothing is wanted of the last {len(FILMS)}.
+Every second frame: at half the frame rate. Against the light: grey levels to the power of {GAMMA:g}. Haze:
+{100 * CONTRAST:.0f} % of the contrast. The accompanying camera shows {100 * VIEW:.0f} % of the width around the
+hip. Half and double speed keep the frame rate of the file. Nothing is wanted of the last {len(FILMS)}.
 """
 
 

@@ -25,7 +25,7 @@ FIGURES = (
 UNITS = {"cadence": "steps/min", "step length": "m", "stride length": "m", "speed": "m/s"}
 LEARNED = ("02", "05", "07", "08", "09", "10", "26", "29", "32", "35", "49", "wd2")
 METHOD = """\
-The films of [rendered.md](rendered.md) are followed from marks; every walker is {tall:g} m tall. The motion is
+The films of [rendered.md](rendered.md) are followed from marks; walkers are {tall:g} m tall. The motion is
 that of captures whose feet are known in space: an end of the sole rests while it is lower than 0.03 leg
 lengths and slower than half the mean pace; a foot strikes when an end first rests and leaves when none rests
 any more. Other limits (0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths) move these moments by 11 ms at
@@ -101,13 +101,11 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
             Claim(f"stance of {label}s, half within", _within(points, 0.5), STANCE[label], unit=" points")
         )
     moments = [moment for each in cases for moment in each.moments]
-    wanted.append(
-        Claim("moments within two standard errors", _inside_moments(moments), INSIDE[1], INSIDE[0], unit=" %")
-    )
+    wanted.append(Claim("moments inside", _inside_moments(moments), INSIDE[1], INSIDE[0], unit=" %"))
     for name in ("stance share", "step time"):
         wanted.append(
             Claim(
-                f"{name} within two standard errors",
+                f"{name} inside",
                 _inside(_figures(cases, name)),
                 INSIDE[1],
                 INSIDE[0],

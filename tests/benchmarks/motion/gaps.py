@@ -147,7 +147,7 @@ def claims(results: Results) -> list[Claim]:
         found.append(Claim(f"{label}, gap of {gap}", error, target, unit="°"))
     for (label, gap), target in SIX_TARGETS.items():
         error = rms(_errors(results, label, gap, CHOSEN, DEFAULT, six=True))
-        found.append(Claim(f"{label}, gap of {gap}, subjects of the splices", error, target, unit="°"))
+        found.append(Claim(f"{label}, gap of {gap}, six subjects", error, target, unit="°"))
     for label, gap in TARGETS:
         text = f"{label}, gap of {gap}, within two sigma"
         found.append(Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit=" %"))

@@ -83,12 +83,12 @@ def claims(results: Results) -> list[Claim]:
     """The default model against the targets."""
     unseen = {noise: results[Segmentation(Recipe(held=SPLICED), noise)] for noise in NOISES}
     found = [
-        Claim(f"splices, {noise}° of noise, wrong frames", unseen[noise].all, target, unit=" %")
+        Claim(f"wrong frames, {noise}° of noise", unseen[noise].all, target, unit=" %")
         for noise, target in TARGETS.items()
     ]
     found += [
         Claim(
-            f"the same far from junctions, {noise}°",
+            f"far from junctions, {noise}°",
             unseen[noise].far,
             target,
             unit=" %",
@@ -98,7 +98,7 @@ def claims(results: Results) -> list[Claim]:
     for noise, target in SEEN_TARGETS.items():
         seen = results[Segmentation(Recipe(held=SEEN), noise)]
         found.append(
-            Claim(f"splices, {noise}°, learned on all subjects (the paper: 2.9)", seen.all, target, unit=" %")
+            Claim(f"wrong frames, {noise}°, learned on all (the paper: 2.9)", seen.all, target, unit=" %")
         )
     return found
 
@@ -128,7 +128,7 @@ def section(source: Source, results: Results) -> list[str]:
             for level in NOISES
         }
         seen = results[Segmentation(Recipe(states, order, noise, SEEN), MIDDLE, inference, pose)]
-        without = "" if pose or not order else ", no pose likelihood"
+        without = "" if pose or not order else " without pose"
         cells = [named(states, order, noise), inference + without]
         cells += [number(w and w.all) for w in map(unseen.get, NOISES)]
         cells += [number(w and w.far) for w in map(unseen.get, FAR_TARGETS)]

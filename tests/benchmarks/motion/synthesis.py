@@ -109,7 +109,7 @@ def section(source: Source, results: Results) -> list[str]:
         "## Synthesis",
         "",
         f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone, with the switch by the pose and",
-        f"the papers'. Out: frames with an angle outside its range in the data, widened by {100 * WIDER:g} %;",
+        f"the papers'. Out: frames with an angle out of its range in the data, widened by {100 * WIDER:g} %;",
         "far out: by a whole range. Stride: frames, from the autocorrelation of near hip less far hip,",
         f"median of the seeds; the data's are {' and '.join(strides)}. Spectrum: distance in decibels",
         f"(rms) up to {HIGHEST:g} Hz, where the data have at least {100 * WEAKEST:g} % of the angle's peak",
