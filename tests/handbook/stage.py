@@ -64,6 +64,7 @@ FOUND = {
     "docs/formats.md": ("walk-track",),
     "docs/interpolate.md": ("walk-track", "mine.npz"),
     "docs/predict.md": ("walk-track", "mine.npz"),
+    "docs/python.md": ("walk-track",),
 }
 
 
