@@ -289,6 +289,6 @@ def test_rows_are_of_all_films_and_of_every_kind():
 def test_the_worst_come_first_refused_and_lost_before_all_others():
     cases = [a_case(0, 0.01), a_case(1, 0.4, lost=3), a_case(2, 0.2), a_case(3, start=None)]
     rows = worst(cases)
-    assert [cells[0] for cells in rows] == ["3", "1", "2", "0"]
+    assert [cells[0] for cells in rows] == ["3", "1", "2"]
     assert rows[0][-1] == "refused: nobody was found"
     assert rows[1][-2] == "0.400, lost in frame 3"

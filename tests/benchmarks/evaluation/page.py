@@ -28,13 +28,13 @@ from tracker.run.score import Score
 HEADER = ("way", "mean", "worst", "median", "leg angles", "lost", "swaps", "knee band, px")
 HARD_HEADER = (
     "way",
-    "mean of the four",
-    "mean of all",
+    "hard: mean",
+    "all: mean",
     "leg angles",
     "lost",
     "swaps",
     "labels right, %",
-    "NEES of the four",
+    "hard: NEES",
     "inside two sigma, %",
 )
 SWITCHED_HEADER = ("way", "mean", "worst", "hard: mean", "hard: worst", "lost of all", "swaps in all")
@@ -44,9 +44,9 @@ CALIBRATED = (DEFAULT, DEFAULT + FILTERED, CV)
 METHOD = """\
 Eight hand-marked clips are followed from the marks of frame 0 with the same settings and scored by all later
 marks; [compare.md](compare.md) explains lost, swaps and leg angles. Errors are in leg lengths; marks repeat
-to about 0.02. Poses are smoothed over the clip; `filtered` ones use no later frames. Knee band: distance (root
-mean square) of the tracked knee's path from that of a coloured band at one walker's knee, less their mean
-difference. Four hard clips are a walk backwards, a narrow room, a street and a sprint.
+to about 0.02. Poses are smoothed over the clip; `filtered` ones use no later frames. Knee band: rms distance
+between the paths of the tracked knee and a coloured band at it, without the mean. Four hard clips are a walk
+backwards, a narrow room, a street and a sprint.
 """
 MODELS = f"""\
 Worst: the largest mean error of a clip. `classic` is the registration of the papers, `{CV}` constant velocity

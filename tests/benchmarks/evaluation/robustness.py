@@ -68,17 +68,17 @@ Marks missing in frame 0. The hedge covers the feet of frame 0 and stays in plac
 visible and has {GUESS_NOISE:g} px of noise.
 """
 PICTURES = f"""\
-Every second frame: at half the frame rate. Against the light: grey levels to the power of {GAMMA:g}. Haze:
-{100 * CONTRAST:.0f} % of the contrast. The accompanying camera shows {100 * VIEW:.0f} % of the width around the
-hip. Half and double speed keep the frame rate of the file. Nothing is wanted of the last {len(FILMS)}.
+Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
+accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed keep the file's frame rate.
+Nothing is wanted of the last {len(FILMS)}.
 """
 
 
 SOAK = """\
-`make soak` runs random commands on random films for an hour, some of them damaged, kills a third of the
-commands, and checks each end: exit status, one line of error, complete files, nothing left over, at most
-1 GiB of memory. Two faults of Python's own remain: an interrupt in its first milliseconds shows a traceback,
-and one just after an import may be lost.
+`make soak` runs random commands on random films, some damaged, for an hour, kills a third of them, and checks
+each end: exit status, one line of error, complete files, nothing left over, at most 1 GiB of memory. Two
+faults of Python's own remain: an interrupt in its first milliseconds shows a traceback, and one just after
+an import may be lost.
 """
 
 

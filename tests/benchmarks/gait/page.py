@@ -28,17 +28,17 @@ METHOD = """\
 The films of [rendered.md](rendered.md) are followed from marks; walkers are {tall:g} m tall. The motion is
 that of captures whose feet are known in space: an end of the sole rests while it is lower than 0.03 leg
 lengths and slower than half the mean pace; a foot strikes when an end first rests and leaves when none rests
-any more. Other limits (0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths) move these moments by 11 ms at
-most in the median. Strides at whose ends the capture begins or stops are left out.
+any more. Limits of 0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths move these moments by 11 ms at most in
+the median.
 """
 LEARNING = """\
-Late is positive; inside: share within two standard errors, of which 95 % is right. The weights that time the
-feet were learned from captures of CMU and Seoul National University; others have rows of their own.
+Late is positive; inside: share within two standard errors, of which 95 % is right. Learned: captures that the
+weights that time the feet were learned from.
 """
 CLIPS = """\
 Hand-marked walks, followed from their first marks, for a height of {tall:g} m. Their true contacts are
-unknown: at a comfortable pace the stance is 58 to 65 % of a stride, at a slow one more. myogait gives
-58.9 (near) and 61.9 (far) for `gym_walk_rl`.
+unknown: a comfortable stance is 58 to 65 % of a stride, a slow one more. myogait gives 58.9 (near) and 61.9
+(far) for `gym_walk_rl`.
 """
 
 

@@ -164,8 +164,8 @@ def section(source: Source, results: Results) -> list[str]:
         "## Gaps",
         "",
         f"All freedoms are missing in the middle of a clean segment with at least {SIDE} more frames",
-        "on either side. RMSE in degrees, pooled. `figtrack interpolate` takes the more probable of",
-        "the first two ([interpolate.md](interpolate.md)); the sigma above is the harmonic stride's.",
+        "on either side. RMSE in degrees. `figtrack interpolate` takes the more probable of stride",
+        "and default model; the sigma above is the stride's.",
         "",
         *table(["way", *(f"{label}, {gap} frames" for label, gap in TARGETS)], rows),
     ]
