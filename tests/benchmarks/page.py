@@ -14,7 +14,7 @@ class Claim:
     """A figure that is to lie between two bounds; NaN where nothing was measured, which reaches nothing.
 
     most : infinite where there is no upper bound
-    unit : told after figures of two decimals; without one there are three digits
+    unit : told after the text; figures then have two decimals, else three digits
     """
 
     text: str
@@ -34,7 +34,8 @@ class Claim:
         if self.least == 0.0 or self.most == inf:
             wanted = f"≥{self.least:g}" if self.most == inf else f"≤{self.most:g}"
         measured = f"{self.value:.2f}" if self.unit else f"{self.value:.3g}"
-        return [self.text, wanted + self.unit, measured + self.unit, "yes" if self.reached else "**no**"]
+        text = self.text + (f", {self.unit}" if self.unit else "")
+        return [text, wanted, measured, "yes" if self.reached else "**no**"]
 
 
 def claim_table(claims: Iterable[Claim]) -> list[str]:

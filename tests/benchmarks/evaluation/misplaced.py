@@ -182,9 +182,9 @@ def cases(folders: Sequence[Path], trials: Path) -> list[Case]:
 HEADER = ("marks", "refused", "wrong, said", "wrong, not said", "frames off", "called sure")
 METHOD = """\
 Marks of one frame put wrongly: in each pair the first number is of {clips} open clips, the second of {films}
-rendered films, one way each. Wrong: not followed to the end, or with the legs named wrongly in most frames;
-said: with a warning. A frame is off by more than {away:g} leg lengths in the mean of its joints; it is called
-sure where its outcome is `ok` and the ellipses of most of the joints that are off do not reach the marks.
+rendered films, one way each. Wrong: not followed to the end, or legs exchanged in most frames; said: with a
+warning. A frame is off by more than {away:g} leg lengths in the mean; it is called sure where its outcome is
+`ok` and the ellipses of most joints that are off do not reach the marks.
 """
 
 

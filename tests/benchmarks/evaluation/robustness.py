@@ -60,12 +60,11 @@ WAYS = {
     "cv": Ours("cv"),
 }
 SHRUBS = f"""\
-The walks of `figtrack demo --seed N`, N from {WALKS.start} to {WALKS.stop - 1}, past shrubs that hide one
-leg and then the other.
+The walks of `figtrack demo --seed N`, N from {WALKS.start} to {WALKS.stop - 1}.
 """
 HIDDEN_FEET = f"""\
-Marks missing in frame 0. The hedge covers the feet of frame 0 and stays in place. A guess is marked as not
-visible and has {GUESS_NOISE:g} px of noise.
+Marks missing in frame 0, where the hedge covers the feet. A guess is marked as not visible and has
+{GUESS_NOISE:g} px of noise.
 """
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The

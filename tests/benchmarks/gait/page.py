@@ -93,15 +93,15 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
         for kind, words in (("strike", "strikes"), ("off", "leavings")):
             late = _late(own, kind)
             wanted += [
-                Claim(f"{words} of {label}s, half within", _within(late, 0.5), 20.0, unit=" ms"),
-                Claim(f"{words} of {label}s, nine in ten within", _within(late, 0.9), 45.0, unit=" ms"),
+                Claim(f"{words} of {label}s, half within", _within(late, 0.5), 20.0, unit="ms"),
+                Claim(f"{words} of {label}s, nine in ten within", _within(late, 0.9), 45.0, unit="ms"),
             ]
         points = [figure.told - figure.true for figure in _figures(own, "stance share")]
         wanted.append(
-            Claim(f"stance of {label}s, half within", _within(points, 0.5), STANCE[label], unit=" points")
+            Claim(f"stance of {label}s, half within", _within(points, 0.5), STANCE[label], unit="points")
         )
     moments = [moment for each in cases for moment in each.moments]
-    wanted.append(Claim("moments inside", _inside_moments(moments), INSIDE[1], INSIDE[0], unit=" %"))
+    wanted.append(Claim("moments inside", _inside_moments(moments), INSIDE[1], INSIDE[0], unit="%"))
     for name in ("stance share", "step time"):
         wanted.append(
             Claim(
@@ -109,12 +109,12 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
                 _inside(_figures(cases, name)),
                 INSIDE[1],
                 INSIDE[0],
-                unit=" %",
+                unit="%",
             )
         )
     for name in ("step length", "speed"):
         wanted.append(
-            Claim(f"{name}, half within", _within(_shares(_figures(cases, name)), 0.5), 3.0, unit=" %")
+            Claim(f"{name}, half within", _within(_shares(_figures(cases, name)), 0.5), 3.0, unit="%")
         )
     named = [each for each in cases if each.moments]
     right = sum(each.runs == (each.kinds["gait"] == "run") for each in named)
@@ -124,7 +124,7 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
             100.0 * right / max(len(named), 1),
             100.0,
             97.0,
-            unit=" %",
+            unit="%",
         )
     )
     for i, leg in enumerate(("near", "far")):
@@ -138,15 +138,15 @@ def clip_claims(clips: Mapping[str, Gait]) -> list[Claim]:
     """What is wanted of the open clips."""
     stances = [value for gait in clips.values() for value in _stances(gait) if value is not None]
     wanted = [
-        Claim("open walks: least stance of a leg", min(stances), 68.0, 54.0, unit=" %"),
-        Claim("open walks: greatest", max(stances), 68.0, 54.0, unit=" %"),
+        Claim("open walks: least stance of a leg", min(stances), 68.0, 54.0, unit="%"),
+        Claim("open walks: greatest", max(stances), 68.0, 54.0, unit="%"),
     ]
     for leg, stance, known in zip(("near", "far"), _stances(clips["gym_walk_rl"]), (58.9, 61.9), strict=True):
         wanted.append(
-            Claim(f"`gym_walk_rl`: stance, {leg}", stance or np.nan, known + 5.0, known - 5.0, unit=" %")
+            Claim(f"`gym_walk_rl`: stance, {leg}", stance or np.nan, known + 5.0, known - 5.0, unit="%")
         )
     for name in ("markers_walk_lr", "desert_walk_rl"):
-        wanted.append(Claim(f"`{name}`: speed", _both(clips[name], "speed"), 1.7, 1.0, unit=" m/s"))
+        wanted.append(Claim(f"`{name}`: speed", _both(clips[name], "speed"), 1.7, 1.0, unit="m/s"))
     return wanted
 
 
@@ -154,10 +154,7 @@ def nobodys(cases: Sequence[Case]) -> str:
     """How many strides have no true one to be compared with."""
     told = sum(sum(each.strides) + each.missed for each in cases)
     missed = sum(each.missed for each in cases)
-    return (
-        f"{missed} of {told} strides found are left out: they are over half a stride from any true one, "
-        "as with exchanged legs."
-    )
+    return f"{missed} of {told} strides found are left out: they are over half a stride from any true one."
 
 
 def moment_rows(cases: Sequence[Case]) -> Iterable[list[str]]:

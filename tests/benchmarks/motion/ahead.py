@@ -100,7 +100,7 @@ def claims(results: Results) -> list[Claim]:
         share = 100.0 * error / rms(results[Rival(label)][0])
         found.append(Claim(f"one frame ahead, {label}", error, target, unit="°"))
         told = f"share of constant velocity's, {label}"
-        found.append(Claim(told, share, SHARE, unit=" %"))
+        found.append(Claim(told, share, SHARE, unit="%"))
     return found
 
 

@@ -150,7 +150,7 @@ def claims(results: Results) -> list[Claim]:
         found.append(Claim(f"{label}, gap of {gap}, six subjects", error, target, unit="°"))
     for label, gap in TARGETS:
         text = f"{label}, gap of {gap}, within two sigma"
-        found.append(Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit=" %"))
+        found.append(Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit="%"))
     return found
 
 

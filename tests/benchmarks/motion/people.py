@@ -112,15 +112,13 @@ def claims(results: Results) -> list[Claim]:
     for noise, target in TARGETS.items():
         each = _of(results, noise, LEFT_OUT)
         total = _pooled(each)
-        found.append(
-            Claim(f"people left out in turn, {noise}°, wrong frames", total.share, target, unit=" %")
-        )
+        found.append(Claim(f"people left out in turn, {noise}°, wrong frames", total.share, target, unit="%"))
         worst = max(c.share for c in each.values())
-        found.append(Claim(f"the same, the person with most, {noise}°", worst, PERSON_TARGET, unit=" %"))
+        found.append(Claim(f"the same, the person with most, {noise}°", worst, PERSON_TARGET, unit="%"))
         told = f"the same far from junctions, {noise}°"
-        found.append(Claim(told, total.share_far, FAR_TARGET, unit=" %"))
+        found.append(Claim(told, total.share_far, FAR_TARGET, unit="%"))
         shipped = _pooled(_of(results, noise, SHIPPED)).share
-        found.append(Claim(f"shipped gait, people not in it, {noise}°", shipped, SHIPPED_TARGET, unit=" %"))
+        found.append(Claim(f"shipped gait, people not in it, {noise}°", shipped, SHIPPED_TARGET, unit="%"))
     return found
 
 

@@ -83,7 +83,7 @@ def claims(results: Results) -> list[Claim]:
     """The default model against the targets."""
     unseen = {noise: results[Segmentation(Recipe(held=SPLICED), noise)] for noise in NOISES}
     found = [
-        Claim(f"wrong frames, {noise}° of noise", unseen[noise].all, target, unit=" %")
+        Claim(f"wrong frames, {noise}° of noise", unseen[noise].all, target, unit="%")
         for noise, target in TARGETS.items()
     ]
     found += [
@@ -91,14 +91,14 @@ def claims(results: Results) -> list[Claim]:
             f"far from junctions, {noise}°",
             unseen[noise].far,
             target,
-            unit=" %",
+            unit="%",
         )
         for noise, target in FAR_TARGETS.items()
     ]
     for noise, target in SEEN_TARGETS.items():
         seen = results[Segmentation(Recipe(held=SEEN), noise)]
         found.append(
-            Claim(f"wrong frames, {noise}°, learned on all (the paper: 2.9)", seen.all, target, unit=" %")
+            Claim(f"wrong frames, {noise}°, learned on all (the paper: 2.9)", seen.all, target, unit="%")
         )
     return found
 
@@ -110,8 +110,8 @@ def section(source: Source, results: Results) -> list[str]:
         "",
         f"Wrong frames in per cent, with {', '.join(map(str, NOISES))} degrees of noise on six angles and",
         f"without the root; far: more than {FAR} frames from any junction. Learned without the subjects",
-        f"of the splices ({', '.join(sorted(SPLICED))}), in the last column on all. The papers lack the",
-        "likelihood of the pose.",
+        f"of the splices ({', '.join(sorted(SPLICED))}), in the last column on all. Without pose: as in",
+        "the papers.",
         "",
     ]
     header = [

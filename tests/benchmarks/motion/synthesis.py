@@ -82,16 +82,16 @@ def claims(results: Results) -> list[Claim]:
     walk, run = (results[Making(Recipe(motions=(label,)), True)] for label in MOTIONS)
     decibels = float("nan") if walk.decibels is None else walk.decibels
     return [
-        Claim("synthesised walk: frames out of range", 100.0 * walk.out, OUT, unit=" %"),
-        Claim("synthesised walk: stride off the data's", 100.0 * walk.stride_error, STRIDE, unit=" %"),
-        Claim("synthesised walk: spectrum off the data's", decibels, SPECTRUM, unit=" dB"),
+        Claim("synthesised walk: frames out of range", 100.0 * walk.out, OUT, unit="%"),
+        Claim("synthesised walk: stride off the data's", 100.0 * walk.stride_error, STRIDE, unit="%"),
+        Claim("synthesised walk: spectrum off the data's", decibels, SPECTRUM, unit="dB"),
         Claim(
             "synthesised run: frames not finite, or far out",
             100.0 * run.far_out,
             0.0,
-            unit=" %",
+            unit="%",
         ),
-        Claim("synthesised run: stride off the data's", 100.0 * run.stride_error, RUN_STRIDE, unit=" %"),
+        Claim("synthesised run: stride off the data's", 100.0 * run.stride_error, RUN_STRIDE, unit="%"),
     ]
 
 
@@ -109,11 +109,10 @@ def section(source: Source, results: Results) -> list[str]:
         "## Synthesis",
         "",
         f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone, with the switch by the pose and",
-        f"the papers'. Out: frames with an angle out of its range in the data, widened by {100 * WIDER:g} %;",
-        "far out: by a whole range. Stride: frames, from the autocorrelation of near hip less far hip,",
-        f"median of the seeds; the data's are {' and '.join(strides)}. Spectrum: distance in decibels",
-        f"(rms) up to {HIGHEST:g} Hz, where the data have at least {100 * WEAKEST:g} % of the angle's peak",
-        f"(Welch, Hann windows of {WINDOW} frames, half overlapping, mean subtracted).",
+        f"the papers'. Out: frames with an angle out of the data's range, widened by {100 * WIDER:g} %; far",
+        "out: by a whole range. Stride: frames, from the autocorrelation of near hip less far hip, median",
+        f"of the seeds; the data's are {' and '.join(strides)}. Spectrum: distance in decibels (rms) up to",
+        f"{HIGHEST:g} Hz, where the data have at least {100 * WEAKEST:g} % of the angle's peak.",
         "",
         *table(HEADER, rows),
     ]

@@ -13,15 +13,14 @@ STRAIGHT = 0.1  # share of the greatest cost by which one may lie beside the lin
 
 WHAT = """\
 CPU time of one thread; seconds depend on the machine, ratios hardly. Lucas-Kanade is the rival of
-[results.md](results.md), from the same film and marks, reading included."""
+[results.md](results.md), reading included."""
 
 COMMAND = f"""\
 `figtrack track` as a process, from marks, medians of five runs. Films of {LENGTHS[0]} and {LENGTHS[1]}
 frames are the clip played there and back, followed once."""
 
 STAGES = """\
-The best of three runs in a process that has run before. Decoding is in survey and outline, which read the
-film first."""
+The best of three runs in a process that has run before. Survey and outline read the film first."""
 
 GROWTH = "![Milliseconds against hypotheses, and against template points](speed.png)"
 
@@ -99,14 +98,12 @@ def claims(measured: Measured) -> list[Claim]:
         Claim("cost beside a line in hypotheses", measured.hypotheses.astray, STRAIGHT),
         Claim("cost beside a line in template points", measured.points.astray, STRAIGHT),
         *(
-            Claim(
-                f"{name} times as fast as filterpy, {K} states", 1.0 / table[name].ratio, float("inf"), least
-            )
+            Claim(f"{name} against filterpy, {K} states", 1.0 / table[name].ratio, float("inf"), least)
             for name, limits in FILTER_LIMITS.items()
             for (K, table), least in zip(measured.filters.items(), limits, strict=True)
         ),
         *(
-            Claim(f"EM round against the one-state loop, {name}", measured.rounds[name].ratio, most)
+            Claim(f"EM round, {name}", measured.rounds[name].ratio, most)
             for name, most in ROUND_LIMITS.items()
         ),
     ]
