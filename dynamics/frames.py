@@ -46,7 +46,7 @@ class Frames:
         return [self.first[:T] + n for n, T in enumerate(self.lengths)]
 
     def chunks(self, size: int) -> Iterator[tuple[int, int]]:
-        """Ranges of frames but the first, from the end, of so many rows or a single frame."""
+        """Ranges [start, stop) of frames from the last back to frame 1, of `size` rows or one frame each."""
         stop = len(self.first) - 1
         while stop > 1:
             start = int(np.searchsorted(self.first, self.first[stop] - size))

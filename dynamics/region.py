@@ -56,12 +56,12 @@ class Regions:
 
 
 def regions(slds: SLDS) -> Regions:
-    """The regions of a model's switching states."""
+    """Distribution of the state in each switching state, by which the switch depends on the pose."""
     return _seen_by(slds, slds.layout.regard)
 
 
 def pose_regions(slds: SLDS) -> Regions:
-    """The same of the present pose alone, without what travels and without its change."""
+    """Like `regions`, of the present pose alone, without what travels and without its change."""
     return _seen_by(slds, slds.layout.pose[~slds.layout.travels])
 
 

@@ -69,7 +69,7 @@ class SLDS:
 
     @property
     def K(self) -> int:  # noqa: N802
-        """How many switching states."""
+        """Number of switching states."""
         return len(self.labels)
 
     @cached_property

@@ -1,1 +1,1 @@
-"""Frames in, frames out, drawing."""
+"""Reading frames of videos, writing them, and drawing on them."""

@@ -30,7 +30,7 @@ SAME = 1e-6  # seconds by which times of one frame may differ
 
 @dataclass(frozen=True)
 class Playable:
-    """A film for a browser.
+    """A video file that browsers can play.
 
     path  : of the mp4
     start : seconds in it at which the first frame that was asked for is shown

@@ -1,4 +1,4 @@
-"""A first guess of the switching states, for EM to climb from.
+"""Initial switching states for EM.
 
 Two ways, both of which take every pose as measured exactly. "kmeans": clusters of poses and velocities.
 "hmm": the states of a hidden Markov model of the same, as in the 1999 paper. Models of captured walks and
@@ -73,7 +73,7 @@ def _features(ys: Sequence[Array], layout: Layout) -> list[Array]:
 
 
 def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
-    """The posterior that is certain of these poses and switching states."""
+    """Posterior that holds these poses and switching states for certain."""
     mean = _states(y, order)
     T, N = mean.shape
     prob = np.eye(K)[s]

@@ -45,7 +45,7 @@ def backwards(slds: SLDS) -> SLDS:
 
 
 def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
-    """Dynamics from the poses at given times of a run of frames, the newest first."""
+    """Model regressed from the joint moments of the poses at these times of a run of frames, newest first."""
     layout, d = slds.layout, slds.layout.d
     pick = np.kron(np.stack([_cubic(time, run) for time in times]), np.eye(d))
     relative = layout.from_here
@@ -87,7 +87,7 @@ def _floored(Q: Array, old: Array, d: int) -> Array:
 
 
 def _dwell(Pi: Array, step: float) -> Array:
-    """Transition probabilities over `step` old frames; the chance of staying for a time is kept."""
+    """Transition probabilities over `step` old frames, with the old distribution of dwell times."""
     if len(Pi) == 1:
         return Pi
     stay = np.clip(np.diag(Pi), 1e-9, 1.0 - 1e-12)

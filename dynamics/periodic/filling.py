@@ -169,7 +169,7 @@ def _at_noise(h: Hypothesis, noise: float) -> Hypothesis:
 
 
 def _added(stride: Stride, noise: float) -> Array:
-    """(M,) variances for noise of a deviation in radians."""
+    """Variances (M,) of measurement noise with this standard deviation in radians."""
     return np.where(stride.travels, PLACE_NOISE * noise, noise) ** 2
 
 

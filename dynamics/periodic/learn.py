@@ -78,7 +78,7 @@ def learn(
     rounds: int,
     tick: Callable[[], None] = lambda: None,
 ) -> Stride:
-    """Learn one motion.
+    """Learn the harmonic stride of one motion.
 
     Args:
         ys: sequences (T, M) in body units (leg lengths, radians), all measured.

@@ -153,7 +153,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         """Nothing: the terminal is for what the user needs to know."""
 
     def body(self, kind: type[Request]) -> Request:
-        """What was sent, as this type; raises RefusalError where it is not JSON of this kind and length."""
+        """Body of a request as this type; raise RefusalError where it is no such JSON or too long."""
         if self.headers.get_content_type() != "application/json":
             raise RefusalError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "send JSON")
         length = self.headers.get("Content-Length", "")
@@ -206,7 +206,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def _admitted(self, *, changes: bool) -> str:
-        """What is asked for, once the request has shown that it comes from our own page."""
+        """Path that a request asks for; raise RefusalError unless it comes from the page and has its key."""
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         if host not in self.server.hosts:
             raise RefusalError(HTTPStatus.FORBIDDEN, "this server answers to its own address only")

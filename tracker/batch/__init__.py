@@ -1,1 +1,1 @@
-"""Tables of clips."""
+"""Many clips followed, each by itself."""

@@ -65,7 +65,7 @@ def people(
 def _before(
     stage: Stage, fps: float, facing: int | None, those: Sequence[Person] | None = None
 ) -> list[Person]:
-    """Everybody who walks before a scene, or `those` alone, the surest first."""
+    """People who walk in front of a scene, or only `those`, the surest first."""
     figure, cycles = seen_figure(), Cycles.load()
     seen: list[Person] = []
     everybody = joined(stage, paths(stage, Shape.of(figure), cycles, fps), fps)

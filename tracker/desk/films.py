@@ -34,7 +34,7 @@ class Film:
 
     @property
     def run(self) -> Path:
-        """The folder that `track` leaves."""
+        """Folder of the run of this film."""
         return self._beside("-track")
 
     def told(self) -> dict[str, Any]:

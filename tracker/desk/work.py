@@ -49,7 +49,7 @@ class Asked(BaseModel):
 
 
 def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
-    """The command as typed in the film's folder; what it replaces is what it left there before."""
+    """Words of the command line that does what was asked, as typed in the folder of the film."""
     words = [asked.command.value]
     match asked.command:
         case Command.FIND:

@@ -84,7 +84,7 @@ def mean_wrong(found: Iterable[Cell]) -> dict[str, Means]:
 
 
 def claims(found: Sequence[Cell]) -> list[Claim]:
-    """What the cells answer."""
+    """Claims of the papers about classification, judged by the measured cells."""
     wrong = mean_wrong(found)
     slds = {who: {key: e for key, e in means.items() if key[2] != HIDDEN} for who, means in wrong.items()}
     return [

@@ -80,7 +80,7 @@ def _turned(events: Sequence[Event], T: int) -> tuple[Event, ...]:
 
 
 def _joined(strikes: Sequence[Event], offs: Sequence[Event]) -> list[Stride]:
-    """From strike to strike, of those with one leaving in between."""
+    """Strides between successive strikes of a foot that leaves the ground just once in between."""
     found = []
     for strike, end in pairwise(strikes):
         within = [off for off in offs if strike.at < off.at < end.at]

@@ -30,9 +30,10 @@ def begin(
     belief: Belief | None = None,
     scene: Backdrop | None = None,
 ) -> tuple[State, Estimate]:
-    """Templates from the marked frame, and a belief from its marks unless there is a better one.
+    """Cut the templates from the start frame and start the belief there.
 
     Args:
+        belief: of that frame, where one is known; None takes that of the marks.
         scene: what lies behind the figure in that frame, if that is known.
     """
     settings, box, behind = tracker.settings, start_box(tracker, start), tracker.mode.backdrop

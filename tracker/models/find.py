@@ -110,5 +110,5 @@ def _free(learned: SLDS) -> SLDS:
 
 
 def by_freedom(names: Sequence[str], place: float, angle: float) -> Array:
-    """(M,) one value for the root's freedoms and one for the angles."""
+    """Vector (M,) with one value for the freedoms of the root and another for the angles."""
     return np.where(among(names, ROOT), place, angle)

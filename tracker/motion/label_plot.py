@@ -83,7 +83,7 @@ def patches(colour: Mapping[str, str]) -> list[Rectangle]:
 
 
 def save(figure: Any, path: Path) -> None:
-    """Write the picture and let go of it."""
+    """Write a matplotlib figure to a file and close it."""
     figure.savefig(path)
     pyplot.close(figure)
 

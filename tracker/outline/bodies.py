@@ -66,7 +66,7 @@ class Path:
 
     @property
     def worth(self) -> float:
-        """How surely somebody went along it, nats times leg lengths."""
+        """Score of the whole path as that of a person, nats times leg lengths."""
         return float(((self.score - BASE) * self.units).sum())
 
     def part(self, frames: slice) -> "Path":

@@ -81,7 +81,7 @@ class Person:
 
     @property
     def exchanged(self) -> Self:
-        """The same with the legs named the other way round."""
+        """The same person with near and far leg exchanged."""
         outline = self.outline
         twins = self.figure.joint_twins
         other = replace(
@@ -183,7 +183,7 @@ def _explained(stage: Stage, outline: Outline, figure: Figure) -> float:
 
 
 def _direction(stage: Stage, outline: Outline) -> int:
-    """Which way it goes over the scene."""
+    """Direction of travel over the scene: 1 to the right, -1 to the left, 0 for neither."""
     x = stage.in_scene(outline.hips)[[0, -1], 0]
     return int(np.sign(x[1] - x[0])) if abs(x[1] - x[0]) > GOES * np.median(outline.units) else 0
 

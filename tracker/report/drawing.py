@@ -29,14 +29,14 @@ def colours(figure: Figure) -> list[tuple[int, int, int]]:
 
 
 def segments(figure: Figure, q: Array, view: View) -> list[Segment]:
-    """The links as a pose (D,) lays them, the farthest first."""
+    """Line segments of the links in a pose (D,), the farthest link first."""
     bones, shades, width = skeleton(figure, q), colours(figure), limb_width(view)
     starts, tips = view.to_pixels(bones.start), view.to_pixels(bones.tip)
     return [Segment(starts[i], tips[i], shades[i], width) for i in by_layer(figure)]
 
 
 def limb_width(view: View) -> float:
-    """Pixels."""
+    """Width of a drawn limb, pixels."""
     return max(view.unit / 30.0, 1.5)
 
 

@@ -13,7 +13,7 @@ SECOND = {"m/s": "m a second", "leg lengths/s": "leg lengths a second"}
 
 
 def headline(chapter: Chapter) -> str:
-    """Cadence, speed and stance; nothing where there are no gait figures."""
+    """Describe cadence, speed and stance in one sentence; empty without gait figures."""
     gait = chapter.gait
     cadence = None if gait is None else gait.named("cadence")
     if gait is None or cadence is None or cadence.both is None:

@@ -21,7 +21,7 @@ HEIGHT = 360  # pixels of the picture's tiles
 
 
 def write_people(path: Path, people: Sequence[Person]) -> None:
-    """A row a person: frames, box in the one to start from, which way, walk or run, and how sure that is."""
+    """Write the table of the people found: frames, start frame and box, directions, motion, certainty."""
     rows = [
         (number, one.first, one.last, one.frame, *box(one), *_ways(one), *_sureness(one))
         for number, one in enumerate(people, 1)
@@ -30,7 +30,7 @@ def write_people(path: Path, people: Sequence[Person]) -> None:
 
 
 def told(people: Sequence[Person], name: str) -> str:
-    """A line a person."""
+    """Describe the people found in a line each, as `figtrack find` prints them."""
     if not people:
         return f"nobody walks through {name}"
     lines = []

@@ -1,4 +1,4 @@
-"""Where results go: made aside, renamed when complete, so that nothing half-written bears the final name."""
+"""Folders of results: written under a temporary name and renamed when complete, never half-written."""
 
 import json
 import os

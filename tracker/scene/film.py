@@ -192,7 +192,7 @@ def in_pixels(places: dict[str, Array], leg_px: float, start: Array) -> dict[str
 
 
 def under(cover: Image, places: Array) -> NDArray[np.bool_]:
-    """(T,) whether something in front covers each place (T, 2)."""
+    """Whether (T,) the image `cover` of what stands in front hides each of the places (T, 2), pixels."""
     rows = np.clip(np.round(places[:, 1]).astype(int), 0, cover.shape[0] - 1)
     columns = np.clip(np.round(places[:, 0]).astype(int), 0, cover.shape[1] - 1)
     return np.asarray(cover[rows, columns] > 0.5)

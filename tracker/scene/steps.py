@@ -70,7 +70,7 @@ class Build:
 
     @property
     def stature(self) -> float:
-        """Height of the head's top over the floor, standing straight."""
+        """Height of the top of the head over the floor when the figure stands straight."""
         return 1.0 + self.ankle + self.torso + self.neck
 
 

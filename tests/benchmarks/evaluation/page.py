@@ -296,9 +296,6 @@ def _held_out(results: Results) -> list[str]:
                 f"{tuned.ratio:.2f}",
             ]
         )
-    rows.append(
-        [f"{DEFAULT} as it ships", "the defaults", f"{mean_error(results.rows[DEFAULT]):.3f}", "-", "-"]
-    )
     return table(("way", "best on all", "mean error tuned", "held out", "ratio"), rows)
 
 

@@ -193,7 +193,7 @@ def page(
             *_by_row(clips, pictures),
             "## Disturbed start marks",
             "",
-            f"Gaussian noise of {START_NOISE:g} px on both coordinates of every mark of frame 0.",
+            f"Every mark of frame 0 gets Gaussian noise of {START_NOISE:g} px on both coordinates.",
             "",
             *_summaries("clip", starts),
             *misplaced.section(wrong),

@@ -32,8 +32,8 @@ any more. Limits of 0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths move these
 the median.
 """
 LEARNING = """\
-Late is positive; inside: share within two standard errors, of which 95 % is right. Learned: captures that the
-weights that time the feet were learned from.
+Late is positive; inside is the share within two standard errors, of which 95 % is right. The weights that
+time the feet were learned from the captures named learned.
 """
 CLIPS = """\
 Hand-marked walks, followed from their first marks, for a height of {tall:g} m. Their true contacts are

@@ -15,9 +15,9 @@ true joints, hidden ones too, are scored. Marked films start from the true joint
 as `figtrack track` does.
 """
 KINDS = """\
-Error: median of the films' mean errors, leg lengths. Inside: share of visible joints within two standard
-deviations; 86.5 % is right. Unmarked starts are right only where their joints err by at most 0.25 leg
-lengths. Wrong without warning: larger errors, the wrong facing, or exchanged legs that no warning announced.
+The error is the median of the films' mean errors in leg lengths; inside is the share of visible joints within
+two standard deviations, of which 86.5 % is right. Unmarked starts are wrong where their joints err by more
+than 0.25 leg lengths, the facing is wrong, or legs are exchanged that no warning announced.
 """
 HEADER = (
     "kind",
