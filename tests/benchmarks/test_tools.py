@@ -42,6 +42,11 @@ def test_a_claim_outside_its_bounds_or_not_measured_is_not_reached(value):
     assert Claim("", 4.0, 4.0, 1.0).row()[-1] == Claim("", 1.0, 4.0, 1.0).row()[-1] == "yes"
 
 
+def test_a_claim_tells_its_bound_in_one_word_and_its_unit_once():
+    assert Claim("late", 1.0, 2.0, unit="ms").row() == ["late, ms", "≤2", "1.00", "yes"]
+    assert Claim("as fast", 1.0, math.inf, 2.0).row() == ["as fast", "≥2", "1", "**no**"]
+
+
 def made_up(mean, lost=None):
     """One clip's outcome."""
     return Outcome(SimpleNamespace(mean_error_leg=mean, first_failure_frame=lost), None, None)

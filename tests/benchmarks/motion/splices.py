@@ -110,8 +110,8 @@ def section(source: Source, results: Results) -> list[str]:
         "",
         f"Wrong frames in per cent, with {', '.join(map(str, NOISES))} degrees of noise on six angles and",
         f"without the root; far: more than {FAR} frames from any junction. Learned without the subjects",
-        f"of the splices ({', '.join(sorted(SPLICED))}), in the last column on all. Without pose: as in",
-        "the papers.",
+        f"of the splices ({', '.join(sorted(SPLICED))}), in the last column on all. Without pose: its",
+        "likelihood is left out, as in the papers.",
         "",
     ]
     header = [
