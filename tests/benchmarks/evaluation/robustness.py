@@ -75,9 +75,8 @@ Nothing is wanted of the last {len(FILMS)}.
 
 SOAK = """\
 `make soak` runs random commands on random films, some damaged, for an hour, kills a third of them, and checks
-each end: exit status, one line of error, complete files, nothing left over, at most 1 GiB of memory. Two
-faults of Python's own remain: an interrupt in its first milliseconds shows a traceback, and one just after
-an import may be lost.
+how each ends. Two faults of Python's own remain: an interrupt in its first milliseconds shows a traceback,
+and one just after an import may be lost.
 """
 
 
