@@ -69,7 +69,6 @@ class Data:
     within: NDArray[np.bool_]
 
     def of(self, rows: NDArray[np.intp]) -> "Data":
-        """Some of the sequences."""
         return Data(*(getattr(self, part.name)[:, rows] for part in fields(self)))
 
 
@@ -103,12 +102,10 @@ class _Steps:
 
 
 def averaged(system: System, data: Data, prob: Array, mean: Array) -> Poses:
-    """The best q(X) for the switching states' probabilities.
+    """The best q(X) for the switching states' probabilities (T, B, K), stepping from any mean (T, B, N).
 
-    Args:
-        prob: (T, B, K).
-        mean: (T, B, N) any mean to step from, a second-order state repeating the pose before exactly. The
-            nearer it is to the answer, the fewer digits rounding costs.
+    A second-order mean repeats the pose before exactly. The nearer it is to the answer, the fewer digits
+    rounding costs.
     """
     steps = _backward(system, data, prob, mean)
     mean, cov, lag = _forward(steps, mean)
@@ -127,12 +124,8 @@ def averaged(system: System, data: Data, prob: Array, mean: Array) -> Poses:
 
 
 def whitened(slds: SLDS) -> System:
-    """The constants of an SLDS.
-
-    Raises:
-        numpy.linalg.LinAlgError: cov0 or the pose's block of Q is not positive definite.
-        ValueError: the state holds more than poses.
-    """
+    """The constants of an SLDS. LinAlgError: cov0 or the pose's block of Q is not positive definite;
+    ValueError: the state holds more than poses."""
     d, N = len(slds.names), slds.A.shape[-1]
     if slds.drifts:
         raise ValueError(
@@ -152,11 +145,8 @@ def whitened(slds: SLDS) -> System:
 
 
 def beside(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Data:
-    """Sequences (T, M) side by side; NaN entries were not measured.
-
-    Raises:
-        numpy.linalg.LinAlgError: R is not positive definite.
-    """
+    """Sequences (T, M) side by side; NaN entries were not measured. LinAlgError: R is not positive
+    definite."""
     y, lengths = side_by_side(ys, np.nan)
     T, B, M = y.shape
     seen = ~np.isnan(y)

@@ -38,15 +38,11 @@ class ChainPosterior:
 
 
 def forward_backward_all(log_pi0: Array, log_Pi: Array, log_liks: Sequence[Array]) -> list[ChainPosterior]:
-    """The posterior of each of several sequences.
+    """The posterior of each of several sequences; ValueError for one that no path can have made.
 
     Args:
-        log_pi0: (K,) log probability of the first frame's state; -inf where it cannot be.
-        log_Pi: (K, K) log probability of state j after state i; -inf where it cannot be.
+        log_pi0, log_Pi: (K,) of the first frame's state, (K, K) of state j after i; -inf where it cannot be.
         log_liks: for each sequence (T, K) log likelihood of every state at every frame, T >= 1.
-
-    Raises:
-        ValueError: a sequence that no path can have made.
     """
     if not len(log_liks):
         return []
@@ -88,14 +84,10 @@ def best_path_all(
 def forward_backward(
     log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]
 ) -> tuple[Array, Array, Array]:
-    """As `forward_backward_all`, of sequences side by side.
+    """As `forward_backward_all`, of sequences of these lengths (B,) side by side, log_lik (T, B, K).
 
-    Args:
-        log_lik: (T, B, K); what stands beyond a sequence's end does not matter, but must be finite.
-        lengths: (B,) frames of each sequence.
-
-    Returns:
-        prob (T, B, K), pair (T-1, B, K, K), log evidence (B,); nothing is promised beyond a sequence's end.
+    Gives prob (T, B, K), pair (T-1, B, K, K) and log evidence (B,). What stands beyond a sequence's end must
+    be finite, and nothing is promised there.
     """
     T, B, _ = log_lik.shape
     filtered, log_norm = np.empty_like(log_lik), np.empty((T, B))

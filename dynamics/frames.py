@@ -34,7 +34,6 @@ class Frames:
     lengths: NDArray[np.intp]
 
     def at(self, t: int) -> slice:
-        """The rows of a frame."""
         return slice(int(self.first[t]), int(self.first[t + 1]))
 
     def earlier(self, now: slice) -> slice:
@@ -42,7 +41,6 @@ class Frames:
         return slice(int(self.before[now.start]), int(self.before[now.stop - 1]) + 1)
 
     def sequences(self) -> list[NDArray[np.intp]]:
-        """The rows of each sequence."""
         return [self.first[:T] + n for n, T in enumerate(self.lengths)]
 
     def chunks(self, size: int) -> Iterator[tuple[int, int]]:
@@ -68,11 +66,8 @@ def in_batches(
     hints: Sequence[Array] | None,
     infer: Callable[[Frames], list[Result]],
 ) -> list[Result]:
-    """What `infer` makes of each sequence, in the order given; it sees a batch at a time.
-
-    Raises:
-        ValueError: hints that do not fit the sequences.
-    """
+    """What `infer` makes of each sequence, in the order given; it sees a batch at a time. ValueError: hints
+    that do not fit the sequences."""
     if hints is not None:
         _check(slds, ys, hints)
     results: dict[int, Result] = {}

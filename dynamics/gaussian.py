@@ -30,7 +30,6 @@ class Gaussian:
     cov: Array
 
     def __getitem__(self, index: Any) -> "Gaussian":
-        """The Gaussians at an index of the leading axes."""
         return Gaussian(self.mean[index], self.cov[index])
 
 
@@ -67,12 +66,7 @@ def inverse_root(cov: Array) -> tuple[Array, Array]:
 
 
 def collapse(weights: Array, gaussians: Gaussian) -> Gaussian:
-    """The one Gaussian with the moments of a mixture over the last leading axis.
-
-    Args:
-        weights: (..., H), summing to 1 over H.
-        gaussians: mean (..., H, N), cov (..., H, N, N).
-    """
+    """The one Gaussian with the moments of a mixture (..., H, N) by weights (..., H) that sum to 1 over H."""
     mean = (weights[..., None] * gaussians.mean).sum(-2)
     apart = gaussians.mean - mean[..., None, :]
     cov = (weights[..., None, None] * (gaussians.cov + apart[..., :, None] * apart[..., None, :])).sum(-3)

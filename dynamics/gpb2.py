@@ -33,14 +33,10 @@ from dynamics.slds import SLDS
 
 
 def gpb2_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Posterior]:
-    """The approximate posterior over each of several sequences.
+    """The approximate posterior over each of several sequences (T, M), T >= 1; NaN entries were not measured.
 
-    Args:
-        ys: sequences (T, M), T >= 1, lengths may differ; NaN entries were not measured.
-        hints: (T, K) each, further log likelihood of every switching state; None is zero.
-
-    Raises:
-        ValueError: hints of another shape, or that leave no switching state possible.
+    `hints` (T, K) each are further log likelihood of every switching state, None zero; ValueError if they
+    have another shape or leave no state possible.
     """
 
     def infer(frames: Frames) -> list[Posterior]:

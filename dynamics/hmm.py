@@ -70,12 +70,9 @@ def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
 
 
 def combine_hmms(models: Sequence[HMM], crossing: float = 1e-3) -> HMM:
-    """Models of several motions as one.
+    """Models of several motions as one; ValueError if they speak of other freedoms or rates.
 
     A state leaves its own motion with probability `crossing` a frame, to any state of the others alike.
-
-    Raises:
-        ValueError: the models speak of other freedoms or rates.
     """
     first = models[0]
     if any((model.names, model.fps) != (first.names, first.fps) for model in models):

@@ -19,17 +19,11 @@ def predict(prior: Gaussian, A: Array, b: Array, Q: Array) -> Gaussian:
 
 
 def innovation(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Array, Array, Array, Array]:
-    """What a measurement y = C x + w says beyond the prior; entries of y that are NaN were not measured.
+    """What a measurement y = C x + w says beyond the prior; entries of y (..., M) that are NaN were not
+    measured.
 
-    Args:
-        prior: mean (..., N), cov (..., N, N).
-        y: (..., M), NaN where missing.
-        C: (..., M, N).
-        R: (..., M, M).
-
-    Returns:
-        e (..., M), zero where missing; C and S = C P C' + R with missing rows cut off (zero rows of C, unit
-        rows of S); R likewise.
+    C is (..., M, N) and R (..., M, M). Gives e (..., M), zero where missing; C and S = C P C' + R with
+    missing rows cut off (zero rows of C, unit rows of S); R likewise.
     """
     missing = np.isnan(y)
     if missing.any():
@@ -41,11 +35,8 @@ def innovation(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Array, Ar
 
 
 def log_likelihood(e: Array, S: Array, seen: Array) -> Array:
-    """log N(e; 0, S) in nats over the entries that were measured; `seen` (...,) counts them.
-
-    Raises:
-        numpy.linalg.LinAlgError: S is not positive definite.
-    """
+    """log N(e; 0, S) in nats over the entries that were measured; `seen` (...,) counts them. LinAlgError: S
+    is not positive definite."""
     M = e.shape[-1]
     bordered = np.full((*np.broadcast(e[..., 0], S[..., 0, 0]).shape, M + 1, M + 1), CORNER)
     bordered[..., :M, :M], bordered[..., M, :M] = S, e
@@ -68,11 +59,7 @@ def surprise(bordered: Array) -> Array:
 def update(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Gaussian, Array]:
     """Condition on one linear measurement, y = C x + w, w ~ N(0, R); NaN entries were not measured.
 
-    Returns:
-        The posterior over x, and log N(y; C mean, S) in nats.
-
-    Raises:
-        numpy.linalg.LinAlgError: S is not positive definite.
+    Gives the posterior over x and log N(y; C mean, S) in nats. LinAlgError: S is not positive definite.
     """
     e, C, S, R = innovation(prior, y, C, R)
     return condition(prior, e, C, S, R), log_likelihood(e, S, (~np.isnan(y)).sum(-1))
@@ -94,16 +81,11 @@ def condition(prior: Gaussian, e: Array, C: Array, S: Array, R: Array) -> Gaussi
 
 
 def update_information(prior: Gaussian, C: Array, information: Array, vector: Array) -> Gaussian:
-    """Condition on a likelihood exp(-q'Lq / 2 + h'q) of q = C x, where L may be singular.
+    """Condition on a likelihood exp(-q'Lq / 2 + h'q) of q = C x, C (M, N); L (..., M, M) may be singular, h
+    (..., M) lies in its range.
 
     The same posterior as `update` with R = L^-1 and y = L^-1 h where those exist: L = F F', so the
     measurement is F'q with unit noise, and directions that L does not see measure nothing.
-
-    Args:
-        prior: belief over x, mean (..., N), cov (..., N, N).
-        C: (M, N).
-        information: (..., M, M) L, positive semidefinite.
-        vector: (..., M) h, in the range of L.
     """
     strength, axes = np.linalg.eigh(symmetric(information))
     told = strength > 1e-12 * np.maximum(strength[..., -1:], 1e-300)
@@ -114,15 +96,8 @@ def update_information(prior: Gaussian, C: Array, information: Array, vector: Ar
 
 
 def smooth(filtered: Gaussian, later: Gaussian, A: Array, b: Array, Q: Array) -> tuple[Gaussian, Array]:
-    """Rauch-Tung-Striebel: the belief at t given all frames, from the one at t + 1.
-
-    Args:
-        filtered: belief at t given the frames up to t.
-        later: belief at t + 1 given all frames.
-
-    Returns:
-        The belief at t given all frames, and Cov(x_{t+1}, x_t) (..., N, N).
-    """
+    """Rauch-Tung-Striebel: the belief at t given all frames, from that given the frames up to t and the later
+    one at t + 1; and Cov(x_{t+1}, x_t) (..., N, N)."""
     back = reverse(filtered, A, b, Q)
     return back.step(later), back.lag(later.cov)
 
@@ -144,7 +119,6 @@ class Reverse:
     ahead: Array
 
     def __getitem__(self, index: Any) -> "Reverse":
-        """Those at an index of the leading axes."""
         return Reverse(self.rest[index], self.gain[index], self.ahead[index])
 
     def step(self, later: Gaussian) -> Gaussian:

@@ -23,11 +23,8 @@ CHUNK = 1000  # frames whose covariances are held at a time
 
 
 def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
-    """(T, K) the weighted term for the pose, of the measured freedoms that do not travel.
-
-    Args:
-        y: (T, M), NaN where not measured.
-    """
+    """(T, K) the weighted term for poses y (T, M), NaN where not measured, of the freedoms that do not
+    travel."""
     told = np.empty((len(y), slds.K))
     for first in range(0, len(y), CHUNK):
         rows = slice(first, first + CHUNK)

@@ -74,7 +74,6 @@ class SLDS:
 
     @cached_property
     def layout(self) -> Layout:
-        """What the state holds."""
         pose = tuple(name for name in self.names if name not in self.drifts)
         order = (self.A.shape[-1] - len(self.drifts)) // len(pose)
         return Layout(pose, self.travelling, order, self.drifts)
@@ -160,11 +159,7 @@ class SLDS:
         )
 
     def with_constants(self, spreads: Mapping[str, float]) -> Self:
-        """The same system whose measurements are off by unknown constants.
-
-        Args:
-            spreads: standard deviation of each constant by the freedom that it is added to.
-        """
+        """The same system whose measurements are off by unknown constants, of these deviations by freedom."""
         n, names = len(spreads), [f"constant_{name}" for name in spreads]
         wide = self.with_drifts(names, np.ones(n), np.zeros(n), np.array(list(spreads.values())))
         C = wide.C[:-n].copy()
@@ -176,11 +171,8 @@ class SLDS:
 def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: float) -> SLDS:
     """A one-state second-order model that carries each freedom on as it moved: the papers' baseline.
 
-    Args:
-        names: the M freedoms.
-        noise: (M,) standard deviation of the change of velocity in a frame.
-        spread: (M,) standard deviation of the first velocity, per frame.
-        fps: frames a second.
+    Deviations (M,) are `noise` of the change of velocity in a frame and `spread` of the first velocity, a
+    frame.
     """
     M = len(names)
     eye, zero = np.eye(M), np.zeros((M, M))
@@ -203,16 +195,11 @@ def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: fl
 
 
 def combine(models: Sequence[SLDS], crossing: float = CROSSING, first: Sequence[float] | None = None) -> SLDS:
-    """Models of several motions as one, with a block transition matrix.
+    """Models of several motions as one; ValueError if they speak of other freedoms, orders or rates.
 
-    A state leaves its own motion with probability `crossing` a frame, to any state of the others alike. R is
-    the mean of the models'.
-
-    Args:
-        first: probability of each motion in the first frame, None for all alike.
-
-    Raises:
-        ValueError: the models speak of other freedoms, orders or rates.
+    A state leaves its own motion with probability `crossing` a frame, to any state of the others alike. The
+    first frame is of each motion with the probability `first`, None for all alike. R is the mean of the
+    models'.
     """
     one = models[0]
     for other in models[1:]:

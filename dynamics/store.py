@@ -59,11 +59,7 @@ def save(model: Model, path: str | Path, origin: str) -> None:
 
 
 def load(path: str | Path) -> Model:
-    """Read a model.
-
-    Raises:
-        ModelError: no such file, not a model, of a newer format version, or damaged.
-    """
+    """Read a model. ModelError: no such file, not a model, of a newer format version, or damaged."""
     source = Path(path)
     if not source.is_file():
         raise ModelError(f"no model file {path}; learn one with 'figtrack learn' or name one that ships")

@@ -48,10 +48,7 @@ def variational_all(
         hints: for each (T, K) further log likelihood of every switching state.
         start: for each the posterior whose `prob` and mean states to start from; None: approximate Viterbi.
         rounds: how often poses, then switching states, are found anew at most; at least 1.
-        tolerance: a sequence is done when a round raises its bound by less, nats.
-
-    Returns:
-        Posteriors whose log_evidence is the bound.
+        tolerance: a sequence is done when a round raises its bound, its `log_evidence`, by less, nats.
 
     Raises:
         numpy.linalg.LinAlgError: R, cov0 or the pose's block of Q is not positive definite.
@@ -95,7 +92,6 @@ class Variational:
     last: list[Posterior] = field(default_factory=list, repr=False)
 
     def __call__(self, slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
-        """The posteriors of these sequences."""
         same = [p.prob.shape for p in self.last] == [(len(y), slds.K) for y in ys]
         start = self.last if same else None
         self.last = variational_all(slds, ys, start=start, rounds=self.rounds, tolerance=self.tolerance)

@@ -28,14 +28,10 @@ CHUNK = 128  # steps whose way back is computed at a time: more of them leave th
 
 
 def viterbi(slds: SLDS, y: Array, hints: Array | None = None) -> Posterior:
-    """The best path through one sequence.
+    """The best path through one sequence (T, M), T >= 1; NaN entries were not measured.
 
-    Args:
-        y: (T, M), T >= 1; NaN entries were not measured.
-        hints: (T, K) further log likelihood of each switching state at each frame; None is zero.
-
-    Raises:
-        ValueError: hints that do not fit y, or no path that is possible.
+    `hints` (T, K) are further log likelihood of each switching state, None zero; ValueError if they do not
+    fit y or no path is possible.
     """
     return viterbi_all(slds, [y], None if hints is None else [hints])[0]
 

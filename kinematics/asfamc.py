@@ -37,17 +37,11 @@ class _Skeleton:
 
 
 def read_amc(path: str | Path, *, fps: float = 120.0) -> Capture:
-    """Read an AMC file and place the ends of its skeleton's bones.
+    """Read an AMC file and place the ends of the bones of its skeleton (`find_skeleton`).
 
-    Args:
-        path: the AMC file; its skeleton is in the same folder, see `find_skeleton`.
-        fps: frames per second, which the format does not say.
-
-    Returns:
-        Joints named after the bone that ENDS there ("ltibia" is the left ankle), and "root".
-
-    Raises:
-        MotionError: a file cannot be read or is malformed; the message names the line.
+    The format does not say the frames a second. Joints are named after the bone that ENDS there ("ltibia" is
+    the left ankle), and "root". MotionError: a file cannot be read or is malformed; the message names the
+    line.
     """
     lines = read_lines(path)
     skeleton = _read_skeleton(find_skeleton(path))

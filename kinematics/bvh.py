@@ -56,14 +56,12 @@ class _Joint:
 
 
 def read_bvh(path: str | Path) -> Capture:
-    """Read a BVH file and place its joints.
+    """Read a BVH file and place its joints. MotionError: it cannot be read or is malformed; the message names
+    the line.
 
     CMU files in the cgspeed conversion lack the thorax bone: Neck, LeftShoulder and RightShoulder lie on
     Spine1. They are raised by the length of Spine1's own OFFSET, which is right to 0.01 leg lengths on
     subjects that exist with and without the bone.
-
-    Raises:
-        MotionError: the file cannot be read or is malformed; the message names the line.
     """
     lines = read_lines(path)
     start = next((n for n, line in enumerate(lines) if line.strip().upper() == "MOTION"), None)
@@ -108,15 +106,8 @@ def read_numbers(path: str | Path, line: int, words: list[str], count: int) -> l
 
 
 def rotation(axes: str, angles: Array) -> Array:
-    """The product of turns about the coordinate axes, the first named leftmost.
-
-    Args:
-        axes: n letters of "XYZ".
-        angles: (..., n) radians, one for each letter.
-
-    Returns:
-        (..., 3, 3) rotation matrices; the identity for no axes.
-    """
+    """(..., 3, 3) product of turns about n coordinate axes, letters of "XYZ", the first leftmost, by angles
+    (..., n), radians."""
     product = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
     for n, axis in enumerate(axes):
         i, j = {"X": (1, 2), "Y": (2, 0), "Z": (0, 1)}[axis]
@@ -129,15 +120,12 @@ def rotation(axes: str, angles: Array) -> Array:
 
 
 def joint_positions(parents: list[int], translations: Array, rotations: Array) -> Array:
-    """Place every joint of a tree in space.
+    """(T, J, 3) places of the joints of a tree.
 
     Args:
         parents: J indices, each below its own joint's; -1 for a root.
         translations: (T, J, 3) from the parent, in the parent's axes.
         rotations: (T, J, 3, 3) from the joint's axes to its parent's.
-
-    Returns:
-        (T, J, 3) positions.
     """
     positions, turned = translations.copy(), rotations.copy()
     for j, parent in enumerate(parents):

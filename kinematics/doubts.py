@@ -25,12 +25,9 @@ LONG = 0.6  # of the length that others suggest, from which on a foot has a dire
 
 
 def doubts(figure: Figure, marks: Marks, facing: int) -> list[str]:
-    """Why marked joints cannot be right, a clause each; none if they can be.
+    """Why marked joints, finite pixels by name, cannot be right, a clause each; none if they can be.
 
-    Args:
-        figure: at rest.
-        marks: pixel of each marked joint, as many as there are; all of them finite.
-        facing: +1 right, -1 left.
+    The figure is at rest and faces right (+1) or left (-1).
     """
     spans = _spans(figure, marks)
     legs = [i for i in spans if figure.is_leg(figure.links[i])]

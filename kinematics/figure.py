@@ -331,7 +331,6 @@ class Figure:
         return tips.index(joint)
 
     def is_leg(self, link: Link) -> bool:
-        """Whether the link is part of a leg."""
         return any(link.name.startswith(part) for part in self.leg)
 
     def with_lengths(self, lengths: Sequence[float]) -> Self:

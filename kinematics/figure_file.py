@@ -16,12 +16,8 @@ from kinematics.sides import other_side, side_of
 
 
 def load_figure(source: str | Path = "walker") -> Figure:
-    """A figure that ships, by name, or one from a TOML file.
-
-    Raises:
-        ValueError: no such figure, not TOML, a key that is unknown, missing or of the wrong kind, or a tree
-            that does not hang together.
-    """
+    """A figure that ships, by name, or one from a TOML file; ValueError: no such figure, not TOML, or as
+    `figure_from`."""
     path, folder = Path(source), resources.files("kinematics") / "figures"
     shipped = folder / f"{source}.toml"
     if path.suffix == ".toml":
@@ -41,11 +37,8 @@ def load_figure(source: str | Path = "walker") -> Figure:
 
 
 def figure_from(table: Mapping[str, Any]) -> Figure:
-    """A figure from a parsed TOML table; angles there are degrees.
-
-    Raises:
-        ValueError: a key is unknown, missing or of the wrong kind, or the tree does not hang together.
-    """
+    """A figure from a parsed TOML table; angles there are degrees. ValueError: a key is unknown, missing or
+    of the wrong kind, or the tree does not hang together."""
     _check_keys(table, "the figure", {"name": str, "base": str, "links": [dict]}, _FIGURE)
     links = tuple(_link_from(entry) for entry in table["links"])
     marks = tuple(table.get("marks", (table["base"], *(link.joint for link in links))))

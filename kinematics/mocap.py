@@ -70,11 +70,8 @@ class Sequence:
 
 
 def read_trials(path: str | Path) -> list[Trial]:
-    """Read a table of trials; a file's path in it is relative to the table.
-
-    Raises:
-        MotionError: the table cannot be read, lacks a column, or a cell is not what it should be.
-    """
+    """Read a table of trials; a file's path in it is relative to the table. MotionError: it cannot be read,
+    lacks a column, or a cell is not what it should be."""
     path = Path(path)
     check_ordinary(path)
     try:
@@ -93,11 +90,10 @@ def read_trials(path: str | Path) -> list[Trial]:
 def sequences(trial: Trial, fps: float, *, curves: bool = False, arms: bool = False) -> list[Sequence]:
     """The poses of a trial, one sequence for each straight segment of at least SHORTEST frames.
 
-    Frames outside the segments, a T-pose among them, are dropped. So are FROZEN or more copies of one pose
-    in a row: no body stands as still, and the motion is not continuous across them, so the segment is split.
+    Frames outside the segments, a T-pose among them, are dropped. So are FROZEN or more copies of one pose in
+    a row: no body stands as still, and the motion is not continuous across them, so the segment is split.
 
     Args:
-        trial: a row of the table.
         fps: frames per second wanted.
         curves: take all of a trial with the tag `curve`, straight or not: every frame is seen from the side
             that its body shows there, which is as good to learn a gait from.
@@ -105,7 +101,6 @@ def sequences(trial: Trial, fps: float, *, curves: bool = False, arms: bool = Fa
 
     Raises:
         MotionError: the capture is missing or malformed, or does not fit its row in the table.
-        ValueError: fps is not above 0.
     """
     whole = curves and CURVE in trial.tags
     if not (whole or trial.segments):
@@ -148,18 +143,12 @@ def mirror(y: Array) -> Array:
 
 
 def resample(y: Array, fps_from: float, fps_to: float) -> Array:
-    """Poses at another frame rate, from the first frame to the last that both rates reach.
+    """Poses (T, M) at another frame rate, from the first frame to the last that both rates reach.
 
     Every k-th frame where k = fps_from / fps_to is whole. Elsewhere a cubic between frames, its slope at each
     one the central difference of its neighbours (Catmull and Rom, 1974): through every frame, exact for
-    parabolas. Going down, nothing is smoothed first: the angles of gait hold little above 10 Hz.
-
-    Args:
-        y: (T, M) poses.
-        fps_from, fps_to: frames per second of y, and wanted.
-
-    Raises:
-        ValueError: a rate is not above 0.
+    parabolas. Going down, nothing is smoothed first: the angles of gait hold little above 10 Hz. ValueError:
+    a rate is not above 0.
     """
     times = _times(len(y), fps_from, fps_to)
     ratio = fps_from / fps_to

@@ -85,14 +85,11 @@ def needed_joints(figure: Figure) -> list[str]:
 
 
 def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
-    """The pose whose links point the way the joints lie.
+    """The pose q (D,), scale and stretches zero, whose links point the way the joints lie; and (D,) whether
+    each freedom was seen.
 
-    Args:
-        points: (2,) body coordinates of each known joint, the base among them. A link whose tip or whose
-            start is not known takes the angle nearest zero that its limits allow.
-
-    Returns:
-        q (D,) with scale and stretches zero, and (D,) whether each freedom was seen (else assumed).
+    Of the joints that are known, the base among them, (2,) body coordinates are given. A link whose tip or
+    whose start is not known takes the angle nearest zero that its limits allow.
     """
     q, known = np.zeros(len(figure.freedoms)), np.ones(len(figure.freedoms), dtype=bool)
     q[:2] = points[figure.base]
@@ -118,14 +115,11 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
 
 
 def met(figure: Figure, points: Mapping[str, Array]) -> dict[str, Array]:
-    """The known joints, and those that are not but where two links of known lengths meet.
+    """The known joints, (2,) body coordinates, and those that are not but where two links of known lengths
+    meet.
 
     Of the two places where they can, the one in which the joint bends as its limits have it. Links too short
     to meet point at each other, and so do those too long.
-
-    Args:
-        figure: with lengths as they are.
-        points: (2,) body coordinates of each known joint.
     """
     places = dict(points)
     for j, link in enumerate(figure.links):

@@ -96,10 +96,9 @@ def find_body(capture: Capture) -> Body:
 
 
 def project(body: Body, *, curve: bool = False, arms: bool = False) -> Array:
-    """See a body from its right side, in the plane of its travel.
+    """See a body, one straight segment of T frames, from its right side, in the plane of its travel.
 
     Args:
-        body: one straight segment, T frames.
         curve: the way bends, so each frame is seen across the way the hips face in it.
         arms: whether those are seen too.
 

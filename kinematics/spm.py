@@ -108,16 +108,10 @@ def joints_of(bones: Skeleton, q: Array) -> Array:
 
 
 def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
-    """Body coordinates of points fixed to links.
+    """(..., P, 2) body coordinates of points fixed to links (P,), for bones as poses lay them.
 
-    Args:
-        bones: the links as a pose lays them.
-        link: (P,) which link each point is fixed to.
-        along: (P,) share of the link's length.
-        across: (P,) leg lengths to the left of the link, before the common scale.
-
-    Returns:
-        (..., P, 2) leg lengths.
+    They lie at `along` (P,), shares of the link's length, and `across` (P,), leg lengths to its left before
+    the common scale.
     """
     lengthwise = (along * bones.length[..., link])[..., None] * bones.direction[..., link, :]
     sideways = (bones.size[..., None] * across)[..., None] * bones.normal[..., link, :]
@@ -125,14 +119,11 @@ def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
 
 
 def motions(figure: Figure, bones: Skeleton) -> Array:
-    """How the pose moves each link as a whole, by the chain rule.
+    """(..., L, 5, D): M_l, how the pose moves each link as a whole, per leg length, per radian, per log unit.
 
-    A point u along link l and v across it, leg lengths, moves with the pose by [d, n, u d, u n - v d,
-    u d + v n] M_l, where d is the link's direction and n its normal: the link slides along itself and across,
+    A point u along link l and v across it, leg lengths, moves with the pose by [d, n, u d, u n - v d, u d + v
+    n] M_l, where d is the link's direction and n its normal: the link slides along itself and across,
     lengthens, turns and grows.
-
-    Returns:
-        (..., L, 5, D) M_l, per leg length, per radian, per log unit.
     """
     layout, L, D = figure.layout, len(figure.links), len(figure.freedoms)
     turns, breathes = layout.turns, layout.breathes
@@ -159,11 +150,8 @@ def motions(figure: Figure, bones: Skeleton) -> Array:
 
 
 def jacobian(figure: Figure, bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
-    """Derivative of `surface` by the pose.
-
-    Returns:
-        (..., P, 2, D): d point / d q, leg lengths per leg length, per radian, per log unit.
-    """
+    """(..., P, 2, D) derivative of `surface` by the pose: leg lengths per leg length, per radian, per log
+    unit."""
     d, n = bones.direction[..., link, :], bones.normal[..., link, :]
     u = (along * bones.length[..., link])[..., None]
     v = (bones.size[..., None] * across)[..., None]
@@ -183,12 +171,11 @@ def joint_jacobian(figure: Figure, q: Array) -> Array:
 def covering(
     figure: Figure, bones: Skeleton, points: Array, link: Index, margin: float = 0.0
 ) -> NDArray[np.bool_]:
-    """(P,): whether a link nearer to the camera lies over each point.
+    """(P,) whether a link nearer to the camera lies over each of the points (P, 2), body coordinates, of
+    these links (P,).
 
-    Args:
-        points: (P, 2) body coordinates.
-        link: (P,) the link each point is fixed to; links of its own layer never cover it.
-        margin: how far beyond a link's outline it still covers, leg lengths.
+    Links of a point's own layer never cover it; others do as far as `margin` leg lengths beyond their
+    outline.
     """
     layers = np.array([part.layer for part in figure.links])
     covered = np.zeros(len(points), dtype=bool)

@@ -145,9 +145,8 @@ def read_settings(path: Path) -> Settings:
 def read_toml(path: Path, kind: type[Model], advice: str) -> Model:
     """Settings of a kind from a TOML file; what it does not name keeps its default.
 
-    Raises:
-        SettingsError: no such file, not TOML, which `advice` helps with, unknown keys or values out of range,
-            all named at once.
+    SettingsError: no such file, not TOML, which `advice` helps with, unknown keys or values out of range, all
+    named at once.
     """
     try:
         table = tomllib.loads(read_text(path))

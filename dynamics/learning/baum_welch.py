@@ -41,15 +41,10 @@ def learn_hmm(
     options: Options = DEFAULTS,
     weights: Array | None = None,
 ) -> HMMFit:
-    """Learn the states of one motion's poses.
+    """Learn the states of one motion's poses, sequences (T, M), T >= 1; NaN entries were not measured.
 
-    Args:
-        ys: sequences (T, M), T >= 1; NaN entries were not measured.
-        names, fps, label, weights: as for `em.learn`.
-        options: states, rounds, tolerance, prior, stickiness and seed.
-
-    Raises:
-        ValueError: no sequences, ones of another shape, or a freedom that was never measured.
+    Names, fps, label and weights are as for `em.learn`; of the options start, restarts, order and ridge do
+    not matter. ValueError: no sequences, ones of another shape, or a freedom that was never measured.
     """
     check_sequences(ys, names, 1)
     w = np.ones(len(ys)) if weights is None else weights / weights.mean()
@@ -146,6 +141,5 @@ def _first(
 
 
 def _clusters(ys: Sequence[Array], K: int, seed: int) -> NDArray[np.intp]:
-    """The k-means cluster of every frame, gaps interpolated."""
     y = np.concatenate(fill(ys))
     return clustered(scaled(y, np.abs(y).max(axis=0)), K, np.random.default_rng(seed), TRIES)

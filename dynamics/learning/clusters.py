@@ -11,9 +11,7 @@ from dynamics.gaussian import Array
 def scaled(values: Array, size: Array) -> Array:
     """The columns (T, n) divided by their spread, so that all count alike, whatever their units.
 
-    Args:
-        size: (n,) of the numbers that a column was made of. What changes by their rounding only must not be
-            blown up to unit spread, and is left out.
+    What changes only by the rounding of numbers of `size` (n,) that a column was made of is left out.
     """
     spread = values.std(axis=0)
     moves = spread > 1e-9 * size

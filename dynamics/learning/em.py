@@ -52,11 +52,8 @@ def learn(
     Args:
         ys: sequences (T, M), T >= 2, in body units (leg lengths, radians); NaN entries were not measured.
         names: the M freedoms; `travelling` those whose place must not matter.
-        fps: frames a second of the sequences.
-        label: name of the motion, given to every state.
         weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
-        infer: E-step, called once a round. It is handed the sequences in an order of learning's own, the
-            same every time.
+        infer: E-step, called once a round, always with the sequences in the same order of learning's own.
 
     Raises:
         ValueError: no sequences, or unusable ones; or maximum likelihood and too little data for it.
@@ -108,7 +105,6 @@ def from_origin(y: Array, names: Sequence[str], travelling: Sequence[str]) -> Ar
 def _climb(
     slds: SLDS, ys: Sequence[Array], prior: Prior, weights: Array, options: Options, infer: Infer
 ) -> Fit:
-    """EM from one first model."""
     best, falls = slds, 0
     values: list[float] = []
     while True:

@@ -24,26 +24,14 @@ from dynamics.posterior import Posterior
 def first_guess(
     ys: Sequence[Array], layout: Layout, options: Options, rng: np.random.Generator
 ) -> list[Posterior]:
-    """Posteriors of the switching states by the start that the options name.
-
-    Args:
-        ys: sequences (T, M), T >= 2; NaN entries are filled as `fill.fill` does.
-        layout: of the states.
-        options: states and start.
-        rng: what every start draws from.
-    """
+    """Posteriors of the switching states of sequences (T, M), T >= 2, by the start that the options name."""
     guess = hmm if options.start == "hmm" else kmeans
     return guess(fill(ys), options.states, layout, rng)
 
 
 def kmeans(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
-    """Posteriors that take every frame's k-means cluster as its switching state.
-
-    Args:
-        ys: sequences (T, M) without gaps, T >= 2.
-        K: how many clusters.
-        layout: of the states.
-    """
+    """Posteriors that take every frame's k-means cluster of K as its switching state; (T, M) without gaps, T
+    >= 2."""
     features = _features(ys, layout)
     labels = split_as(clustered(np.concatenate(features), K, rng), ys)
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]

@@ -30,11 +30,8 @@ def maximise(
     A state that the posteriors never enter keeps what it had where the priors leave it nothing.
 
     Args:
-        slds: the system that the posteriors are of.
-        ys: sequences (T, M), NaN where not measured.
-        posteriors: one a sequence, from any inference.
-        prior: see `data_prior`.
-        weights: how much each sequence counts.
+        slds, posteriors: the system, and by any inference of it one for each sequence.
+        ys, weights: sequences (T, M), NaN where not measured, and how much each counts.
 
     Raises:
         numpy.linalg.LinAlgError: maximum likelihood, and a state entered less often than it has coefficients.

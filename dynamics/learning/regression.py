@@ -36,13 +36,9 @@ def maximum_likelihood(layout: Layout) -> Ridge:
 def solve(V: Array, n: Array, layout: Layout, ridge: Ridge) -> tuple[Array, Array, Array]:
     """The dynamics that maximise the expected log joint plus the log prior.
 
-    Args:
-        V: (K, d + N + 1, d + N + 1) expected second moments of v.
-        n: (K,) expected number of steps into each state.
-
-    Returns:
-        A (K, N, N), b (K, N), Q (K, N, N). Q is the joint mode over coefficients and noise:
-        [E + (B - M0) K0 (B - M0)' + Psi] / (n + count + number of regressors with a prior).
+    From expected second moments V (K, d + N + 1, d + N + 1) of v and steps n (K,) into each state: A (K, N,
+    N), b (K, N), Q (K, N, N). Q is the joint mode over coefficients and noise: [E + (B - M0) K0 (B - M0)' +
+    Psi] / (n + count + number of regressors with a prior).
     """
     d, N = layout.d, layout.N
     to_target = np.hstack([np.eye(d), -layout.carry, np.zeros((d, 1))])

@@ -41,16 +41,12 @@ def choose(
     """Learn every candidate on all folds but one, score it on that one, and choose.
 
     Args:
-        sequences: (T, M) each, as for `learn`.
+        sequences, names, travelling, fps, infer: as for `learn`.
         groups: the group of each sequence; a group is never split between folds.
-        candidates: the settings to choose from.
-        names, travelling, fps: as for `learn`.
         folds: in how many parts to deal the groups; more than there are groups leaves out one at a time.
-        infer: E-step of learning.
 
     Returns:
-        The candidate to take, and (candidates, groups) the nats per measured frame of each group held out,
-        groups by name.
+        The candidate to take, and (candidates, groups) nats a measured frame of each group held out, by name.
 
     Raises:
         ValueError: fewer than two groups, no candidates, or sequences that cannot be learned from.

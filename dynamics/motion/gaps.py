@@ -33,17 +33,11 @@ ANYWHERE = 100.0  # variance of a first place that was not measured, squared uni
 
 
 def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bool = True) -> Gaussian:
-    """Every frame's pose given all that was measured, before and after.
+    """Every frame's pose given all that was measured, before and after: mean (T, M) and cov (T, M, M), noise
+    left out.
 
-    Args:
-        y: (T, M) in body units; NaN entries, whole rows too, were not measured.
-        recurrent: let the switch depend on the pose; False is the papers' switch.
-
-    Returns:
-        mean (T, M) and cov (T, M, M) of the pose without measurement noise.
-
-    Raises:
-        ValueError: nothing was measured.
+    NaN entries of y (T, M), whole rows too, were not measured; ValueError if nothing was. If `recurrent` the
+    switch depends on the pose; False is the papers' switch.
     """
     if np.isnan(y).all():
         raise ValueError("nothing was measured; give at least one frame to fill from")

@@ -19,15 +19,12 @@ SEARCHES = 5  # of the noise at most: both kinds together, then each in turn, tw
 
 
 def at_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda: None) -> SLDS:
-    """The model with R raised to the noise of these sequences: what makes them most likely.
+    """The model with R raised to the noise of sequences (T, M), NaN where not measured: what makes them most
+    likely.
 
     One variance is added to the freedoms that stay, another to those that travel; a model that was learned at
     more noise than it meets keeps its own R. Both are sought together first, then each in turn, lest one take
-    what is the other's.
-
-    Args:
-        ys: sequences (T, M); NaN entries were not measured.
-        tick: called SEARCHES times, as the work goes on.
+    what is the other's. `tick` is called SEARCHES times.
     """
     if not len(ys):
         return slds

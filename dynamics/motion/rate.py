@@ -17,14 +17,10 @@ from dynamics.slds import SLDS
 
 
 def at_rate(slds: SLDS, fps: float) -> SLDS:
-    """The system with one step standing for 1/fps seconds.
+    """The system with one step standing for 1/fps seconds; ValueError unless that is a quarter to four times
+    the old rate.
 
-    Args:
-        slds: learned at `slds.fps`; its mean0 and cov0 must describe the motion anywhere in it.
-        fps: the new frame rate, a quarter to four times the old.
-
-    Raises:
-        ValueError: a rate outside that range.
+    Its mean0 and cov0 must describe the motion anywhere in it.
     """
     step = slds.fps / fps
     if not 0.25 <= step <= 4.0:

@@ -93,12 +93,8 @@ def labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> L
 def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lambda: None) -> list[Gaussian]:
     """Forecasts `horizon` frames ahead by the GPB2 filter: one Gaussian a switching state, collapsed.
 
-    R is raised to the noise of the frames so far, anew at each of NOISE_KNOWN frames into the sequences.
-
-    Args:
-        ys: sequences (T, M) in body units; NaN entries were not measured.
-        horizon: at least 1.
-        tick: called `predict_ticks(ys)` times, as the work goes on.
+    R is raised to the noise of the frames so far, anew at each of NOISE_KNOWN frames into the sequences (T,
+    M) in body units; NaN entries were not measured. `tick` is called `predict_ticks(ys)` times.
 
     Returns:
         For each sequence mean (T + horizon, M) and cov of the pose without measurement noise: entry t from
@@ -126,11 +122,7 @@ def predict_ticks(ys: Sequence[Array]) -> int:
 
 
 def forecasts(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
-    """What the GPB2 filter expects `horizon` frames ahead with the model's own R; otherwise as `predict`.
-
-    Raises:
-        ValueError: a horizon below 1.
-    """
+    """What the GPB2 filter expects `horizon` frames ahead with the model's own R; otherwise as `predict`."""
     if horizon < 1:
         raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
     M = len(slds.names)
@@ -158,9 +150,8 @@ def synthesise(
 ) -> tuple[NDArray[np.intp], Array]:
     """A motion of the model's own: switching states (T,) and poses (T, M) without measurement noise.
 
-    Args:
-        recurrent: let the switch depend on the pose, and weigh every step by the region of its state; see
-            `dynamics.region`. False is the papers' model, whose free run soon leaves the motion's range.
+    If `recurrent` the switch depends on the pose, and every step is weighed by the region of its state
+    (`dynamics.region`); if not it is the papers' model, whose free run soon leaves the motion's range.
     """
     reach, poses, log_Pi = regions(slds), pose_regions(slds), slds.log_Pi
     limit = chi2.ppf(INSIDE, len(poses.regard))

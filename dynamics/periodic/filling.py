@@ -42,7 +42,6 @@ class Hypothesis:
 
     @property
     def label(self) -> str:
-        """The motion."""
         return self.stretch.stride.labels[self.stretch.k]
 
 
@@ -122,11 +121,8 @@ def spaced(y: Array, fps: float) -> Array:
 
 
 def hypotheses(stride: Stride, t: Array, y: Array) -> list[Hypothesis]:
-    """The courses of the phase that explain a window, the most probable first; arguments as of `Stretch`.
-
-    Raises:
-        ValueError: no freedom that stays was measured in the window.
-    """
+    """The courses of the phase that explain a window (t, y as of `Stretch`), the most probable first;
+    ValueError if no freedom that stays was measured in it."""
     if np.isnan(y[:, ~stride.travels]).all():
         raise ValueError(
             "no angle was measured near a gap, of which a stride then tells nothing; give a switching model"

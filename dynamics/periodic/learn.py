@@ -85,10 +85,7 @@ def learn(
         people: whose each sequence is; people count alike.
         names: the M freedoms; `travelling` those whose place does not matter.
         twins: (M,) the freedom of the other side; the first that has one gives the first phase.
-        fps: frames a second of the sequences.
-        label: name of the motion.
-        rounds: of EM.
-        tick: called after each round.
+        tick: called after each of the rounds of EM.
 
     Raises:
         ValueError: no sequence of LEAST seconds.

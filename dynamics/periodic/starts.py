@@ -30,12 +30,10 @@ class Start:
 
 
 def starts(stride: Stride, k: int, t: Array, y: Array, most: int) -> list[Start]:
-    """The best peaks of the grid for motion k, the best first.
+    """The `most` best peaks of the grid for motion k, the best first.
 
-    Args:
-        t: (T,) seconds from the origin.
-        y: (T, M); NaN entries were not measured. Freedoms that travel are not looked at.
-        most: how many.
+    At times t (T,) seconds from the origin; NaN entries of y (T, M) were not measured. Freedoms that travel
+    are not looked at.
     """
     centre, deviation = _speed(stride, k)
     speeds = np.linspace(centre - REACH * deviation, centre + REACH * deviation, SPEEDS)

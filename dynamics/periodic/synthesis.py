@@ -10,15 +10,12 @@ from dynamics.stride import DRIFTING, QUICK, SLOW, Stride
 def synthesise_stride(
     stride: Stride, k: int, T: int, fps: float, rng: np.random.Generator, noise: float = 1.0
 ) -> Array:
-    """Poses (T, M) in body units, without measurement noise, of one person drawn from the population.
+    """Poses (T, M) in body units, without measurement noise, of one person drawn from the population of
+    motion k.
 
     Coefficients, phase speed and travel are the person's throughout (`dynamics.stride`); the phase begins
-    anywhere and drifts. The bend of the phase is left out, as it would hurry without end.
-
-    Args:
-        k: position of the motion.
-        fps: frames a second.
-        noise: times the deviation of drift and residual; 0 repeats one stride.
+    anywhere and drifts. The bend of the phase is left out, as it would hurry without end. `noise` times the
+    deviation of drift and residual: 0 repeats one stride.
     """
     t, M, size = np.arange(T) / fps, len(stride.names), stride.basis
     z = stride.mean[k] + stride.root[k] @ rng.standard_normal(stride.mean.shape[1])
@@ -33,14 +30,11 @@ def synthesise_stride(
 
 
 def matern_paths(T: int, step: float, scale: float, n: int, rng: np.random.Generator) -> Array:
-    """(T, n) independent paths of a Matern process of smoothness 3/2 and variance 1.
+    """(T, n) independent paths, `step` seconds a row, of a Matern process of smoothness 3/2, variance 1 and
+    this time scale.
 
-    The process and its slope are a Markov process with the transition F and the stationary covariance
-    P = diag(1, r^2), r = sqrt(3) / scale; it is drawn step by step.
-
-    Args:
-        step: seconds from one row to the next.
-        scale: of time, seconds.
+    The process and its slope are a Markov process with the transition F and the stationary covariance P =
+    diag(1, r^2), r = sqrt(3) / scale; it is drawn step by step.
     """
     r = np.sqrt(3.0) / scale
     F = np.exp(-r * step) * np.array([[1.0 + r * step, step], [-(r**2) * step, 1.0 - r * step]])

@@ -35,10 +35,7 @@ class Correction(Session):
     command = "correct"
 
     def __init__(self, folder: Path, first: int | None, progress: Progress) -> None:
-        """Open a complete run.
-
-        Args:
-            first: the frame that the page shows first, None for the one that the run started from.
+        """Open a complete run; the page shows the frame `first`, None for the one that the run started from.
 
         Raises:
             RunError: no complete run, or one whose film is gone or altered.
@@ -73,10 +70,7 @@ class Correction(Session):
 
     def follow(self, request: SaveRequest) -> Reply:
         """Save, and follow the figure again unless something looks wrong; `follows` tells whether.
-
-        Raises:
-            FolderError, OSError: nothing was written.
-        """
+        FolderError, OSError: nothing was written."""
         reply = self.save(request)
         self._follows = request.anyway or not reply["wrong"]
         if self._follows:
@@ -100,7 +94,6 @@ class Correction(Session):
         return shlex.join(["figtrack", "correct", str(self.folder)]) if self.table.path.exists() else ""
 
     def ending(self) -> str:
-        """What came of it, in a line."""
         if self.next_command():
             return f"what was corrected is saved, but not followed yet; next: {self.next_command()}"
         return self._said or f"{self.folder} is as it was"

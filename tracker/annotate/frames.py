@@ -42,12 +42,7 @@ class Frames:
         self._lock = Lock()
 
     def png(self, index: int) -> bytes:
-        """One frame, losslessly.
-
-        Raises:
-            NoFrameError: the video ends before it.
-            VideoError: the video cannot be decoded.
-        """
+        """One frame, losslessly; NoFrameError: the video ends before it, VideoError: it cannot be decoded."""
         quick = [cv2.IMWRITE_PNG_COMPRESSION, 1]
         return cv2.imencode(".png", self._image(index), quick)[1].tobytes()
 
@@ -63,7 +58,6 @@ class Frames:
         return data
 
     def _image(self, index: int) -> NDArray[np.uint8]:
-        """A frame as OpenCV has it, blue first."""
         with self._lock:
             image = self._frame(index).image
         return cv2.cvtColor(image, cv2.COLOR_RGB2BGR).astype(np.uint8, copy=False)

@@ -54,8 +54,7 @@ def mark(request: Request) -> None:
     """Serve the page until it is closed or Ctrl-C is pressed, and say what came of it.
 
     Raises:
-        VideoError, KeypointsError, FolderError, ForeignError: a file that cannot be used.
-        FolderError: the port is taken.
+        VideoError, KeypointsError, ForeignError, FolderError: a file or port that cannot be had.
         KeyboardInterrupt: nothing was saved.
     """
     for given in (request.video, request.source):
@@ -80,11 +79,8 @@ def mark(request: Request) -> None:
 
 
 def correct(folder: Path, frame: int | None, port: int, browser: bool, progress: Progress) -> None:
-    """Serve the page of a finished run until it is closed or Ctrl-C is pressed, and say what came of it.
-
-    Args:
-        frame: shown first; None for the one that the run started from.
-        port, browser: as of a `Request`.
+    """Serve the page of a finished run, of the frame that it started from unless told; port, browser as of a
+    `Request`.
 
     Raises:
         RunError, VideoError, FolderError: a folder or file that cannot be used, or the port is taken.
@@ -130,11 +126,7 @@ def _suggest(request: Request, session: Session) -> None:
 
 def suggested(video: Path, table: Table, progress: Progress) -> Taken | None:
     """What 'figtrack track' left beside the table, else the surest person in the film; None for nobody.
-
-    Raises:
-        KeypointsError: what was left is no table.
-        VideoError: the video cannot be read.
-    """
+    KeypointsError: what was left is no table; VideoError: the video cannot be read."""
     left = suggestion_path(table.path.parent, video)
     if left.exists():
         marks = read_keypoints(left)

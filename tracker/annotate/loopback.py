@@ -97,7 +97,6 @@ class LoopbackServer(ThreadingHTTPServer):
         super().process_request(request, client_address)
 
     def shutdown_request(self, request: Any) -> None:
-        """It is answered, or given up."""
         with suppress(ValueError):  # it was the oldest
             self.waiting.remove(request)
         super().shutdown_request(request)
@@ -109,7 +108,6 @@ class LoopbackServer(ThreadingHTTPServer):
             self.doorway.cleanup()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that hangs up is no error."""
         if not isinstance(sys.exception(), ConnectionError):
             super().handle_error(request, client_address)
 
@@ -130,7 +128,6 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         raise NotImplementedError
 
     def do_GET(self) -> None:
-        """What is to be seen."""
         try:
             self.get(self._admitted(changes=False))
         except RefusalError as refusal:
@@ -139,7 +136,6 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.NOT_FOUND, str(error))
 
     def do_POST(self) -> None:
-        """What is to be done."""
         try:
             self.post(self._admitted(changes=True))
         except RefusalError as refusal:
@@ -172,7 +168,6 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             raise RefusalError(HTTPStatus.BAD_REQUEST, f"{where}: {first['msg']}") from error
 
     def answer(self, reply: Any, status: HTTPStatus = HTTPStatus.OK) -> None:
-        """Send JSON."""
         self.send(status, json.dumps(reply).encode("ascii"), "application/json", {})
 
     def answer_page(self, page: Document, opening: object) -> None:

@@ -27,11 +27,8 @@ class Table:
     def __init__(
         self, path: Path, *, overwrite: bool = False, begin: Marks | None = None, figure: Figure = WALKER
     ) -> None:
-        """Open the table; a file that is not there yet, or is to be replaced, gives an empty one.
-
-        Args:
-            begin: marks that a file which is not there yet begins with.
-            figure: whose joints are marked.
+        """Open the table of a figure's joints; a file that is not there yet, or is to be replaced, is empty
+        or has those it is to `begin` with.
 
         Raises:
             FolderError: a folder in its place.
@@ -60,10 +57,7 @@ class Table:
 
     def save(self, changed: Mapping[int, Mapping[str, Mark]]) -> None:
         """Put these frames' marks, all of them, in place of what the table has for them, and write it.
-
-        Raises:
-            FolderError: the file was changed by somebody else since, cannot be written, or nothing is marked.
-        """
+        FolderError: it was changed by somebody else since, cannot be written, or nothing is marked."""
         marks = {frame: dict(of) for frame, of in {**self.marks, **changed}.items() if of}
         if not marks:
             raise FolderError("no joint is marked in any frame; mark one at least")

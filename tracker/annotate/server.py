@@ -47,7 +47,6 @@ class Handler(LoopbackHandler):
             raise nothing_here()
 
     def post(self, what: str) -> None:
-        """Judge marks, save them, follow on from them."""
         try:
             self._done(what)
         except UnknownJointError as error:

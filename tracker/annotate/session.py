@@ -111,15 +111,11 @@ class Session:
         facing: int | None = None,
         figure: str = "walker",
     ) -> None:
-        """Open the video.
+        """Open the video, whose frame `first` is shown; VideoError if it cannot be read or ends before.
 
         Args:
-            first: the frame that the page shows first.
             facing: +1 right, -1 left, None to see it from the marks.
             figure: by which the video is to be followed; the table's is the same.
-
-        Raises:
-            VideoError: the video cannot be read, or ends before `first`.
         """
         self.video, self.table, self.taken, self.facing = video, table, taken, facing
         self.saved = False
@@ -134,7 +130,6 @@ class Session:
         self.taken, self._opening = taken, self.frame(taken.frame)
 
     def opening(self) -> Reply:
-        """What the page starts with."""
         taken = self.taken
         return {
             "command": self.command,
@@ -168,11 +163,8 @@ class Session:
         return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame, facing))
 
     def save(self, request: SaveRequest) -> Reply:
-        """Write the table; `closed` tells whether the session is over.
-
-        Raises:
-            UnknownJointError, FolderError, OSError: nothing was written.
-        """
+        """Write the table; `closed` tells whether the session is over. UnknownJointError, FolderError,
+        OSError: nothing was written."""
         changed = {frame: self._marks(marks) for frame, marks in request.frames.items()}
         with self._lock:
             if changed or not self.table.marks:
@@ -265,9 +257,7 @@ def told(marks: Mapping[str, Mark]) -> Reply:
 def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], facing: int) -> Advice:
     """Judge the marks of one frame, complete or not: whatever `figtrack track` refuses is said.
 
-    Args:
-        size: width and height of the picture, pixels.
-        facing: +1 right, -1 left.
+    `size` is width and height of the picture in pixels, `facing` +1 right, -1 left.
     """
     places = points(marks)
     missing = tuple(name for name in needed_joints(figure) if name not in marks)

@@ -50,7 +50,6 @@ class Row:
 
     @property
     def inputs(self) -> list[Path | None]:
-        """The files that the work reads, None for none."""
         return [self.video, self.keypoints, *self.how.inputs]
 
     def job(self) -> Job:
@@ -61,11 +60,8 @@ class Row:
 def read_jobs(jobs: Path, place: Path, progress: Progress) -> list[Row]:
     """The rows of a table, or a row for each film of a folder; results are relative to `place`.
 
-    Warns of files that are not there, and of columns that are not read.
-
-    Raises:
-        JobsError: no such file, not such a table, no rows, a cell that cannot be, results that would lie in
-            one another, or a folder without films.
+    Warns of files that are not there, and of columns that are not read. JobsError: no such file, not such a
+    table, no rows, a cell that cannot be, results that would lie in one another, or a folder without films.
     """
     rows = _films(jobs, place) if jobs.is_dir() else _rows(jobs, place, progress)
     _check_apart(rows, jobs, place)

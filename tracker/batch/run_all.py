@@ -259,5 +259,4 @@ def _is_summary(path: Path) -> bool:
 
 
 def _processors() -> int:
-    """As many as this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -63,7 +63,6 @@ class Shown:
     )
 
     def shown(self) -> "Progress":
-        """Progress as it is asked for."""
         from tracker.progress import Progress
 
         return Progress("quiet" if self.quiet else self.progress.value)

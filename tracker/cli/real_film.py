@@ -48,11 +48,8 @@ def run_film(out: Path, *, overwrite: bool, progress: Progress) -> tuple[Path, s
 
 
 def fetch(folder: Path) -> Path:
-    """The film, in a folder, with its licence beside it; of the package nothing else is kept or run.
-
-    Raises:
-        FilmError: as `run_film` says.
-    """
+    """The film, in a folder, with its licence beside it, or FilmError; of the package nothing else is kept or
+    run."""
     with TemporaryDirectory() as aside:
         wanted = Path(aside) / "wanted.txt"
         wanted.write_text(f"{PACKAGE} --hash=sha256:{SHA256}\n", encoding="utf-8")

@@ -116,7 +116,6 @@ class Handler(LoopbackHandler):
             raise nothing_here()
 
     def post(self, what: str) -> None:
-        """Set to work, or stop."""
         if what == "start":
             self.server.desk.start(self.body(Asked))
         elif what == "stop":
@@ -159,11 +158,8 @@ class Handler(LoopbackHandler):
 
 
 def open_desk(folder: Path, port: int, browser: bool) -> None:
-    """Serve the page of a folder until Ctrl-C; what is at work then is stopped.
-
-    Raises:
-        FolderError: no such folder, or the port is taken.
-    """
+    """Serve the page of a folder until Ctrl-C; what is at work then is stopped. FolderError: no such folder,
+    or the port is taken."""
     desk = Desk(folder, browser)
     with Server(desk, port) as server:
         print(f"the films of {folder} at {server.address}")

@@ -38,7 +38,6 @@ class Film:
         return self._beside("-track")
 
     def told(self) -> dict[str, Any]:
-        """What the page shows of it."""
         return {
             "name": self.name,
             "marked": self.marks.exists(),

@@ -74,7 +74,6 @@ class Work:
     """
 
     def __init__(self, words: Sequence[str], folder: Path) -> None:
-        """Start it in a folder."""
         self.words = list(words)
         self._task: dict[str, Any] | None = None
         self._said: list[str] = []

@@ -14,12 +14,8 @@ MARKS = {Verdict.HOLDS: "yes", Verdict.PARTLY: "partly", Verdict.FAILS: "no", Ve
 
 
 def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str], path: Path) -> None:
-    """The page: what was found in short, then a part for each experiment.
-
-    Args:
-        about: one sentence on the captures.
-        notes: cautions.
-    """
+    """The page: a sentence about the captures, what was found in short, cautions, then a part for each
+    experiment."""
     parts = {
         "title": [html.escape(TITLE)],
         "about": [html.escape(about)],

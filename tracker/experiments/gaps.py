@@ -123,7 +123,6 @@ def _sparser(total: dict[tuple[str, int], float], gaps: list[int]) -> Claim:
 
 
 def _example(study: Study, walk: Capture) -> Plot:
-    """The papers' figure on the longest walk."""
     T = len(walk.y)
     first, end = (FIRST, END) if T >= END + 10 else (T // 3, T - T // 3)
     hole, slds = slice(first, end), _model_of(study, walk)

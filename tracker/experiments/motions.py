@@ -40,7 +40,6 @@ class Draw:
 
     @property
     def labels(self) -> list[str]:
-        """The motion of every frame."""
         return [label for s in self.splices for label in s.labels]
 
 

@@ -23,13 +23,8 @@ def reproduce(
 ) -> str:
     """Run every experiment that the captures allow; leaves reproduce.html and reproduce.json in `out`.
 
-    Args:
-        trials: table of captures, walks and runs among them.
-        seed: of everything that is drawn.
-        quick: few captures, sequences and models, to see that all works; the figures mean nothing.
-
-    Returns:
-        What holds in a line each, and where the page is.
+    `quick` takes few captures, sequences and models, to see that all works; the figures mean nothing. Gives
+    what holds in a line each, and where the page is.
 
     Raises:
         MotionError: a table or capture that cannot be read.

@@ -70,5 +70,4 @@ def claim(micro: dict[int, dict[str, float]]) -> Claim:
 
 
 def _recipe(study: Study, states: int, order: int) -> Recipe:
-    """The classification's, where there are both motions."""
     return Recipe(states, order, NOISE, motions=study.motions)

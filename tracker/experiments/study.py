@@ -81,7 +81,6 @@ class Study:
 
     @property
     def unseen(self) -> str:
-        """Whether people were left out, in words."""
         return (
             "left out in learning" if self.folds else "also learned from, as there are too few to leave out"
         )
@@ -91,7 +90,6 @@ class Study:
         return np.random.default_rng([self.seed, *key])
 
     def of(self, motion: str) -> list[Capture]:
-        """The captures of one motion."""
         return [c for c in self.captures if c.label == motion]
 
     def tested(self, held: frozenset[str]) -> list[Capture]:
@@ -103,11 +101,9 @@ class Study:
         return [c for c in self.taught if c.label in recipe.motions and c.subject not in recipe.held]
 
     def slds(self, recipe: Recipe) -> SLDS:
-        """The learned model of a recipe of order 1 or 2."""
         return cast(SLDS, self.learn(recipe))
 
     def hmm(self, recipe: Recipe) -> HMM:
-        """The learned model of a recipe of order 0."""
         return cast(HMM, self.learn(recipe))
 
     def learn(self, recipe: Recipe) -> Model:
@@ -117,7 +113,6 @@ class Study:
         return self._models[recipe]
 
     def each(self, name: str, items: Collection[Item]) -> Iterator[Item]:
-        """The items of a task, progress moving on after each."""
         with self.progress.task(name, len(items)) as advance:
             for item in items:
                 yield item
@@ -138,12 +133,7 @@ class Study:
 
 
 def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool = False) -> Study:
-    """The walks and runs of a table.
-
-    Raises:
-        MotionError: a table or capture that cannot be read.
-        ValueError: no walk and no run in the table.
-    """
+    """The walks and runs of a table; MotionError: it or a capture cannot be read, ValueError: it has none."""
     wanted = [trial for trial in read_trials(trials) if trial.activity in MOTIONS]
     straight: list[Capture] = []
     taught: list[Capture] = []

@@ -25,13 +25,10 @@ def is_coco(content: Any) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """Everybody in the file, by frame.
+    """Everybody in the file, by frame; ForeignError: not such a file, or an annotation that does not fit it.
 
     A data set's frames are numbered by its images' file names, a list of results by `image_id`. Names of
     points are the category's own where it gives them. Crowds and annotations without points are left out.
-
-    Raises:
-        ForeignError: not such a file, or an annotation that does not fit it.
     """
     content = load_json(path)
     with laid_out(path, "COCO keypoints file"):

@@ -28,11 +28,8 @@ def is_dlc(head: str) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """Everybody in the table, by frame: the number in front of a row, or in its image's name.
-
-    Raises:
-        ForeignError: not such a table, a row that does not fit its header, or a frame that comes twice.
-    """
+    """Everybody in the table, by frame: the number in front of a row, or in its image's name. ForeignError:
+    no such table, a row that does not fit its header, or a frame that comes twice."""
     rows = load_rows(path)
     heads = {row[0]: row for row in rows[: len(HEADS)] if row[0] in HEADS}
     if not {"scorer", "bodyparts", "coords"} <= heads.keys():

@@ -61,10 +61,7 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
 
 def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress) -> list[str]:
     """Write the run in every format under its usual name; a line of each, also of one that cannot be written.
-
-    Raises:
-        RunError, FolderError: as `export_run` does.
-    """
+    RunError, FolderError: as `export_run`."""
     lines = []
     for to, its in FORMATS.items():
         place = Path(export_name(folder, to))

@@ -19,11 +19,8 @@ LONGEST = 1_000_000  # frames of a file; more is damage
 
 
 def read_people(path: Path) -> tuple[str, People]:
-    """Which program's file it is, and everybody in it.
-
-    Raises:
-        ForeignError: none of the formats, one that does not fit it, or nobody in it.
-    """
+    """Which program's file it is, and everybody in it. ForeignError: none of the formats, one that does not
+    fit it, or nobody in it."""
     program, read = _format(path)
     people = read(path)
     if not any(any(seen) for seen in people.values()):
@@ -36,11 +33,8 @@ def read_people(path: Path) -> tuple[str, People]:
 def read_points(path: Path, facing: int, figure: Figure = WALKER) -> Points:
     """The largest and surest person of each frame under our names; what is hidden or estimated is left out.
 
-    Args:
-        facing: +1 right, -1 left: which leg is near.
-
-    Raises:
-        ForeignError: as `read_people`, or no point of ours in the file.
+    `facing`, +1 right or -1 left, says which leg is near. ForeignError: as `read_people`, or no point of
+    ours.
     """
     _, people = read_people(path)
     found = {}

@@ -20,11 +20,8 @@ def is_labelme(content: Any) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """Everybody in the file; its frame is the number in the image's name, or in the file's own, else 0.
-
-    Raises:
-        ForeignError: not such a file.
-    """
+    """Everybody in the file, or ForeignError; its frame is the number in the image's name, or in the file's
+    own, else 0."""
     content = load_json(path)
     groups: dict[Any, dict[str, Sighting]] = {}
     with laid_out(path, "labelme file", "save it again"):

@@ -30,11 +30,8 @@ NOTES = (
 
 
 def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> str:
-    """Every tracked frame; says what of the clip is not in it, or not measured.
-
-    Raises:
-        ForeignError: no frame has a pose.
-    """
+    """Every tracked frame; says what of the clip is not in it, or not measured. ForeignError: no frame has a
+    pose."""
     columns = _columns(record, facing, scale)
     there = np.isfinite(np.sum(list(columns.values()), axis=0))
     if not there.any():
@@ -81,7 +78,6 @@ def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Arra
 
 
 def _said(record: Record, there: Frames, scale: Scale | None) -> str:
-    """What a reader of the table must know."""
     said = []
     if not there.all():
         said.append(f"{int((~there).sum())} frames without a pose are left out")

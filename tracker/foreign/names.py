@@ -48,11 +48,8 @@ def parts_of(person: Person, figure: Figure = WALKER) -> Parts:
 
 
 def joints_of(parts: Parts, facing: int, figure: Figure = WALKER) -> tuple[dict[str, Sighting], list[str]]:
-    """The figure's joints, in its order, and the names of those that were derived rather than seen.
-
-    Args:
-        facing: +1 right, -1 left.
-    """
+    """The joints of a figure that faces right (+1) or left (-1), in its order, and the names of those derived
+    rather than seen."""
     seen: dict[str, Sighting] = {}
     for (side, part), point in parts.items():
         name = near_far(f"{side}_{part}" if side else part, facing)
@@ -74,7 +71,6 @@ def facing_seen(parts: Parts, figure: Figure = WALKER) -> int:
 
 
 def _derived(parts: Parts, seen: Mapping[str, Sighting]) -> dict[str, Sighting]:
-    """What follows from other points."""
     middles = {"hip": _middle(parts, "hip"), "neck": _middle(parts, "shoulder")}
     out = {name: point for name, point in middles.items() if point is not None}
     neck, head = seen.get("neck") or out.get("neck"), _middle(parts, "ear") or parts.get(("", "nose"))

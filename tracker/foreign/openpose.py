@@ -51,11 +51,8 @@ def is_openpose(content: Any) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """Everybody in a file, or in all files of a folder; the frame is the number in a file's name, else 0.
-
-    Raises:
-        ForeignError: not such a file, or a folder without one.
-    """
+    """Everybody in a file, or in all files of a folder, or ForeignError; the frame is the number in a file's
+    name, else 0."""
     if not path.is_dir():
         return {_frame(path): _people(path)}
     files = sorted(file for file in path.iterdir() if FILE.fullmatch(file.name))

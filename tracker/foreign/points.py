@@ -67,11 +67,8 @@ def near_far(joint: str, facing: int) -> str:
 
 
 def named_points(record: Record, names: Mapping[str, str], facing: int) -> Points:
-    """A run's joints under other names, as `HALPE` gives them; names of joints that it has not are left out.
-
-    Raises:
-        RunError: the figure was followed in no frame.
-    """
+    """A run's joints under other names, as `HALPE` gives them, without those that it has not. RunError: it
+    was followed in no frame."""
     own = {name: near_far(joint, facing) for name, joint in names.items()}
     kept = {name: joint for name, joint in own.items() if np.isfinite(record.place(joint)).any()}
     columns = [record.names.index(joint) for joint in kept.values()]
@@ -86,10 +83,7 @@ def of_people(record: Record) -> bool:
 
 def leg_pixels(record: Record) -> float:
     """Pixels of a leg: thigh and shank, the median over legs and frames; of other figures as at the start.
-
-    Raises:
-        RunError: the figure was followed in no frame.
-    """
+    RunError: it was followed in no frame."""
     if not of_people(record):
         return record.unit
     legs = [
@@ -106,11 +100,8 @@ def apart(record: Record, one: str, other: str) -> Array:
 
 
 def middle(numbers: Array, record: Record) -> float:
-    """The median of (..., T) numbers over the frames in which the figure was surely seen.
-
-    Raises:
-        RunError: there is no such frame.
-    """
+    """The median of (..., T) numbers over the frames in which the figure was surely seen; RunError if it was
+    in none."""
     seen = numbers[..., record.measured & np.isfinite(numbers).all(tuple(range(numbers.ndim - 1)))]
     if not seen.size:
         raise RunError("the figure was followed in no frame of this run; track the clip again")

@@ -52,7 +52,6 @@ def scale_by_points(record: Record, points: tuple[float, float, float, float, fl
 
 
 def _height(record: Record) -> float:
-    """How tall the figure is, pixels."""
     return stature(record.places, record.names, record.measured)
 
 

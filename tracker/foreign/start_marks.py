@@ -38,11 +38,8 @@ def read_marks(
     last: int | None,
     figure: Figure = WALKER,
 ) -> tuple[Marks, str]:
-    """The marks of a table of ours, or those of `read_start`, and what is to be said of these.
-
-    Raises:
-        KeypointsError, ForeignError: a file that cannot be used.
-    """
+    """The marks of a table of ours, or those of `read_start`, and what is to be said of these; KeypointsError
+    or ForeignError."""
     if not is_foreign(path):
         return read_keypoints(path, figure.marks), ""
     taken = read_start(path, frame, facing, first, last, figure)
@@ -64,7 +61,6 @@ def read_start(
             The only frame of a file is taken for whichever is asked for.
         facing: +1 right, -1 left, None to see it from the points.
         first, last: frames between which the best is looked for, None for the file's last.
-        figure: whose joints they are.
 
     Raises:
         ForeignError: none of these formats, nobody in it, or not in this frame.

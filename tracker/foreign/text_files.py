@@ -16,11 +16,8 @@ class ForeignError(ValueError):
 
 @contextmanager
 def opened(path: Path) -> Iterator[TextIO]:
-    """The file as UTF-8 text.
-
-    Raises:
-        ForeignError: no such file, one that cannot be read, or no text; also while it is read.
-    """
+    """The file as UTF-8 text. ForeignError: no such file, one that cannot be read, or no text; also while it
+    is read."""
     try:
         with ordinary(path).open(newline="", encoding="utf-8-sig") as file:
             yield file

@@ -34,13 +34,8 @@ class Norm:
 
 
 def over_strides(angle: Array, strides: Iterable[Stride], first: int = 0) -> Array:
-    """An angle over each of some strides, (S, 101), in the unit of the angle.
-
-    Args:
-        angle: (T,) by frame.
-        strides: S of them, in frames of the clip, within those of the angle.
-        first: frame of the clip that the angle begins with.
-    """
+    """An angle (T,), from the clip's frame `first` on, over each of some strides within it, (S, 101), in its
+    unit."""
     found = [_over(angle, stride.strike.at - first, stride.end.at - first) for stride in strides]
     return np.array(found).reshape(-1, len(SHARES))
 

@@ -57,11 +57,9 @@ class Gait:
         return sum(strides.left_out for strides in self.strides.values())
 
     def named(self, name: str) -> Measure | None:
-        """The measure of a name, None where there is none."""
         return next((measure for measure in self.measures if measure.name == name), None)
 
     def summary(self) -> dict[str, object]:
-        """What gait.json says."""
         return {
             "motion": self.motion,
             "rate": self.rate,

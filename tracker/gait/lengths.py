@@ -47,11 +47,8 @@ class Known:
 def lengths(
     track: Track, strides: Mapping[Side, Strides], clock: Clock, leg: float | None
 ) -> Iterator[Measure]:
-    """Every measure of length; none of somebody who stays in place.
-
-    Args:
-        leg: metres in a leg length, None to tell lengths in leg lengths.
-    """
+    """Every measure of length, none of somebody who stays in place; `leg` is metres in a leg length, None to
+    tell them in leg lengths."""
     holds = {side: _footholds(track, side, strides[side]) for side in SIDES}
     unit, long = ("leg lengths", 1.0) if leg is None else ("m", leg)
 

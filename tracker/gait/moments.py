@@ -74,7 +74,6 @@ class Way:
 
     @classmethod
     def of(cls, track: Track, side: Side) -> "Way":
-        """A leg's, of a track of the walking figure."""
         names = [f"{side}_{joint}" for joint in ("ankle", "toe") if f"{side}_{joint}" in track.figure.joints]
         chosen = [track.figure.joints.index(name) for name in names]
         places = joints(track.figure, track.q)
@@ -164,8 +163,7 @@ def _smoothed(values: Array, sigma: float) -> Array:
 def _peaks(values: Array, prominence: float) -> NDArray[np.intp]:
     """Rows at which values (T,) turn down, the middle one where several are alike, that stand out.
 
-    Args:
-        prominence: how far the values fall on either side, at least, before they are higher than the peak.
+    By the prominence they fall on either side, at least, before they are higher than the peak.
     """
     first = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
     last = np.append(first[1:], len(values)) - 1

@@ -71,7 +71,6 @@ def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Seque
 
 
 def _rate(track: Track) -> float:
-    """Frames a second."""
     return 1.0 / float(np.median(np.diff(track.times))) if len(track) > 1 else 1.0
 
 
@@ -104,5 +103,4 @@ def _sound(
 
 
 def _moved(events: Sequence[Event], by: int) -> tuple[Event, ...]:
-    """With frames for rows."""
     return tuple(replace(event, at=event.at + by) for event in events)

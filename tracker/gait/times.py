@@ -35,7 +35,6 @@ class Clock:
 
     @property
     def pace(self) -> float:
-        """Seconds a frame."""
         return float(np.ptp(self.seconds)) / max(len(self.seconds) - 1, 1)
 
 
@@ -68,7 +67,6 @@ def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Event, 
 
 
 def _within(events: Iterable[Event], start: Event, end: Event) -> Event | None:
-    """The only one between two moments."""
     found = [event for event in events if start.at < event.at < end.at]
     return found[0] if len(found) == 1 else None
 
@@ -111,7 +109,6 @@ def _flights(strides: Mapping[Side, Strides], side: Side, clock: Clock) -> Itera
 
 
 def _cadence(stride: Value | None) -> Value | None:
-    """Two steps a stride."""
     if stride is None:
         return None
     mean = 120.0 / stride.mean

@@ -61,7 +61,6 @@ class Measure:
 
     @classmethod
     def of(cls, name: str, unit: str, samples: Samples) -> "Measure":
-        """That of these strides or steps."""
         near, far = (_mean(samples[side]) for side in SIDES)
         return cls(name, unit, near, far, _both(near, far), _symmetry(near, far))
 

@@ -80,10 +80,8 @@ def learn_motions(
     means over a sequence that are a figure's own, as the neck's of the walking one, are taken off.
 
     Args:
-        sequences: (subject, label, poses (T, M) in body units) each.
-        fps: their frame rate.
+        sequences: (subject, label, poses (T, M) in body units of the figure's learned freedoms) each.
         options: states are per motion.
-        figure: whose learned freedoms they are.
         pooled: learn all motions as one, labelled with their names joined by a hyphen.
         noise: standard deviation added to the angles, radians.
         choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
@@ -141,11 +139,8 @@ def learn_strides(
     seed: int = 0,
     tick: Callable[[], None] = lambda: None,
 ) -> Stride:
-    """The same with harmonic strides; `tick` is called after each of the rounds of each motion.
-
-    Raises:
-        ValueError: no sequences, or none of a motion that is long enough.
-    """
+    """The same with harmonic strides; `tick` is called after each of the rounds of each motion. ValueError:
+    no sequences, or none of a motion that is long enough."""
     models = [
         learn_stride(
             motion.poses[::2],  # a stride's mirror image is known without learning from it
@@ -191,7 +186,6 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
 def _motions(
     sequences: Sequence[Labelled], figure: Figure, pooled: bool, noise: float, seed: int
 ) -> Iterator[_Motion]:
-    """What each motion is to be learned from."""
     if not sequences:
         raise ValueError("learning needs at least one sequence; got none")
     rng = np.random.default_rng(seed)

@@ -76,14 +76,8 @@ def local_cluster(workers: int) -> Iterator["Client"]:
 
 @contextmanager
 def cluster_at(address: str, tls: Path | None = None) -> Iterator["Client"]:
-    """The cluster of a Dask scheduler.
-
-    Args:
-        tls: PEM file of the certificate and key that the cluster lets in and shows; None for one without.
-
-    Raises:
-        ClusterError: no scheduler there, one without workers, or a file that is no such certificate.
-    """
+    """The cluster of a Dask scheduler; `tls` is the PEM file of the certificate and key that it lets in and
+    shows, if any. ClusterError: no scheduler there, one without workers, or no such certificate."""
     from distributed import Client
 
     security = _security(tls)

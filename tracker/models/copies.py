@@ -33,13 +33,10 @@ STILL, RISE = 0.4, 0.6  # seconds of a stand, and until the motion is its own
 def with_copies(
     sequences: Sequence[Labelled], slower_too: Collection[str], started_too: Collection[str], fps: float
 ) -> list[Labelled]:
-    """(subject, label, poses) each, those of the labels named followed by their copies.
+    """(subject, label, poses) each, those of the labels named followed by their copies, `slower` or
+    `started`.
 
-    Args:
-        sequences: poses (T, M), T >= 4, of POSE_COLUMNS and perhaps others behind them.
-        slower_too: labels to be copied `slower`.
-        started_too: labels to be copied `started`.
-        fps: frames a second.
+    Poses are (T, M), T >= 4, of POSE_COLUMNS and perhaps others behind them.
     """
     found = []
     for subject, label, y in sequences:

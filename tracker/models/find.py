@@ -31,8 +31,7 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
 
     Args:
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
-        fps: frames a second of the clip.
-        rate: its playback speed, 1 as filmed.
+        fps: frames a second of the clip; `rate` is its playback speed, 1 as filmed.
         figure: of whose freedoms it is to speak; what ships under its name and this one goes first.
 
     Raises:

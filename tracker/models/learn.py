@@ -103,19 +103,16 @@ class Request:
 
     @cached_property
     def body(self) -> Figure:
-        """What moves; raises ValueError."""
         return load_figure(self.figure)
 
     @cached_property
     def further(self) -> Further:
-        """What the settings file says; raises SettingsError."""
         if self.settings is None:
             return Further()
         return read_toml(self.settings, Further, "docs/learn.md shows one")
 
     @property
     def tables(self) -> tuple[Path, ...]:
-        """The tables that are read."""
         return self.poses if self.trials is None else (self.trials,)
 
     @property
@@ -250,7 +247,6 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
 
 
 def _check_stride(request: Request) -> None:
-    """Refuse what a harmonic stride has not."""
     further, usual = request.further, Further()
     given = {
         "--states": request.states is not None,

@@ -59,7 +59,6 @@ class Outputs:
 
     @property
     def wanted(self) -> list[Path]:
-        """All of them."""
         return [path for path in (self.table, self.plot, self.clip) if path is not None]
 
 
@@ -85,12 +84,8 @@ class Task:
 def classify_table(task: Task, *, inference: Inference | None, use: Use, pose_weight: float | None) -> str:
     """Write the motion of every frame, `seq,frame,label,state` and each motion's probability.
 
-    Args:
-        inference: None for the one that suits the model.
-        use, pose_weight: as `motion.label_all`.
-
-    Raises:
-        PosesError, ModelError, FolderError, ValueError: what cannot be read, used or written.
+    By the inference that suits the model for None; use, pose_weight as `tasks.label_all`. PosesError,
+    ModelError, FolderError, ValueError: what cannot be read, used or written.
     """
     with _fresh(task) as outputs:
         model, sequences, _ = _read(replace(task, model=from_a_stand(task.model)))
@@ -157,12 +152,8 @@ def interpolate_table(task: Task, *, seed: int, recurrent: bool) -> str:
 def synthesise_table(
     task: Task, *, frames: int, seed: int, recurrent: bool, label: str | None, noise: float
 ) -> str:
-    """Write a motion of the model's own as the pose table's one sequence, and as a clip; raises as
-    `classify_table`.
-
-    Args:
-        label, noise, recurrent: see `tracker.motion.free_run`.
-    """
+    """Write a motion of the model's own (`tracker.motion.free_run`) as the pose table's one sequence, and as
+    a clip; raises as `classify_table`."""
     with _fresh(task) as outputs:
         model, fps = _model(task)
         rng = np.random.default_rng(seed)
@@ -232,7 +223,6 @@ def _model(task: Task) -> tuple[Model, float]:
 
 
 def _shown(task: Task, sequences: Sequence[PoseSequence], usual: int) -> int:
-    """Which sequence's curves are drawn."""
     if task.show is None:
         return usual
     names = [sequence.name for sequence in sequences]
@@ -268,7 +258,6 @@ def _pose_rows(
 
 
 def _deviations(mean: Array, variances: Array) -> Array:
-    """NaN where the mean is."""
     return np.where(np.isfinite(mean), np.sqrt(variances), np.nan)
 
 

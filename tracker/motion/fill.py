@@ -81,11 +81,8 @@ def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
 
 
 def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Progress = SILENT) -> SLDS:
-    """The model with R raised to the noise of these sequences, the root's and the angles'.
-
-    Raises:
-        PosesError: a sequence without a measured number.
-    """
+    """The model with R raised to the noise of these sequences, the root's and the angles'; PosesError: one
+    has no measured number."""
     for sequence in sequences:
         first_measured(sequence)
     ys = [s.y - first_place(s) - mean_neck(s) for s in sequences]
@@ -96,9 +93,8 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Prog
 def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator) -> Filled:
     """Every number that was not measured, from what was, before and after.
 
-    Raises:
-        PosesError: a sequence without a measured number.
-        ValueError: a stride alone, and a gap near which no angle was measured.
+    PosesError: no number was measured; ValueError: a stride alone, and a gap near which no angle was
+    measured.
     """
     first_measured(sequence)
     seen = sequence.seen

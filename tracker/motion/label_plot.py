@@ -29,11 +29,8 @@ def draw_labels(
     *,
     shares: bool,
 ) -> None:
-    """A row a sequence: the motion of every frame, above it the table's own labels, below it probabilities.
-
-    Args:
-        shares: whether the inference gives probabilities worth showing.
-    """
+    """A row a sequence: the motion of every frame, above it the table's own labels, below it probabilities if
+    these are worth showing (`shares`)."""
     rows = list(zip(sequences, labellings, strict=True))[:MOST_ROWS]
     known = dict.fromkeys(label for _, found in rows for label in found.labels)
     known |= dict.fromkeys(label for sequence, _ in rows for label in sequence.labels if label)

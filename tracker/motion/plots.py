@@ -35,11 +35,8 @@ Rows = NDArray[np.intp]
 
 
 def draw_forecast(sequence: PoseSequence, mean: Array, sd: Array, path: Path, title: str) -> None:
-    """What was forecast for each frame beside what was then measured.
-
-    Args:
-        mean, sd: (T + H, 8) in body units, NaN where there is no forecast.
-    """
+    """What was forecast for each frame, (T + H, 8) in body units, NaN where nothing was, beside what was then
+    measured."""
     shown = slice(max(0, len(mean) - MOST_FRAMES), len(mean))
     rows = 3 + _rooted(sequence)
     figure, grid = pyplot.subplots(rows, 2, figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, sharex=True,
@@ -54,11 +51,7 @@ def draw_forecast(sequence: PoseSequence, mean: Array, sd: Array, path: Path, ti
 
 
 def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Path, title: str) -> None:
-    """Measured and filled angles, and the figure across the longest gap.
-
-    Args:
-        y, sd: (T, 8) as `motion.Filled` has them.
-    """
+    """Measured and filled angles, (T, 8) as `fill.Filled` has them, and the figure across the longest gap."""
     start, stop = longest_gap(sequence)
     shown = _window(len(sequence), (start + stop) // 2)
     rows = 3 + _rooted(sequence)
@@ -82,9 +75,7 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
 def draw_synthesis(states: Rows, labels: Sequence[str], y: Array, fps: float, path: Path, title: str) -> None:
     """The figure at the start, in the middle and at the end, the legs' angles, and the switching states.
 
-    Args:
-        states: (T,) switching state of each frame; labels: (K,) the motion of each state.
-        y: (T, 8) poses in body units.
+    Of the states (T,) and poses (T, 8) in body units of each frame, and the motion (K,) of each state.
     """
     T, step = len(y), max(1, round(fps / 10.0))
     span = min(T, FIGURES * step)

@@ -21,14 +21,11 @@ SIDES = {"near": as_hex(NEAR), "far": as_hex(FAR)}
 
 
 def sticks(y: Array, fps: float) -> Array:
-    """(T, L, 2, 2) start and end of each link, leg lengths, x forward and y over the ground.
+    """(T, L, 2, 2) start and end of each link of poses (T, 8) in body units, leg lengths, x forward and y
+    over the ground.
 
     A pose's height is relative and a model lets it drift, so the ground is where the lower ankle was lowest
     within GROUND_SECONDS; where the root was not measured it stands still.
-
-    Args:
-        y: (T, 8) poses in body units.
-        fps: frames a second.
     """
     q = np.zeros((len(y), len(WALKER.freedoms)))  # which begin with the columns of a pose table
     q[:, : len(POSE_COLUMNS)] = y

@@ -83,13 +83,10 @@ def free_motion(model: str, labels: Sequence[str], y: Array, fps: float) -> str:
 
 
 def stride_period(y: Array) -> float | None:
-    """Frames a stride takes: the first peak of the autocorrelation of hip_near - hip_far.
+    """Frames a stride takes: the first peak of the autocorrelation of hip_near - hip_far in poses (T, 8)
+    without gaps.
 
-    Args:
-        y: (T, 8) poses without gaps.
-
-    Returns:
-        None where nothing repeats, or fewer than STRIDES times.
+    None where nothing repeats, or fewer than STRIDES times.
     """
     apart = y[:, POSE_COLUMNS.index("hip_near")] - y[:, POSE_COLUMNS.index("hip_far")]
     apart = apart - apart.mean()

@@ -117,14 +117,11 @@ def label_all(
 def forecast_all(
     slds: SLDS, sequences: Sequence[PoseSequence], horizon: int, progress: Progress = SILENT
 ) -> list[Gaussian]:
-    """What each frame was expected to be, `horizon` frames before it.
+    """What each frame was expected to be, `horizon` frames before it: mean (T + horizon, 8) and cov, body
+    units.
 
-    Returns:
-        For each sequence mean (T + horizon, 8) and cov in body units; NaN where no frame was there to go by,
-        and for a place before the root was measured.
-
-    Raises:
-        PosesError: a sequence without a measured number.
+    NaN where no frame was there to go by, and for a place before the root was measured. PosesError: a
+    sequence without a measured number.
     """
     starts = [first_measured(sequence) for sequence in sequences]
     places = [first_place(sequence) for sequence in sequences]

@@ -65,11 +65,9 @@ class Change:
 
     @property
     def sure(self) -> bool:
-        """Whether it is more than two standard errors."""
         return abs(self.by.mean) > SIGMAS * self.by.error
 
     def cells(self) -> list[str]:
-        """What it is called, both figures and the difference, in words."""
         return [f"{self.name} {self.unit}", *(spoken(value, self.unit) for value in self._values())]
 
     def row(self) -> list[str]:
@@ -83,11 +81,8 @@ class Change:
 
 
 def compare_runs(before: Path, after: Path, page: Path) -> str:
-    """Write the page of two runs, and give its table as text.
-
-    Raises:
-        RunError: a folder without a complete run, or one without gait figures.
-    """
+    """Write the page of two runs, and give its table as text. RunError: a folder without a complete run, or
+    one without gait figures."""
     runs = [_walked(folder) for folder in (before, after)]
     metres = all(run.known != Known() for run in runs)
     gaits = [run.gait(metres) for run in runs]

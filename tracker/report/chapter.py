@@ -54,7 +54,6 @@ class Chapter:
 
     @classmethod
     def of(cls, finished: Run) -> Self:
-        """That of a finished run."""
         job = finished.job
         # A speed that was only found would pull every walker towards the model's own.
         rate = 1.0 if job.rate is None else job.rate
@@ -72,7 +71,6 @@ class Chapter:
         )
 
     def facts(self) -> list[tuple[str, str]]:
-        """Names and values, in words."""
         counts = Counter(self.track.outcome)
         outcomes = ", ".join(f"{counts[name]} {word}" for name, word in WORDS.items() if counts[name])
         seconds = self.track.times[-1] - self.track.times[0]

@@ -75,7 +75,6 @@ def compare_models(
 
 
 def _name(model: str) -> str:
-    """What a model's folder is called: its name, or its file's."""
     return Path(model).name.removesuffix(".npz")
 
 

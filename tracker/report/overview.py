@@ -67,7 +67,6 @@ def _row(row: Row, place: Path) -> str:
 
 
 def _picture(clip: Path) -> Iterator[str]:
-    """The first frame of a drawn clip, if there is one."""
     try:
         image = next(iter(Video(clip))).image
     except (VideoError, StopIteration):

@@ -39,13 +39,10 @@ def write_comparison(
     failure: Path,
     notes: Sequence[str] = (),
 ) -> None:
-    """The page of several runs of one clip beside the marks.
+    """The page of several runs of one clip beside the marks, all from the same frame on, by the scores of
+    every chapter by name.
 
-    Args:
-        film: that all of them followed, from the same frame on.
-        scores: of every chapter by its name.
-        failure: the sheet of frames where the tracks part.
-        notes: said above everything else.
+    `failure` is the sheet of frames where the tracks part; notes are said above everything else.
     """
     warnings = [f"{chapter.name}: {text}" for chapter in chapters for text in chapter.warnings]
     first = chapters[0].track.first
@@ -91,7 +88,6 @@ def _write(
 
 
 def _told(chapter: Chapter) -> str:
-    """The joints that a run is scored by, in words."""
     *names, last = (name.replace("_", " ") for name in chapter.track.figure.scored)
     return html.escape(f"{', '.join(names)} and {last}" if names else last)
 

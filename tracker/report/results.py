@@ -36,13 +36,8 @@ def write_run(
 ) -> Chapter:
     """Tables, overlay.mp4, gait.json, report.html and, last, run.json; what the report tells.
 
-    A film too large for the report stays beside it as film.mp4.
-
-    Args:
-        key: tells a batch's job.
-        overlay: whether overlay.mp4 is drawn; the report does without.
-        report: whether report.html is written.
-        film: for the report, where there is one already.
+    A film too large for the report stays beside it as film.mp4, unless there is a `film` already. `key` tells
+    a batch's job.
     """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)

@@ -64,7 +64,6 @@ def box(one: Person) -> tuple[int, int, int, int]:
 
 
 def _ways(one: Person) -> tuple[str, str, str]:
-    """Where the person faces and goes, and in which motion."""
     return _side(one.facing), _side(one.direction), one.gait
 
 

@@ -80,18 +80,12 @@ def fresh_folder(
 
 @contextmanager
 def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = ()) -> Iterator[Path]:
-    """A name to write to, which becomes `path` when the block ends well or vanishes if it does not.
+    """A name to write to, which becomes `path`, or where that links, when the block ends well or vanishes if
+    it does not.
 
-    Who may read and write it stays as it was.
-
-    Args:
-        path: the final place; a link is followed.
-        overwrite: whether a file that is there may be replaced.
-        inputs: files that the work reads, None for none; not one is replaced.
-
-    Raises:
-        FolderError: a folder, a device or an input in its place, a folder that cannot be written, or a file
-            without `overwrite`.
+    Who may read and write it stays as it was. Not one of the inputs, files that the work reads or None, is
+    replaced. FolderError: a folder, a device or an input in its place, a folder that cannot be written, or a
+    file without `overwrite`.
     """
     place = _real(path)
     _sweep(place)

@@ -84,7 +84,6 @@ class Record:
 
     @property
     def facing(self) -> int:
-        """+1 if the figure faces right, -1 if left."""
         return 1 if self.news.facing == "right" else -1
 
     @property
@@ -111,11 +110,7 @@ class Record:
 
 
 def read_news(folder: Path) -> News:
-    """What run.json says.
-
-    Raises:
-        RunError: no complete run in this folder.
-    """
+    """What run.json says; RunError: no complete run in this folder."""
     path = folder / "run.json"
     try:
         return News.model_validate_json(ordinary(path).read_bytes())
@@ -130,11 +125,7 @@ def read_news(folder: Path) -> News:
 
 
 def read_run(folder: Path) -> Record:
-    """A complete run.
-
-    Raises:
-        RunError: no complete run in this folder, or a file in it that is damaged.
-    """
+    """A complete run; RunError: there is none in this folder, or a file in it is damaged."""
     news = read_news(folder)
     with _sound(folder / "keypoints.csv") as path:
         names, numbers = _points(path, news.frames)
@@ -198,15 +189,8 @@ def _poses(path: Path, T: int) -> tuple[Array, tuple[str, ...], Array, tuple[Out
 
 
 def read_track(folder: Path, mark: float, figure: Figure = WALKER) -> Track:
-    """The track of a complete run.
-
-    Args:
-        mark: setting of that name.
-        figure: that was followed, at rest.
-
-    Raises:
-        RunError: a file that is damaged.
-    """
+    """The track of a complete run of this figure, at rest; `mark` is the setting of that name. RunError: a
+    file is damaged."""
     with _sound(folder / "track.npz") as path:
         header, rows = _archive(path, ("times", "q", "cov", "s", "outcome", "shift"))
         *origin, unit, facing = header["view"]

@@ -46,7 +46,6 @@ class Score:
     link_errors: tuple[float, ...]
 
     def summary(self) -> dict[str, float | int | None]:
-        """What compare.json says of a model."""
         return {
             "first_failure_frame": self.first_failure_frame,
             "frames_followed": self.frames_followed,
@@ -96,11 +95,8 @@ class Scored:
 
 
 def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure = WALKER) -> Score:
-    """Errors of a track in every marked frame after the start frame.
-
-    Raises:
-        ValueError: no marked frame after the start, or no leg marked whole.
-    """
+    """Errors of a track in every marked frame after the start frame. ValueError: there is none, or no leg
+    marked whole."""
     scored = Scored.of(figure)
     frames = [frame for frame in sorted(truth) if frame >= start]
     later = [frame for frame in frames if frame > start]
@@ -180,7 +176,6 @@ def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, scored: Score
 
 
 def _angles(marks: Mapping[str, Mark], found: Places, scored: Scored) -> list[float]:
-    """Errors of the visible links' directions, degrees."""
     out = []
     begins = {leg[0] for leg in scored.legs}  # where legs begin is a guess in any frame
     for start, end in (link for leg in scored.legs for link in pairwise(leg)):

@@ -23,9 +23,7 @@ LEGS = tuple((("hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")) for si
 def stature(places: Array, names: Sequence[str], seen: NDArray[np.bool_]) -> float:
     """From the floor to the head's top, in the unit of the places; NaN where nothing was seen of a link.
 
-    Args:
-        places: (T, J, 2) of the joints of these names.
-        seen: (T,) frames that count.
+    Places are (T, J, 2) of the joints of these names; `seen` (T,) says which frames count.
     """
 
     def long(chain: Sequence[tuple[str, str]]) -> Array:

@@ -82,7 +82,6 @@ class Track:
         return self.gait if label == FREE and self.gait else label
 
     def view_at(self, t: int) -> View:
-        """How the picture of row t shows body coordinates."""
         return self.view.shifted(self.shift[t])
 
     def joints(self, rows: slice = ALL) -> Array:
@@ -116,10 +115,7 @@ class Track:
     def to_dataframe(self) -> "pd.DataFrame":
         """A row a frame: time_s, motion, outcome, the pose, and joints as NAME_x and NAME_y, pixels.
 
-        Angles are in degrees, the root in leg lengths.
-
-        Raises:
-            LibraryError: pandas is not installed.
+        Angles are in degrees, the root in leg lengths. LibraryError: pandas is not installed.
         """
         try:
             import pandas as pd
@@ -139,10 +135,7 @@ class Track:
 
     def to_xarray(self) -> "xr.Dataset":
         """Positions, pixels, and their likelihood as `confidence`, laid out as `movement` 0.15 has its poses.
-
-        Raises:
-            LibraryError: xarray is not installed.
-        """
+        LibraryError: xarray is not installed."""
         try:
             import xarray as xr
         except ImportError as error:
@@ -168,12 +161,8 @@ class Track:
 def likelihood(covs: Array, leg: float, measured: NDArray[np.bool_]) -> Array:
     """(T, J) how likely joints lie within r = 0.1 leg lengths of where they are said: 1 - exp(-r^2 / tr S).
 
-    For a round covariance S that is the probability. Where the picture did not say it is 0.
-
-    Args:
-        covs: (T, J, 2, 2) px^2; NaN where the figure was not followed.
-        leg: pixels in a leg length.
-        measured: (T,) whether the picture said where the figure is.
+    For a round covariance S, (T, J, 2, 2) px^2, that is the probability; 0 where the picture did not say
+    (`measured`). `leg` is pixels in a leg length.
     """
     far = (WITHIN * leg) ** 2 / np.maximum(np.trace(covs, axis1=2, axis2=3), 1e-9)
     return np.where(measured[:, None] & np.isfinite(far), -np.expm1(-far), 0.0)

@@ -81,12 +81,8 @@ class Painter:
         self.leg = tuple((place, wardrobe.loose * front, wardrobe.loose * back) for place, front, back in LEG)
 
     def parts(self, joints: dict[str, Array], phase: float) -> list[Part]:
-        """Everything to draw at one moment, far to near.
-
-        Args:
-            joints: (2,) pixel places, as from `scene.gait.joint_places`.
-            phase: strides walked, for what sways once a stride.
-        """
+        """Everything to draw at one moment, far to near, of joints (2,) pixels; `phase`, strides walked, is
+        for what sways once a stride."""
         sway = float(np.sin(2.0 * np.pi * phase))
         parts = [self._arm(joints, "far", FAR_ARM, -sway)]
         parts += [self._shoe(joints, "far", FAR_LEG), self._leg(joints, "far", FAR_LEG, -sway)]

@@ -51,8 +51,6 @@ class Wardrobe:
 
     @classmethod
     def choose(cls, rng: np.random.Generator) -> "Wardrobe":
-        """Clothes, skin, hair, and the side the light comes from."""
-
         def one_of(colours: Any) -> Image:
             return np.asarray(colours[rng.integers(len(colours))] + rng.normal(0.0, 4.0, 3), np.float32)
 

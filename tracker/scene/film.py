@@ -85,10 +85,8 @@ def render(
     Seeds differ in the person, the clothes, the walk, the street, the light and the way the walker faces.
 
     Args:
-        seed: of everything random.
-        frames: T.
+        frames: T; `fps` a second, which sets how far the walk gets in a frame.
         size: width and height of the pictures, pixels. The walker is about half as tall as the picture.
-        fps: frames per second, which sets how far the walk gets in a frame.
         shrubs: whether the walker passes behind some.
         quality: of the JPEG compression, 1 to 100.
         advance: called after every picture.
@@ -158,11 +156,8 @@ def render(
 
 
 def compress(images: Sequence[Picture], quality: int = QUALITY) -> list[Picture]:
-    """What is left of (H, W, 3) uint8 RGB pictures after JPEG compression, each for itself.
-
-    Args:
-        quality: 1 to 100.
-    """
+    """What is left of (H, W, 3) uint8 RGB pictures after JPEG compression, quality 1 to 100, each for
+    itself."""
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]
     squeezed = []
     for image in images:

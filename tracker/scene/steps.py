@@ -90,7 +90,6 @@ class Gait:
     phase: Array
 
     def at(self, moments: NDArray[np.intp]) -> "Gait":
-        """The walk at some of its moments."""
         return Gait(self.pose[moments], self.foot[moments], self.arms[moments], self.phase[moments])
 
 
@@ -114,15 +113,11 @@ def random_build(rng: np.random.Generator) -> Build:
 
 
 def walk(build: Build, steps: int, stride: float, rng: np.random.Generator) -> Gait:
-    """One person's walk from a random phase of the stride on.
+    """One person's walk from a random phase of the stride on, `steps` moments, STEPS to a frame, `stride` its
+    mean period in moments.
 
-    Persons differ in the size and the mean of every angle and between their legs; each cycle differs a
-    little from the last, in time and in size.
-
-    Args:
-        build: the walker's lengths.
-        steps: moments, STEPS to a frame.
-        stride: mean period of the stride, in moments.
+    Persons differ in the size and the mean of every angle and between their legs; each cycle differs a little
+    from the last, in time and in size.
     """
     phase = rng.uniform() + np.arange(steps) / stride + 0.012 * _wander(steps, stride, rng)
     far_phase = phase + 0.5 + rng.normal(0.0, 0.006)

@@ -24,15 +24,8 @@ DOORS = ((64, 92, 78), (110, 44, 40), (46, 58, 84), (92, 72, 52))
 
 
 def street(size: tuple[int, int], echo: Image, rng: np.random.Generator) -> Image:
-    """A street without people.
-
-    Args:
-        size: width and height, pixels.
-        echo: (3,) the colour that some of the clutter shares with the walker.
-
-    Returns:
-        (H, W, 3), 0..255.
-    """
+    """(H, W, 3), 0..255: a street of this width and height without people; some of the clutter shares its
+    `echo`, a colour (3,), with the walker."""
     width, height = size[0] * FINE, size[1] * FINE
     foot = round(WALL_FOOT * height)
     canvas = np.zeros((height, width, 3), np.float32)
@@ -52,14 +45,10 @@ def street(size: tuple[int, int], echo: Image, rng: np.random.Generator) -> Imag
 
 
 def foreground(size: tuple[int, int], centres: Sequence[float], rng: np.random.Generator) -> Image:
-    """What stands between the walker and the camera: a shrub in a planter at each of the given places.
+    """What stands between the walker and the camera: a shrub in a planter about each of the centres, x in
+    pixels.
 
-    Args:
-        size: width and height, pixels.
-        centres: x of each shrub's middle, pixels.
-
-    Returns:
-        (H, W, 4): colour 0..255 times cover, and cover 0..1.
+    (H, W, 4): colour 0..255 times cover, and cover 0..1.
     """
     width, height = size[0] * FINE, size[1] * FINE
     layer = np.zeros((height, width, 4), np.float32)

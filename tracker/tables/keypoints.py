@@ -43,8 +43,7 @@ Marks = dict[int, dict[str, Mark]]
 def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
     """Marks of every frame in a table `frame,keypoint,x,y[,visible]`; rows without a position are left out.
 
-    Raises:
-        KeypointsError: no such file, not such a table, an unknown joint, or a cell that is no finite number.
+    KeypointsError: no such file, not such a table, an unknown joint, or a cell that is no finite number.
     """
     known = tuple(names)
     marks: Marks = {}

@@ -89,9 +89,8 @@ def stretches(values: Sequence[object]) -> list[tuple[int, int]]:
 def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
     """Every sequence of a figure's pose table, in the order of the file; frames left out become rows of NaN.
 
-    Raises:
-        PosesError: no such file, not such a table, a cell that is no number, a frame given twice, or a
-            sequence whose rows stand in two places.
+    PosesError: no such file, not such a table, a cell that is no number, a frame given twice, or a sequence
+    whose rows stand in two places.
     """
     rows: Rows = {}
     last, columns = None, figure.learned_freedoms
@@ -175,7 +174,6 @@ def _read_row(
 
 
 def _number(text: str, column: str, where: str, most: float = LARGEST) -> float:
-    """The number in a cell, NaN for an empty one."""
     if not text:
         return np.nan
     value = finite(text)

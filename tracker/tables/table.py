@@ -78,10 +78,7 @@ class Layout:
 
 def read_lines(path: str | Path) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells, without spaces around them, of every row that is not empty, the header's first.
-
-    Raises:
-        OSError, UnicodeDecodeError, csv.Error: what cannot be read.
-    """
+    OSError, UnicodeDecodeError, csv.Error: what cannot be read."""
     with ordinary(Path(path)).open(newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         for row in reader:
