@@ -20,7 +20,7 @@ P_i = sum_j W_ij P_ij = A_i (sum_j W_ij P_j) A_i' + Q_i, S_i = sum_j W_ij S_ij a
 which takes away only what the gains differ by: least of all g for this one, nothing for one state.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -48,21 +48,13 @@ class Filtered:
 
 
 def gpb2_filter(slds: SLDS, y: Array, hints: Array | None = None) -> Filtered:
-    """The filter alone over one sequence; see `gpb2_filter_all`."""
-    return gpb2_filter_all(slds, [y], None if hints is None else [hints])[0]
-
-
-def gpb2_filter_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Filtered]:
-    """The filter alone over each of several sequences; arguments and errors as `gpb2_all`."""
+    """The filter alone over one sequence; arguments and errors as `gpb2_all`."""
 
     def infer(frames: Frames) -> list[Filtered]:
         forward = run_filter(slds, frames)
-        return [
-            Filtered(np.exp(forward.log_prob[r]), forward.states[r], forward.log_evidence[r])
-            for r in frames.sequences()
-        ]
+        return [Filtered(np.exp(forward.log_prob), forward.states, forward.log_evidence)]
 
-    return in_batches(slds, ys, hints, infer)
+    return in_batches(slds, [y], None if hints is None else [hints], infer)[0]
 
 
 class Step(NamedTuple):

@@ -64,24 +64,11 @@ class Filling:
     label: str
 
 
-def interpolate(stride: Stride, y: Array, fps: float) -> list[Filling]:
-    """Every gap of a sequence, at the noise that makes what was measured about it most probable.
-
-    Args:
-        y: (T, M) in body units; NaN entries, whole rows too, were not measured. A freedom that travels and
-            was never measured makes no gap.
-        fps: frames a second.
-
-    Raises:
-        ValueError: nothing was measured.
-    """
-    if np.isnan(y).all():
-        raise ValueError("nothing was measured; give at least one frame to fill from")
-    return [fill(stride, y, rows, fps) for rows in gaps(stride, y, fps)]
-
-
 def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
-    """The frames of each gap: runs of frames that lack a freedom, cut where much of them is measured."""
+    """The frames of each gap: runs of frames that lack a freedom, cut where much of them is measured.
+
+    NaN entries of y (T, M) were not measured; a freedom that travels and never was makes no gap.
+    """
     wanted = ~stride.travels | np.isfinite(y).any(0)
     lacking = np.flatnonzero(np.isnan(y[:, wanted]).any(1))
     for run in np.split(lacking, np.flatnonzero(np.diff(lacking) > 1) + 1):
@@ -91,7 +78,7 @@ def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
 
 
 def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Filling:
-    """One gap, the frames `rows` that follow each other; arguments as of `interpolate`."""
+    """One gap, the frames `rows` that follow each other, at the noise its neighbours are likeliest by."""
     window = around(y, rows, fps)
     t = (np.arange(window.start, window.stop) - rows.mean()) / fps
     found = hypotheses(stride, t, np.where(stride.travels, np.nan, y[window]))

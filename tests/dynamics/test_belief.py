@@ -94,19 +94,6 @@ def test_a_state_that_cannot_be_reached_is_not_proposed(rng):
     assert_array_equal(got.s, [0, 1])
 
 
-def test_merged_has_the_moments_of_the_mixture(rng):
-    belief = some_belief(random_slds(3, rng=rng), (0, 1, 2, 2), rng)
-    w = np.exp(-belief.cost) / np.exp(-belief.cost).sum()
-    first = sum(p * m for p, m in zip(w, belief.states.mean, strict=True))
-    second = sum(
-        p * (P + np.outer(m, m)) for p, m, P in zip(w, belief.states.mean, belief.states.cov, strict=True)
-    )
-    merged = belief.merged()
-    # Sums of a few numbers near 1.
-    assert_allclose(merged.mean, first, atol=1e-13)
-    assert_allclose(merged.cov, second - np.outer(first, first), atol=1e-13)
-
-
 def test_levelled_the_best_costs_nothing_and_all_weigh_what_they_did(rng):
     belief = some_belief(random_slds(3, rng=rng), [0, 1, 2], rng)
     levelled = belief.levelled()

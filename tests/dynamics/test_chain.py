@@ -121,15 +121,6 @@ def test_how_a_state_would_go_on_does_not_sway_a_path_that_has_ended():
     assert_array_equal(path, [0, 0])
 
 
-def test_pairs_sum_to_the_probabilities_of_either_frame(rng):
-    log_pi0, log_Pi = random_chain(4, rng)
-    (got,) = forward_backward_all(log_pi0, log_Pi, [30.0 * rng.normal(size=(300, 4))])
-    # Sums of four numbers, renormalised nowhere: rounding adds up over the frames.
-    assert_allclose(got.pair.sum(2), got.prob[:-1], atol=1e-13)
-    assert_allclose(got.pair.sum(1), got.prob[1:], atol=1e-13)
-    assert_allclose(got.prob.sum(1), 1.0, atol=1e-12)
-
-
 def test_likelihoods_far_beyond_the_range_of_floats_lose_nothing():
     # Every second frame speaks against both states by thousands of nats, by 2 nats more against the second,
     # and from the second nobody returns: what matters underflows if it leaves the logs.

@@ -1,17 +1,14 @@
 """GPB2 against the sum over all paths, and against its own equations in plain loops."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.gaussian import Gaussian, collapse
+from dynamics.gaussian import collapse
 from dynamics.gpb2 import gpb2_all, switching_all
-from dynamics.gpb2_filter import gpb2_filter, gpb2_filter_all
-from dynamics.learning.em import learn
-from dynamics.learning.options import Options
+from dynamics.gpb2_filter import gpb2_filter
 from tests.oracles import (
     SMOOTHED,
     condition,
@@ -106,15 +103,6 @@ def mixture(weights, means, covs):
     return mean, square - np.outer(mean, mean)
 
 
-def assert_same(one, other, *, atol):
-    assert one.log_evidence == pytest.approx(other.log_evidence, rel=1e-11, abs=1e-11)
-    for name in ("prob", "pair", "lag"):
-        assert_allclose(getattr(one, name), getattr(other, name), atol=atol, err_msg=name)
-    for name in ("states", "starts", "steps"):
-        assert_allclose(getattr(one, name).mean, getattr(other, name).mean, atol=atol, err_msg=name)
-        assert_allclose(getattr(one, name).cov, getattr(other, name).cov, atol=atol, err_msg=name)
-
-
 def apart(prob, exact):
     """Mean total variation of Pr(s_t)."""
     return 0.5 * np.abs(prob - exact.prob).sum(1).mean()
@@ -169,16 +157,6 @@ def test_the_moments_of_steps_states_and_pairs_agree(order, gaps, rng):
     assert_array_equal(got.path, got.prob.argmax(1))
 
 
-def test_at_the_last_frame_the_smoother_is_the_filter(rng):
-    slds = random_slds(3, order=2, rng=rng)
-    y = drawn(slds, 12, rng, gaps=True)
-    got, filtered = gpb2(slds, y), gpb2_filter(slds, y)
-    assert_array_equal(got.prob[-1], filtered.prob[-1])
-    assert_array_equal(got.steps.mean[-1, :, :4], filtered.states.mean[-1])
-    assert_array_equal(got.steps.cov[-1, :, :4, :4], filtered.states.cov[-1])
-    assert got.log_evidence == pytest.approx(filtered.log_evidence.sum(), rel=1e-14)
-
-
 # Against the sum over all paths
 
 
@@ -195,16 +173,6 @@ def test_two_frames_are_exact(order, gaps, rng):  # nothing is collapsed before 
         assert_allclose(got.prob, want.prob, atol=1e-12)
         assert_allclose(got.states.mean[1], want.states.mean[1], atol=1e-12)
         assert_allclose(got.states.cov[1], want.states.cov[1], atol=1e-12)
-
-
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("gaps", [False, True])
-def test_a_single_frame_is_exact(order, gaps, rng):
-    slds = random_slds(3, order=order, rng=rng)
-    y = drawn(slds, 1, rng, gaps=gaps)
-    got, want = gpb2(slds, y), enumerated(slds, y)
-    assert_same(replace(got, steps=got.starts), replace(want, steps=want.starts), atol=1e-12)
-    assert got.steps.cov.shape == (0, 3, 4 * order, 4 * order)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -249,41 +217,6 @@ def test_a_freedom_that_nobody_measured_is_as_good_as_not_there(rng):
     assert_allclose(got.log_evidence, want.log_evidence[:-1], atol=1e-11)
 
 
-# Several sequences
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_sequences_of_unequal_lengths_are_each_filtered_on_its_own(order, rng):
-    slds = random_slds(4, order=order, rng=rng)
-    lengths = (5, 1, 60, 2, 33, 60, 1, 59)
-    ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in lengths]
-    hints = [rng.normal(size=(T, 4)) for T in lengths]
-    for got, y, hint in zip(gpb2_filter_all(slds, ys, hints), ys, hints, strict=True):
-        one = gpb2_filter(slds, y, hint)
-        assert_allclose(got.prob, one.prob, atol=1e-11)
-        assert_allclose(got.states.cov, one.states.cov, atol=1e-11)
-        assert_allclose(got.log_evidence, one.log_evidence, atol=1e-11)
-
-
-# Hints
-
-
-@pytest.mark.parametrize("gaps", [False, True])
-def test_hints_are_log_likelihoods_of_the_switching_states(gaps, rng):
-    slds = random_slds(3, order=2, rng=rng)
-    y, hints = drawn(slds, 2, rng, gaps=gaps), rng.normal(scale=2.0, size=(2, 3))
-    paths = {(i, j): given_path(slds, y, (i, j))[2] + hints[0, i] + hints[1, j] for i, j in np.ndindex(3, 3)}
-    log_evidence = np.logaddexp.reduce(list(paths.values()))
-    got = gpb2(slds, y, hints)
-    assert got.log_evidence == pytest.approx(log_evidence, rel=1e-12)
-    for j in range(3):
-        log_p = np.logaddexp.reduce([paths[i, j] for i in range(3)])
-        assert got.prob[1, j] == pytest.approx(np.exp(log_p - log_evidence), rel=1e-9)
-    filtered = gpb2_filter(slds, y, hints)
-    first = np.logaddexp.reduce([given_path(slds, y[:1], [i])[2] + hints[0, i] for i in range(3)])
-    assert filtered.log_evidence[0] == pytest.approx(first, rel=1e-12)
-
-
 # What cannot be, and what can hardly be
 
 
@@ -299,19 +232,6 @@ def test_probabilities_that_underflow_leave_the_weights_right(rng):
     assert_allclose(got.prob[:, 1], 1.0, atol=1e-12)
     assert_allclose(got.states.mean, mean, atol=SMOOTHED)
     assert_allclose(got.states.cov, [cov[t, :, t] for t in range(41)], atol=SMOOTHED)
-
-
-def test_a_sequence_with_no_measurement_at_all_is_the_prior(rng):
-    slds = random_slds(3, order=2, rng=rng)
-    got, y = gpb2(slds, np.full((5, 2), np.nan)), np.full((5, 2), np.nan)
-    want = enumerated(slds, y)
-    assert got.log_evidence == pytest.approx(0.0, abs=1e-12)
-    # Collapsing keeps first and second moments, and these are all that the prior's recursion uses.
-    assert_allclose(got.prob[-1], want.prob[-1], atol=1e-12)
-    assert_allclose(gpb2_filter(slds, y).prob, want.prob, atol=1e-12)
-    assert_allclose(got.states.mean[-1], want.states.mean[-1], atol=1e-12)
-    assert_allclose(got.states.cov[-1], want.states.cov[-1], atol=1e-12)
-    assert np.isfinite(got.states.cov).all()
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -348,23 +268,6 @@ def test_poses_measured_almost_exactly_are_known_as_exactly(r, rng):
     assert short.log_evidence.sum() == pytest.approx(sum_over_paths(slds, y[:2]), rel=1e-6)
 
 
-# Learning
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_learning_with_it_raises_the_value(order, rng):
-    slds = random_slds(2, d=2, order=order, travelling=("a",), noise=0.05, stay=0.9, rng=rng)
-    ys = [drawn(slds, T, rng) for T in (30, 40, 35, 40)]
-    options = Options(states=2, order=order, rounds=8, tolerance=1e-9)
-    fit = learn(
-        ys, names=slds.names, travelling=("a",), fps=30.0, label="walk", options=options, infer=gpb2_all
-    )
-    assert len(fit.values) > 3
-    # No theorem, as the posterior is approximate; these values are near 300 and gain tens.
-    assert all(later > before - 1e-3 for before, later in pairwise(fit.values))
-    assert fit.values[-1] > fit.values[0] + 1.0
-
-
 # Errors
 
 
@@ -382,17 +285,3 @@ def test_what_cannot_be_inferred_from_is_named(rng):
     hints[3] = -np.inf
     with pytest.raises(ValueError, match="no switching state is possible at frame 3"):
         gpb2(slds, y, hints)
-
-
-def test_what_is_filtered_is_what_a_tracker_needs(rng):
-    slds = random_slds(3, order=2, rng=rng)
-    y = drawn(slds, 6, rng)
-    got = gpb2_filter(slds, y)
-    assert got.prob.shape == (6, 3)
-    assert got.states.mean.shape == (6, 3, 4)
-    assert got.states.cov.shape == (6, 3, 4, 4)
-    for t in range(1, 7):  # the past does not change with what comes later
-        part = gpb2_filter(slds, y[:t])
-        assert part.log_evidence.sum() == pytest.approx(got.log_evidence[:t].sum(), rel=1e-12)
-        assert_allclose(part.prob[-1], got.prob[t - 1], atol=1e-12)
-        assert isinstance(part.states, Gaussian)

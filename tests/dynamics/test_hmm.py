@@ -119,29 +119,6 @@ def test_inference_agrees_with_hmmlearn(rng):
         assert_array_equal(got.path, other.decode(y)[1])
 
 
-def test_entries_that_were_not_measured_are_left_out_of_the_density(rng):
-    hmm = random_hmm(3, rng, M=3)
-    _, y = drawn(hmm, 20, rng)
-    y[:, 1] = np.nan
-    keep = [0, 2]
-    less = replace(hmm, mean=hmm.mean[:, keep], cov=hmm.cov[:, keep][:, :, keep], names=("a", "c"))
-    (got,), (want,) = hmm_all(hmm, [y]), hmm_all(less, [y[:, keep]])
-    assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-12)
-    assert_allclose(got.prob, want.prob, atol=1e-12)
-
-
-def test_sequences_of_unequal_lengths_are_each_on_its_own(rng):
-    hmm = random_hmm(3, rng)
-    ys = [drawn(hmm, T, rng, gaps=T % 2 == 0)[1] for T in (5, 1, 17, 2, 9)]
-    for got, y in zip(hmm_all(hmm, ys), ys, strict=True):
-        (alone,) = hmm_all(hmm, [y])
-        assert got.prob.shape == (len(y), 3)
-        assert_allclose(got.prob, alone.prob, atol=1e-13)
-        assert_array_equal(got.path, alone.path)
-        assert got.log_evidence == pytest.approx(alone.log_evidence, rel=1e-13)
-    assert hmm_all(hmm, []) == []
-
-
 # Learning
 
 
@@ -276,17 +253,6 @@ def test_without_a_prior_a_state_that_is_never_visited_keeps_what_it_had(rng):
     assert_allclose(hmm.mean, np.tile(ys[0].mean(0), (4, 1)), atol=1e-12)
     assert_allclose(hmm.cov[0], np.cov(ys[0].T, bias=True), atol=1e-12)
     assert_allclose(hmm.cov[1], np.diag(ys[0].var(0)), atol=1e-9)  # the start, with 1e-10 more
-
-
-def test_only_proportions_of_weights_matter(rng):
-    hmm = random_hmm(2, rng)
-    ys = [drawn(hmm, T, rng)[1] for T in (30, 40)]
-    one, other = (
-        learn_hmm(ys, names=hmm.names, options=Options(states=2, rounds=50), weights=weights, **LEARNT)
-        for weights in (np.array([2.0, 1.0]), np.array([40.0, 20.0]))
-    )
-    assert one.values == pytest.approx(other.values, rel=1e-12)
-    assert_same_hmm(one.hmm, other.hmm, atol=1e-9)
 
 
 def test_poses_that_never_move_are_learnt_as_still(rng):

@@ -41,13 +41,6 @@ def test_arrays_are_read_only(rng):
         slds.A[0, 0, 0] = 1.0
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_order_and_number_of_states_follow_from_the_arrays(order, rng):
-    slds = random_slds(3, d=2, order=order, rng=rng)
-    assert slds.order == order
-    assert slds.K == 3
-
-
 def test_logs_of_zero_probabilities_are_minus_infinity(rng):
     slds = replace(random_slds(2, rng=rng), Pi=[[1.0, 0.0], [0.5, 0.5]], pi0=[0.0, 1.0])
     assert_array_equal(slds.log_pi0, [-np.inf, 0.0])
@@ -90,13 +83,6 @@ def test_samples_switch_as_often_as_they_should(rng):
     assert (np.abs(share - slds.pi0) < 5.0 * np.sqrt(slds.pi0 * (1.0 - slds.pi0) / 60)).all()
 
 
-def test_a_seed_gives_the_same_sample_again(rng):
-    slds = random_slds(2, rng=rng)
-    one, other = (slds.sample(20, np.random.default_rng(7)) for _ in range(2))
-    for a, b in zip(one, other, strict=True):
-        assert_array_equal(a, b)
-
-
 # Constant velocity
 
 
@@ -107,15 +93,6 @@ def test_constant_velocity_carries_on_exactly():
         belief = predict(belief, slds.A[0], slds.b[0], slds.Q[0])
         # A few roundings a step of numbers up to 22.
         assert_allclose(belief.mean[:2], [3.0 + t, 0.5 - 0.1 * t], atol=1e-12)
-
-
-def test_constant_velocity_follows_a_straight_line_it_measures(rng):
-    slds = constant_velocity(NAMES, noise=[1e-3, 1e-3], spread=[1.0, 1.0], fps=30.0)
-    y = np.array([0.2, 1.0]) + np.arange(40.0)[:, None] * [0.05, -0.02]
-    y[20:30] = np.nan
-    want = np.array([0.2, 1.0]) + np.arange(40.0)[:, None] * [0.05, -0.02]
-    # The prior pulls poses of 1 to its mean by R over its variance, 1e-4, at the first frame.
-    assert_allclose(viterbi(slds, y).states.mean[:, :2], want, atol=1e-3)
 
 
 def test_constant_velocitys_spread_is_that_of_the_first_velocity():
@@ -167,13 +144,6 @@ def test_combined_states_keep_their_own_dynamics(rng):
         assert_array_equal(getattr(both, name)[5:], getattr(models[2], name))
     # R is a mean of three.
     assert_allclose(3.0 * both.R, sum(model.R for model in models), rtol=1e-14)
-
-
-def test_without_crossing_motions_never_mix(rng):
-    models = motions(rng)
-    both = combine(models, crossing=0.0)
-    got = viterbi(both, models[0].sample(30, rng)[2])
-    assert len({both.labels[s] for s in got.path}) == 1
 
 
 def test_one_model_combines_to_itself(rng):
@@ -234,13 +204,6 @@ def test_drifting_freedoms_follow_their_own_recursion(rng):
         assert_allclose(belief.cov[:, 4, 4], variance, rtol=1e-12)  # a few roundings
         assert_array_equal(belief.mean[:, 4], 0.0)
     assert_array_equal(wide.C[2], [0.0, 0.0, 0.0, 0.0, 1.0])
-
-
-def test_no_drifts_change_nothing(rng):
-    slds = random_slds(2, rng=rng)
-    same = slds.with_drifts((), np.zeros(0), np.zeros(0), np.zeros(0))
-    for name in ("A", "b", "Q", "C", "R", "mean0", "cov0"):
-        assert_array_equal(getattr(same, name), getattr(slds, name))
 
 
 @pytest.mark.parametrize("order", [1, 2])

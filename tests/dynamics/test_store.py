@@ -275,12 +275,6 @@ def test_random_bytes_are_refused(start, path, rng):
             load(path)
 
 
-def test_an_empty_file_is_refused(path):
-    path.write_bytes(b"")
-    with pytest.raises(ModelError, match="is no model file or is damaged; copy or learn it again"):
-        load(path)
-
-
 def test_a_hidden_markov_model_is_kept_as_one(tmp_path, rng):
     hmm = HMM(
         pi0=[0.25, 0.75],

@@ -101,24 +101,6 @@ def test_one_switching_state_takes_every_frame(start, rng):
         assert_array_equal(p.path, 0)
 
 
-@pytest.mark.parametrize("start", STARTS)
-@pytest.mark.parametrize("states", [1, 3])
-def test_a_freedom_that_never_moves_is_no_obstacle(start, states, rng):
-    ys = [np.column_stack([np.arange(20.0), np.full(20, 0.3)]) for _ in range(2)]
-    for p in guess(ys, states, Layout(NAMES, ("x",), 2), start)[1]:
-        assert np.isfinite(p.states.mean).all()
-
-
-@pytest.mark.parametrize("start", STARTS)
-@pytest.mark.parametrize("order", [1, 2])
-def test_no_sequence_is_too_short_to_be_labelled(start, order, rng):
-    for lengths in [(2,), (2, 3, 2), (2, 40, 2)]:
-        ys = [rng.normal(size=(T, 2)) for T in lengths]
-        _, posteriors = guess(ys, 3, Layout(NAMES, (), order), start)
-        assert [len(p.path) for p in posteriors] == list(lengths)
-        assert [p.prob.shape for p in posteriors] == [(T, 3) for T in lengths]
-
-
 # Gaps
 
 

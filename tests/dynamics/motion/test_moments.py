@@ -156,13 +156,3 @@ def test_regions_thousands_of_nats_apart_do_not_underflow(rng):
     for name in ("A", "b", "Q", "mean0", "cov0"):  # that of each is what it would be alone
         assert_allclose(getattr(got, name)[:1], getattr(by_motion(walk), name), atol=1e-8, err_msg=name)
         assert np.isfinite(getattr(got, name)).all()
-
-
-def test_a_motion_has_the_poses_of_its_own_states_drawn(rng):
-    slds = named(random_slds(2, d=2, order=2, rng=rng), "walk", "walk")
-    got = by_motion(slds)
-    s = rng.choice(2, size=5_000, p=slds.pi0)
-    x = np.stack([rng.multivariate_normal(slds.mean0[k], slds.cov0[k]) for k in s])
-    # Standard errors of 5,000 draws of numbers near 1; five of them.
-    assert_allclose(got.mean0[0], x.mean(0), atol=5 * 1.5 / np.sqrt(5_000))
-    assert_allclose(got.cov0[0], np.cov(x.T), atol=5 * 3.0 / np.sqrt(5_000))

@@ -83,19 +83,6 @@ def test_motions_are_as_probable_as_their_states_together(weight, rng):
         assert_array_equal(labelling.state, want.path)
 
 
-def test_a_motion_of_several_fairly_probable_states_outdoes_one_state_that_is_more_probable(rng):
-    class Answer:
-        prob = np.array([[0.3, 0.4, 0.3], [0.1, 0.6, 0.3]])
-        path = np.array([1, 1])
-
-    slds = named(random_slds(3, rng=rng), "walk", "run", "walk")
-    (got,) = classify(slds, [np.zeros((2, 2))], infer=lambda slds, ys, hints: [Answer()])
-    assert got.label == ("walk", "run")
-    assert got.labels == ("walk", "run")
-    assert_allclose(got.prob, [[0.6, 0.4], [0.4, 0.6]], atol=1e-15)
-    assert_array_equal(got.state, [1, 1])
-
-
 @pytest.mark.parametrize("infer", [viterbi_all, gpb2_all, variational_all])
 def test_without_the_poses_term_classification_is_plain_inference(infer, rng):
     slds = two_motions(rng)
@@ -144,42 +131,6 @@ def test_a_walk_that_turns_into_a_run_is_told_from_it(infer, rng):
         right = [label == want for label, want in zip(got.label, [first] * 40 + [second] * 40, strict=True)]
         # The two come to rest several deviations apart; around the join the model may be in doubt.
         assert all(right[:36] + right[44:])
-
-
-def test_a_root_that_was_not_measured_does_not_speak(rng):
-    """The other freedoms alone say the same of a model whose b has nothing to do with them."""
-    slds = two_motions(rng)
-    stays = np.array([True, False, True] * 2)
-    block = stays[:, None] == stays
-    blocks = {name: getattr(slds, name) * block for name in ("A", "Q", "cov0")}
-    whole = replace(slds, R=slds.R * block[:3, :3], **blocks)
-    part = replace(
-        slds,
-        names=("a", "c"),
-        travelling=(),
-        C=np.eye(2, 4),
-        R=slds.R[np.ix_([0, 2], [0, 2])],
-        b=slds.b[:, stays],
-        mean0=slds.mean0[:, stays],
-        **{name: matrix[:, stays][:, :, stays] for name, matrix in blocks.items()},
-    )
-    y = quiet(slds, 5, rng)
-    y[:, 1] = np.nan
-    (got,), (want,) = classify(whole, [y], infer=exactly), classify(part, [y[:, [0, 2]]], infer=exactly)
-    assert got.label == want.label
-    assert_allclose(got.prob, want.prob, atol=1e-9)
-
-
-def test_nothing_measured_leaves_the_chain_alone(rng):
-    slds = two_motions(rng)
-    (got,) = classify(slds, [np.full((4, 3), np.nan)], infer=exactly)
-    for t in range(4):
-        prob = slds.pi0 @ np.linalg.matrix_power(slds.Pi, t)
-        assert_allclose(got.prob[t], [prob[:2].sum(), prob[2]], atol=1e-12)
-
-
-def test_no_sequences_have_no_motions(rng):
-    assert classify(two_motions(rng), []) == []
 
 
 def test_labels_of_a_hidden_markov_model_are_those_of_all_its_paths(rng):
@@ -328,20 +279,6 @@ def test_a_forecast_of_one_state_is_that_of_the_joint_gaussian(order, horizon, r
             assert_allclose(got.cov[t], cov, atol=1e-10)
 
 
-def test_a_forecast_of_one_state_is_a_plain_kalman_loop(rng, known_noise):
-    slds = random_slds(1, d=2, order=2, rng=rng)
-    A, b, Q, C, R = slds.A[0], slds.b[0], slds.Q[0], slds.C, slds.R
-    y = slds.sample(200, rng)[2]
-    x, P = slds.mean0[0], slds.cov0[0]
-    (got,) = predict(slds, [y])
-    for t in range(200):
-        gain = P @ C.T @ np.linalg.inv(C @ P @ C.T + R)
-        x, P = x + gain @ (y[t] - C @ x), P - gain @ C @ P
-        x, P = A @ x + b, A @ P @ A.T + Q
-        assert_allclose(got.mean[t + 1], C @ x, atol=1e-10)
-        assert_allclose(got.cov[t + 1], C @ P @ C.T, atol=1e-10)
-
-
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("horizon", [1, 3])
 def test_forecasts_from_two_frames_are_exact(order, horizon, rng):  # nothing is collapsed before the third
@@ -371,26 +308,6 @@ def test_later_forecasts_are_nearly_those_of_all_paths(rng, known_noise):
     assert np.median(off) < 1e-3
     assert np.max(off) < 0.1
     assert_allclose(wider, 1.0, atol=0.15)
-
-
-def test_switches_that_cannot_be_have_no_part_in_a_forecast(rng):
-    slds = random_slds(3, rng=rng)
-    slds = replace(slds, pi0=[1.0, 0.0, 0.0], Pi=[[0.0, 1.0, 0.0], [0.4, 0.6, 0.0], [0.2, 0.3, 0.5]])
-    y = slds.sample(2, rng)[2]
-    (got,) = predict(slds, [y], 3)
-    for t in (3, 4):
-        mean, cov = ahead(slds, y, t, 3)
-        assert_allclose(got.mean[t], mean, atol=1e-10)
-        assert_allclose(got.cov[t], cov, atol=1e-10)
-
-
-def test_forecasts_further_ahead_are_less_certain_and_settle(rng, known_noise):
-    slds = random_slds(2, order=2, rng=rng)
-    y = slds.sample(30, rng)[2]
-    spreads = [np.trace(predict(slds, [y], h)[0].cov[30]) for h in (1, 3, 10)]
-    assert spreads[0] < spreads[1] < spreads[2]
-    far, farther = (predict(slds, [y], h)[0].mean[-1] for h in (300, 301))
-    assert_allclose(far, farther, atol=1e-3)
 
 
 @pytest.mark.parametrize("horizon", [1, 3])
@@ -434,24 +351,9 @@ def test_forecasts_take_the_memory_of_what_they_return(rng):
     assert peak < 8 * (ahead.mean.nbytes + ahead.cov.nbytes)
 
 
-def test_no_sequences_have_no_forecasts(rng):
-    assert predict(random_slds(1, rng=rng), []) == []
-
-
 def test_a_horizon_of_no_frames_is_refused(rng):
     with pytest.raises(ValueError, match=r"horizon must be at least 1 frame; got 0"):
         predict(random_slds(1, rng=rng), [np.zeros((3, 2))], 0)
-
-
-def test_covariances_of_forecasts_stay_symmetric_positive_definite(rng, known_noise):
-    slds = random_slds(2, d=2, order=2, noise=1e-3, rng=rng)
-    slds = replace(slds, R=1e-6 * np.eye(2), cov0=1e6 * slds.cov0)
-    y = slds.sample(500, rng)[2]
-    y[np.arange(500) % 100 < 30] = np.nan
-    (got,) = predict(slds, [y], 2)
-    assert np.isfinite(got.mean[2:]).all()
-    assert_array_equal(got.cov[2:], np.swapaxes(got.cov[2:], 1, 2))
-    assert (np.linalg.eigvalsh(got.cov[2:]) > 0).all()
 
 
 # Synthesis
@@ -555,19 +457,6 @@ def test_a_run_starts_as_a_sequence_does(recurrent, rng):
         sd = np.sqrt(np.diag(cov))
         assert (np.abs(of_k.mean(0) - slds.mean0[k][:2]) < 5.0 * sd / np.sqrt(len(of_k))).all()
         assert (np.abs(np.cov(of_k.T) - cov) < 5.0 * np.outer(sd, sd) * np.sqrt(2.0 / len(of_k))).all()
-
-
-def test_a_free_run_is_that_of_the_model_without_measurement_noise(rng):
-    slds = random_slds(2, order=2, stay=0.8, rng=rng)
-    s, y = synthesise(slds, 3000, rng, recurrent=False)
-    other_s, x, _ = slds.sample(3000, rng)
-    # Two runs of states that last 6 frames in the mean: 360 free frames.
-    assert np.mean(s == 0) == pytest.approx(np.mean(other_s == 0), abs=5.0 * 0.5 * np.sqrt(2.0 / 360))
-    for k in range(2):
-        stays = np.mean(s[1:][s[:-1] == k] == k)
-        assert stays == pytest.approx(slds.Pi[k, k], abs=5.0 * 0.5 / np.sqrt((s == k).sum()))
-    spread = np.diff(y, axis=0).std(0), np.diff(x[:, :2], axis=0).std(0)
-    assert_allclose(*spread, rtol=5.0 / np.sqrt(360))
 
 
 def swinging(radius, *, travelling=True):
