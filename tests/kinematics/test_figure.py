@@ -92,18 +92,6 @@ def test_the_layout_says_of_every_link_what_the_tree_says(figure):
         assert (layout.width[i], layout.taper[i], layout.layer[i]) == (link.width, link.taper, link.layer)
 
 
-def test_twins_are_the_links_of_the_other_side_and_what_is_alone_has_none():
-    names = [link.name for link in WALKER.links]
-    assert {names[i]: names[twin] for i, twin in WALKER.twins.items()} == {
-        "thigh_near": "thigh_far",
-        "shank_near": "shank_far",
-        "foot_near": "foot_far",
-        "thigh_far": "thigh_near",
-        "shank_far": "shank_near",
-        "foot_far": "foot_near",
-    }
-
-
 def test_every_joint_but_the_base_is_the_tip_of_one_link():
     for i, link in enumerate(WALKER.links):
         assert WALKER.link_of(link.joint) == i
@@ -117,11 +105,6 @@ def test_every_joint_but_the_base_is_the_tip_of_one_link():
 def test_an_unknown_freedom_is_named_with_those_there_are():
     with pytest.raises(ValueError, match="'walker' has no freedom 'elbow'; it has root_x, root_y, torso"):
         WALKER.index("elbow")
-
-
-def test_thighs_and_shanks_make_the_walkers_leg():
-    of_leg = [link.name for link in WALKER.links if WALKER.is_leg(link)]
-    assert of_leg == ["thigh_near", "shank_near", "thigh_far", "shank_far"]
 
 
 def test_other_lengths_change_nothing_else():
@@ -290,11 +273,6 @@ def test_links_that_are_none_or_no_tables_are_refused(links, message):
 def test_a_figure_without_links_is_refused():
     with pytest.raises(ValueError, match="figure 'nothing' has no links; give it one at least"):
         Figure("nothing", "hip", (), (), ("hip",))
-
-
-def test_a_link_built_in_code_is_checked_as_one_from_a_file():
-    with pytest.raises(ValueError, match="sense must be 1 or -1; got 2"):
-        replace(WALKER, links=(replace(WALKER.links[0], sense=2), *WALKER.links[1:]))
 
 
 def test_twins_may_be_named_and_angles_that_differ_in_side_alone_share_a_panel():

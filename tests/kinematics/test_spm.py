@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
-from kinematics.figure import SCALE, STRETCH
 from kinematics.spm import View, covering, jacobian, joint_jacobian, joints, motions, skeleton, surface
 from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, random_pose, upright
 from tests.oracles import central_difference
@@ -119,41 +118,6 @@ def test_a_link_seen_end_on_leaves_its_angle_free_and_nothing_infinite(rng):
     assert np.linalg.matrix_rank(foot.T @ foot) == 1
 
 
-@every_figure
-def test_a_link_lengthened_moves_its_points_along_itself_and_what_hangs_on_it_as_a_whole(figure, rng):
-    q, (link, along, across) = random_pose(figure, rng), random_points(figure, rng)
-    bones = skeleton(figure, q)
-    J = jacobian(figure, bones, link, along, across)
-    for j, part in enumerate(figure.links):
-        if not part.breathes:
-            assert STRETCH + part.name not in figure.freedoms
-            continue
-        moves = J[:, :, figure.index(STRETCH + part.name)]
-        assert_allclose(moves @ bones.normal[j], 0.0, atol=1e-14)
-        lengthwise = moves @ bones.direction[j]
-        assert_allclose(lengthwise[link == j], along[link == j] * bones.length[j], rtol=1e-12, atol=1e-14)
-        for i, other in enumerate(figure.links):
-            if i != j:
-                share = share_of(figure, other, part.name)
-                assert_allclose(lengthwise[link == i], share * bones.length[j], rtol=1e-12, atol=1e-14)
-
-
-def share_of(figure, link, ancestor):
-    """Where the way from the base to `link` leaves `ancestor`."""
-    while link.parent not in (None, ancestor):
-        link = next(part for part in figure.links if part.name == link.parent)
-    return 0.0 if link.parent is None else link.at
-
-
-@every_figure
-def test_twice_the_scale_doubles_every_distance_from_the_root(figure, rng):
-    q, points = random_pose(figure, rng), random_points(figure, rng)
-    larger = q.copy()
-    larger[figure.index(SCALE)] += np.log(2.0)
-    small, large = (surface(skeleton(figure, pose), *points) for pose in (q, larger))
-    assert_allclose(large - q[:2], 2.0 * (small - q[:2]), rtol=1e-12, atol=1e-14)
-
-
 def test_at_rest_the_walker_stands_and_positive_angles_go_forward():
     def at(**values):
         return dict(zip(WALKER.joints, joints(WALKER, upright(WALKER, **values)), strict=True))
@@ -187,17 +151,6 @@ def test_the_near_leg_covers_the_far_leg_where_they_cross_and_nowhere_else():
     together = upright(WALKER)
     assert covered(WALKER, together, "shank_far", 0.5, 0.0)
     assert not covered(WALKER, together, "shank_near", 0.5, 0.0)
-
-
-def test_near_leg_lies_over_torso_and_torso_over_far_leg():
-    # Both thighs raised across the torso.
-    q = upright(WALKER, hip_near=np.pi - 0.1, hip_far=np.pi + 0.1)
-    assert covered(WALKER, q, "torso", 0.5, 0.0)
-    assert not covered(WALKER, q, "thigh_near", 0.5, 0.0)
-    assert covered(WALKER, q, "thigh_far", 0.5, 0.0)
-    far_only = upright(WALKER, hip_far=np.pi)
-    assert covered(WALKER, far_only, "thigh_far", 0.5, 0.0)
-    assert not covered(WALKER, far_only, "torso", 0.5, 0.0)
 
 
 def test_links_of_one_layer_never_cover_each_other():
@@ -239,16 +192,6 @@ def test_a_link_covers_from_where_it_starts():
     assert not covered(WALKER, q, "thigh_far", -just, edge)
     assert covered(WALKER, q, "thigh_far", -0.04 / 0.51 + just, edge, margin=0.04)
     assert not covered(WALKER, q, "thigh_far", -0.04 / 0.51 - just, edge, margin=0.04)
-
-
-def test_each_point_is_covered_by_itself_alone(rng):
-    q, (link, along, across) = random_pose(WALKER, rng), random_points(WALKER, rng)
-    bones = skeleton(WALKER, q)
-    points = surface(bones, link, along, across)
-    together = covering(WALKER, bones, points, link)
-    alone = [covering(WALKER, bones, points[[p]], link[[p]])[0] for p in range(len(link))]
-    assert_array_equal(together, alone)
-    assert 0 < together.sum() < len(link)
 
 
 @pytest.mark.parametrize("facing", [1, -1])

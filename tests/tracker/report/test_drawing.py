@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from tests.kinematics.figures import HORSE, WALKER, upright
+from tests.kinematics.figures import WALKER, upright
 from tests.tracker.tracks import random_track, standing
 from tracker.report import drawing
-from tracker.report.drawing import SMALL, colours, enlargement, paint
+from tracker.report.drawing import SMALL, enlargement, paint
 from videos.overlay import FAR, NEAR, TRUNK
 
 GREY = 128
@@ -118,18 +118,3 @@ def test_a_frame_of_a_long_track_takes_no_work_on_the_others(track, monkeypatch)
     monkeypatch.setattr(type(track), "__post_init__", copied)
     monkeypatch.setattr(type(track), "measured", property(copied))
     paint(np.zeros((SMALL, 400, 3), np.uint8), track, track.first)
-
-
-def test_the_frame_itself_stays_as_it_was(track):
-    image = ground()
-    paint(image, track, 3)
-    assert (image == GREY).all()
-
-
-@pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
-def test_far_and_near_limbs_never_share_a_colour(track, figure):
-    shades = dict(zip([link.name for link in figure.links], colours(figure), strict=True))
-    layers = {link.name: link.layer for link in figure.links}
-    far, near = min(layers.values()), max(layers.values())
-    assert {shade for name, shade in shades.items() if layers[name] == far} == {FAR}
-    assert {shade for name, shade in shades.items() if layers[name] == near} == {NEAR}

@@ -160,13 +160,6 @@ def test_keys_step_frames_and_stop_at_the_ends(browser, tmp_path):
         report.shows(frame)
 
 
-def test_the_slider_in_focus_steps_by_one_all_the_same(browser, tmp_path):
-    report = Report(browser, made(tmp_path))
-    browser.value("document.querySelector('#frame').focus()")
-    browser.press("ArrowRight")
-    report.shows(1)
-
-
 def test_space_plays_and_pauses_at_a_whole_frame(browser, tmp_path):
     report = Report(browser, made(tmp_path))
     browser.press(" ")
