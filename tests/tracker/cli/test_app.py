@@ -371,10 +371,3 @@ def test_the_shell_completes_commands_and_options():
     assert completed("tra") == ["track"]
     assert completed("track", "walk.mp4", "--keyp") == ["--keypoints"]
     assert completed("track", "walk.mp4", "--facing", "r") == ["right"]
-
-
-def test_what_makes_the_shell_complete_can_be_shown():
-    environment = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
-    _, said, _ = ended("--show-completion", "zsh", environment=environment)
-    assert "#compdef figtrack" in said
-    assert "_FIGTRACK_COMPLETE=complete_zsh" in said

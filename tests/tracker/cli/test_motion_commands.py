@@ -89,13 +89,6 @@ def test_classify_leaves_a_row_a_frame_with_probabilities(tmp_path, poses, model
     assert out.with_suffix(".png").read_bytes().startswith(PNG)
 
 
-def test_classify_without_the_poses_own_term_is_another_answer(tmp_path, poses, model):
-    for weight in (0, 1):
-        words = ["--pose-weight", weight, "--no-plot", "--out", tmp_path / f"{weight}.csv"]
-        done("classify", poses, "--model", model, *words)
-    assert (tmp_path / "0.csv").read_text() != (tmp_path / "1.csv").read_text()
-
-
 def test_predict_leaves_a_forecast_a_row_and_as_many_past_the_end(tmp_path, poses, model):
     out, horizon = tmp_path / "p.csv", 4
     said = done("predict", poses, "--model", model, "--horizon", horizon, "--out", out)
@@ -188,31 +181,6 @@ def test_the_clip_of_a_long_synthesis_shows_its_beginning_and_it_is_said(tmp_pat
         assert sum(1 for _ in clip.decode(video=0)) == 7
 
 
-def test_synthesis_is_the_same_for_a_seed_and_another_for_another(tmp_path, model):
-    for name, seed in {"a": 1, "b": 1, "c": 2}.items():
-        words = ["--frames", 30, "--seed", seed, "--no-clip", "--no-plot", "--out", tmp_path / f"{name}.csv"]
-        done("synthesise", "--model", model, *words)
-    a, b, c = ((tmp_path / f"{name}.csv").read_text() for name in "abc")
-    assert a == b != c
-    assert not list(tmp_path.glob("*.mp4"))
-
-
-@pytest.mark.parametrize("command", ["interpolate", "synthesise"])
-def test_the_papers_switch_is_another_answer(tmp_path, poses, model, command):
-    given = [poses] if command == "interpolate" else ["--frames", 60, "--no-clip"]
-    for name, more in {"a": [], "b": ["--no-recurrent"]}.items():
-        words = [*given, "--model", model, "--no-plot", "--out", tmp_path / f"{name}.csv", *more]
-        done(command, *words)
-    assert (tmp_path / "a.csv").read_text() != (tmp_path / "b.csv").read_text()
-
-
-def test_what_is_synthesised_can_be_read_and_classified(tmp_path, model):
-    done("synthesise", "--model", model, "--frames", 80, "--label", "walk", "--no-clip", "--no-plot",
-         "--out", tmp_path / "s.csv")  # fmt: skip
-    said = done("classify", tmp_path / "s.csv", "--model", model, "--no-plot", "--out", tmp_path / "l.csv")
-    assert "the table's own label on 100.00 % of 80 frames" in said
-
-
 @pytest.mark.parametrize("command", [*ON_TABLES, "synthesise"])
 def test_results_go_into_the_folder_one_is_in_unless_told(tmp_path, few, model, monkeypatch, command):
     here = tmp_path / "here"
@@ -250,14 +218,6 @@ def test_another_rate_of_the_table_is_another_model(tmp_path, rng, model):
     assert error("--fps", 15) < 0.7 * error()
 
 
-@pytest.mark.parametrize("command", ON_TABLES)
-@pytest.mark.parametrize("frames", [1, 2])
-def test_one_or_two_frames_are_a_sequence(tmp_path, rng, model, command, frames):
-    poses = write_poses(tmp_path / "poses.csv", sequence(gait("walk", frames, rng)))
-    done(command, poses, "--model", model, "--out", tmp_path / "o.csv")
-    assert len(read_csv(tmp_path / "o.csv")) == frames + (command == "predict")
-
-
 def test_the_model_that_ships_answers_all_four(tmp_path, few):
     for command in ON_TABLES:
         done(command, few, "--no-plot", "--out", tmp_path / f"{command}.csv")
@@ -275,19 +235,6 @@ def untouched(tmp_path, poses):
     before = everything(tmp_path)
     yield
     assert everything(tmp_path) == before
-
-
-@pytest.mark.usefixtures("untouched")
-@pytest.mark.parametrize(
-    ("command", "more", "said"),
-    [
-        ("classify", ["--inference", "hmm"], "it wants --inference viterbi, gpb2 or variational, not hmm"),
-        ("predict", ["--fps", "500"], "cannot go from 30 to 500 frames a second; learn again"),
-    ],
-)
-def test_what_does_not_fit_is_refused(tmp_path, poses, model, command, more, said):
-    given = [] if "--model" in more else ["--model", model]
-    assert said in refused(command, poses, *given, "--out", tmp_path / "o.csv", *more)
 
 
 @pytest.mark.usefixtures("untouched")

@@ -20,10 +20,6 @@ def test_frames_are_the_numbers_in_the_images_names(tmp_path):
     assert sorted(people) == [7, 9]
 
 
-def test_an_image_without_a_number_counts_by_its_id(tmp_path):
-    assert sorted(read_people(coco(tmp_path / "a.json", {"start.jpg": [WALKER]}))) == [10]
-
-
 def test_flags_say_what_is_there_and_what_is_hidden(tmp_path):
     flags = {"nose": 0, "left_knee": 1}
     (person,) = read_people(coco(tmp_path / "a.json", {"1.jpg": [WALKER]}, flags))[1]
@@ -72,10 +68,3 @@ def test_a_detectors_results_come_by_image_with_confidence(tmp_path):
 def test_an_annotation_that_does_not_fit_is_refused_in_words(tmp_path, annotation):
     with pytest.raises(ForeignError, match="no COCO keypoints file"):
         read_people(write(tmp_path / "a.json", {"annotations": [annotation]}))
-
-
-def test_a_number_that_is_none_is_no_point(tmp_path):
-    path = coco(
-        tmp_path / "a.json", {"1.jpg": [WALKER | {"nose": (float("nan"), 1.0), "left_ear": ("x", 2.0)}]}
-    )
-    assert not {"nose", "left_ear"} & read_people(path)[1][0].keys()

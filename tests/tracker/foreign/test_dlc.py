@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from tests.tracker.records import FRAMES, made_track, validated, validator, write_folder
 from tracker.foreign.dlc import read_people, write_dlc
 from tracker.foreign.formats import read_points
 from tracker.foreign.people import Sighting
-from tracker.foreign.points import JOINTS, Points, named_points, near_far
+from tracker.foreign.points import JOINTS, Points, named_points
 from tracker.foreign.text_files import ForeignError
 from tracker.run.read import read_run
 
@@ -31,17 +30,6 @@ def test_the_layout_to_the_letter(tmp_path):
         "0,100.512,200.950,0.9442,140.949,300.312,0.8733\n"
         "1,101.021,200.871,0.9440,,,\n"
     )
-
-
-def test_points_come_back(points, tmp_path):
-    write_dlc(points, tmp_path / "p.csv")
-    found = read_points(tmp_path / "p.csv", 1)
-    own = [near_far(JOINTS[name], 1) for name in points.names]
-    assert set(found.names) == set(own)
-    order = [found.names.index(name) for name in own]
-    # Three decimals of a pixel, four of a likelihood are written.
-    assert_allclose(found.places[:, order], points.known, atol=0.5e-3 + 1e-9)
-    assert_allclose(found.likelihood[:, order], points.likelihood, atol=0.5e-4 + 1e-9)
 
 
 def test_the_validator_finds_nothing_wrong_and_what_is_spoiled(points, tmp_path):

@@ -246,17 +246,3 @@ def test_what_is_no_run_is_refused(run, tmp_path):
 )
 def test_wrong_usage_is_exit_status_2(run, words):
     assert figtrack("export", run, *words).exit_code == 2
-
-
-def test_a_tracked_clip_is_exported_whole(clip, tmp_path):
-    out = tmp_path / "out"
-    words = ["--keypoints", clip.keypoints, "--model", "cv", "--stop", 3, "--out", out, "--quiet"]
-    assert figtrack("track", clip.video, *words).exit_code == 0
-    exported(out, "dlc", "--out", tmp_path / "w.csv")
-    points = read_points(tmp_path / "w.csv", 1)
-    for joint in ("near_knee", "far_knee", "head_top"):
-        away = points.places[0, points.names.index(joint)] - clip.joints[joint][0]
-        assert np.hypot(*away) < 3.0
-    exported(out, "myogait", "--out", tmp_path / "m.json")
-    meta = json.loads((tmp_path / "m.json").read_text())["meta"]
-    assert (meta["width"], meta["height"], meta["fps"]) == (480, 270, 30.0)

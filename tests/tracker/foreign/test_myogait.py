@@ -61,8 +61,3 @@ def test_landmarks_are_shares_of_the_frame_where_the_figure_was_seen(record, tab
             assert 0.0 < landmark["visibility"] <= 1.0
         seen = np.mean([landmark["visibility"] for landmark in frame["landmarks"].values()])
         assert frame["confidence"] == pytest.approx(seen, abs=1e-3)
-
-
-def test_the_right_side_is_near_for_who_faces_right():
-    assert near_far(NAMES["RIGHT_KNEE"], 1) == near_far(NAMES["LEFT_KNEE"], -1) == "near_knee"
-    assert near_far(NAMES["LEFT_FOOT_INDEX"], 1) == "far_toe"

@@ -57,30 +57,6 @@ def test_one_file_a_frame_of_75_numbers_in_the_order_of_body_25(points, folder):
             assert_allclose(numbers[3 * i : 3 * i + 3], wanted, atol=1e-4)
 
 
-def test_points_come_back_but_for_those_that_are_not_sure(points, folder):
-    found = read_people(folder)
-    assert list(found) == list(range(FRAMES))
-    for t, (person,) in found.items():
-        sure = {name for name, p in zip(points.names, points.likelihood[t], strict=True) if p > 0}
-        assert person.keys() == sure
-        for name in sure:
-            j = points.names.index(name)
-            assert_allclose([person[name].x, person[name].y], points.places[t, j], atol=1e-4)
-            assert person[name].confidence == pytest.approx(points.likelihood[t, j], abs=1e-4)
-
-
-def test_our_names_come_back_on_either_side(rng, tmp_path):
-    record = read_run(write_folder(made_track(rng, facing=-1), tmp_path / "run"))
-    (tmp_path / "json").mkdir()
-    write_openpose(named_points(record, NAMES, -1), tmp_path / "json", "w")
-    own = read_points(tmp_path / "json", -1)
-    assert set(own.names) == set(record.names) - {"head_top"}
-    sure = record.measured
-    for name in own.names:
-        found = own.places[sure, own.names.index(name)]
-        assert_allclose(found, record.place(name)[sure], atol=1e-4, err_msg=name)
-
-
 def write_frame(folder, t, *people):
     people = [{"pose_keypoints_2d": numbers} for numbers in people]
     (folder / f"a_{t:012d}_keypoints.json").write_text(json.dumps({"people": people}))

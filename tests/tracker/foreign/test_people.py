@@ -42,13 +42,6 @@ def test_openpose_of_eighteen_points_is_read_too(tmp_path):
     assert openpose.read_people(path)[0][0]["LAnkle"] == Sighting(39.0, 40.0, 1.0)
 
 
-def test_a_deeplabcut_row_is_a_frame_and_its_empty_cells_are_no_points(tmp_path):
-    half = {name: WALKER[name] for name in ("left_hip", "right_hip")}
-    found = dlc.read_people(people.dlc(tmp_path / "a.csv", {"4": half, "6": WALKER}))
-    assert found[4] == [{name: Sighting(*place, 0.95) for name, place in half.items()}]
-    assert found[6][0].keys() == WALKER.keys()
-
-
 def test_deeplabcut_individuals_are_people_of_one_frame(tmp_path):
     both = [WALKER, moved(WALKER, dx=100.0)]
     found = dlc.read_people(people.dlc(tmp_path / "a.csv", {"0": both}, individuals=["ann", "bob"]))

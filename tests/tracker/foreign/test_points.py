@@ -62,17 +62,6 @@ def test_likelihood_is_how_often_a_joint_lies_within_a_tenth_of_a_leg(rng, tmp_p
     assert 0.3 < found.min() < 0.95
 
 
-def test_likelihood_falls_as_the_covariance_grows_and_is_0_where_lost_or_outside(rng, tmp_path):
-    track = made_track(rng)
-    small = named_points(record_of(track, tmp_path / "a"), HALPE, 1).likelihood
-    large = named_points(record_of(replace(track, cov=400 * track.cov), tmp_path / "b"), HALPE, 1).likelihood
-    unseen = [outcome in ("lost", "outside") for outcome in track.outcome]
-    assert (large[ROWS][~np.array(unseen)] < small[ROWS][~np.array(unseen)]).all()
-    assert (small[ROWS][unseen] == 0).all()
-    assert (small[[0, -1]] == 0).all()
-    assert ((small >= 0) & (small <= 1)).all()
-
-
 def test_a_leg_is_as_long_as_its_links(rng, tmp_path):
     track = replace(made_track(rng), q=np.zeros((T, len(WALKER.freedoms))))
     lengths = [link.length for link in WALKER.links if link.name in ("thigh_near", "shank_near")]

@@ -160,11 +160,6 @@ def test_a_figure_that_is_not_whole_is_no_start_where_another_is(tmp_path, worse
     assert read_start(people.dlc(tmp_path / "a.csv", {"0": worse, "1": WALKER})).frame == 1
 
 
-def test_a_figure_larger_in_the_picture_has_not_its_ankles_farther_apart(tmp_path):
-    walk = {"0": moved(WALKER, size=2.0), "1": stepping(4.0)}
-    assert read_start(people.dlc(tmp_path / "a.csv", walk)).frame == 1
-
-
 def test_a_figure_that_cannot_be_right_is_no_start_where_another_can(tmp_path):
     walk = {"0": stepping(150.0), "1": WALKER, "2": stepping(6.0)}
     assert read_start(people.dlc(tmp_path / "a.csv", walk)).frame == 2
@@ -185,14 +180,6 @@ def test_the_start_is_looked_for_no_further_than_told(tmp_path):
     assert read_start(path, first=4).frame == 5
     with pytest.raises(ForeignError, match=r"from frame 6 on of .* somebody in 3, 5"):
         read_start(path, first=6)
-
-
-@pytest.mark.parametrize("program", [*WRITERS, "TRC"])
-def test_marks_are_one_frame_of_another_programs_file(tmp_path, program):
-    write = people.trc if program == "TRC" else WRITERS[program]
-    path = write(tmp_path / "start.file", [WALKER])
-    taken = read_start(path)
-    assert read_marks(path, None, None, 0, None) == ({taken.frame: taken.marks}, taken.told)
 
 
 def test_marks_are_every_frame_of_a_table_of_ours(tmp_path):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from tests.tracker.records import FPS, FRAMES, made_track, validated, validator, write_folder
 from tracker.foreign.points import HALPE, Points, named_points
@@ -46,21 +45,6 @@ def test_the_validator_finds_nothing_wrong_with_either_and_what_is_spoiled(recor
     assert check(pixels, allow_px=False)[0]
     metres.write_text(metres.read_text().replace("\tnan\tnan\tnan\n", "\t\t\t\n"))
     assert check(metres, allow_px=False)[0]
-
-
-def test_markers_in_pixels_come_back_but_for_those_that_are_not_sure(record, tmp_path):
-    points = named_points(record, HALPE, record.facing)
-    write_px_trc(points, record.times, FPS, tmp_path / "w_px.trc")
-    found = read_people(tmp_path / "w_px.trc")
-    assert list(found) == list(range(FRAMES))
-    for t, (person,) in found.items():
-        assert person.keys() == {
-            name for name, p in zip(points.names, points.likelihood[t], strict=True) if p
-        }
-        for name, point in person.items():
-            place = points.places[t, points.names.index(name)]
-            assert_allclose([point.x, point.y, point.confidence], [*place, 1.0], atol=1e-6)
-    assert (points.likelihood == 0).any()
 
 
 @pytest.mark.parametrize(

@@ -115,12 +115,6 @@ def test_a_sequence_without_gaps_comes_back_as_it_was(rng, way):
     assert np.isnan(filled.sd).all()
 
 
-@EACH_WAY
-def test_one_frame_is_enough_to_fill_from(rng, way):
-    y = blanked(gait("walk", 20, rng), [t for t in range(20) if t != 10])
-    assert np.isfinite(fill_gaps(way(), sequence(y), rng).y).all()
-
-
 def test_each_gap_is_filled_by_what_its_neighbourhood_speaks_for(rng, monkeypatch):
     y = gait("walk", 140, rng)
     given = blanked(y, [*range(10, 18), *range(110, 118)])

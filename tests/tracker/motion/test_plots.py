@@ -60,12 +60,6 @@ def test_bars_stand_where_the_motions_are(figures, rng):
     assert [tick.get_text() for tick in axes.get_yticklabels()] == ["a"]
 
 
-def test_every_motion_has_a_colour_of_its_own():
-    shades = {*label_plot.MOTIONS, *motion_plots.SIDES.values()}
-    assert len(shades) == len(label_plot.MOTIONS) + 2
-    assert sorted(motion_plots.STATES) == list(range(20))
-
-
 def test_a_picture_of_many_sequences_shows_the_first_and_says_so(figures, rng):
     many = [sequence(gait("walk", 3, rng), str(i)) for i in range(50)]
     label_plot.draw_labels(many, [labelling(["walk"] * 3)] * 50, None, "title", shares=False)

@@ -79,21 +79,6 @@ def test_the_root_is_heard_where_it_is_used(rng, label):
     assert less < 0.5 * doubt
 
 
-def test_a_root_read_coarsely_does_not_drown_the_angles(rng):
-    y, labels = both(rng)
-    y[:, :2] += rng.normal(scale=0.03, size=(100, 2))
-    (found,) = label_all(gait_model(), [sequence(y)], inference=Inference.GPB2, use=Use.ALL)
-    assert right(found, labels) > 0.93
-
-
-def test_gaps_and_empty_columns_are_labelled_too(rng):
-    y, labels = both(rng)
-    y = blanked(blanked(y, slice(20, 26)), slice(None), [2, 5])
-    (found,) = label_all(gait_model(), [sequence(y)], inference=Inference.GPB2)
-    assert right(found, labels) > 0.9
-    assert len(found.label) == 100
-
-
 def test_without_a_weight_the_pose_by_itself_says_nothing(rng):
     y = [sequence(blanked(gait("run", 4, rng), slice(None), slice(4, 8)))]
     with_pose, without = (
@@ -185,14 +170,6 @@ def test_a_place_is_forecast_once_it_was_measured(rng):
     assert np.isfinite(one.mean[12:, :2]).all()
     assert np.isnan(other.mean[:, :2]).all()
     assert np.isfinite(other.mean[2:, 2:]).all()
-
-
-def test_empty_frames_before_the_first_measured_change_no_forecast(rng):
-    y = gait("walk", 30, rng)
-    padded = np.vstack([np.full((5, 8), np.nan), y])
-    one, other = forecast_all(gait_model(), [sequence(y), sequence(padded)], 1)
-    assert_allclose(other.mean[6:], one.mean[1:], atol=1e-9)
-    assert np.isnan(other.mean[:6]).all()
 
 
 def test_an_unknown_constant_is_integrated_out(rng):
