@@ -61,10 +61,7 @@ def batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
 
 
 def in_batches(
-    slds: SLDS,
-    ys: Sequence[Array],
-    hints: Sequence[Array] | None,
-    infer: Callable[[Frames], list[Result]],
+    slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None, infer: Callable[[Frames], list[Result]]
 ) -> list[Result]:
     """What `infer` makes of each sequence, in the order given; it sees a batch at a time. ValueError: hints
     that do not fit the sequences."""

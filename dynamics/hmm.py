@@ -11,14 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.chain import (
-    ChainPosterior,
-    best_path_all,
-    blocks,
-    check_chain,
-    forward_backward_all,
-    split_as,
-)
+from dynamics.chain import ChainPosterior, best_path_all, blocks, check_chain, forward_backward_all, split_as
 from dynamics.gaussian import Array, Gaussian, frozen, inverse_root, transpose
 from dynamics.kalman import update
 

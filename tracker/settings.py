@@ -48,10 +48,7 @@ class Settings(BaseModel):
     iterations: int = Field(4, ge=1, le=100, description="steps at each blur at most")
     noise: float = Field(6.0, ge=0.1, le=255, description="of a pixel's match, grey levels")
     light: float = Field(
-        20.0,
-        gt=0,
-        le=255,
-        description="of a link's offset of light from the common one at most, grey levels",
+        20.0, gt=0, le=255, description="of a link's offset of light from the common one at most, grey levels"
     )
     robust: float = Field(2.5, gt=0, le=1000, description="Cauchy scale, multiples of the noise")
     out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match at which a link is out of sight")

@@ -84,8 +84,7 @@ class Stretch:
         self.moves = self._shapes()
         places, W = len(self.travels), self.moves.shape[1]
         self.prior = Gaussian(
-            np.concatenate([stride.mean[k], np.zeros(places + W)]),
-            np.eye(self.Z + places + W),
+            np.concatenate([stride.mean[k], np.zeros(places + W)]), np.eye(self.Z + places + W)
         )
         self.prior.cov[: self.Z, : self.Z] = stride.root[k] @ stride.root[k].T
         rest = np.arange(self.Z, self.Z + places)

@@ -86,17 +86,13 @@ def test_the_next_frame_of_a_run_is_foreseen_better_than_by_the_best_constant_ve
     assert 100.0 * rms(measured[Forecast(UNSEEN, "run")]) / rms(best) <= SHARE
 
 
-def test_a_synthetic_walk_keeps_to_the_range_and_the_stride_of_the_captures(
-    measured: dict[Job, Any],
-) -> None:
+def test_a_synthetic_walk_keeps_to_the_range_and_the_stride_of_the_captures(measured: dict[Job, Any]) -> None:
     walk: Likeness = measured[Making(ALONE["walk"], True)]
     assert 100.0 * walk.out <= OUT, walk
     assert 100.0 * walk.stride_error <= STRIDE, walk
 
 
-def test_a_synthetic_run_stays_bounded_and_keeps_the_stride_of_the_captures(
-    measured: dict[Job, Any],
-) -> None:
+def test_a_synthetic_run_stays_bounded_and_keeps_the_stride_of_the_captures(measured: dict[Job, Any]) -> None:
     made: Likeness = measured[Making(ALONE["run"], True)]
     assert made.finite
     assert made.far_out == 0.0

@@ -151,14 +151,7 @@ def test_one_model_combines_to_itself(rng):
     assert combine([slds]) is slds
 
 
-@pytest.mark.parametrize(
-    "other",
-    [
-        {"order": 1},
-        {"d": 3},
-        {"travelling": ("a",)},
-    ],
-)
+@pytest.mark.parametrize("other", [{"order": 1}, {"d": 3}, {"travelling": ("a",)}])
 def test_models_of_other_freedoms_are_not_combined(other, rng):
     one = random_slds(2, order=2, rng=rng)
     with pytest.raises(ValueError, match="must share freedoms, order and frame rate"):

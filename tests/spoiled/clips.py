@@ -60,10 +60,7 @@ VIDEO = [
     ),
     *cases("compare", "walk.mp4", ("cut", cut(0.3), "walk.mp4")),
     *cases(
-        "annotate",
-        "walk.mp4",
-        ("cut", cut(0.3), "walk.mp4"),
-        ("absent", removed, "no video at walk.mp4"),
+        "annotate", "walk.mp4", ("cut", cut(0.3), "walk.mp4"), ("absent", removed, "no video at walk.mp4")
     ),
     *cases("correct", "run/run.json", ("cut", cut(0.5), "is no run of figtrack")),
     *cases("correct", "run/keypoints.csv", ("cut", cut(0.5), "is damaged")),

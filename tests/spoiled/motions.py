@@ -1,15 +1,7 @@
 """Settings, models, pose tables and captures."""
 
 from tests.spoiled.case import HUGE, cases
-from tests.spoiled.spoil import (
-    copied,
-    cut,
-    encoded,
-    flipped,
-    replaced,
-    separated,
-    written,
-)
+from tests.spoiled.spoil import copied, cut, encoded, flipped, replaced, separated, written
 
 SETTINGS = cases(
     "track",
@@ -50,11 +42,7 @@ POSES = [
             "out of all range",
         ),
         ("are marks", copied("marks.csv"), "is no pose table"),
-        (
-            "with a word",
-            replaced(r"\n0,1,[-\d.]+", "\n0,1,x"),
-            "line 3: root_x must be a finite number",
-        ),
+        ("with a word", replaced(r"\n0,1,[-\d.]+", "\n0,1,x"), "line 3: root_x must be a finite number"),
         ("with empty cells", replaced(r"(?m)^0,(\d+),.*", r"0,\1" + 8 * ",", 0), "poses.csv"),
     ),
     *cases(
@@ -92,11 +80,7 @@ CAPTURES = [
         ("with a word", replaced("walk,30", "walk,fast"), "line 2: fps 'fast'"),
         ("with a segment past the end", replaced("0-60", "0-999"), "its segment is 0-999"),
     ),
-    *cases(
-        "reproduce",
-        "trials.csv",
-        ("of nothing", replaced(r"(?s)\n.*", "\n"), "leaves no walk or run"),
-    ),
+    *cases("reproduce", "trials.csv", ("of nothing", replaced(r"(?s)\n.*", "\n"), "leaves no walk or run")),
     *cases("reproduce", "c1.bvh", ("cut", cut(0.7), "c1.bvh")),
     *cases(
         "learn captures",

@@ -13,11 +13,7 @@ OPTIONS = [
         ("start huge", f"track --start {HUGE}", f"frame {HUGE} is not marked"),
         ("scale of endless metres", "mot --scale-points 0,0,9,9,inf", "metres between"),
         ("scale points in one place", "mot --scale-points 5,5,5,5,1", "two points apart"),
-        (
-            "a model that does not ship",
-            "track --model swim",
-            "no model 'swim' ships; there are gait",
-        ),
+        ("a model that does not ship", "track --model swim", "no model 'swim' ships; there are gait"),
         ("a sequence that is not there", "predict --show b", "no sequence 'b' to show; there are 0"),
         ("a motion that is not there", "synthesise --label swim", "has no motion 'swim'; it has walk, run"),
         ("a picture of another kind", "classify poses.csv --plot a.doc", "--plot wants"),

@@ -28,13 +28,7 @@ def without_room(room):
 
 # Room for a table but not for the clip, for a part of a file, for nothing.
 @pytest.mark.parametrize(
-    ("command", "room"),
-    [
-        ("track", 3_000),
-        ("compare", 20_000),
-        ("classify", 1_000),
-        ("openpose", 0),
-    ],
+    ("command", "room"), [("track", 3_000), ("compare", 20_000), ("classify", 1_000), ("openpose", 0)]
 )
 def test_on_a_full_disk_nothing_is_left_and_what_was_there_stays(folder, command, room):
     before = everything(folder)

@@ -9,8 +9,7 @@ from tracker.cli.options import Common, FacingOption, Shown, Video
 from tracker.clip.job import towards
 
 Port = Annotated[
-    int,
-    typer.Option(min=0, max=65535, help="Of the page's address on this machine; 0 for any that is free."),
+    int, typer.Option(min=0, max=65535, help="Of the page's address on this machine; 0 for any that is free.")
 ]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the page's address.")]
 
@@ -40,8 +39,7 @@ def annotate(
         ),
     ] = None,
     empty: Annotated[
-        bool,
-        typer.Option("--empty", help="Do not open with a suggestion, of who is found in the film."),
+        bool, typer.Option("--empty", help="Do not open with a suggestion, of who is found in the film.")
     ] = False,
     facing: FacingOption = None,
     figure: Annotated[

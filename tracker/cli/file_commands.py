@@ -122,8 +122,7 @@ def batch(
         ),
     ] = None,
     workers: Annotated[
-        int | None,
-        typer.Option(min=1, max=512, help="Processes of this machine [default: one a processor]."),
+        int | None, typer.Option(min=1, max=512, help="Processes of this machine [default: one a processor].")
     ] = None,
     scheduler: Annotated[
         str | None, typer.Option(help="Address of a Dask scheduler to send the clips to, tcp://HOST:PORT.")

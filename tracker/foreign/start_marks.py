@@ -31,12 +31,7 @@ class Taken:
 
 
 def read_marks(
-    path: Path,
-    frame: int | None,
-    facing: int | None,
-    first: int,
-    last: int | None,
-    figure: Figure = WALKER,
+    path: Path, frame: int | None, facing: int | None, first: int, last: int | None, figure: Figure = WALKER
 ) -> tuple[Marks, str]:
     """The marks of a table of ours, or those of `read_start`, and what is to be said of these; KeypointsError
     or ForeignError."""

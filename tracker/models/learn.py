@@ -18,13 +18,7 @@ from dynamics.stride import Stride
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.mocap import ARM_COLUMNS, POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
-from tracker.models.by_motion import (
-    ESteps,
-    Spread,
-    learn_hmms,
-    learn_motions,
-    learn_strides,
-)
+from tracker.models.by_motion import ESteps, Spread, learn_hmms, learn_motions, learn_strides
 from tracker.models.copies import Labelled, with_copies
 from tracker.models.find import CONSTANT_VELOCITY
 from tracker.progress import Progress

@@ -18,29 +18,11 @@ from tracker.models.find import from_a_stand, motion_model
 from tracker.motion.choices import Inference, Use
 from tracker.motion.fill import at_table_noise, fill_gaps, fillers
 from tracker.motion.free_run import free_run
-from tracker.motion.summary import (
-    filled_cells,
-    forecast_errors,
-    frames_text,
-    free_motion,
-    label_shares,
-)
-from tracker.motion.tasks import (
-    chosen_inference,
-    forecast_all,
-    label_all,
-    whole_pose,
-)
+from tracker.motion.summary import filled_cells, forecast_errors, frames_text, free_motion, label_shares
+from tracker.motion.tasks import chosen_inference, forecast_all, label_all, whole_pose
 from tracker.progress import Progress
 from tracker.run.folder import FolderError, fresh_file
-from tracker.tables.poses import (
-    PoseSequence,
-    PosesError,
-    pose_cells,
-    read_poses,
-    suspicions,
-    write_poses,
-)
+from tracker.tables.poses import PoseSequence, PosesError, pose_cells, read_poses, suspicions, write_poses
 from tracker.tables.table import write_table
 
 USUAL_FPS = 30.0

@@ -13,14 +13,7 @@ import numpy as np
 from dynamics.gaussian import Array, Gaussian
 from dynamics.gpb2 import switching_all
 from dynamics.hmm import HMM
-from dynamics.motion.tasks import (
-    CLASSIFY_TICKS,
-    Labelling,
-    classify,
-    classify_hmm,
-    predict,
-    predict_ticks,
-)
+from dynamics.motion.tasks import CLASSIFY_TICKS, Labelling, classify, classify_hmm, predict, predict_ticks
 from dynamics.posterior import InferSwitching
 from dynamics.region import POSE
 from dynamics.slds import SLDS

@@ -124,11 +124,7 @@ class Painter:
         sole = capsule(f, d, (-build.heel + 0.04, 0.042), (build.toe - 0.035, 0.052), 0.046, 0.032)
         signed = np.maximum(np.minimum(upper, sole), d - build.ankle)
         tone = 0.8 + 0.2 * np.clip(-d / 0.08 + 0.5, 0.0, 1.0) + 0.14 * (np.abs(f - 0.07) < 0.045) * (d < 0.03)
-        colour = np.where(
-            (d > build.ankle - 0.022)[..., None],
-            SOLE,
-            self.wear.shoes * tone[..., None],
-        )
+        colour = np.where((d > build.ankle - 0.022)[..., None], SOLE, self.wear.shoes * tone[..., None])
         return self._part(rank, window, WHITE, colour, px * signed)
 
     def _trunk(self, joints: dict[str, Array], sway: float) -> Part:

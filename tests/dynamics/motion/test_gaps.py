@@ -254,12 +254,7 @@ def over_all_paths(slds, y, recurrent):
 
 @pytest.mark.parametrize(
     ("order", "travelling", "recurrent"),
-    [
-        (1, (), True),
-        (2, ("a",), True),
-        (1, (), False),
-        (2, ("a",), False),
-    ],
+    [(1, (), True), (2, ("a",), True), (1, (), False), (2, ("a",), False)],
 )
 def test_many_samples_come_to_the_sum_over_all_paths(order, travelling, recurrent, rng, monkeypatch):
     slds = random_slds(2, d=2, order=order, travelling=travelling, noise=1.0, stay=0.95, rng=rng)

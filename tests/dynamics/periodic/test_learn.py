@@ -7,16 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from dynamics.periodic.fit import Stretch
-from dynamics.periodic.learn import (
-    PEOPLE,
-    Piece,
-    _manner,
-    _sinusoid,
-    learn,
-    maximise,
-    mirror_matrix,
-    moments,
-)
+from dynamics.periodic.learn import PEOPLE, Piece, _manner, _sinusoid, learn, maximise, mirror_matrix, moments
 from tests.dynamics.periodic.strides import FPS, NAMES, TWINS, Z, drawn, little, noisy
 
 

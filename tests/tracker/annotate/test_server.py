@@ -162,14 +162,7 @@ def test_what_is_not_there_is_not_found(client, what):
 
 
 @pytest.mark.parametrize(
-    "path",
-    [
-        "../../etc/passwd",
-        "..%2f..%2fetc/passwd",
-        "frame/../../k.csv",
-        "page.html",
-        "?frame=../k.csv",
-    ],
+    "path", ["../../etc/passwd", "..%2f..%2fetc/passwd", "frame/../../k.csv", "page.html", "?frame=../k.csv"]
 )
 def test_no_path_leads_to_a_file(client, path):
     status, _, content = client.ask("GET", path)

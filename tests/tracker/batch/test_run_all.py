@@ -25,16 +25,7 @@ from tests.tracker.clips import (
 from tests.tracker.strolls import stroll
 from tracker.batch import run_all as batch
 from tracker.batch.jobs import read_jobs
-from tracker.batch.run_all import (
-    COLUMNS,
-    GAIT,
-    Ending,
-    _gait,
-    job_key,
-    run_batch,
-    run_row,
-    summary_cells,
-)
+from tracker.batch.run_all import COLUMNS, GAIT, Ending, _gait, job_key, run_batch, run_row, summary_cells
 from tracker.clip.job import Job
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known

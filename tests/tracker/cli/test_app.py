@@ -15,15 +15,7 @@ import pytest
 from dynamics.slds import constant_velocity
 from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import (
-    RUN_FILES,
-    figtrack,
-    read_csv,
-    read_json,
-    refused,
-    write_table,
-    write_video,
-)
+from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, refused, write_table, write_video
 from tests.tracker.processes import ended
 from tracker import __version__
 from tracker.cli.app import COMMANDS

@@ -91,10 +91,7 @@ def post(client, what, **body):
         ),
         (Asked(film="", command=Command.ANNOTATE), "annotate a.mp4 --out a.keypoints.csv --no-browser"),
         (Asked(film="", command=Command.CORRECT), "correct a-track --no-browser"),
-        (
-            Asked(film="", command=Command.EXPORT, to="mot"),
-            "export a-track --to mot --overwrite",
-        ),
+        (Asked(film="", command=Command.EXPORT, to="mot"), "export a-track --to mot --overwrite"),
     ],
 )
 def test_what_is_done_is_what_would_be_typed(tmp_path, asked, typed):

@@ -9,15 +9,7 @@ import pytest
 from dynamics.slds import constant_velocity
 from dynamics.store import ModelError, save
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import (
-    RUN_FILES,
-    figtrack,
-    read_csv,
-    read_json,
-    refused,
-    write_table,
-    write_video,
-)
+from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, refused, write_table, write_video
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.progress import Progress

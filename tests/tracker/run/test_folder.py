@@ -327,10 +327,7 @@ def test_a_folder_that_may_be_replaced_is_told_by_the_caller(tmp_path):
     out.mkdir()
     (out / "mine.json").write_text("old")
     for ours, overwrite in ((lambda path: False, True), (lambda path: True, False)):
-        with (
-            pytest.raises(FolderError),
-            fresh_folder(out, overwrite=overwrite, replaceable=ours) as aside,
-        ):
+        with pytest.raises(FolderError), fresh_folder(out, overwrite=overwrite, replaceable=ours) as aside:
             (aside / "new").write_text("")
     assert names(out) == ["mine.json"]
     with fresh_folder(out, overwrite=True, replaceable=lambda path: True) as aside:
