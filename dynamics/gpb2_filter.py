@@ -33,30 +33,6 @@ from dynamics.kalman import update
 from dynamics.slds import SLDS
 
 
-@dataclass(frozen=True)
-class Filtered:
-    """What each frame's past and present say of it, over one sequence of T frames.
-
-    prob         : (T, K) Pr(s_t | y_0..t)
-    states       : mean (T, K, N), cov (T, K, N, N) of x_t given each s_t
-    log_evidence : (T,) log p(y_t | y_0..t-1), nats, hints included
-    """
-
-    prob: Array
-    states: Gaussian
-    log_evidence: Array
-
-
-def gpb2_filter(slds: SLDS, y: Array, hints: Array | None = None) -> Filtered:
-    """The filter alone over one sequence; arguments and errors as `gpb2_all`."""
-
-    def infer(frames: Frames) -> list[Filtered]:
-        forward = run_filter(slds, frames)
-        return [Filtered(np.exp(forward.log_prob), forward.states, forward.log_evidence)]
-
-    return in_batches(slds, [y], None if hints is None else [hints], infer)[0]
-
-
 class Step(NamedTuple):
     """One frame of n sequences that are still running; `rows` are those of `dynamics.frames.Frames`.
 
@@ -81,6 +57,11 @@ class Forward:
     states: Gaussian
     log_shares: Array
     log_evidence: Array
+
+
+def gpb2_filter(slds: SLDS, y: Array) -> Forward:
+    """The filter alone over one sequence (T, M); errors as `gpb2_all`."""
+    return in_batches(slds, [y], None, lambda frames: [run_filter(slds, frames)])[0]
 
 
 def run_filter(slds: SLDS, frames: Frames) -> Forward:

@@ -26,7 +26,6 @@ NAMES = {"slds": "SLDS", "kalman": "constant velocity", "hmm": "hidden Markov mo
 Key = tuple[str, int]
 Found = dict[str, dict[Key, list[Errors]]]
 Total = dict[str, dict[Key, float]]
-People = dict[str, dict[Key, dict[str, float]]]
 
 
 def model(study: Study, held: frozenset[str]) -> Recipe:

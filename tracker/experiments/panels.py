@@ -38,12 +38,11 @@ STYLE: Any = {
 }
 
 
-def grid(heights: Sequence[float], columns: int = 1, *, share_x: bool = True) -> tuple[Any, Any]:
-    """A figure and its axes (rows, columns); heights in inches."""
+def grid(heights: Sequence[float], *, share_x: bool = True) -> tuple[Any, Any]:
+    """A figure and its axes (rows, 1); heights in inches."""
     with matplotlib.rc_context(STYLE):
         return pyplot.subplots(
             len(heights),
-            columns,
             figsize=(WIDTH, sum(heights)),
             height_ratios=list(heights),
             sharex=share_x,
@@ -85,7 +84,7 @@ def legs(axes: Any, y: Array, joint: str) -> None:
     axes.set_ylabel(f"{'thigh' if joint == 'hip' else joint},\ndegrees")
 
 
-def figures(axes: Any, y: Array, every: int, fps: float, first: int = 0) -> None:
+def figures(axes: Any, y: Array, every: int, fps: float) -> None:
     """A row of stick figures, evenly spaced; far limbs blue, near ones orange, the trunk in ink."""
     colour, still = {0: SIDES["far"], 1: INK, 2: SIDES["near"]}, y.copy()
     still[:, 0] = 0.0
@@ -95,6 +94,6 @@ def figures(axes: Any, y: Array, every: int, fps: float, first: int = 0) -> None
             place = n * SPACING
             axes.plot([x0 + place, x1 + place], [y0, y1], color=colour[layer], linewidth=1.8, zorder=layer,
                       solid_capstyle="round")  # fmt: skip
-        axes.text(n * SPACING, -0.12, f"{first + t}", ha="center", va="top", fontsize=8)
+        axes.text(n * SPACING, -0.12, str(t), ha="center", va="top", fontsize=8)
     axes.set_aspect("equal")
     axes.axis("off")

@@ -5,11 +5,9 @@ over each other and have a mean and a standard deviation share by share. What pe
 made from captures by `tests.benchmarks.gait.norms`.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -45,17 +43,11 @@ def spread(curves: Array) -> Array | None:
     return np.std(curves, axis=0, ddof=1) if len(curves) > 1 else None
 
 
-def read_norms(path: Path | None = None) -> dict[str, Norm]:
-    """Those that ship, or those of a file, by motion and joint as in "walk_knee"."""
-    source = resources.files("tracker.gait") / "norms.npz" if path is None else path
+def read_norms() -> dict[str, Norm]:
+    """Those that ship, by motion and joint as in "walk_knee"."""
+    source = resources.files("tracker.gait") / "norms.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: Norm(row[1:102], row[102:], int(row[0])) for name, row in stored.items()}
-
-
-def write_norms(path: Path, norms: Mapping[str, Norm]) -> None:
-    """A file that `read_norms` reads."""
-    rows: dict[str, Any] = {name: np.array([n.people, *n.mean, *n.sigma]) for name, n in norms.items()}
-    np.savez(path, **rows)
 
 
 def _over(angle: Array, start: float, end: float) -> Array:

@@ -14,8 +14,6 @@ space; `tests.benchmarks.gait.learn` makes those that ship. A track without toes
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,19 +117,11 @@ class Way:
                 yield Event(float(t + period * late), error, period * weights.shared)
 
 
-def read_weights(path: Path | None = None) -> dict[str, Weights]:
-    """Those that ship, or those of a file, by `named`."""
-    source = resources.files("tracker.gait") / "moments.npz" if path is None else path
+def read_weights() -> dict[str, Weights]:
+    """Those that ship, by `named`."""
+    source = resources.files("tracker.gait") / "moments.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: _unpacked(row) for name, row in stored.items()}
-
-
-def write_weights(path: Path, weights: dict[str, Weights]) -> None:
-    """A file that `read_weights` reads."""
-    rows: dict[str, Any] = {
-        n: np.array([w.base, w.error, w.shared, *w.w.ravel()]) for n, w in weights.items()
-    }
-    np.savez(path, **rows)
 
 
 def _unpacked(row: Array) -> Weights:

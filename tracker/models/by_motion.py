@@ -25,7 +25,6 @@ from kinematics.figure_file import WALKER
 from tracker.models.copies import Labelled
 
 VITERBI = "viterbi"
-INFERENCES = (VITERBI, "gpb2", "variational")
 STRIDE_ROUNDS = 10  # of EM
 
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
@@ -36,7 +35,7 @@ Spread = Callable[[Callable[[], Infer], Batches], Infer]
 class ESteps:
     """How the E-steps of learning are done.
 
-    inference : one of INFERENCES
+    inference : viterbi, gpb2 or variational
     spread    : makes an E-step one that works elsewhere (`tracker.models.cluster`); None works here
     tick      : called after each
     """

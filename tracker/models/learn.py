@@ -36,14 +36,8 @@ NOISE = 1.0  # degrees
 CHOICE = (1, 2, 4, 6, 8, 12)  # states that `choose` tries, as far as --states goes
 HMM = "hmm"
 STRIDE = "stride"
-SWITCHING = (
-    "choose",
-    "pooled",
-    "slower",
-    "started",
-    "start",
-    "restarts",
-)  # settings that only switching states have
+# Settings that only switching states have.
+SWITCHING = ("choose", "pooled", "slower", "started", "start", "restarts")
 
 
 class Further(BaseModel):

@@ -22,7 +22,7 @@ from kinematics.sides import SIDES
 from kinematics.spm import View
 from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of, motions
-from tracker.gait.moments import OFF, STRIKE, Way, Weights, named, write_weights
+from tracker.gait.moments import OFF, STRIKE, Way, Weights, named
 from tracker.run.track import Track
 from tracker.scene.steps import Array, Build, Gait, random_build
 
@@ -55,7 +55,10 @@ def main() -> None:
         "--licence", action="append", default=[], help="learned from; more for the errors only"
     )
     asked = parser.parse_args()
-    write_weights(asked.out, learn(captures(read_trials(asked.trials)), asked.licence))
+    learned = learn(captures(read_trials(asked.trials)), asked.licence)
+    np.savez(
+        asked.out, **{n: np.array([w.base, w.error, w.shared, *w.w.ravel()]) for n, w in learned.items()}
+    )
 
 
 def captures(trials: Iterable[Trial]) -> list[tuple[str, Motion]]:

@@ -19,7 +19,7 @@ from kinematics.sides import SIDES
 from tests.benchmarks.gait.learn import allowed, captures, figure_of, poses
 from tests.benchmarks.gait.truth import Contact, contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of
-from tracker.gait.curves import Norm, over_strides, write_norms
+from tracker.gait.curves import Norm, over_strides
 from tracker.gait.figures import LEG_JOINTS
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride
@@ -37,7 +37,8 @@ def main() -> None:
     parser.add_argument("--licence", action="append", default=[], help="made from")
     asked = parser.parse_args()
     shown = captures(read_trials(asked.trials))
-    write_norms(asked.out, norms([motion for terms, motion in shown if allowed(terms, asked.licence)]))
+    made = norms([motion for terms, motion in shown if allowed(terms, asked.licence)])
+    np.savez(asked.out, **{name: np.array([n.people, *n.mean, *n.sigma]) for name, n in made.items()})
 
 
 def norms(shown: Sequence[Motion]) -> dict[str, Norm]:

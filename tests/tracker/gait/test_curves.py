@@ -5,7 +5,7 @@ import pytest
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.strolls import stroll
-from tracker.gait.curves import SHARES, Norm, over_strides, read_norms, spread, write_norms
+from tracker.gait.curves import SHARES, over_strides, read_norms, spread
 from tracker.gait.figures import gait_of
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride
@@ -48,15 +48,6 @@ def test_the_thigh_of_a_walk_is_ahead_at_either_strike_and_behind_where_the_foot
         mean = curves.mean(axis=0)
         assert mean[[0, 100]] == pytest.approx([28.0, 28.0], abs=2.0)
         assert abs(int(mean.argmin()) - gait.named("stance share").near.mean) < 5
-
-
-def test_norms_come_back_from_their_file(rng, tmp_path):
-    norm = Norm(rng.normal(size=101), rng.uniform(size=101), 7)
-    write_norms(tmp_path / "norms.npz", {"walk_knee": norm})
-    (read,) = read_norms(tmp_path / "norms.npz").values()
-    assert read.people == 7
-    assert np.array_equal(read.mean, norm.mean)
-    assert np.array_equal(read.sigma, norm.sigma)
 
 
 @pytest.mark.parametrize(("joint", "least", "most"), [("hip", 35, 60), ("knee", 45, 75), ("ankle", 15, 45)])

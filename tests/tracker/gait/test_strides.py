@@ -11,7 +11,7 @@ from tests.benchmarks.gait.truth import contacts
 from tests.benchmarks.rendered.captures import RATE
 from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.strolls import stroll, track_of
-from tracker.gait.moments import _peaks, named, read_weights, write_weights
+from tracker.gait.moments import _peaks
 from tracker.gait.strides import strides_of
 from tracker.scene.steps import random_build, walk
 
@@ -165,14 +165,3 @@ def test_peaks_are_those_that_scipy_finds(count, rng):
             assert (
                 _peaks(values, prominence).tolist() == find_peaks(values, prominence=prominence)[0].tolist()
             )
-
-
-def test_weights_come_back_from_their_file(tmp_path):
-    weights = read_weights()
-    write_weights(tmp_path / "w.npz", weights)
-    again = read_weights(tmp_path / "w.npz")
-    assert len(again) == 8
-    one, other = (found[named("off", runs=True, toes=True)] for found in (weights, again))
-    assert (one.base, one.error, one.shared) == (other.base, other.error, other.shared)
-    assert one.w.shape == (4, 5)
-    assert (one.w == other.w).all()
