@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tracker.cli.options import Common, Overwrite, Tls
+from tracker.cli.options import Common, Overwrite
 from tracker.clip.job import Facing, towards
+from tracker.models.request import Tls
 
 if TYPE_CHECKING:
     from tracker.batch.run_all import Ended

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tracker.cli.options import Common, Tls, beside
-from tracker.motion.choices import Inference, Learning, Use
+from tracker.cli.options import Common, beside
+from tracker.models.request import Request
+from tracker.motion.choices import Inference, Use
 
 if TYPE_CHECKING:
     from tracker.motion.commands import Outputs
@@ -53,46 +54,8 @@ class Written:
 
 
 def learn(
-    poses: Annotated[list[Path] | None, typer.Argument(help="Pose tables, all at --fps.")] = None,
+    request: Request,
     *,
-    trials: Annotated[
-        Path | None, typer.Option(help="Table of captures: file, subject, activity, fps, segments, ...")
-    ] = None,
-    label: Annotated[
-        list[str] | None,
-        typer.Option(help="Activities to learn [default: walk and run, or all labels of the pose tables]."),
-    ] = None,
-    exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = "",
-    states: Annotated[
-        int | None, typer.Option(min=1, max=32, help="Switching states of each activity [default: 8].")
-    ] = None,
-    order: Annotated[
-        int | None, typer.Option(min=1, max=2, help="Order of the dynamics [default: 2].")
-    ] = None,
-    fps: Annotated[float, typer.Option(min=1.0, max=1000.0, help="Frames a second to learn at.")] = 30.0,
-    noise: Annotated[
-        float, typer.Option(min=0.0, max=45.0, help="Noise added to the angles, degrees.")
-    ] = 1.0,
-    inference: Annotated[
-        Learning,
-        typer.Option(
-            help="Of the switching states while learning; hmm for a model without dynamics, stride for "
-            "one of periodic gait, which fills gaps."
-        ),
-    ] = Learning.VITERBI,
-    seed: Annotated[int, typer.Option(min=0, help="Of the start of learning and the noise.")] = 0,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="Address of a Dask scheduler whose workers do the E-steps, tcp://HOST:PORT."),
-    ] = None,
-    tls: Tls = None,
-    settings: Annotated[
-        Path | None,
-        typer.Option(help="TOML file of licences, choose, pooled, rounds, start, restarts: docs/learn.md."),
-    ] = None,
-    figure: Annotated[
-        str, typer.Option(help="Whose poses the tables hold: a figure that ships, or a TOML file of one.")
-    ] = "walker",
     out: Annotated[Path, typer.Option(help="The model's file.")] = Path("model.npz"),
     common: Common,
 ) -> None:
@@ -100,28 +63,8 @@ def learn(
 
     Example: figtrack learn --trials trials.csv --label walk --label run --out gait.npz
     """
-    if (trials is None) == (not poses):
-        raise typer.BadParameter("give either --trials TABLE or pose tables, one of the two")
-    if tls is not None and scheduler is None:
-        raise typer.BadParameter("--tls is the certificate of a --scheduler; give both")
-    from tracker.models.learn import Request, learn_model
+    from tracker.models.learn import learn_model
 
-    request = Request(
-        trials=trials,
-        poses=tuple(poses or ()),
-        labels=tuple(dict.fromkeys(label or ())),
-        excluded=tuple(name.strip() for name in exclude_subjects.split(",") if name.strip()),
-        states=states,
-        order=order,
-        fps=fps,
-        noise=noise,
-        seed=seed,
-        inference=inference.value,
-        scheduler=scheduler,
-        tls=tls,
-        settings=settings,
-        figure=figure,
-    )
     print(learn_model(request, out, overwrite=common.overwrite, progress=common.shown()))
 
 

@@ -44,10 +44,6 @@ Keypoints = Annotated[
 FacingOption = Annotated[
     Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
 ]
-Tls = Annotated[
-    Path | None,
-    typer.Option(help="PEM file of the certificate and key of the scheduler's cluster, tls://HOST:PORT."),
-]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace complete results once the new ones are complete.")
 ]

@@ -3,8 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +14,11 @@ from dynamics.learning.options import Options, Start
 from dynamics.slds import SLDS
 from dynamics.store import Model, save
 from dynamics.stride import Stride
-from kinematics.figure import Figure
-from kinematics.figure_file import load_figure
 from kinematics.mocap import ARM_COLUMNS, POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
 from tracker.models.by_motion import ESteps, Spread, learn_hmms, learn_motions, learn_strides
 from tracker.models.copies import Labelled, with_copies
 from tracker.models.find import CONSTANT_VELOCITY
+from tracker.models.request import Learning, Request
 from tracker.progress import Progress
 from tracker.run.folder import fresh_file
 from tracker.settings import read_toml
@@ -34,8 +32,6 @@ STATES = 8  # per activity
 ORDER = 2
 NOISE = 1.0  # degrees
 CHOICE = (1, 2, 4, 6, 8, 12)  # states that `choose` tries, as far as --states goes
-HMM = "hmm"
-STRIDE = "stride"
 # Settings that only switching states have.
 SWITCHING = ("choose", "pooled", "slower", "started", "start", "restarts")
 
@@ -59,57 +55,6 @@ class Further(BaseModel):
     restarts: int = Field(1, ge=1, le=100, description="starts to learn from; the best is kept")
 
 
-@dataclass(frozen=True)
-class Request:
-    """What to learn, as `figtrack learn` asks; `noise` is in degrees.
-
-    trials    : table of captures, or None to learn from `poses`, pose tables at `fps`
-    labels    : activities to learn; () for walk and run, or for all that the pose tables name
-    states    : of each activity, STATES for None
-    order     : of the dynamics, ORDER for None
-    inference : of the E-step, "hmm" for hidden Markov models of the angles, "stride" for harmonic strides
-    scheduler : address of a Dask scheduler whose workers do the E-steps; None does them here
-    settings  : TOML file of what is `Further` to say, None for the defaults
-    figure    : a figure that ships, or a TOML file, of which the pose tables are
-    tls       : certificate and key of the scheduler's cluster, None for one without
-    """
-
-    trials: Path | None
-    poses: tuple[Path, ...]
-    labels: tuple[str, ...]
-    excluded: tuple[str, ...]
-    states: int | None
-    order: int | None
-    fps: float
-    noise: float
-    seed: int
-    inference: str
-    scheduler: str | None
-    settings: Path | None
-    figure: str = "walker"
-    tls: Path | None = None
-
-    @cached_property
-    def body(self) -> Figure:
-        return load_figure(self.figure)
-
-    @cached_property
-    def further(self) -> Further:
-        if self.settings is None:
-            return Further()
-        return read_toml(self.settings, Further, "docs/learn.md shows one")
-
-    @property
-    def tables(self) -> tuple[Path, ...]:
-        return self.poses if self.trials is None else (self.trials,)
-
-    @property
-    def inputs(self) -> tuple[Path, ...]:
-        """The files that are read, none of which may be written over."""
-        files = (self.settings, Path(self.figure) if Path(self.figure).is_file() else None)
-        return (*self.tables, *(path for path in files if path is not None))
-
-
 def gait_options(**changes: Any) -> Options:
     """How gait is learned: the settings that did best on captured walks and runs of subjects held out."""
     return replace(Options(states=STATES), **changes)
@@ -124,11 +69,12 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         FolderError: a place that cannot be written, or a model of that name is there already.
     """
     with fresh_file(out, overwrite=overwrite, inputs=request.inputs) as aside:
+        further = _further(request.settings)
         if request.trials is None:
             data, terms = _read_tables(request)
         else:
-            data, terms = _read_captures(request.trials, request, progress)
-        model = _learn(data, request, progress)
+            data, terms = _read_captures(request.trials, request, further.licences, progress)
+        model = _learn(data, request, further, progress)
         subjects = sorted({subject for subject, _, _ in data})
         origin = (
             f"{_counted(len(data), 'sequence')} of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
@@ -137,13 +83,19 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
     return f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
 
 
-def _read_captures(table: Path, request: Request, progress: Progress) -> tuple[Data, list[str]]:
+def _further(settings: Path | None) -> Further:
+    return Further() if settings is None else read_toml(settings, Further, "docs/learn.md shows one")
+
+
+def _read_captures(
+    table: Path, request: Request, licences: Sequence[str], progress: Progress
+) -> tuple[Data, list[str]]:
     """Subject, label and poses of every sequence of the captures, and their terms of use."""
     if request.body.learned_freedoms not in CAPTURED:
         raise ValueError(f"captures are of people; learn a {request.body.name} from pose tables")
     arms = request.body.learned_freedoms != POSE_COLUMNS
     labels = request.labels or ACTIVITIES
-    trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels)]
+    trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels, licences)]
     data: Data = []
     with progress.task("reading captures", len(trials)) as advance:
         for trial in trials:
@@ -160,14 +112,14 @@ def _read_tables(request: Request) -> tuple[Data, list[str]]:
     """
     runs = [
         (path.stem, UNLABELLED if label in ("", CONSTANT_VELOCITY) else label, y)
-        for path in request.poses
+        for path in request.poses or ()
         for sequence in read_poses(path, request.body)
         for label, y in sequence.runs()
         if len(y) >= SHORTEST
     ]
     data = [run for run in runs if not request.labels or run[1] in request.labels]
     wanted = request.labels or tuple({label for _, label, _ in runs}) or (UNLABELLED,)
-    names = ", ".join(str(path) for path in request.poses)
+    names = ", ".join(str(path) for path in request.poses or ())
     advice = (
         f"rows need all of {','.join(request.body.learned_freedoms)}, {SHORTEST} frames or more without a gap"
     )
@@ -175,8 +127,7 @@ def _read_tables(request: Request) -> tuple[Data, list[str]]:
     return data, ["those of the tables"]
 
 
-def _wanted(trial: Trial, request: Request, labels: Sequence[str]) -> bool:
-    licences = request.further.licences
+def _wanted(trial: Trial, request: Request, labels: Sequence[str], licences: Sequence[str]) -> bool:
     licensed = not licences or any(text.lower() in trial.licence.lower() for text in licences)
     return trial.activity in labels and trial.subject not in request.excluded and licensed
 
@@ -188,11 +139,11 @@ def _check_labels(data: Data, labels: Sequence[str], source: str, advice: str) -
         raise ValueError(f"{source} leaves no sequences of {', '.join(map(repr, missing))}; {advice}")
 
 
-def _learn(data: Data, request: Request, progress: Progress) -> Model:
-    noise, further = float(np.radians(request.noise)), request.further
+def _learn(data: Data, request: Request, further: Further, progress: Progress) -> Model:
+    noise = float(np.radians(request.noise))
     states = STATES if request.states is None else request.states
-    if request.inference == STRIDE:
-        _check_stride(request)
+    if request.inference is Learning.STRIDE:
+        _check_stride(request, further)
         steps = further.rounds * len({label for _, label, _ in data})
         with progress.task("learning", steps) as advance:
             return learn_strides(
@@ -204,7 +155,7 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
                 seed=request.seed,
                 tick=advance,
             )
-    if request.inference == HMM:
+    if request.inference is Learning.HMM:
         if further.pooled or further.choose or further.slower or further.started:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
         if request.scheduler is not None:
@@ -230,12 +181,12 @@ def _learn(data: Data, request: Request, progress: Progress) -> Model:
             pooled=further.pooled,
             noise=noise,
             choose_from=[n for n in CHOICE if n <= states] if further.choose else (),
-            e_steps=ESteps(request.inference, spread, advance),
+            e_steps=ESteps(request.inference.value, spread, advance),
         )
 
 
-def _check_stride(request: Request) -> None:
-    further, usual = request.further, Further()
+def _check_stride(request: Request, further: Further) -> None:
+    usual = Further()
     given = {
         "--states": request.states is not None,
         "--order": request.order is not None,

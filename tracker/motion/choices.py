@@ -12,16 +12,6 @@ class Inference(StrEnum):
     HMM = "hmm"
 
 
-class Learning(StrEnum):
-    """How a model is learned: by which inference, or of which other kind it is."""
-
-    VITERBI = Inference.VITERBI.value
-    GPB2 = Inference.GPB2.value
-    VARIATIONAL = Inference.VARIATIONAL.value
-    HMM = Inference.HMM.value
-    STRIDE = "stride"
-
-
 class Use(StrEnum):
     """Which columns speak for a motion."""
 

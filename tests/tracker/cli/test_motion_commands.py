@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import everything, figtrack, read_csv, refused, write_table
 from tests.tracker.gaits import HEADER, both, gait, gait_hmm, gait_model, saved, sequence, write_poses
-from tracker.models.learn import NOISE, Further
+from tracker.models.learn import NOISE
 from tracker.motion import commands
 from tracker.tables.poses import read_poses
 
@@ -319,7 +319,7 @@ def test_learn_hands_on_what_it_is_told(tmp_path, monkeypatch):
     done("learn", tmp_path / "p.csv", "--inference", "gpb2", *words)
     usual, told = asked
     assert (usual.states, usual.noise, usual.order) == (None, NOISE, None)
-    assert (usual.inference, usual.further) == ("viterbi", Further())
+    assert (usual.inference, usual.settings) == ("viterbi", None)
     assert (told.inference, told.states, told.noise) == ("gpb2", 6, 2.5)
     assert told.settings == tmp_path / "l.toml"
 
