@@ -133,11 +133,7 @@ class _Transitions:
 
 def _steps(frames: Frames) -> list[tuple[slice, slice]]:
     """The rows of each frame but the first, after those of the same sequences a frame earlier."""
-    first = frames.first.tolist()
-    return [
-        (slice(before, before + stop - start), slice(start, stop))
-        for before, start, stop in zip(first[:-2], first[1:-1], first[2:], strict=True)
-    ]
+    return [(frames.earlier(now), now) for now in map(frames.at, range(1, len(frames.first) - 1))]
 
 
 def _best_log_p(ahead: Forward, frames: Frames) -> Array:

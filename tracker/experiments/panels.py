@@ -10,7 +10,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import bar, frame_edges
-from tracker.motion.sticks import SIDES, layers, sticks
+from tracker.motion.sticks import SIDES
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
@@ -21,7 +21,6 @@ GREY = "#8a8a8a"
 STATES = ("#009e73", "#cc79a7", "#e6c700", "#7a5195", "#56b4e9", "#c1272d")
 MOTIONS = {"walk": "#009e73", "run": "#9b5fb5"}
 WIDTH = 9.0  # inches
-SPACING = 1.1  # leg lengths between stick figures
 STYLE: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "figtrack",
@@ -82,18 +81,3 @@ def legs(axes: Any, y: Array, joint: str) -> None:
         angle = np.degrees(y[:, POSE_COLUMNS.index(f"{joint}_{side}")])
         axes.plot(angle, color=colour, linewidth=1.6, label=f"{side} leg")
     axes.set_ylabel(f"{'thigh' if joint == 'hip' else joint},\ndegrees")
-
-
-def figures(axes: Any, y: Array, every: int, fps: float) -> None:
-    """A row of stick figures, evenly spaced; far limbs blue, near ones orange, the trunk in ink."""
-    colour, still = {0: SIDES["far"], 1: INK, 2: SIDES["near"]}, y.copy()
-    still[:, 0] = 0.0
-    ends = sticks(still, fps)
-    for n, t in enumerate(range(0, len(y), every)):
-        for layer, ((x0, y0), (x1, y1)) in zip(layers(), ends[t], strict=True):
-            place = n * SPACING
-            axes.plot([x0 + place, x1 + place], [y0, y1], color=colour[layer], linewidth=1.8, zorder=layer,
-                      solid_capstyle="round")  # fmt: skip
-        axes.text(n * SPACING, -0.12, str(t), ha="center", va="top", fontsize=8)
-    axes.set_aspect("equal")
-    axes.axis("off")

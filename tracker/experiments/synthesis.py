@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import synthesise
 from tracker.experiments.measures import WIDER, out_of_range
-from tracker.experiments.panels import INK, figures, grid, legend_below, legs, to_svg
+from tracker.experiments.panels import INK, grid, legend_below, legs, to_svg
 from tracker.experiments.section import Claim, Heading, Plot, Section, Table, left_out, spread, verdict
 from tracker.experiments.study import FPS, Recipe, Study
+from tracker.motion.plots import stick_row
 
 HEADING = Heading("synthesis", "A walk of its own", "1999, figure 5; 2000, figure 2 f")
 FRAMES = 300
@@ -83,7 +84,8 @@ def _recipe(study: Study) -> Recipe:
 
 def _plot(made: Run) -> Plot:
     figure, axes = grid([1.9, 1.6, 1.6, 1.1], share_x=False)
-    figures(axes[0, 0], made.y[:STICKS], EVERY, FPS)
+    shown = np.arange(0, STICKS, EVERY)
+    stick_row(axes[0, 0], made.y[:STICKS], FPS, shown, 0, np.zeros(STICKS, dtype=bool))
     y, out = made.y[:CURVES], made.out[:CURVES]
     for ax, joint in zip(axes[1:3, 0], ("hip", "knee"), strict=True):
         legs(ax, y, joint)

@@ -60,7 +60,7 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
     around = max(6, (stop - start) // 3)
     frames = _spread(max(0, start - around), min(len(sequence), stop + around))
     missing = _incomplete(sequence)
-    _stick_row(top.subplots(), y, fps, frames, sequence.first, missing)
+    stick_row(top.subplots(), y, fps, frames, sequence.first, missing)
     grid = below.subplots(rows, 2, sharex=True, squeeze=False)
     _curves(grid, sequence.first, sequence.y, *_within_gaps(sequence, y, sd), shown)
     columns = POSE_COLUMNS[ROOT_COLUMNS:] + POSE_COLUMNS[:ROOT_COLUMNS]
@@ -83,7 +83,7 @@ def draw_synthesis(states: Rows, labels: Sequence[str], y: Array, fps: float, pa
     figure: Any = pyplot.figure(figsize=(13.0, 2.0 * len(begins) + 5.4), dpi=DPI, layout="constrained")
     top, below = figure.subfigures(2, 1, height_ratios=[2.0 * len(begins), 5.0])
     for axes, begin in zip(top.subplots(len(begins), 1, squeeze=False).ravel(), begins, strict=True):
-        _stick_row(axes, y, fps, np.arange(begin, begin + span, step), 0, np.zeros(T, dtype=bool))
+        stick_row(axes, y, fps, np.arange(begin, begin + span, step), 0, np.zeros(T, dtype=bool))
     hips, knees, strip = below.subplots(3, 1, sharex=True, height_ratios=[4.0, 4.0, 1.0])
     for axes, part in ((hips, "hip"), (knees, "knee")):
         for side, shade in SIDES.items():
@@ -154,7 +154,7 @@ def _finish(figure: Any, grid: Any, title: str, found: str, last: tuple[Any, str
         figure.suptitle(title, x=0.01, ha="left", fontsize=12)
 
 
-def _stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing: Flags) -> None:
+def stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing: Flags) -> None:
     """Figures side by side, each with its frame's number, on grey where not all angles were measured."""
     order = np.argsort(layers(), kind="stable")
     ends = sticks(y, fps)
