@@ -18,9 +18,6 @@ from tracker.clip.start import FoundError
 from tracker.models.find import FREE_ANGLE, FREE_PLACE, find_model, from_a_stand
 from tracker.progress import Progress
 
-LEGS_EXCHANGED = [0, 1, 2, 3, 6, 7, 4, 5]
-TURNING = slice(2, None)  # columns of the angles
-
 
 def test_a_figure_with_arms_has_models_of_its_own_under_the_same_names():
     for name in ("walk-run", "gait"):
@@ -100,14 +97,6 @@ def test_constant_velocity_knows_no_playback_speeds():
     slds, slow = find_model("cv", 30.0, FULL), find_model("cv", 30.0, FULL, 0.5)
     assert slds.K == slow.K == 1
     assert_array_equal(slow.Q, slds.Q)
-
-
-def test_a_model_file_is_read_and_converted(sequences, tmp_path):
-    slds = learned(sequences)
-    path = tmp_path / "mine.npz"
-    save(slds, path, "tests")
-    assert_array_equal(find_model(str(path), 30.0, FULL).A[:-1], slds.A)
-    assert find_model(str(path), 50.0, FULL).fps == 50.0
 
 
 def test_a_name_that_means_no_model_is_refused_with_what_there_is():

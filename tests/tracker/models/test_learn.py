@@ -94,13 +94,6 @@ def test_pooled_motions_make_one_model(trials, tmp_path):
     assert set(load(tmp_path / "m.npz").labels) == {"walk-run"}
 
 
-def test_the_same_seed_learns_the_same_model(trials, tmp_path):
-    for name in ("a", "b"):
-        assert figtrack(*learn(trials, tmp_path / f"{name}.npz", "--noise", 3, "--seed", 5)).exit_code == 0
-    one, other = load(tmp_path / "a.npz"), load(tmp_path / "b.npz")
-    assert np.array_equal(one.A, other.A)
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -215,11 +215,6 @@ def test_a_file_is_kept_unless_overwrite_says_otherwise(tmp_path):
     assert names(tmp_path) == ["gait.npz"]
 
 
-def test_a_file_does_not_replace_a_folder(tmp_path):
-    with pytest.raises(FolderError, match="is a folder; --out wants a file"):
-        write_file_into(tmp_path, overwrite=True)
-
-
 def test_a_file_replaces_neither_what_the_work_reads_nor_what_is_no_file(tmp_path):
     read, pipe = tmp_path / "poses.csv", tmp_path / "pipe"
     read.write_text("mine")

@@ -1,7 +1,5 @@
 """The rendered walk: its truth is consistent, its motion human, its pictures hard in the ways it claims."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -84,15 +82,6 @@ def test_the_whole_figure_is_in_view_in_every_frame(scene):
         assert y.max() < height - 11.0
 
 
-def test_the_figure_stands_170_to_190_pixels_tall(scene):
-    tall = (
-        np.max([scene.joints["near_toe"][:, 1], scene.joints["far_toe"][:, 1]])
-        - scene.joints["head_top"][:, 1]
-    )
-    assert tall.min() > 160.0  # lowest in double support
-    assert tall.max() < 190.0
-
-
 def test_hips_and_knees_move_as_in_normal_gait(scene):
     hips, knees = np.degrees(scene.pose[:, [4, 6]]), np.degrees(scene.pose[:, [5, 7]])
     assert np.all((hips.min(axis=0) > -25.0) & (hips.min(axis=0) < -10.0))
@@ -165,15 +154,6 @@ def test_the_light_changes_by_more_than_the_noise(scene):
     assert np.abs(relative - relative.mean(axis=1, keepdims=True)).max() > 0.05  # not everywhere alike
 
 
-def test_every_frame_shows_the_walker_move(scene):
-    for t in range(len(scene.images) - 1):
-        x, y = np.round(scene.joints["hip"][t]).astype(int)
-        around = (slice(y - 60, y + 60), slice(x - 50, x + 50))
-        change = scene.images[t + 1][around].astype(np.float64) - scene.images[t][around]
-        still = scene.images[t + 1][:60].astype(np.float64) - scene.images[t][:60]
-        assert np.abs(change).mean() > 1.2 * np.abs(still).mean()
-
-
 def test_the_walker_is_painted_at_its_joints(scene):
     # Against the median picture, what differs near the bones of the legs is the figure.
     stack = np.stack(scene.images[::4]).astype(np.float64)
@@ -214,11 +194,6 @@ def test_the_table_has_a_row_for_every_keypoint_of_every_frame(short):
     assert visible == int(short.visible["hip"][7])
 
 
-def test_pictures_are_uint8_rgb_of_the_size_asked_for(short):
-    assert len(short.images) == 8
-    assert {(image.shape, image.dtype.name) for image in short.images} == {((135, 240, 3), "uint8")}
-
-
 def test_compression_changes_pixels_little_and_less_at_a_higher_quality(rng):
     blocks = np.kron(rng.integers(0, 255, (6, 8, 3)), np.ones((8, 8, 1))).astype(np.uint8)
     noisy = np.clip(blocks + rng.normal(0.0, 8.0, blocks.shape), 0, 255).astype(np.uint8)
@@ -228,13 +203,6 @@ def test_compression_changes_pixels_little_and_less_at_a_higher_quality(rng):
     assert compress([red])[0].mean(axis=(0, 1)) == pytest.approx(
         [200, 30, 20], abs=4
     )  # channels keep their order
-
-
-def test_a_scene_cannot_be_written_to(short):
-    with pytest.raises(ValueError, match="read-only"):
-        short.joints["hip"][0, 0] = 0.0
-    with pytest.raises(ValueError, match="read-only"):
-        replace(short).pose[0, 0] = 1.0
 
 
 def test_a_walk_too_long_for_its_picture_is_refused_with_what_to_do():
