@@ -1,4 +1,4 @@
-"""The switching linear dynamic system: parameters, checks, sampling, and the one-state rival.
+"""The switching linear dynamic system: parameters, checks, and the one-state rival.
 
 Pavlović et al. (1999), section 2, with an affine offset:
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.chain import blocks, check_chain
-from dynamics.gaussian import Array, Gaussian, apply, frozen
+from dynamics.gaussian import Array, Gaussian, frozen
 from dynamics.layout import Layout, among
 
 CROSSING = 1e-3  # probability a frame that one motion gives way to another
@@ -110,19 +110,6 @@ class SLDS:
     def start(self) -> Gaussian:
         """The first frame's belief, one Gaussian a switching state."""
         return Gaussian(self.mean0, self.cov0)
-
-    def sample(self, T: int, rng: np.random.Generator) -> tuple[NDArray[np.intp], Array, Array]:
-        """Draw switching states (T,), states (T, N) and measurements (T, M)."""
-        N = self.A.shape[-1]
-        s, x = np.empty(T, dtype=np.intp), np.empty((T, N))
-        for t in range(T):
-            s[t] = rng.choice(self.K, p=self.pi0 if t == 0 else self.Pi[s[t - 1]])
-            mean, cov = (self.mean0, self.cov0) if t == 0 else (self.b, self.Q)
-            x[t] = rng.multivariate_normal(mean[s[t]], cov[s[t]], method="svd", check_valid="ignore")
-            if t > 0:
-                x[t] += self.A[s[t]] @ x[t - 1]
-        w = rng.multivariate_normal(np.zeros(len(self.C)), self.R, T, method="svd", check_valid="ignore")
-        return s, x, apply(self.C, x) + w
 
     def with_drifts(self, names: Sequence[str], persistence: Array, noise: Array, spread: Array) -> Self:
         """The same system with further freedoms appended to state and measurement that drift by themselves.

@@ -9,8 +9,9 @@ from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Gaussian, apply
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
@@ -194,9 +195,23 @@ def enumerated(slds: SLDS, y: Array) -> Posterior:
     )
 
 
+def sample(slds: SLDS, T: int, rng: np.random.Generator) -> tuple[NDArray[np.intp], Array, Array]:
+    """Draw switching states (T,), states (T, N) and measurements (T, M)."""
+    N = slds.A.shape[-1]
+    s, x = np.empty(T, dtype=np.intp), np.empty((T, N))
+    for t in range(T):
+        s[t] = rng.choice(slds.K, p=slds.pi0 if t == 0 else slds.Pi[s[t - 1]])
+        mean, cov = (slds.mean0, slds.cov0) if t == 0 else (slds.b, slds.Q)
+        x[t] = rng.multivariate_normal(mean[s[t]], cov[s[t]], method="svd", check_valid="ignore")
+        if t > 0:
+            x[t] += slds.A[s[t]] @ x[t - 1]
+    w = rng.multivariate_normal(np.zeros(len(slds.C)), slds.R, T, method="svd", check_valid="ignore")
+    return s, x, apply(slds.C, x) + w
+
+
 def drawn(slds: SLDS, T: int, rng: np.random.Generator, *, gaps: bool = False) -> Array:
     """Poses (T, M) of a system; with gaps three in ten entries were not measured."""
-    y = slds.sample(T, rng)[2]
+    y = sample(slds, T, rng)[2]
     if gaps:
         y[rng.random(y.shape) < 0.3] = np.nan
     return y

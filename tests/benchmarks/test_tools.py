@@ -28,7 +28,7 @@ from tests.benchmarks.rivals.body import body_at
 from tests.benchmarks.rivals.lucas_kanade import follow
 from tests.benchmarks.speed import command, rivals, tracking
 from tests.benchmarks.speed.command import Used
-from tests.oracles import condition, random_slds
+from tests.oracles import condition, random_slds, sample
 from tests.tracker.tracks import random_track, standing
 from tracker.foreign.points import Points
 from tracker.tables.keypoints import Mark
@@ -212,7 +212,7 @@ def test_lucas_kanade_follows_a_picture_that_shifts_turns_and_grows(rng):
 
 def test_the_one_state_loop_and_the_packages_do_what_inference_does(rng):
     slds = random_slds(1, d=3, order=2, rng=rng)
-    y = slds.sample(20, rng)[2]
+    y = sample(slds, 20, rng)[2]
     mean, cov, _, log_p = rivals.one_state_loop(slds, y)
     got = viterbi(slds, y)
     assert_allclose(got.states.mean, mean, atol=1e-9)

@@ -10,7 +10,7 @@ from dynamics.belief import Belief, either, first_belief, propose
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
 from dynamics.viterbi import viterbi
-from tests.oracles import enumerated, random_covariance, random_slds
+from tests.oracles import enumerated, random_covariance, random_slds, sample
 
 
 def some_belief(slds, s, rng):
@@ -21,7 +21,7 @@ def some_belief(slds, s, rng):
 
 def test_the_first_belief_is_the_exact_posterior_of_one_frame(rng):
     slds, R = random_slds(3, order=2, rng=rng), random_covariance(2, rng)
-    y = slds.sample(1, rng)[2]
+    y = sample(slds, 1, rng)[2]
     exact = enumerated(replace(slds, R=R), y)
     belief = first_belief(slds, y[0], R)
     # Condition numbers below 1e3.
@@ -113,7 +113,7 @@ def test_only_differences_of_cost_matter(rng):
 
 def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
     slds = random_slds(1, order=2, rng=rng)
-    y = slds.sample(8, rng)[2]
+    y = sample(slds, 8, rng)[2]
     belief = first_belief(slds, y[0], slds.R)
     for t in range(1, 8):
         prior = propose(slds, belief, prune=0.0, most=9)

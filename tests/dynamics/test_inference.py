@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.gpb2 import gpb2_all
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
-from tests.oracles import SMOOTHED, drawn, enumerated, given_path, random_slds, single
+from tests.oracles import SMOOTHED, drawn, enumerated, given_path, random_slds, sample, single
 
 FIELDS = ("pi0", "A", "b", "Q", "mean0", "cov0")
 
@@ -145,7 +145,7 @@ def test_where_the_origin_lies_does_not_matter(infer, order, rng):
 def test_where_states_are_told_apart_it_is_the_exact_posterior(infer, rng):
     distinct = np.array([[5.0, 5.0], [-5.0, -5.0]])
     slds = replace(random_slds(2, rng=rng), b=distinct, mean0=distinct)
-    s, _, y = slds.sample(7, rng)
+    s, _, y = sample(slds, 7, rng)
     exact, got = enumerated(slds, y), single(infer)(slds, y)
     assert_array_equal(got.path, s)
     # One path has all but 1e-9 of the exact posterior, and nothing else is approximated.

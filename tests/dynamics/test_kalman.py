@@ -17,7 +17,7 @@ from dynamics.kalman import (
     update_information,
 )
 from dynamics.slds import constant_velocity
-from tests.oracles import condition, given_path, random_covariance, random_slds
+from tests.oracles import condition, given_path, random_covariance, random_slds, sample
 
 N, M = 4, 3
 
@@ -148,7 +148,7 @@ def test_the_way_back_is_the_earlier_state_given_the_later(rng):
 @pytest.mark.parametrize("gaps", [False, True])
 def test_filter_and_smoother_are_conditioning_the_joint_gaussian(order, gaps, rng):
     slds = random_slds(1, order=order, rng=rng)
-    y = slds.sample(7, rng)[2]
+    y = sample(slds, 7, rng)[2]
     if gaps:
         y[0], y[3:5], y[6, 1] = np.nan, np.nan, np.nan
     mean, cov, log_p = given_path(slds, y, [0] * 7)

@@ -5,13 +5,13 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.viterbi import viterbi
-from tests.oracles import enumerated, given_path, random_slds
+from tests.oracles import enumerated, given_path, random_slds, sample
 
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_step_moments_are_those_of_neighbouring_states(order, rng):
     slds = random_slds(2, order=order, rng=rng)
-    y = slds.sample(6, rng)[2]
+    y = sample(slds, 6, rng)[2]
     got = viterbi(slds, y)
     mean, cov, _ = given_path(slds, y, got.path)
     steps, n = got.step_moments(), 2 * slds.A.shape[-1]
@@ -25,7 +25,7 @@ def test_step_moments_are_those_of_neighbouring_states(order, rng):
 
 def test_moments_given_the_switching_state_average_to_those_of_all(rng):
     slds = random_slds(2, rng=rng)
-    exact = enumerated(slds, slds.sample(4, rng)[2])
+    exact = enumerated(slds, sample(slds, 4, rng)[2])
     steps, starts = exact.step_moments(), exact.start_moments()
     N = slds.A.shape[-1]
     # Averages of numbers near 1.
@@ -36,11 +36,11 @@ def test_moments_given_the_switching_state_average_to_those_of_all(rng):
 
 def test_without_its_own_starts_a_posterior_gives_the_first_frame(rng):
     slds = random_slds(2, rng=rng)
-    got = viterbi(slds, slds.sample(3, rng)[2])
+    got = viterbi(slds, sample(slds, 3, rng)[2])
     assert_array_equal(got.start_moments().mean, got.states.mean[:1])
     assert_array_equal(got.start_moments().cov, got.states.cov[:1])
 
 
 def test_one_frame_has_no_steps(rng):
     slds = random_slds(2, rng=rng)
-    assert viterbi(slds, slds.sample(1, rng)[2]).step_moments().mean.shape == (0, 1, 4)
+    assert viterbi(slds, sample(slds, 1, rng)[2]).step_moments().mean.shape == (0, 1, 4)

@@ -1,4 +1,4 @@
-"""The system's checks, its samples, the one-state rival, and systems made of others."""
+"""The system's checks, the one-state rival, and systems made of others."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict
 from dynamics.slds import combine, constant_velocity
 from dynamics.viterbi import viterbi
-from tests.oracles import random_slds
+from tests.oracles import random_slds, sample
 
 NAMES = ("x", "hip")
 
@@ -45,42 +45,6 @@ def test_logs_of_zero_probabilities_are_minus_infinity(rng):
     slds = replace(random_slds(2, rng=rng), Pi=[[1.0, 0.0], [0.5, 0.5]], pi0=[0.0, 1.0])
     assert_array_equal(slds.log_pi0, [-np.inf, 0.0])
     assert slds.log_Pi[0, 1] == -np.inf
-
-
-# Samples
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_samples_of_one_state_have_the_moments_of_the_recursion(order, rng):
-    slds = random_slds(1, order=order, rng=rng)
-    n = 1000
-    x, y = (np.stack(draws) for draws in zip(*(slds.sample(4, rng)[1:] for _ in range(n)), strict=True))
-    belief = slds.start[0]
-    for t in range(4):
-        if t > 0:
-            belief = predict(belief, slds.A[0], slds.b[0], slds.Q[0])
-        # Five standard errors: of a mean sd / sqrt(n), of a covariance sqrt(P_ii P_jj + P_ij^2) / sqrt(n).
-        sd = np.sqrt(np.diag(belief.cov))
-        assert (np.abs(x[:, t].mean(0) - belief.mean) < 5.0 * sd / np.sqrt(n)).all()
-        error = np.abs(np.cov(x[:, t].T) - belief.cov)
-        assert (error < 5.0 * np.sqrt(np.outer(sd, sd) ** 2 + belief.cov**2) / np.sqrt(n)).all()
-    noise = (y - x @ slds.C.T).reshape(-1, 2)
-    sd = np.sqrt(np.diag(slds.R))
-    error = np.abs(np.cov(noise.T) - slds.R)
-    assert (error < 5.0 * np.sqrt(np.outer(sd, sd) ** 2 + slds.R**2) / np.sqrt(len(noise))).all()
-
-
-def test_samples_switch_as_often_as_they_should(rng):
-    slds = random_slds(3, d=1, rng=rng)
-    s = np.concatenate([slds.sample(100, rng)[0] for _ in range(60)]).reshape(60, 100)
-    for i in range(3):
-        following = s[:, 1:][s[:, :-1] == i]
-        share = np.bincount(following, minlength=3) / len(following)
-        # Five standard errors of a share.
-        error = 5.0 * np.sqrt(slds.Pi[i] * (1.0 - slds.Pi[i]) / len(following))
-        assert (np.abs(share - slds.Pi[i]) < error).all()
-    share = np.bincount(s[:, 0], minlength=3) / 60
-    assert (np.abs(share - slds.pi0) < 5.0 * np.sqrt(slds.pi0 * (1.0 - slds.pi0) / 60)).all()
 
 
 # Constant velocity
@@ -174,7 +138,7 @@ def test_drifting_freedoms_do_not_touch_the_others(order, rng):
         ("scale", "light"), np.array([1.0, 0.9]), np.array([0.01, 0.1]), np.array([1.0, 2.0])
     )
     assert wide.names == ("a", "b", "scale", "light")
-    y = slds.sample(12, rng)[2]
+    y = sample(slds, 12, rng)[2]
     narrow = viterbi(slds, y)
     got = viterbi(wide, np.hstack([y, rng.normal(size=(12, 2))]))
     N = order * 2

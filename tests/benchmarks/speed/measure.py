@@ -18,7 +18,7 @@ from dynamics.learning.prior import data_prior
 from dynamics.variational import variational_all
 from dynamics.viterbi import forward, viterbi_all
 from tests.benchmarks.speed import rivals
-from tests.oracles import random_slds
+from tests.oracles import random_slds, sample
 
 ROUNDS = 7
 STATES = (4, 8, 16)
@@ -43,7 +43,7 @@ def filters(K, seed=1):
     """One sequence through every filter; ratios to filterpy's IMM."""
     rng = np.random.default_rng(seed)
     slds = random_slds(K, d=8, order=2, rng=rng)
-    y = slds.sample(FRAMES, rng)[2]
+    y = sample(slds, FRAMES, rng)[2]
     return _timed(
         {
             "filterpy IMM": lambda: rivals.filterpy_imm(slds, y),
@@ -60,7 +60,7 @@ def em_rounds(seed=1):
     """One EM round on several sequences by every inference; ratios to the one-state loop."""
     rng = np.random.default_rng(seed)
     slds = random_slds(4, d=8, order=2, rng=rng)
-    ys = [slds.sample(LENGTH, rng)[2] for _ in range(SEQUENCES)]
+    ys = [sample(slds, LENGTH, rng)[2] for _ in range(SEQUENCES)]
     prior = data_prior(ys, slds.layout, Options(states=slds.K, order=slds.order))
     weights = np.ones(SEQUENCES)
     hmm = rivals.hmmlearn_rounds(ys, slds.K, rounds=5)

@@ -22,6 +22,7 @@ from tests.oracles import (
     enumerated_all,
     expected_log_joint,
     random_slds,
+    sample,
     sum_over_paths,
 )
 
@@ -31,7 +32,7 @@ LEARNT = {"fps": 30.0, "label": "walk"}
 
 def drawn(slds, lengths, rng, *, gaps=False):
     """Sequences; with gaps, of each a few entries, one whole row and, where it is odd, the first row."""
-    ys = [slds.sample(T, rng)[2] for T in lengths]
+    ys = [sample(slds, T, rng)[2] for T in lengths]
     for n, y in enumerate(ys if gaps else []):
         y[rng.random(y.shape) < 0.2] = np.nan
         y[-2 if n % 2 else 0] = np.nan
@@ -259,7 +260,7 @@ def test_of_several_starts_the_best_is_kept(rng):
 @pytest.mark.parametrize("gaps", [False, True])
 def test_any_inference_is_an_e_step(infer, gaps, rng):
     truth = random_slds(2, order=2, noise=0.1, stay=0.9, rng=rng)
-    draws = [truth.sample(40, rng) for _ in range(6)]
+    draws = [sample(truth, 40, rng) for _ in range(6)]
     ys = [y for _, _, y in draws]
     for y in ys if gaps else []:
         y[rng.random(y.shape) < 0.1] = np.nan

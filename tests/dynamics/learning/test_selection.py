@@ -11,7 +11,7 @@ from dynamics.learning.em import from_origin, learn
 from dynamics.learning.options import Options
 from dynamics.learning.selection import choose, path_values
 from dynamics.viterbi import viterbi_all
-from tests.oracles import random_slds
+from tests.oracles import random_slds, sample
 
 LEARNT = {"names": ("a", "b"), "travelling": ("a",), "fps": 30.0}
 GROUPS = ("p", "p", "q", "r", "r", "r")
@@ -50,7 +50,7 @@ def scored_by(values):
 
 def two_oscillators(rng, *, groups=6, per_group=2, T=60):
     slds = random_slds(2, order=2, noise=0.05, stay=0.95, rng=rng)
-    ys = [slds.sample(T + 30, rng)[2][30:] for _ in range(groups * per_group)]
+    ys = [sample(slds, T + 30, rng)[2][30:] for _ in range(groups * per_group)]
     return ys, [f"subject {n // per_group}" for n in range(len(ys))], slds.names
 
 

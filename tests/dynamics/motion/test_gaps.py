@@ -11,7 +11,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.motion import gaps
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.moments import by_motion
-from tests.oracles import every_path, given_path, log_density, random_slds
+from tests.oracles import every_path, given_path, log_density, random_slds, sample
 
 # The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
 SMOOTHED = 1e-9
@@ -56,7 +56,7 @@ GAPS = {
 @pytest.mark.parametrize("recurrent", [True, False])
 def test_with_one_switching_state_a_gap_is_filled_by_conditioning(order, where, recurrent, rng):
     slds = random_slds(1, order=order, rng=rng)
-    y = with_gaps(slds.sample(10, rng)[2], *GAPS[where])
+    y = with_gaps(sample(slds, 10, rng)[2], *GAPS[where])
     mean, cov, _ = conditioned(slds, y, [0] * 10)
     got = interpolate(slds, y, rng, recurrent=recurrent)
     assert_allclose(got.mean, mean, atol=SMOOTHED)
@@ -67,7 +67,7 @@ def test_with_one_switching_state_a_gap_is_filled_by_conditioning(order, where, 
 @pytest.mark.parametrize("order", [1, 2])
 def test_single_entries_of_a_pose_are_filled_by_conditioning(order, rng):
     slds = random_slds(1, d=3, order=order, travelling=("b",), rng=rng)
-    y = slds.sample(12, rng)[2] + [0.0, 30.0, 0.0]
+    y = sample(slds, 12, rng)[2] + [0.0, 30.0, 0.0]
     y[rng.random(y.shape) < 0.3] = np.nan
     y[0, 1] = y[-1, 0] = y[5, 2] = np.nan
     mean, cov, _ = conditioned(slds, y, [0] * 12)
@@ -79,7 +79,7 @@ def test_single_entries_of_a_pose_are_filled_by_conditioning(order, rng):
 
 def test_dense_measurements_are_answered_by_poses_as_they_are_measured(rng):
     slds = replace(random_slds(1, order=2, rng=rng), C=rng.normal(size=(2, 4)))
-    y = with_gaps(slds.sample(8, rng)[2], (3, 5))
+    y = with_gaps(sample(slds, 8, rng)[2], (3, 5))
     mean, cov, _ = conditioned(slds, y, [0] * 8)
     got = interpolate(slds, y, rng)
     assert_allclose(got.mean, mean, atol=SMOOTHED)
@@ -89,7 +89,7 @@ def test_dense_measurements_are_answered_by_poses_as_they_are_measured(rng):
 @pytest.mark.parametrize("K", [1, 3])
 def test_moving_the_figure_moves_the_answer(K, rng):
     slds = random_slds(K, d=2, order=2, travelling=("a",), rng=rng)
-    y = with_gaps(slds.sample(15, rng)[2], (0, 2), (6, 9))
+    y = with_gaps(sample(slds, 15, rng)[2], (0, 2), (6, 9))
     away = np.array([64.0, 0.0])
     here = interpolate(slds, y, np.random.default_rng(1))
     there = interpolate(slds, y + away, np.random.default_rng(1))
@@ -100,7 +100,7 @@ def test_moving_the_figure_moves_the_answer(K, rng):
 
 def test_a_place_that_was_never_measured_is_left_open(rng):
     slds = random_slds(2, d=2, order=2, travelling=("a",), rng=rng)
-    y = slds.sample(12, rng)[2]
+    y = sample(slds, 12, rng)[2]
     y[:, 0] = np.nan
     got = interpolate(slds, y, rng)
     assert np.isfinite(got.mean).all()
@@ -124,7 +124,7 @@ def test_before_the_first_measurement_a_figure_may_have_stood_elsewhere(rng):
 @pytest.mark.parametrize("span", [(2, 4), (28, 33), (50, 90), (110, 120)])
 def test_a_long_sequence_is_filled_a_piece_at_a_time_as_it_would_be_whole(span, rng, monkeypatch):
     slds = random_slds(1, order=2, rng=rng)
-    y = with_gaps(slds.sample(120, rng)[2], span)
+    y = with_gaps(sample(slds, 120, rng)[2], span)
     whole = interpolate(slds, y, rng)
     monkeypatch.setattr(gaps, "PIECE", 20)
     monkeypatch.setattr(gaps, "BEYOND", 25)
@@ -136,7 +136,7 @@ def test_a_long_sequence_is_filled_a_piece_at_a_time_as_it_would_be_whole(span, 
 
 def test_a_piece_in_which_the_root_was_not_measured_starts_from_where_it_was(rng, monkeypatch):
     slds = random_slds(1, order=2, travelling=("a",), rng=rng)
-    y = slds.sample(60, rng)[2] + [40.0, 0.0]
+    y = sample(slds, 60, rng)[2] + [40.0, 0.0]
     y[10:, 0] = np.nan
     whole = interpolate(slds, y, rng)
     monkeypatch.setattr(gaps, "PIECE", 15)
@@ -152,7 +152,7 @@ def test_memory_is_that_of_a_piece_however_long_the_sequence(rng, monkeypatch):
     monkeypatch.setattr(gaps, "BEYOND", 10)
 
     def peak(T):
-        y = with_gaps(slds.sample(T, rng)[2], (20, 30))
+        y = with_gaps(sample(slds, T, rng)[2], (20, 30))
         tracemalloc.start()
         try:
             interpolate(slds, y, rng)
@@ -166,7 +166,7 @@ def test_memory_is_that_of_a_piece_however_long_the_sequence(rng, monkeypatch):
 
 def test_what_was_measured_well_stays(rng):
     slds = replace(random_slds(3, order=2, rng=rng), R=1e-8 * np.eye(2))
-    y = slds.sample(20, rng)[2]
+    y = sample(slds, 20, rng)[2]
     gappy = with_gaps(y, (8, 11))
     gappy[4, 0] = np.nan
     got = interpolate(slds, gappy, rng)
@@ -196,7 +196,7 @@ def test_one_measured_entry_is_enough(measured, rng):
 
 def test_the_same_seed_fills_alike_and_another_differently(rng):
     slds = random_slds(3, order=2, stay=0.3, rng=rng)
-    y = with_gaps(slds.sample(30, rng)[2], (10, 20))
+    y = with_gaps(sample(slds, 30, rng)[2], (10, 20))
     first, again, other = (interpolate(slds, y, np.random.default_rng(seed)) for seed in (5, 5, 6))
     assert_array_equal(first.mean, again.mean)
     assert_array_equal(first.cov, again.cov)
@@ -258,7 +258,7 @@ def over_all_paths(slds, y, recurrent):
 )
 def test_many_samples_come_to_the_sum_over_all_paths(order, travelling, recurrent, rng, monkeypatch):
     slds = random_slds(2, d=2, order=order, travelling=travelling, noise=1.0, stay=0.95, rng=rng)
-    y = with_gaps(slds.sample(5, rng)[2], (1, 4))
+    y = with_gaps(sample(slds, 5, rng)[2], (1, 4))
     want, deviation = over_all_paths(slds, y, recurrent)
     monkeypatch.setattr(gaps, "PATHS", 1000)
     got = interpolate(slds, y, rng, recurrent=recurrent)
@@ -286,7 +286,7 @@ def told_apart(rng):
 
 def test_a_switch_that_cannot_be_is_not_taken(rng):
     slds = replace(random_slds(2, order=1, rng=rng), pi0=[1.0, 0.0], Pi=[[1.0, 0.0], [0.5, 0.5]])
-    y = with_gaps(slds.sample(10, rng)[2], (4, 7))
+    y = with_gaps(sample(slds, 10, rng)[2], (4, 7))
     mean, cov, _ = conditioned(slds, y, [0] * 10)  # the second state is never come to
     for recurrent in (True, False):
         got = interpolate(slds, y, rng, recurrent=recurrent)

@@ -18,7 +18,15 @@ from dynamics.region import pose_hints
 from dynamics.slds import combine
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
-from tests.oracles import all_paths, enumerated, given_path, log_density, random_covariance, random_slds
+from tests.oracles import (
+    all_paths,
+    enumerated,
+    given_path,
+    log_density,
+    random_covariance,
+    random_slds,
+    sample,
+)
 
 
 def named(slds, *labels):
@@ -37,7 +45,7 @@ def two_motions(rng, *, order=2, noise=0.3):
 
 def quiet(slds, T, rng):
     """A sequence of the model's own with nothing of its measurement noise, so that it keeps its own R."""
-    return slds.sample(T, rng)[1] @ slds.C.T
+    return sample(slds, T, rng)[1] @ slds.C.T
 
 
 def exactly(slds, ys, hints):
@@ -98,7 +106,9 @@ def test_without_the_poses_term_classification_is_plain_inference(infer, rng):
 
 def test_sequences_noisier_than_the_model_are_classified_with_their_noise(rng):
     slds = two_motions(rng, noise=0.05)
-    ys = [y + [0.3, 0.0, 0.3] * rng.normal(size=y.shape) for y in (slds.sample(30, rng)[2] for _ in range(6))]
+    ys = [
+        y + [0.3, 0.0, 0.3] * rng.normal(size=y.shape) for y in (sample(slds, 30, rng)[2] for _ in range(6))
+    ]
     noisy = at_noise(slds, ys)
     assert noisy.R[0, 0] > 10.0 * slds.R[0, 0]
     plain = gpb2_all(noisy, ys, [pose_hints(noisy, y) for y in ys])
@@ -123,7 +133,7 @@ def test_a_walk_that_turns_into_a_run_is_told_from_it(infer, rng):
     walk, run = (settled(random_slds(1, noise=0.2, rng=rng)) for _ in range(2))
     run = settled(replace(run, b=run.b + np.array([1.0, -1.0]), R=walk.R))
     slds = combine([named(walk, "walk"), named(run, "run")], crossing=0.01)
-    ys = [np.vstack([one.sample(40, rng)[2] for one in pair]) for pair in ((walk, run), (run, walk))]
+    ys = [np.vstack([sample(one, 40, rng)[2] for one in pair]) for pair in ((walk, run), (run, walk))]
     for (first, second), got in zip(
         (("walk", "run"), ("run", "walk")), classify(slds, ys, infer=infer), strict=True
     ):
@@ -188,7 +198,7 @@ def log_density_at(slds, y, added):
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_noise_of_one_state_is_the_likeliest_by_the_joint_gaussian(order, rng):
     slds = random_slds(1, d=2, order=order, noise=0.05, rng=rng)
-    ys = [y + 0.1 * rng.normal(size=y.shape) for y in (slds.sample(12, rng)[2] for _ in range(3))]
+    ys = [y + 0.1 * rng.normal(size=y.shape) for y in (sample(slds, 12, rng)[2] for _ in range(3))]
     ys[1][3:5] = ys[0][0, 0] = np.nan
     tried = np.arange(0.0, 0.3, 1e-3)
     values = sum(log_density_at(slds, y, tried) for y in ys)
@@ -201,7 +211,7 @@ def test_added_noise_is_found_again(stays, travels, rng):
     slds = two_motions(rng, noise=0.03)
     ys = [
         y + [stays, travels, stays] * rng.normal(size=y.shape)
-        for y in (slds.sample(40, rng)[2] for _ in range(12))
+        for y in (sample(slds, 40, rng)[2] for _ in range(12))
     ]
     for y in ys:
         y[rng.random(len(y)) < 0.1] = np.nan
@@ -221,13 +231,13 @@ def test_a_model_that_meets_no_more_noise_than_its_own_keeps_it(rng):
 
 def test_more_noise_than_half_a_radian_is_not_believed(rng):
     slds = random_slds(1, noise=0.03, rng=rng)
-    ys = [y + 1.5 * rng.normal(size=y.shape) for y in (slds.sample(40, rng)[2] for _ in range(6))]
+    ys = [y + 1.5 * rng.normal(size=y.shape) for y in (sample(slds, 40, rng)[2] for _ in range(6))]
     assert_allclose(added(slds, at_noise(slds, ys)), 0.5, rtol=0.05)  # what the search stops within
 
 
 def test_a_place_that_was_not_measured_keeps_its_noise(rng):
     slds = two_motions(rng, noise=0.03)
-    y = slds.sample(200, rng)[2] + [0.1, 0.0, 0.1] * rng.normal(size=(200, 3))
+    y = sample(slds, 200, rng)[2] + [0.1, 0.0, 0.1] * rng.normal(size=(200, 3))
     y[:, 1] = np.nan
     found = added(slds, at_noise(slds, [y]))
     assert found[1] == 0.0
@@ -236,7 +246,7 @@ def test_a_place_that_was_not_measured_keeps_its_noise(rng):
 
 def test_more_sequences_than_needed_are_thinned_evenly(rng):
     slds = random_slds(1, noise=0.03, rng=rng)
-    every = [slds.sample(100, rng)[2] for _ in range(45)]
+    every = [sample(slds, 100, rng)[2] for _ in range(45)]
     loud = [y + 0.2 * rng.normal(size=y.shape) for y in every]
     # Of 4,500 frames 1,500 are enough: every third sequence.
     others = [loud[n] if n % 3 else y for n, y in enumerate(every)]
@@ -265,7 +275,7 @@ def ahead(slds, y, t, horizon):
 @pytest.mark.parametrize("horizon", [1, 2, 5])
 def test_a_forecast_of_one_state_is_that_of_the_joint_gaussian(order, horizon, rng, known_noise):
     slds = random_slds(1, d=3, order=order, travelling=("b",), rng=rng)
-    ys = [slds.sample(T, rng)[2] for T in (4, 9, 1)]
+    ys = [sample(slds, T, rng)[2] for T in (4, 9, 1)]
     ys[1][2, 0] = ys[1][0] = ys[1][5:7] = np.nan
     for y, got in zip(ys, predict(slds, ys, horizon), strict=True):
         assert got.mean.shape == (len(y) + horizon, 3)
@@ -283,7 +293,7 @@ def test_a_forecast_of_one_state_is_that_of_the_joint_gaussian(order, horizon, r
 @pytest.mark.parametrize("horizon", [1, 3])
 def test_forecasts_from_two_frames_are_exact(order, horizon, rng):  # nothing is collapsed before the third
     slds = random_slds(3, d=2, order=order, rng=rng)
-    ys = [slds.sample(2, rng)[2] for _ in range(4)]
+    ys = [sample(slds, 2, rng)[2] for _ in range(4)]
     ys[1][0] = ys[2][1, 0] = ys[3][:] = np.nan
     for y, got in zip(ys, predict(slds, ys, horizon), strict=True):
         for t in (horizon, horizon + 1):
@@ -297,7 +307,7 @@ def test_later_forecasts_are_nearly_those_of_all_paths(rng, known_noise):
     off, wider = [], []
     for i in range(6):
         slds = random_slds(2, d=2, order=1 + i % 2, rng=rng)
-        y = slds.sample(5, rng)[2]
+        y = sample(slds, 5, rng)[2]
         (got,) = predict(slds, [y], 2)
         for t in (5, 6):
             mean, cov = ahead(slds, y, t, 2)
@@ -313,8 +323,8 @@ def test_later_forecasts_are_nearly_those_of_all_paths(rng, known_noise):
 @pytest.mark.parametrize("horizon", [1, 3])
 def test_no_forecast_knows_what_comes(horizon, rng):
     slds = random_slds(2, order=2, noise=0.05, rng=rng)
-    y = slds.sample(50, rng)[2] + 0.2 * rng.normal(size=(50, 2))
-    other = slds.sample(20, rng)[2]
+    y = sample(slds, 50, rng)[2] + 0.2 * rng.normal(size=(50, 2))
+    other = sample(slds, 20, rng)[2]
     (whole, _) = predict(slds, [y, other], horizon)
     for known in (4, 15, 46):
         later = y.copy()
@@ -327,7 +337,7 @@ def test_no_forecast_knows_what_comes(horizon, rng):
 
 def test_forecasts_go_by_the_noise_of_the_frames_before(rng, monkeypatch):
     slds = random_slds(2, order=2, noise=0.05, rng=rng)
-    ys = [slds.sample(T, rng)[2] + 0.2 * rng.normal(size=(T, 2)) for T in (60, 20, 3)]
+    ys = [sample(slds, T, rng)[2] + 0.2 * rng.normal(size=(T, 2)) for T in (60, 20, 3)]
     got = predict(slds, ys, 2)
     monkeypatch.setattr(tasks, "NOISE_KNOWN", ())
     for known, until in ((0, 5), (5, 15), (15, 45), (45, 60)):
@@ -341,7 +351,7 @@ def test_forecasts_go_by_the_noise_of_the_frames_before(rng, monkeypatch):
 
 def test_forecasts_take_the_memory_of_what_they_return(rng):
     slds = random_slds(6, d=3, order=2, rng=rng)
-    y = slds.sample(1500, rng)[2]
+    y = sample(slds, 1500, rng)[2]
     tracemalloc.start()
     try:
         ahead = tasks.forecasts(slds, [y])[0]

@@ -11,7 +11,7 @@ from dynamics.belief import Belief, first_belief, propose
 from dynamics.gaussian import Gaussian, apply
 from dynamics.kalman import update
 from dynamics.viterbi import viterbi
-from tests.oracles import condition, random_slds
+from tests.oracles import condition, random_slds, sample
 from tracker.loop.estimate import Estimate
 from tracker.loop.smoothing import smoothed, turned_belief
 
@@ -43,7 +43,7 @@ def tracker_of(slds):
 @pytest.mark.parametrize("T", [1, 2, 40])
 def test_a_run_is_smoothed_along_its_own_best_path(states, T, rng):
     slds = random_slds(states, order=2, rng=rng)
-    y = slds.sample(T, rng)[2]
+    y = sample(slds, T, rng)[2]
     estimates = filtered(slds, y)
     found = list(smoothed(tracker_of(slds), estimates))
     path, h = [], estimates[-1].belief.best
@@ -63,7 +63,7 @@ def test_a_run_is_smoothed_along_its_own_best_path(states, T, rng):
 
 def test_windows_give_what_the_whole_run_gives_but_for_what_is_far_ahead(rng):
     slds = random_slds(2, order=2, rng=rng)
-    y = slds.sample(300, rng)[2]
+    y = sample(slds, 300, rng)[2]
     estimates = filtered(slds, y)
     whole = list(smoothed(tracker_of(slds), estimates, lag=300))
     parts = list(smoothed(tracker_of(slds), estimates, lag=40))
@@ -76,7 +76,7 @@ def test_windows_give_what_the_whole_run_gives_but_for_what_is_far_ahead(rng):
 
 def test_smoothing_is_surer_than_filtering_and_ends_where_it_ends(rng):
     slds = random_slds(1, order=2, rng=rng)
-    estimates = filtered(slds, slds.sample(30, rng)[2])
+    estimates = filtered(slds, sample(slds, 30, rng)[2])
     found = list(smoothed(tracker_of(slds), estimates))
     before, after = (np.array([np.trace(e.pose.cov) for e in es]) for es in (estimates, found))
     assert (after[:-1] < 1.01 * before[:-1]).all()
@@ -85,7 +85,7 @@ def test_smoothing_is_surer_than_filtering_and_ends_where_it_ends(rng):
 
 def test_no_more_than_a_window_is_kept_waiting(rng):
     slds = random_slds(1, rng=rng)
-    estimates = filtered(slds, slds.sample(100, rng)[2])
+    estimates = filtered(slds, sample(slds, 100, rng)[2])
     taken = []
 
     def source():
@@ -99,7 +99,7 @@ def test_no_more_than_a_window_is_kept_waiting(rng):
 
 def test_nothing_is_carried_over_a_new_beginning(rng):
     slds = random_slds(2, order=2, rng=rng)
-    first, second = (filtered(slds, slds.sample(T, rng)[2]) for T in (7, 12))
+    first, second = (filtered(slds, sample(slds, T, rng)[2]) for T in (7, 12))
     second[0] = replace(second[0], began=True)
     found = list(smoothed(tracker_of(slds), [*first, *second]))
     apart = [*smoothed(tracker_of(slds), first), *smoothed(tracker_of(slds), second)]
@@ -111,7 +111,7 @@ def test_nothing_is_carried_over_a_new_beginning(rng):
 
 def test_a_smoothed_estimate_s_belief_is_its_one_hypothesis_with_its_own_past(rng):
     slds = random_slds(3, order=2, rng=rng)
-    estimates = filtered(slds, slds.sample(9, rng)[2])
+    estimates = filtered(slds, sample(slds, 9, rng)[2])
     found = list(smoothed(tracker_of(slds), estimates))
     for raw, one in zip(estimates, found, strict=True):
         assert one.belief.s.tolist() == [one.s]
@@ -128,7 +128,7 @@ def test_the_other_way_begins_with_what_all_the_run_says_of_its_first_two_poses(
     if drifts:
         names = [f"z{i}" for i in range(drifts)]
         slds = slds.with_drifts(names, np.full(drifts, 0.8), np.full(drifts, 0.3), np.full(drifts, 0.5))
-    y = slds.sample(T, rng)[2]
+    y = sample(slds, T, rng)[2]
     estimates = filtered(slds, y)
     second = list(smoothed(tracker_of(slds), estimates))[1]
     found = turned_belief(slds, estimates[0].belief, second.belief)
