@@ -19,7 +19,6 @@ BOUNDS = {
     "exclusiveMaximum": "below",
 }
 
-
 Model = TypeVar("Model", bound=BaseModel)
 
 

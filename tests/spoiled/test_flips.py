@@ -32,7 +32,6 @@ READ = {
     "run/track.npz": "trc",
 }
 
-
 READERS = dict.fromkeys(FOREIGN, read_start)
 READERS["s.toml"] = read_settings
 READERS["jobs.csv"] = lambda path: read_jobs(path, path.parent, Progress("quiet"))

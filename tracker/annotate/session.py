@@ -26,7 +26,6 @@ FARTHEST = 1e5  # pixels; nobody marks a joint beyond it
 
 Reply = dict[str, Any]
 
-
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False)]
 Index = Annotated[int, Field(ge=0, le=10**8)]
 

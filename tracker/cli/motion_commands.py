@@ -13,7 +13,6 @@ from tracker.motion.choices import Inference, Use
 if TYPE_CHECKING:
     from tracker.motion.commands import Outputs
 
-
 Poses = Annotated[
     Path,
     typer.Argument(

@@ -18,7 +18,6 @@ from tracker.clip.job import About, Facing
 if TYPE_CHECKING:
     from tracker.progress import Progress
 
-
 INTERRUPTED = "interrupted; nothing was written"
 UNLOADED = ("failed to map segment", "cannot allocate memory")  # what the system says without memory
 

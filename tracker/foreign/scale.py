@@ -32,12 +32,17 @@ class Scale:
 
 def scale_by_height(record: Record, metres: float, facing: int) -> Scale:
     """The scale at which the figure is so tall; RunError if it was followed in no frame."""
-    return _scale(record, metres / _height(record), facing)
+    return scale_by_pixels(record, _height(record) / metres, facing)
 
 
 def scale_by_pixels(record: Record, pixels: float, facing: int) -> Scale:
     """The scale at which so many pixels are a metre; RunError if the figure was followed in no frame."""
-    return _scale(record, 1.0 / pixels, facing)
+    feet, below = ("near_toe", "far_toe"), 0.0
+    if not all(np.isfinite(record.place(name)).any() for name in feet):
+        feet, below = ("near_ankle", "far_ankle"), ANKLE_HEIGHT * _height(record)
+    lower = np.maximum(*(record.place(name)[:, 1] for name in feet))
+    floor = middle(lower, record) + below
+    return Scale(1.0 / pixels, float(record.place("hip")[record.measured][0, 0]), floor, facing)
 
 
 def scale_by_points(record: Record, points: tuple[float, float, float, float, float], facing: int) -> Scale:
@@ -48,17 +53,8 @@ def scale_by_points(record: Record, points: tuple[float, float, float, float, fl
         raise ValueError(
             f"two points apart and the metres between them give the scale; got {pixels:g} px and {metres:g} m"
         )
-    return _scale(record, metres / pixels, facing)
+    return scale_by_pixels(record, pixels / metres, facing)
 
 
 def _height(record: Record) -> float:
     return stature(record.places, record.names, record.measured)
-
-
-def _scale(record: Record, pixel: float, facing: int) -> Scale:
-    feet, below = ("near_toe", "far_toe"), 0.0
-    if not all(np.isfinite(record.place(name)).any() for name in feet):
-        feet, below = ("near_ankle", "far_ankle"), ANKLE_HEIGHT * _height(record)
-    lower = np.maximum(*(record.place(name)[:, 1] for name in feet))
-    floor = middle(lower, record) + below
-    return Scale(pixel, float(record.place("hip")[record.measured][0, 0]), floor, facing)

@@ -29,7 +29,6 @@ STATES = [*range(4, 20, 2), *range(5, 20, 2), *range(4)]
 NEUTRAL = "#555555"
 GAP = "#dddddd"
 
-
 Flags = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 

@@ -40,7 +40,6 @@ HARD_HEADER = (
 SWITCHED_HEADER = ("way", "mean", "worst", "hard: mean", "hard: worst", "lost of all", "swaps in all")
 CALIBRATED = (DEFAULT, DEFAULT + FILTERED, CV)
 
-
 METHOD = """\
 Eight hand-marked clips are followed from the marks of frame 0 with the same settings and scored by all later
 marks; [compare.md](compare.md) explains lost, swaps and leg angles. Errors are in leg lengths; marks repeat

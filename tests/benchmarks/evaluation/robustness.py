@@ -72,13 +72,11 @@ accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed
 Nothing is wanted of the last {len(FILMS)}.
 """
 
-
 SOAK = """\
 `make soak` runs random commands on random films, some damaged, for an hour, kills a third of them, and checks
 how each ends. Two faults of Python's own remain: an interrupt in its first milliseconds shows a traceback,
 and one just after an import may be lost.
 """
-
 
 SHOTS = {**DISTURBANCES, **FILMS}
 
