@@ -1,28 +1,21 @@
-"""What the papers say of classification, against the cells of `tracker.experiments.motions`."""
+"""Walk or run: classification of spliced sequences (1999, section 4.1 and figure 3; 2000, figure 2 a to d).
+
+The papers' inference alone: the switching state's motion, nothing told of the pose or of the noise met.
+"""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise, product
 
 import numpy as np
 
+from dynamics.gaussian import Array
+from dynamics.hmm import HMM, HMMPosterior, hmm_all
 from dynamics.motion.tasks import classify_hmm, labelling
-from tracker.experiments.measures import ANGLES
-from tracker.experiments.motions import (
-    FAR,
-    HIDDEN,
-    NOISE,
-    ORDERS,
-    SEEN,
-    UNSEEN,
-    Cell,
-    Draw,
-    cells,
-    counts,
-    draws,
-    missing,
-    recipe,
-)
-from tracker.experiments.panels import MOTIONS, bars, grid, to_svg
+from dynamics.posterior import Posterior, Switching
+from dynamics.slds import SLDS
+from tracker.experiments.measures import ANGLES, noisy, wrong_frames
+from tracker.experiments.panels import SHADES, bars, grid, to_svg
 from tracker.experiments.section import (
     Claim,
     Heading,
@@ -34,12 +27,21 @@ from tracker.experiments.section import (
     spread,
     verdict,
 )
-from tracker.experiments.splices import LONGEST, SHORTEST
-from tracker.experiments.study import Study
+from tracker.experiments.splices import LONGEST, PIECES, SHORTEST, Splice, long_enough, splice
+from tracker.experiments.study import MOTIONS, Recipe, Study
 from tracker.motion.label_plot import patches
 from tracker.motion.tasks import INFERENCES
 
 HEADING = Heading("classification", "Walk or run?", "1999, figure 3; 2000, figure 2 a to d")
+COUNTS = (1, 2, 4)
+ORDERS = (1, 2)
+NOISE = 5.0  # degrees, in learning and on the spliced sequences
+SEQUENCES = 10  # a draw
+DRAWS = 3
+FAR = 10  # frames; further from any joint the splice itself plays no part
+SURE = 0.99
+SEEN, UNSEEN = "seen", "unseen"
+HIDDEN = "hmm"
 PAPER = 2.9  # per cent of the frames, 1999, section 4.1
 ALIKE = 0.5  # per cent of the frames; inferences no further apart are taken as alike
 PEOPLE = {SEEN: "people learned from", UNSEEN: "people left out"}
@@ -47,6 +49,38 @@ TOLD = {"viterbi": "Viterbi", "gpb2": "GPB2", "variational": "variational"}
 
 Key = tuple[int, int, str]
 Means = dict[Key, float]
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Spliced sequences of some people, and who is left out of the models they are shown to."""
+
+    people: str
+    held: frozenset[str]
+    splices: tuple[Splice, ...]
+    ys: tuple[Array, ...]
+
+    @property
+    def labels(self) -> list[str]:
+        return [label for s in self.splices for label in s.labels]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One model by one inference on one draw.
+
+    people, states, order, inference : which; order 0 for the hidden Markov model
+    wrong, far : per cent of the frames with the wrong motion: all, those far from any joint
+    soft       : per cent of the frames in which no state is as good as certain
+    """
+
+    people: str
+    states: int
+    order: int
+    inference: str
+    wrong: float
+    far: float
+    soft: float
 
 
 def run(study: Study) -> Section:
@@ -75,6 +109,46 @@ def run(study: Study) -> Section:
     )
 
 
+def draws(study: Study) -> list[Draw]:
+    """Sequences of everybody, several times; then of those left out, a group at a time."""
+    seen = [(SEEN, frozenset[str]())] * (1 if study.quick else DRAWS)
+    unseen = [(UNSEEN, held) for held in study.folds]
+    return [_draw(study, people, held, n) for n, (people, held) in enumerate(seen + unseen)]
+
+
+def missing(study: Study) -> str | None:
+    """Why these captures cannot be spliced; None if they can."""
+    for motion in MOTIONS:
+        if motion not in study.motions:
+            return f"the captures show no {motion}"
+        for held in study.held_out:
+            if not long_enough([c for c in study.tested(held) if c.label == motion]):
+                return f"no {motion} is long enough to cut a piece from"
+    return None
+
+
+def counts(study: Study) -> tuple[int, ...]:
+    """States a motion that are tried."""
+    return COUNTS[:2] if study.quick else COUNTS
+
+
+def recipe(states: int, order: int, held: frozenset[str] = frozenset()) -> Recipe:
+    """A model of this experiment."""
+    return Recipe(states, order, NOISE, held)
+
+
+def cells(study: Study, draw: Draw, states: int) -> list[Cell]:
+    """Every order and inference on one draw."""
+    hmm = study.hmm(recipe(states, 0, draw.held))
+    hidden = hmm_all(hmm, [y[:, ANGLES] for y in draw.ys])
+    found = [_cell(draw, (states, 0, HIDDEN), hmm, hidden)]
+    for order in ORDERS:
+        slds = study.slds(recipe(states, order, draw.held))
+        for name, infer in INFERENCES.items():
+            found.append(_cell(draw, (states, order, name), slds, infer(slds, draw.ys, None)))
+    return found
+
+
 def mean_wrong(found: Iterable[Cell]) -> dict[str, Means]:
     """Per cent, mean over draws, by people and (states, order, inference)."""
     rows: dict[str, dict[Key, list[float]]] = {}
@@ -94,6 +168,27 @@ def claims(found: Sequence[Cell]) -> list[Claim]:
         _inferences_alike(slds),
         _softness(found),
     ]
+
+
+def _draw(study: Study, people: str, held: frozenset[str], number: int) -> Draw:
+    rng = study.rng(2, number)
+    captures = long_enough(study.tested(held))
+    sequences, pieces = (2, 3) if study.quick else (SEQUENCES, PIECES)
+    made = tuple(splice(captures, rng, pieces) for _ in range(sequences))
+    return Draw(people, held, made, tuple(noisy(s.y, NOISE, rng) for s in made))
+
+
+def _cell(
+    draw: Draw,
+    which: tuple[int, int, str],
+    model: SLDS | HMM,
+    posteriors: Sequence[Posterior] | Sequence[Switching] | Sequence[HMMPosterior],
+) -> Cell:
+    found = [label for p in posteriors for label in labelling(model.labels, p.prob, p.path).label]
+    far = np.concatenate([s.far(FAR) for s in draw.splices])
+    _, wrong, away = wrong_frames(found, draw.labels, far)
+    soft = np.concatenate([p.prob for p in posteriors]).max(1) < SURE
+    return Cell(draw.people, *which, wrong, away, 100.0 * float(soft.mean()))
 
 
 def _papers_error(slds: dict[str, Means]) -> Claim:
@@ -197,9 +292,9 @@ def _cut_plot(study: Study, draw: Draw, n: int) -> Plot:
         rows[TOLD[name]] = labelling(slds.labels, found.prob, found.path).label
     rows["hidden Markov"] = classify_hmm(hmm, [y[:, ANGLES]])[0].label
     figure, axes = grid([0.34 * len(rows) + 0.8])
-    bars(axes[0, 0], rows, MOTIONS)
+    bars(axes[0, 0], rows, SHADES)
     axes[0, 0].vlines(np.array(first.joints) - 0.5, -0.36, 0.36, color="white", linewidth=0.8)
-    figure.legend(handles=patches(MOTIONS), loc="outside upper right", ncols=2, frameon=False)
+    figure.legend(handles=patches(SHADES), loc="outside upper right", ncols=2, frameon=False)
     return Plot(
         to_svg(figure),
         "One spliced sequence: the true motion and what each inference makes of it",

@@ -19,7 +19,7 @@ INK = "#010203"  # stands for the page's ink, which SVG calls currentColor
 GREY = "#8a8a8a"
 # Orange and blue are the legs'; these stand apart from them for every kind of colour vision.
 STATES = ("#009e73", "#cc79a7", "#e6c700", "#7a5195", "#56b4e9", "#c1272d")
-MOTIONS = {"walk": "#009e73", "run": "#9b5fb5"}
+SHADES = {"walk": "#009e73", "run": "#9b5fb5"}
 WIDTH = 9.0  # inches
 STYLE: Any = {
     "svg.fonttype": "none",

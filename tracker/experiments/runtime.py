@@ -7,8 +7,8 @@ from timeit import repeat
 import numpy as np
 
 from dynamics.hmm import hmm_all
+from tracker.experiments.classify import NOISE, counts
 from tracker.experiments.measures import ANGLES, centred, noisy, rootless
-from tracker.experiments.motions import NOISE, counts
 from tracker.experiments.section import Claim, Heading, Section, Table, verdict
 from tracker.experiments.study import Recipe, Study
 from tracker.motion.tasks import INFERENCES

@@ -14,11 +14,11 @@ from dynamics.hmm import HMM
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
-from tracker.experiments import ahead, classify, gaps, measures, motions, phases, runtime
+from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
 from tracker.experiments import study as studies
+from tracker.experiments.classify import Cell, Draw
 from tracker.experiments.findings import write_findings
 from tracker.experiments.measures import centred
-from tracker.experiments.motions import Cell, Draw
 from tracker.experiments.panels import INK
 from tracker.experiments.reproduce import reproduce
 from tracker.experiments.section import Claim, Heading, Plot, Section, Table, Verdict, share_verdict, spread
@@ -195,9 +195,9 @@ def test_people_left_out_of_a_model_are_the_only_ones_it_is_shown(monkeypatch):
         shown.append({c.subject for c in captures})
         return splice(captures, rng, pieces)
 
-    monkeypatch.setattr(motions, "splice", spy)
+    monkeypatch.setattr(classify, "splice", spy)
     tried = study()
-    for draw in motions.draws(tried):
+    for draw in classify.draws(tried):
         wanted = set(draw.held) if draw.people == "unseen" else set(PEOPLE)
         for _ in draw.splices:
             assert shown.pop(0) == wanted
@@ -211,7 +211,7 @@ def test_a_cell_counts_wrong_frames_far_ones_and_unsure_ones():
     walks[:15] = 0.9
     model = SimpleNamespace(labels=("walk", "run"))
     found = SimpleNamespace(prob=np.c_[walks, 1.0 - walks], path=None)
-    cell = motions._cell(draw, (1, 1, "viterbi"), model, [found])
+    cell = classify._cell(draw, (1, 1, "viterbi"), model, [found])
     assert_allclose([cell.wrong, cell.far, cell.soft], [10.0, 2.5, 25.0])
 
 
