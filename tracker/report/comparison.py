@@ -10,8 +10,8 @@ from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.plan import prepare, start_frame
 from tracker.progress import Progress
-from tracker.report.bare_film import write_film
 from tracker.report.chapter import Chapter
+from tracker.report.drawing import write_film
 from tracker.report.html_tables import text_table
 from tracker.report.page import linked, write_comparison
 from tracker.report.results import FILM, write_run

@@ -1,11 +1,8 @@
-"""A tracked figure as segments and ellipses on a frame."""
+"""The films of a run: with the figure drawn on the clip, and bare for a page that draws it itself."""
 
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.figure import Array, Figure
 from kinematics.spm import View, skeleton
@@ -13,11 +10,10 @@ from tracker.clip.follow import Run
 from tracker.loop.outcome import Outcome
 from tracker.progress import Progress
 from tracker.run.track import Track
-from videos.frames import Frame, Video
+from videos.frames import Frame, Image, Video
 from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw
+from videos.playable import Playable, copied, encoded
 from videos.writer import Writer
-
-Image = NDArray[np.uint8]
 
 SMALL = 300  # frames lower than this are drawn twice as large
 
@@ -79,6 +75,22 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
         for frame, moment in followed(finished):
             writer.write(paint(frame.image, track, frame.index, f"{job.model}  "), moment)
             advance()
+
+
+def write_film(finished: Run, path: Path, progress: Progress) -> Playable:
+    """The part of the clip that was followed, nothing drawn on it: its own packets where browsers play it."""
+    job, track, size = finished.job, finished.track, finished.size
+    film = None if finished.mended else copied(job.video, path, track.first, track.times, size)
+    if film is not None:
+        return film
+    with progress.task(f"{job.video.name} film", len(track)) as advance:
+
+        def pictures() -> Iterator[tuple[Image, float]]:
+            for frame, moment in followed(finished):
+                yield frame.image, moment
+                advance()
+
+        return encoded(path, pictures(), finished.fps, size)
 
 
 def followed(finished: Run) -> Iterator[tuple[Frame, float]]:

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.tracker.strolls import stroll
 from tests.videos.test_frames import make_clip, noise
 from tracker.progress import Progress
-from tracker.report.bare_film import write_film
+from tracker.report.drawing import write_film
 from videos.frames import Video
 
 COUNT, FIRST = 20, 7
