@@ -2,7 +2,8 @@
 
 Maximum likelihood's own value rises with every state added, so it cannot choose. Here the groups (subjects)
 are dealt out to folds; every candidate learns from all folds but one and is scored on that one, in log
-likelihood per measured frame. Groups count alike, in learning by weights and in scoring by a mean over them.
+likelihood of the best paths per measured frame. Groups count alike, in learning by weights and in scoring by
+a mean over them.
 
 Of the candidates that are not clearly worse than the best one the simplest is taken: those whose groups fall
 short of the best candidate's by no more than one standard error of that difference, group by group
@@ -18,13 +19,7 @@ from dynamics.layout import Layout
 from dynamics.learning.em import from_origin, learn
 from dynamics.learning.options import Options
 from dynamics.posterior import Infer
-from dynamics.slds import SLDS
-from dynamics.viterbi import viterbi_all
-
-
-def path_values(slds: SLDS, ys: Sequence[Array]) -> Array:
-    """(len(ys),) log p(y, S*) of each sequence's best path: minus the cost of approximate Viterbi."""
-    return np.array([posterior.log_evidence for posterior in viterbi_all(slds, ys)])
+from dynamics.viterbi import best_log_p_all, viterbi_all
 
 
 def choose(
@@ -80,7 +75,7 @@ def choose(
                 weights=weights[kept],
                 infer=infer,
             )
-            scores[out] = path_values(fit.slds, [ys[i] for i in out])
+            scores[out] = best_log_p_all(fit.slds, [ys[i] for i in out])
         row[:] = _per_group(scores, groups, held) / frames
     layouts = [Layout(tuple(names), tuple(travelling), options.order) for options in candidates]
     sizes = [_parameters(*each) for each in zip(candidates, layouts, strict=True)]

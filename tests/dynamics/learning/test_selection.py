@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 from dynamics.learning import selection
 from dynamics.learning.em import from_origin, learn
 from dynamics.learning.options import Options
-from dynamics.learning.selection import choose, path_values
-from dynamics.viterbi import viterbi_all
+from dynamics.learning.selection import choose
+from dynamics.viterbi import best_log_p_all, viterbi_all
 from tests.oracles import random_slds, sample
 
 LEARNT = {"names": ("a", "b"), "travelling": ("a",), "fps": 30.0}
@@ -36,7 +36,7 @@ def quick(**more):
 @pytest.fixture
 def scored(monkeypatch):
     """Puts another score in the place of the likelihood of the best paths."""
-    return lambda score: monkeypatch.setattr(selection, "path_values", score)
+    return lambda score: monkeypatch.setattr(selection, "best_log_p_all", score)
 
 
 def scored_by(values):
@@ -63,7 +63,7 @@ def test_every_group_is_scored_once_by_what_never_saw_it(scored, rng):
 
     def score(slds, sequences):
         shown.append(marks(sequences))
-        return path_values(slds, sequences)
+        return best_log_p_all(slds, sequences)
 
     scored(score)
     choose(ys, GROUPS, [quick()], folds=9, infer=infer, **LEARNT)
@@ -95,7 +95,7 @@ def test_the_score_is_what_learning_on_the_others_gives_weighted_by_group(rng):
     want = sum(p.log_evidence for p in viterbi_all(fit.slds, held)) / 21.0
     assert values[0, 0] == pytest.approx(want, rel=1e-9)  # the same sums
     alike = learn(ys[2:], label="x", options=options, **LEARNT)
-    assert abs(sum(path_values(alike.slds, held)) / 21.0 - want) > 1e-3
+    assert abs(sum(best_log_p_all(alike.slds, held)) / 21.0 - want) > 1e-3
 
 
 @pytest.mark.parametrize(
