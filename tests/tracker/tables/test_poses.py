@@ -6,6 +6,8 @@ from numpy.testing import assert_allclose
 
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import figtrack, refused
+from tests.tracker.gaits import gait, sequence
+from tests.tracker.gaits import write_poses as written
 from tracker.tables.poses import LARGEST, PosesError, pose_cells, read_poses, suspicions, write_poses
 
 HEADER = "seq,frame," + ",".join(POSE_COLUMNS) + ",label"
@@ -136,29 +138,20 @@ def test_an_angle_of_more_than_a_whole_turn_is_doubted(tmp_path, degrees, doubte
     assert not said or "an angle of sequence 'a' is -360.5 degrees in frame 5" in said[0]
 
 
-def gait(tmp_path, name, label, stride):
-    """Forty frames of a made-up gait, each leg a sine, half a stride apart."""
-    rng = np.random.default_rng(1)
-    lines = [HEADER]
-    for t in range(40):
-        turn = 2 * np.pi * t / stride
-        legs = [30 * np.sin(turn), 30 + 20 * np.cos(turn), -30 * np.sin(turn), 30 - 20 * np.cos(turn)]
-        pose = np.array([0.05 * t, 0.02 * np.cos(2 * turn), 2, 0, *legs]) + rng.normal(scale=0.05, size=8)
-        lines.append(f"0,{t}," + ",".join(f"{v:.5f}" for v in pose) + f",{label}")
-    path = tmp_path / name
-    path.write_text("\n".join(lines) + "\n")
-    return path
+def gait_table(path, label="walk"):
+    y = gait(label, 40, np.random.default_rng(1))
+    return written(path, sequence(y, labels=(label,) * 40), further=["label"])
 
 
 def test_a_model_is_learned_from_pose_tables_one_motion_a_label(tmp_path):
-    tables = [gait(tmp_path, "a.csv", "walk", 34), gait(tmp_path, "b.csv", "run", 22)]
+    tables = [gait_table(tmp_path / "a.csv"), gait_table(tmp_path / "b.csv", "run")]
     found = figtrack("learn", *tables, "--states", 1, "--out", tmp_path / "m.npz")
     assert found.exit_code == 0, found.stderr
     assert "2 states, order 2, 30 frames a second, from 2 sequences of subjects a, b" in found.stdout
 
 
 def test_pose_tables_without_the_root_cannot_be_learned_from(tmp_path):
-    path = gait(tmp_path, "a.csv", "walk", 34)
+    path = gait_table(tmp_path / "a.csv")
     lines = [line.split(",") for line in path.read_text().splitlines()]
     path.write_text("\n".join(",".join(cells[:2] + cells[4:]) for cells in lines) + "\n")
     assert "rows need all of root_x,root_y" in refused("learn", path, "--out", tmp_path / "m.npz")
@@ -166,6 +159,6 @@ def test_pose_tables_without_the_root_cannot_be_learned_from(tmp_path):
 
 
 def test_either_trials_or_pose_tables_are_wanted(tmp_path):
-    found = figtrack("learn", gait(tmp_path, "a.csv", "walk", 34), "--trials", "t.csv")
+    found = figtrack("learn", gait_table(tmp_path / "a.csv"), "--trials", "t.csv")
     assert found.exit_code == 2
     assert "one of the two" in found.stderr
