@@ -77,3 +77,13 @@ class Puppet:
         """Keypoint to (2,) body coordinates."""
         tips = {link.joint: self.point(link, 1.0, 0.0) for link in self.figure.links}
         return {self.figure.base: self.point(self.figure.links[0], 0.0, 0.0), **tips}
+
+
+def marks_of(figure, q, *, facing=1, unit=100.0, origin=(320.0, 200.0), without=()):
+    """Pixels of the joints, as one would click them."""
+    body = Puppet(figure, q).joints()
+    return {
+        name: (origin[0] + facing * unit * x, origin[1] - unit * y)
+        for name, (x, y) in body.items()
+        if name not in without
+    }

@@ -5,21 +5,15 @@ import pytest
 
 from kinematics.doubts import beyond_limits, doubts
 from kinematics.recover import facing_of
-from tests.kinematics.figures import HORSE, WALKER, Puppet, random_pose, upright
+from tests.kinematics.figures import HORSE, WALKER, Puppet, marks_of, random_pose, upright
 from tracker.tables.keypoints import points, read_keypoints
 
 STEP = upright(WALKER, torso=0.1, hip_near=0.4, knee_near=0.3, hip_far=-0.3, knee_far=0.9)
 TOES = ("near_toe", "far_toe")
 
 
-def marks_of(q=STEP, unit=90.0, *, facing=1, without=()):
-    """Pixels of a pose, some joints left out."""
-    body = Puppet(WALKER, q).joints()
-    return {
-        name: (300.0 + facing * unit * x, 200.0 - unit * y)
-        for name, (x, y) in body.items()
-        if name not in without
-    }
+def clicked(q=STEP, unit=90.0, **more):
+    return marks_of(WALKER, q, unit=unit, **more)
 
 
 def doubted(marks, facing=None):
@@ -50,11 +44,11 @@ def exchanged(one, other, marks):
     ],
 )
 def test_a_step_is_not_doubted_whole_or_in_part(facing, without):
-    assert doubted(marks_of(facing=facing, without=without), facing) == []
+    assert doubted(clicked(facing=facing, without=without), facing) == []
 
 
 def test_marks_are_judged_from_the_first_on():
-    whole = marks_of()
+    whole = clicked()
     for count in range(len(whole) + 1):
         assert doubted(dict(list(whole.items())[:count])) == []
 
@@ -76,13 +70,13 @@ def test_marks_are_judged_from_the_first_on():
     ],
 )
 def test_a_limb_of_impossible_length_is_named(joint, onto, said):
-    clauses = doubted(stretched(marks_of(without=TOES), joint, onto, 2.3))
+    clauses = doubted(stretched(clicked(without=TOES), joint, onto, 2.3))
     assert clauses[0].startswith(said)
 
 
 @pytest.mark.parametrize(("share", "wrong"), [(2.0, True), (1.8, False), (0.55, False), (0.45, True)])
 def test_a_trunk_is_impossible_from_a_known_share_of_the_others_on(share, wrong):
-    marks = marks_of(unit=100.0)
+    marks = clicked(unit=100.0)
     hip, neck, head = (np.array(marks[name]) for name in ("hip", "neck", "head_top"))
     moved = hip + share * (neck - hip)
     found = doubted(marks | {"neck": tuple(moved), "head_top": tuple(head + moved - neck)})
@@ -92,7 +86,7 @@ def test_a_trunk_is_impossible_from_a_known_share_of_the_others_on(share, wrong)
 @pytest.mark.parametrize("factor", [0.75, 1.3])
 def test_limbs_as_uneven_as_a_turned_body_makes_them_are_not_doubted(factor):
     for joint, onto in (("near_ankle", "near_knee"), ("far_ankle", "far_knee"), ("head_top", "neck")):
-        assert doubted(stretched(marks_of(), joint, onto, factor)) == []
+        assert doubted(stretched(clicked(), joint, onto, factor)) == []
 
 
 @pytest.mark.parametrize(("degrees", "wrong"), [(17, False), (23, True)])
@@ -100,11 +94,11 @@ def test_a_joint_may_go_a_little_beyond_its_limits_and_no_more(degrees, wrong):
     link = WALKER.links[WALKER.link_of("near_ankle")]
     q = upright(WALKER, hip_near=0.5, knee_near=link.limits[0] - np.radians(degrees), knee_far=0.6)
     said = f"near_ankle is turned about near_knee by {degrees} degrees more than a body can"
-    assert doubted(marks_of(q)) == [said] * wrong
+    assert doubted(clicked(q)) == [said] * wrong
 
 
 def test_knees_bent_backwards_are_named_and_fit_the_other_way():
-    marks = marks_of(without=TOES)
+    marks = clicked(without=TOES)
     (clause,) = doubted(marks, facing=-1)
     assert clause.startswith("far_ankle is turned about far_knee by 42 degrees more")
     assert beyond_limits(WALKER, marks, -1) == [clause]
@@ -124,18 +118,18 @@ def test_knees_bent_backwards_are_named_and_fit_the_other_way():
 @pytest.mark.parametrize("facing", [1, -1])
 def test_exchanged_joints_are_named(one, other, facing):
     stride = upright(WALKER, hip_near=0.4, knee_near=0.2, hip_far=-0.35, knee_far=0.3, torso=0.05)
-    (clause,) = doubted(exchanged(one, other, marks_of(stride, 100.0, facing=facing)))
+    (clause,) = doubted(exchanged(one, other, clicked(stride, 100.0, facing=facing)))
     cures = clause.partition(" look exchanged: ")[0].split(", or ")
     assert {f"{one} and {other}", f"{other} and {one}"} & set(cures)
 
 
 def test_a_facing_that_is_told_is_not_put_down_to_exchanged_marks():
-    assert not any("exchanged" in clause for clause in doubted(marks_of(), facing=-1))
+    assert not any("exchanged" in clause for clause in doubted(clicked(), facing=-1))
 
 
 @pytest.mark.parametrize(("unit", "small"), [(24.0, True), (26.0, False)])
 def test_a_figure_too_small_to_register_is_refused_for_that_alone(unit, small):
-    found = doubted(marks_of(unit=unit))
+    found = doubted(clicked(unit=unit))
     assert found == (["a leg is 24 px long, and 25 are needed; enlarge the video"] if small else [])
 
 
@@ -143,12 +137,12 @@ def test_a_figure_too_small_to_register_is_refused_for_that_alone(unit, small):
     ("factor", "wrong"), [(0.35, False), (-0.35, False), (2.0, False), (2.4, True), (-1.0, True)]
 )
 def test_a_foot_may_be_short_and_a_short_one_has_any_direction(factor, wrong):
-    found = doubted(stretched(marks_of(), "near_toe", "near_ankle", factor))
+    found = doubted(stretched(clicked(), "near_toe", "near_ankle", factor))
     assert ["near_toe" in clause for clause in found] == [True] * wrong
 
 
 def test_joints_in_one_place_are_no_crash():
-    assert doubted(dict.fromkeys(marks_of(), (5.0, 5.0)))
+    assert doubted(dict.fromkeys(clicked(), (5.0, 5.0)))
 
 
 def test_another_figure_is_judged_by_its_own_limits(rng):

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from kinematics.figure import ROOT, SCALE, STRETCH
 from kinematics.recover import PoseError, facing_of, met, recover, start_pose
 from kinematics.spm import joints
-from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, random_pose, upright
+from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, marks_of, random_pose, upright
 
 BREATHING = replace(HORSE, links=tuple(replace(link, breathes=True) for link in HORSE.links))
 
@@ -19,16 +19,6 @@ either_way = pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
 
 # Joints near 1 leg length, links of 0.2 and more: angles to 10 * 2e-16 / 0.2.
 ROUNDING = {"rtol": 0.0, "atol": 1e-12}
-
-
-def marks_of(figure, q, *, facing=1, unit=100.0, origin=(320.0, 200.0), without=()):
-    """Pixels of the joints, as one would click them."""
-    body = Puppet(figure, q).joints()
-    return {
-        name: (origin[0] + facing * unit * x, origin[1] - unit * y)
-        for name, (x, y) in body.items()
-        if name not in without
-    }
 
 
 def uneven(figure, rng):

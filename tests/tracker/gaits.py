@@ -72,6 +72,13 @@ def sequence(y, name="a", first=0, labels=None):
     return PoseSequence(name, first, np.array(y), labels or ("",) * len(y), cells, None)
 
 
+def blanked(y, rows, columns=slice(None)):
+    """The poses with some that were not measured."""
+    out = y.copy()
+    out[rows, columns] = np.nan
+    return out
+
+
 def write_poses(path, *sequences, further=()):
     """A pose table; rows of which nothing was measured are left out."""
     rows = [

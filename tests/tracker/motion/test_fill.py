@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.periodic.synthesis import synthesise_stride
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.gaits import gait, gait_hmm, gait_model, gait_stride, sequence
+from tests.tracker.gaits import blanked, gait, gait_hmm, gait_model, gait_stride, sequence
 from tracker.models.find import motion_model
 from tracker.motion.fill import (
     BY_STRIDE,
@@ -41,12 +41,6 @@ def by_evidence():
 
 
 EACH_WAY = pytest.mark.parametrize("way", [switching, papers, stride, by_evidence])
-
-
-def blanked(y, rows, columns=slice(None)):
-    out = y.copy()
-    out[rows, columns] = np.nan
-    return out
 
 
 @EACH_WAY

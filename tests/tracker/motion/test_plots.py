@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from dynamics.motion.tasks import Labelling
-from tests.tracker.gaits import both, gait, sequence
+from tests.tracker.gaits import blanked, both, gait, sequence
 from tracker.motion import label_plot
 from tracker.motion import plots as motion_plots
 from tracker.motion.stick_film import GROUND, MARK, SIZE, UNIT, write_clip
@@ -25,12 +25,6 @@ def figures(monkeypatch):
     yield kept
     for figure in kept:
         label_plot.pyplot.close(figure)
-
-
-def blanked(y, rows, columns=slice(None)):
-    out = y.copy()
-    out[rows, columns] = np.nan
-    return out
 
 
 def labelling(labels):

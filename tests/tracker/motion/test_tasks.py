@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from dynamics.viterbi import viterbi
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.gaits import NECK, STRIDES, both, gait, gait_hmm, gait_model, sequence
+from tests.tracker.gaits import NECK, STRIDES, blanked, both, gait, gait_hmm, gait_model, sequence
 from tracker.motion.free_run import of_motion
 from tracker.motion.tasks import Inference, Use, chosen_inference, forecast_all, label_all, whole_pose
 from tracker.tables.poses import PosesError
@@ -20,12 +20,6 @@ SLDS_INFERENCES = [Inference.VITERBI, Inference.GPB2, Inference.VARIATIONAL]
 
 def right(found, labels):
     return np.mean([one == other for one, other in zip(found.label, labels, strict=True)])
-
-
-def blanked(y, rows, columns=slice(None)):
-    out = y.copy()
-    out[rows, columns] = np.nan
-    return out
 
 
 # Which motion
