@@ -46,13 +46,7 @@ class Posterior:
         if self.steps is not None:
             return self.steps
         mean, cov = self.states.mean, self.states.cov
-        joint = np.concatenate(
-            [
-                np.concatenate([cov[1:], self.lag], axis=-1),
-                np.concatenate([np.swapaxes(self.lag, -1, -2), cov[:-1]], axis=-1),
-            ],
-            axis=-2,
-        )
+        joint = np.block([[cov[1:], self.lag], [np.swapaxes(self.lag, -1, -2), cov[:-1]]])
         return Gaussian(np.concatenate([mean[1:], mean[:-1]], axis=-1)[:, None], joint[:, None])
 
     def start_moments(self) -> Gaussian:
