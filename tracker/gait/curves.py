@@ -44,7 +44,7 @@ def spread(curves: Array) -> Array | None:
 
 
 def read_norms() -> dict[str, Norm]:
-    """Those that ship, by motion and joint as in "walk_knee"."""
+    """The norms that ship, by motion and joint as in "walk_knee"."""
     source = resources.files("tracker.gait") / "norms.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: Norm(row[1:102], row[102:], int(row[0])) for name, row in stored.items()}

@@ -118,7 +118,7 @@ class Way:
 
 
 def read_weights() -> dict[str, Weights]:
-    """Those that ship, by `named`."""
+    """The weights that ship, by the names that `named` gives."""
     source = resources.files("tracker.gait") / "moments.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: _unpacked(row) for name, row in stored.items()}

@@ -29,7 +29,7 @@ class Learning(StrEnum):
 
 @dataclass(frozen=True)
 class Request:
-    """What to learn from, and how."""
+    """What a model is learned from, and how; BadParameter where two options do not go together."""
 
     poses: Annotated[list[Path] | None, typer.Argument(help="Pose tables, all at --fps.")] = None
     trials: Annotated[
