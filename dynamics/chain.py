@@ -12,7 +12,6 @@ lengths run side by side, frames first, and each ends at its own last frame.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -23,71 +22,20 @@ from dynamics.gaussian import Array
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-@dataclass(frozen=True)
-class ChainPosterior:
-    """The posterior over the states of one chain of T frames.
-
-    prob         : (T, K) Pr(s_t)
-    pair         : (T-1, K, K) Pr(s_t = i, s_{t+1} = j)
-    log_evidence : log of the sum over all paths, nats
-    """
-
-    prob: Array
-    pair: Array
-    log_evidence: float
-
-
-def forward_backward_all(log_pi0: Array, log_Pi: Array, log_liks: Sequence[Array]) -> list[ChainPosterior]:
-    """The posterior of each of several sequences; ValueError for one that no path can have made.
-
-    Args:
-        log_pi0, log_Pi: (K,) of the first frame's state, (K, K) of state j after i; -inf where it cannot be.
-        log_liks: for each sequence (T, K) log likelihood of every state at every frame, T >= 1.
-    """
-    if not len(log_liks):
-        return []
-    padded, lengths = side_by_side(log_liks, 0.0)
-    prob, pair, log_evidence = forward_backward(log_pi0, log_Pi, padded, lengths)
-    return [
-        ChainPosterior(prob[:T, n].copy(), pair[: T - 1, n].copy(), float(log_evidence[n]))
-        for n, T in enumerate(lengths)
-    ]
-
-
-def best_path_all(
-    log_pi0: Array, log_Pi: Array, log_liks: Sequence[Array]
-) -> list[tuple[NDArray[np.intp], float]]:
-    """The most probable path (T,) of each sequence and the log of its probability with the frames'.
-
-    Arguments and errors as in `forward_backward_all`. Of equally good paths, one is taken.
-    """
-    if not len(log_liks):
-        return []
-    log_lik, lengths = side_by_side(log_liks, 0.0)
-    T, B, _ = log_lik.shape
-    rows = np.arange(B)
-    values = np.empty_like(log_lik)
-    back = np.zeros(log_lik.shape, dtype=np.intp)
-    values[0] = log_pi0 + log_lik[0]
-    for t in range(1, T):
-        total = values[t - 1][:, :, None] + log_Pi
-        back[t] = total.argmax(1)
-        values[t] = total.max(1) + log_lik[t]
-    best = values[lengths - 1, rows].max(-1)
-    _check_possible(best)
-    path = values.argmax(-1)
-    for t in range(T - 2, -1, -1):
-        path[t] = np.where(t + 1 < lengths, back[t + 1, rows, path[t + 1]], path[t])
-    return [(path[:T, n].copy(), float(best[n])) for n, T in enumerate(lengths)]
-
-
 def forward_backward(
     log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]
 ) -> tuple[Array, Array, Array]:
-    """As `forward_backward_all`, of sequences of these lengths (B,) side by side, log_lik (T, B, K).
+    """The posterior of the states of B sequences side by side; ValueError: no path can have made one of them.
 
-    Gives prob (T, B, K), pair (T-1, B, K, K) and log evidence (B,). What stands beyond a sequence's end must
-    be finite, and nothing is promised there.
+    Args:
+        log_pi0, log_Pi: (K,) of the first frame's state, (K, K) of state j after i; -inf where it cannot be.
+        log_lik: (T, B, K) log likelihood of every state at every frame. What stands beyond a sequence's end
+            must be finite, and nothing is promised there.
+        lengths: (B,) frames of each sequence, 1 or more.
+
+    Returns:
+        prob (T, B, K) Pr(s_t), pair (T-1, B, K, K) Pr(s_t = i, s_{t+1} = j), and (B,) log of the sum over
+        all paths, nats.
     """
     T, B, _ = log_lik.shape
     filtered, log_norm = np.empty_like(log_lik), np.empty((T, B))
@@ -110,6 +58,27 @@ def forward_backward(
         handed = (come_from[t] @ prob[t + 1][:, :, None])[..., 0]
         prob[t] = np.where(goes_on[:, None], handed, prob[t])
     return prob, come_from * prob[1:, :, None], log_evidence
+
+
+def best_paths(log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]) -> NDArray[np.intp]:
+    """The most probable path of each sequence, (T, B); arguments and errors as in `forward_backward`.
+
+    Of equally good paths, one is taken.
+    """
+    T, B, _ = log_lik.shape
+    rows = np.arange(B)
+    values = np.empty_like(log_lik)
+    back = np.zeros(log_lik.shape, dtype=np.intp)
+    values[0] = log_pi0 + log_lik[0]
+    for t in range(1, T):
+        total = values[t - 1][:, :, None] + log_Pi
+        back[t] = total.argmax(1)
+        values[t] = total.max(1) + log_lik[t]
+    _check_possible(values[lengths - 1, rows].max(-1))
+    path: NDArray[np.intp] = values.argmax(-1)
+    for t in range(T - 2, -1, -1):
+        path[t] = np.where(t + 1 < lengths, back[t + 1, rows, path[t + 1]], path[t])
+    return path
 
 
 def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, NDArray[np.intp]]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.chain import ChainPosterior, best_path_all, blocks, check_chain, forward_backward_all, split_as
+from dynamics.chain import best_paths, blocks, check_chain, forward_backward, side_by_side, split_as
 from dynamics.gaussian import Array, Gaussian, frozen, inverse_root, transpose
 from dynamics.kalman import update
 
@@ -41,9 +41,18 @@ class HMM:
 
 
 @dataclass(frozen=True)
-class HMMPosterior(ChainPosterior):
-    """path (T,) is the best path as a whole; where single frames matter take prob."""
+class HMMPosterior:
+    """The posterior over the states of one sequence of T frames.
 
+    prob         : (T, K) Pr(s_t)
+    pair         : (T-1, K, K) Pr(s_t = i, s_{t+1} = j)
+    log_evidence : log of the sum over all paths, nats
+    path         : (T,) the best path as a whole; where single frames matter take prob
+    """
+
+    prob: Array
+    pair: Array
+    log_evidence: float
     path: NDArray[np.intp]
 
 
@@ -51,14 +60,14 @@ def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
     """The posterior of each sequence (T, M), T >= 1; NaN entries were not measured."""
     if not len(ys):
         return []
-    liks = split_as(expected(hmm, np.concatenate(ys)).log_lik, ys)
+    log_lik, lengths = side_by_side(split_as(expected(hmm, np.concatenate(ys)).log_lik, ys), 0.0)
     with np.errstate(divide="ignore"):
         log_pi0, log_Pi = np.log(hmm.pi0), np.log(hmm.Pi)
-    chains = forward_backward_all(log_pi0, log_Pi, liks)
-    paths = best_path_all(log_pi0, log_Pi, liks)
+    prob, pair, log_evidence = forward_backward(log_pi0, log_Pi, log_lik, lengths)
+    path = best_paths(log_pi0, log_Pi, log_lik, lengths)
     return [
-        HMMPosterior(chain.prob, chain.pair, chain.log_evidence, path)
-        for chain, (path, _) in zip(chains, paths, strict=True)
+        HMMPosterior(prob[:T, n].copy(), pair[: T - 1, n].copy(), float(log_evidence[n]), path[:T, n].copy())
+        for n, T in enumerate(lengths)
     ]
 
 

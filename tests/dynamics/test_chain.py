@@ -1,12 +1,13 @@
 """The discrete chain against the sum over all its paths."""
 
 from itertools import pairwise, product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.chain import best_path_all, blocks, forward_backward, forward_backward_all, side_by_side
+from dynamics.chain import best_paths, blocks, forward_backward, side_by_side
 
 
 def logs(array):
@@ -30,7 +31,7 @@ def log_path(log_pi0, log_Pi, log_lik, path):
 
 
 def enumerated(log_pi0, log_Pi, log_lik):
-    """prob, pair, log evidence and the best path with its log probability, by all K**T paths."""
+    """prob, pair, log evidence and the best path, by all K**T paths."""
     T, K = log_lik.shape
     paths = list(product(range(K), repeat=T))
     values = np.array([log_path(log_pi0, log_Pi, log_lik, path) for path in paths])
@@ -41,19 +42,30 @@ def enumerated(log_pi0, log_Pi, log_lik):
             prob[t, path[t]] += weight
         for t in range(T - 1):
             pair[t, path[t], path[t + 1]] += weight
-    return prob, pair, log_evidence, paths[values.argmax()], values.max()
+    return prob, pair, log_evidence, paths[values.argmax()]
+
+
+def answers(log_pi0, log_Pi, log_liks):
+    """What is found of each sequence."""
+    padded, lengths = side_by_side(log_liks, 0.0)
+    prob, pair, log_evidence = forward_backward(log_pi0, log_Pi, padded, lengths)
+    path = best_paths(log_pi0, log_Pi, padded, lengths)
+    return [
+        SimpleNamespace(
+            prob=prob[:T, n], pair=pair[: T - 1, n], log_evidence=log_evidence[n], path=path[:T, n]
+        )
+        for n, T in enumerate(lengths)
+    ]
 
 
 def assert_that_of_all_paths(log_pi0, log_Pi, log_lik, *, atol=1e-12, rel=1e-13):
     """Probabilities, evidence and best path; rounding in sums of logs of at most a few hundred."""
-    prob, pair, log_evidence, path, value = enumerated(log_pi0, log_Pi, log_lik)
-    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+    prob, pair, log_evidence, path = enumerated(log_pi0, log_Pi, log_lik)
+    (got,) = answers(log_pi0, log_Pi, [log_lik])
     assert_allclose(got.prob, prob, atol=atol)
     assert_allclose(got.pair, pair, atol=atol)
     assert got.log_evidence == pytest.approx(log_evidence, rel=rel)
-    ((got_path, got_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
-    assert_array_equal(got_path, path)
-    assert got_value == pytest.approx(value, rel=rel)
+    assert_array_equal(got.path, path)
     return got
 
 
@@ -85,19 +97,15 @@ def test_sequences_of_unequal_lengths_are_each_on_its_own(restless, rng):
     if restless:  # where a shorter sequence has ended no state may follow itself
         log_Pi = logs(0.5 * (1.0 - np.eye(3)))
     log_liks = [3.0 * rng.normal(size=(T, 3)) for T in (5, 1, 17, 2, 17, 9, 1)]
-    together = forward_backward_all(log_pi0, log_Pi, log_liks)
-    paths = best_path_all(log_pi0, log_Pi, log_liks)
-    for log_lik, got, (path, value) in zip(log_liks, together, paths, strict=True):
-        (alone,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
-        ((alone_path, alone_value),) = best_path_all(log_pi0, log_Pi, [log_lik])
+    for log_lik, got in zip(log_liks, answers(log_pi0, log_Pi, log_liks), strict=True):
+        (alone,) = answers(log_pi0, log_Pi, [log_lik])
         assert got.prob.shape == log_lik.shape
         assert got.pair.shape == (len(log_lik) - 1, 3, 3)
         # The same operations, batched otherwise.
         assert_allclose(got.prob, alone.prob, atol=1e-14)
         assert_allclose(got.pair, alone.pair, atol=1e-14)
         assert got.log_evidence == pytest.approx(alone.log_evidence, rel=1e-14)
-        assert_array_equal(path, alone_path)
-        assert value == pytest.approx(alone_value, rel=1e-14)
+        assert_array_equal(got.path, alone.path)
 
 
 def test_what_stands_beyond_a_sequences_end_does_not_matter(rng):
@@ -117,8 +125,7 @@ def test_what_stands_beyond_a_sequences_end_does_not_matter(rng):
 def test_how_a_state_would_go_on_does_not_sway_a_path_that_has_ended():
     log_pi0, log_Pi = logs(np.array([0.5, 0.5])), logs(np.array([[0.6, 0.4], [0.0, 1.0]]))
     ended, longer = np.array([[0.0, -5.0], [0.1, 0.0]]), np.zeros((9, 2))
-    (path, _), _ = best_path_all(log_pi0, log_Pi, [ended, longer])
-    assert_array_equal(path, [0, 0])
+    assert_array_equal(answers(log_pi0, log_Pi, [ended, longer])[0].path, [0, 0])
 
 
 def test_likelihoods_far_beyond_the_range_of_floats_lose_nothing():
@@ -135,26 +142,20 @@ def test_a_state_told_apart_by_thousands_of_nats_too_late_is_still_found():
     # exp(-2000), must not have been lost.
     log_pi0, log_Pi = logs(np.array([0.5, 0.5])), logs(np.eye(2))
     log_lik = np.array([[0.0, -2000.0], [0.0, 0.0], [-np.inf, 0.0]])
-    (got,) = forward_backward_all(log_pi0, log_Pi, [log_lik])
+    (got,) = answers(log_pi0, log_Pi, [log_lik])
     assert_allclose(got.prob, [[0.0, 1.0]] * 3, atol=1e-12)
     assert got.log_evidence == pytest.approx(np.log(0.5) - 2000.0, rel=1e-14)
-    assert_array_equal(best_path_all(log_pi0, log_Pi, [log_lik])[0][0], [1, 1, 1])
+    assert_array_equal(got.path, [1, 1, 1])
 
 
-def test_no_sequences_give_no_answers():
-    log_pi0, log_Pi = ring()
-    assert forward_backward_all(log_pi0, log_Pi, []) == []
-    assert best_path_all(log_pi0, log_Pi, []) == []
-
-
-@pytest.mark.parametrize("answer", [forward_backward_all, best_path_all])
+@pytest.mark.parametrize("answer", [forward_backward, best_paths])
 def test_a_sequence_that_no_path_can_have_made_is_named(answer):
     log_pi0, log_Pi = ring()
     possible = np.zeros((3, 3))
     impossible = possible.copy()
     impossible[1, :2] = -np.inf  # the third state cannot be reached in a step
     with pytest.raises(ValueError, match=r"no path can have made sequence 1: .* -inf"):
-        answer(log_pi0, log_Pi, [possible, impossible])
+        answer(log_pi0, log_Pi, *side_by_side([possible, impossible], 0.0))
 
 
 def test_joined_blocks_leave_their_own_with_the_probability_of_crossing(rng):
