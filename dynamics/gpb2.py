@@ -26,7 +26,7 @@ import numpy as np
 
 from dynamics.frames import PAIRS, Frames, in_batches
 from dynamics.gaussian import Array, Gaussian, collapse, transpose
-from dynamics.gpb2_filter import Forward, filter_steps, normalised, run_filter
+from dynamics.gpb2_filter import Step, filter_steps, normalised, run_filter
 from dynamics.kalman import reverse
 from dynamics.posterior import Posterior, Switching
 from dynamics.slds import SLDS
@@ -55,9 +55,7 @@ def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None
         rows, K = len(frames.y), slds.K
         prob, log_shares = np.empty((rows, K)), np.empty((rows, K, K))
         for step in filter_steps(slds, frames):
-            prob[step.rows] = np.exp(step.log_prob)
-            if step.log_shares is not None:
-                log_shares[step.rows] = step.log_shares
+            prob[step.rows], log_shares[step.rows] = np.exp(step.log_prob), step.log_shares
         for t in range(len(frames.first) - 2, 0, -1):
             now = frames.at(t)
             earlier = frames.earlier(now)
@@ -85,7 +83,7 @@ class _Backward:
     lag: Array
 
 
-def _smooth(slds: SLDS, frames: Frames, forward: Forward) -> list[Posterior]:
+def _smooth(slds: SLDS, frames: Frames, forward: Step) -> list[Posterior]:
     rows, K, N = forward.states.mean.shape
     backward = _Backward(
         forward.log_prob.copy(),
@@ -114,7 +112,7 @@ def _smooth(slds: SLDS, frames: Frames, forward: Forward) -> list[Posterior]:
 
 
 def _smooth_chunk(
-    slds: SLDS, frames: Frames, forward: Forward, backward: _Backward, start: int, stop: int
+    slds: SLDS, frames: Frames, forward: Step, backward: _Backward, start: int, stop: int
 ) -> None:
     """From frames start..stop-1 to the ones before; only the recursion itself goes frame by frame."""
     rows = slice(int(frames.first[start]), int(frames.first[stop]))

@@ -21,7 +21,6 @@ which takes away only what the gains differ by: least of all g for this one, not
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,48 +33,37 @@ from dynamics.slds import SLDS
 
 
 class Step(NamedTuple):
-    """One frame of n sequences that are still running; `rows` are those of `dynamics.frames.Frames`.
+    """The filter in n rows of `dynamics.frames.Frames`: one frame of the sequences still running, or all.
 
     log_prob     : (n, K) log Pr(s_t | y_0..t)
     states       : (n, K) x_t given each s_t
-    log_shares   : (n, K, K) log W_ij, W_ij = Pr(s_{t-1} = j | s_t = i, y_0..t); None at the first frame
+    log_shares   : (n, K, K) log W_ij, W_ij = Pr(s_{t-1} = j | s_t = i, y_0..t); 0 at the first frame
     log_evidence : (n,) log p(y_t | y_0..t-1)
     """
 
     rows: slice
     log_prob: Array
     states: Gaussian
-    log_shares: Array | None
-    log_evidence: Array
-
-
-@dataclass(frozen=True)
-class Forward:
-    """One row a frame and sequence; the fields are those of `Step`."""
-
-    log_prob: Array
-    states: Gaussian
     log_shares: Array
     log_evidence: Array
 
 
-def gpb2_filter(slds: SLDS, y: Array) -> Forward:
+def gpb2_filter(slds: SLDS, y: Array) -> Step:
     """The filter alone over one sequence (T, M); errors as `gpb2_all`."""
     return in_batches(slds, [y], None, lambda frames: [run_filter(slds, frames)])[0]
 
 
-def run_filter(slds: SLDS, frames: Frames) -> Forward:
+def run_filter(slds: SLDS, frames: Frames) -> Step:
     """The filter over all rows, which are kept; ValueError where no switching state is possible."""
     rows, K, N = len(frames.y), slds.K, slds.A.shape[-1]
     states = Gaussian(np.empty((rows, K, N)), np.empty((rows, K, N, N)))
-    forward = Forward(np.empty((rows, K)), states, np.zeros((rows, K, K)), np.empty(rows))
+    whole = Step(slice(0, rows), np.empty((rows, K)), states, np.empty((rows, K, K)), np.empty(rows))
     for step in filter_steps(slds, frames):
         now = step.rows
         states.mean[now], states.cov[now] = step.states.mean, step.states.cov
-        forward.log_prob[now], forward.log_evidence[now] = step.log_prob, step.log_evidence
-        if step.log_shares is not None:
-            forward.log_shares[now] = step.log_shares
-    return forward
+        whole.log_prob[now], whole.log_shares[now] = step.log_prob, step.log_shares
+        whole.log_evidence[now] = step.log_evidence
+    return whole
 
 
 def filter_steps(slds: SLDS, frames: Frames) -> Iterator[Step]:
@@ -89,11 +77,12 @@ def filter_steps(slds: SLDS, frames: Frames) -> Iterator[Step]:
     further = frames.hints - 0.5 * LOG_2PI * seen.sum(-1)[:, None]
     step: Step | None = None
     for t in range(len(first) - 1):
-        now, before_each = slice(first[t], first[t + 1]), None
+        now = slice(first[t], first[t + 1])
         if step is None:
             found, log_lik = update(slds.start, y[now, None], C, R)
             belief = Gaussian(found.mean, np.broadcast_to(found.cov, (*found.mean.shape, slds.A.shape[-1])))
             log_joint = slds.log_pi0 + log_lik + frames.hints[now]
+            before_each = np.zeros((len(log_joint), slds.K, slds.K))
             y = np.where(seen, y, 0.0)
         else:
             n = now.stop - now.start
