@@ -4,25 +4,24 @@ With R under the outline of pose q_t summed to s_t(q_t), and d_t = q_t less the 
 
     WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2,
 
-less what marks and limits cost, is climbed by L-BFGS (Liu and Nocedal 1989) in the coordinates in which its
-prior is the unit Gaussian.
+less what marks and limits cost, is climbed by L-BFGS in the coordinates in which its prior is the unit
+Gaussian.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import fmin_l_bfgs_b
 
 from kinematics.figure import SCALE, STRETCH, Array, Figure
 from tracker.outline.chain import Chain
+from tracker.outline.lbfgs import lowest
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.picture.pyramid import Planes
 
 GRID = Grid((-1.3, 1.2), 32.0, (76, 84))
 WEIGHT = 80.0  # nats for a square leg length of log odds
 ROUNDS = 40
-REMEMBERED = 6  # steps that L-BFGS takes the curvature from
 ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread about the path's
 PLACE = 0.1  # the same of the hip, leg lengths
 SIZE, LENGTH = 0.05, 0.04  # the same of log lengths
@@ -84,9 +83,9 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
         value = -WEIGHT * score.sum() + 0.5 * (off @ off + (over**2).sum() / GIVE**2 + z @ z)
         return float(value), chain.slopes(slope).ravel() + z
 
-    z, lowest, _ = fmin_l_bfgs_b(cost, np.zeros(T * D), m=REMEMBERED, maxiter=rounds)
+    z, least = lowest(cost, np.zeros(T * D), rounds)
     best = poses(z)
-    return Climbed(best, shape.under(best, odds, arms, GRID)[0], float(lowest))
+    return Climbed(best, shape.under(best, odds, arms, GRID)[0], least)
 
 
 def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:

@@ -24,6 +24,7 @@ pytestmark = pytest.mark.whole
 
 ROOT = Path(__file__).parents[3]
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
+HEAVY = ("scipy.optimize", "scipy.spatial", "scipy.special", "scipy.stats", "matplotlib")
 
 
 @pytest.fixture
@@ -303,8 +304,8 @@ def test_the_command_line_itself_imports_nothing_slow():
 
 def test_before_the_film_is_read_nothing_is_imported_that_marks_do_not_need(clip, tmp_path):
     # Where it would be read the command ends, and says what has been imported so far.
-    heavy = ("scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.special", "scipy.stats", "matplotlib")
-    heavy += ("tracker.outline", "tracker.survey", "tracker.annotate", "tracker.experiments")
+    ours = ("tracker.outline", "tracker.survey", "tracker.annotate", "tracker.experiments")
+    heavy = (*HEAVY, "scipy.linalg", *ours)
     code = f"""
 import sys, videos.frames
 def read(self, *_):
@@ -317,7 +318,7 @@ main()"""
     assert printed_by(code, tmp_path) == ["[]"]
 
 
-def test_following_imports_no_more_of_scipy_than_it_needs(clip, tmp_path):
+def test_following_imports_nothing_that_is_slow_and_large(clip, tmp_path):
     code = f"""
 import sys
 from tracker.cli.app import main
@@ -325,8 +326,7 @@ sys.argv = ["figtrack", "track", {str(clip.video)!r}, "--keypoints", {str(clip.k
 try:
     main()
 finally:
-    heavy = ("scipy.stats", "scipy.signal", "scipy.ndimage", "scipy.cluster", "matplotlib")
-    print([name for name in heavy if name in sys.modules])"""
+    print([name for name in {HEAVY} if name in sys.modules])"""
     assert printed_by(code, tmp_path)[-1] == "[]"
 
 
