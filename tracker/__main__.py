@@ -1,5 +1,7 @@
 """`figtrack`, and `python -m tracker`."""
 
+import atexit
+import gc
 import os
 import signal
 import sys
@@ -17,6 +19,9 @@ def main() -> None:
     """Entry point of the command line; to be interrupted in one line while that is still being imported."""
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")  # read when NumPy is imported
+    atexit.register(
+        gc.freeze
+    )  # a last search for cycles in all that is loaded would take a quarter of a second
     numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
     interrupt = _interrupting()
     # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.

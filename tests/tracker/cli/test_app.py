@@ -345,6 +345,18 @@ main()"""
     assert printed_by(code, ROOT) == [f"False {taken}"]
 
 
+def test_at_its_end_it_does_not_look_for_cycles_in_all_that_was_loaded():
+    code = """
+import atexit, gc, sys, types
+atexit.register(lambda: print(gc.get_freeze_count() > 1000))
+app = types.ModuleType("app")
+app.main = lambda: print(gc.get_freeze_count())
+sys.modules["tracker.cli.app"] = app
+from tracker.__main__ import main
+main()"""
+    assert printed_by(code, ROOT) == ["0", "True"]
+
+
 @pytest.mark.speed
 def test_help_answers_at_once():
     def seconds():
