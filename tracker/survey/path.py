@@ -141,8 +141,8 @@ def _apart(key: Key, grey: Image, back: Array) -> float:
     size = grey.shape[::-1]
     there = cv2.warpAffine(grey, back[:2], size)
     shown = cv2.warpAffine(np.full_like(grey, 255), back[:2], size, flags=cv2.INTER_NEAREST)
-    away = np.minimum(cv2.absdiff(there, key.grey), OTHER)[shown > 0]
-    return float(away.mean()) if len(away) else 0.0
+    _, away = cv2.threshold(cv2.absdiff(there, key.grey), OTHER, 0.0, cv2.THRESH_TRUNC)
+    return cv2.mean(away, mask=shown)[0]
 
 
 def _farthest(place: Array, shape: tuple[int, ...]) -> float:
