@@ -1,10 +1,11 @@
 """A clip's pictures ahead and back, a bounded part of them in memory."""
 
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from zlib import adler32
+
+import numpy as np
 
 from tracker.picture.tone import Curve, toned
 from videos.frames import Image, Video
@@ -28,20 +29,20 @@ class Reel:
         self.times: list[float] = []
         self.held = held or max(1, HELD // (video.width * video.height * 3))
         self._video, self._stop = video, stop
-        self._kept: deque[Image] = deque(maxlen=self.held)
+        # Frame t is at t % held. Pictures kept one by one would leave gaps that no other array fits in.
+        self._kept: Image = np.empty((0 if video.held else self.held, video.height, video.width, 3), np.uint8)
         self._ticks: list[int | None] = []
         self._sums: list[int] = []
         self._entered = True  # whether the video has given the very pictures from its middle so far
 
     def ahead(self) -> Iterator[Image]:
         """All pictures, in order; to be gone through once."""
-        at_hand = self._video.held
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
+            if len(self._kept):
+                self._kept[len(self.times) % self.held] = frame.image
+                self._sums.append(_sum(frame.image))
             self.times.append(frame.time)
             self._ticks.append(frame.tick)
-            if not at_hand:
-                self._kept.append(frame.image)
-                self._sums.append(_sum(frame.image))
             yield frame.image
 
     def span(self, first: int, last: int) -> Iterator[Image]:
@@ -53,9 +54,9 @@ class Reel:
         return self._back(first, last)
 
     def _back(self, first: int, last: int) -> Iterator[Image]:
-        oldest = len(self.times) - len(self._kept)
+        oldest = max(len(self.times) - len(self._kept), 0)
         for frame in range(first, max(oldest, last) - 1, -1):
-            yield self._kept[frame - oldest]
+            yield self._kept[frame % self.held]
         newest = min(first, oldest - 1)
         while newest >= last:
             begin = max(last, newest + 1 - BLOCK * self.held)

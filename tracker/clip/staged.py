@@ -39,7 +39,7 @@ class Surveyed:
             expected: what they may show.
         """
         T, (w, h) = len(self.survey.places), self.survey.size
-        odds, light = np.zeros((2, T, h, w), np.uint8)
+        odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # either can be let go of alone
         seen = self.survey.seen(_images(self.video, self.first, self.last), expected)
         for t, shown in enumerate(_told(seen, self.progress, f"{self.video.path.name} outlined", T)):
             odds[t], light[t] = shown

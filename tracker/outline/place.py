@@ -53,7 +53,9 @@ def walk(
         not marked
     ):  # then what stands out and is not covered tells the size: it costs as what is covered in vain
         maps = maps + np.maximum(maps, 0.0)
-    score = np.stack([_sums(each, kernels) for each in maps])
+    score = np.empty((len(maps), len(SIZES), *maps.shape[1:]), np.float32)
+    for t, each in enumerate(maps):
+        score[t] = _sums(each, kernels)
     x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
@@ -124,8 +126,9 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
         (T, 3) size, row and column.
     """
     T, S, h, w = score.shape
+    across, wide, high = reach // 2, 2 * reach + 1, 2 * (reach // 2) + 1
     value = score[0].astype(np.float64)
-    before = np.zeros((T, S, h, w), np.int32)
+    before = np.empty((T, S, h, w), np.int16)  # sizes, rows and columns back, as one number
     for t in range(1, T):
         now = np.empty((S, h, w))
         for s in range(S):
@@ -147,18 +150,21 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
             for y in range(h):
                 for x in range(w):
                     best, row = moved[y, x], y
-                    for other in range(max(y - reach // 2, 0), min(y + reach // 2 + 1, h)):
+                    for other in range(max(y - across, 0), min(y + across + 1, h)):
                         found = moved[other, x] - 4.0 * step * (other - y) ** 2
                         if found > best:
                             best, row = found, other
                     now[s, y, x] = best + score[t, s, y, x]
                     from_x = column[row, x]
-                    before[t, s, y, x] = (size[row, from_x] * h + row) * w + from_x
+                    sizes, rows, columns = size[row, from_x] - s + 1, row - y + across, from_x - x + reach
+                    before[t, s, y, x] = (sizes * high + rows) * wide + columns
         value = now
     path = np.empty((T, 3), np.intp)
     place = value.argmax()
-    for t in range(T - 1, -1, -1):
-        s, y, x = place // (h * w), place // w % h, place % w
+    s, y, x = place // (h * w), place // w % h, place % w
+    for t in range(T - 1, 0, -1):
         path[t, 0], path[t, 1], path[t, 2] = s, y, x
-        place = before[t, s, y, x]
+        back = before[t, s, y, x]
+        s, y, x = s + back // (high * wide) - 1, y + back // wide % high - across, x + back % wide - reach
+    path[0, 0], path[0, 1], path[0, 2] = s, y, x
     return path
