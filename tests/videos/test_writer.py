@@ -44,10 +44,11 @@ def test_the_file_plays_in_a_browser(tmp_path, quick):
 
 
 @pytest.mark.parametrize("quick", [False, True])
-def test_quick_encoding_looks_ahead_at_no_frames_and_takes_one_thread(tmp_path, quick):
+def test_quick_encoding_looks_ahead_at_no_frames_codes_simply_and_takes_one_thread(tmp_path, quick):
     write_clip(tmp_path / "a.mp4", size=(64, 240), quick=quick)
     stored = (tmp_path / "a.mp4").read_bytes()  # x264 leaves its settings in the stream
     assert (b" rc_lookahead=" not in stored) is quick
+    assert (b" cabac=0 " in stored) is quick
     assert (b" threads=1 " in stored) is quick
 
 
