@@ -113,9 +113,13 @@ def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
     They lie at `along` (P,), shares of the link's length, and `across` (P,), leg lengths to its left before
     the common scale.
     """
-    lengthwise = (along * bones.length[..., link])[..., None] * bones.direction[..., link, :]
-    sideways = (bones.size[..., None] * across)[..., None] * bones.normal[..., link, :]
-    return np.asarray(bones.start[..., link, :] + lengthwise + sideways)
+    u, v = along * bones.length.take(link, axis=-1), bones.size[..., None] * across
+    places = np.empty((*u.shape, 2))
+    for i in range(2):  # one by one, as two numbers a point are too few for numpy to be fast
+        of_links = bones.start, bones.direction, bones.normal
+        start, direction, normal = (each[..., i].take(link, axis=-1) for each in of_links)
+        places[..., i] = start + u * direction + v * normal
+    return places
 
 
 def motions(figure: Figure, bones: Skeleton) -> Array:

@@ -162,7 +162,7 @@ class _Bodies:
         order = np.argsort(-sums[rows, columns])[:PLACES]
         rows, columns = rows[order][:, None] + NUDGES[:, 0], columns[order][:, None] + NUDGES[:, 1]
         parts = np.concatenate([_around(each, rows, columns) for each in both], axis=-1)
-        score = (parts @ self.masks).max(-1)
+        score = (parts.reshape(-1, len(self.masks)) @ self.masks).max(-1).reshape(rows.shape)
         each, best = np.arange(len(score)), score.argmax(1)
         return rows[each, best], columns[each, best], score[each, best].astype(np.float64)
 
@@ -187,9 +187,11 @@ def _places(stage: Stage, t: int, units: Array, bodies: _Bodies) -> Places:
 def _around(odds: Planes, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Planes:
     """(..., h w) what a map shows on GRID around hips at these places (...)."""
     h, w = GRID.shape
-    wide = np.pad(odds, ((HIP[1] + 1, h), (HIP[0] + 1, w)))  # as hips may lie one place outside
-    views = np.lib.stride_tricks.sliding_window_view(wide, (h, w))[rows + 1, columns + 1]
-    return np.asarray(views.reshape(*rows.shape, h * w))
+    # As hips may lie one place outside.
+    wide = cv2.copyMakeBorder(odds, HIP[1] + 1, h, HIP[0] + 1, w, cv2.BORDER_CONSTANT, value=0.0)
+    inner = np.arange(h)[:, None] * wide.shape[1] + np.arange(w)
+    corner = (rows + 1) * wide.shape[1] + columns + 1
+    return np.asarray(wide.take(corner[..., None] + inner.ravel()))
 
 
 def _under(odds: Planes, kernel: Planes) -> Planes:

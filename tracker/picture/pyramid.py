@@ -63,7 +63,8 @@ def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 def within(pixels: Array | Planes, shape: Sequence[int]) -> NDArray[np.bool_]:
     """Whether pixels (..., 2) lie in a picture of `shape` (height, width, ...)."""
-    return np.asarray(((pixels >= 0) & (pixels <= (shape[1] - 1, shape[0] - 1))).all(axis=-1))
+    x, y = pixels[..., 0], pixels[..., 1]
+    return np.asarray((x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1))
 
 
 def _blurred(lab: Planes, sigma: float) -> Planes:
