@@ -6,9 +6,11 @@ or the scene in a shadow, darker by a factor that is not known:
     R = log p(x | something) - log (p(x | scene) + shaded p(x | scene in a shadow)),
 
 cut at +-MOST, as neighbouring pixels err together and one alone proves little. Where the scene is not known R
-is 0. A change of light common to the picture is taken off first. Dark grey clothes look like a shadow, and
-clothes may have the scene's own colours: how likely either is beforehand is said by what is expected of the
-film. Where a share a of what stands before the scene looks like it, R is worth log ((1 - a) exp R + a).
+is 0. A change of light common to the picture is taken off first. In the dark and in haze colours come closer
+to each other, those of clothes and the scene's alike. Chroma shrinks with the light in a shadow, but for what
+another light, as the sky's, adds. Dark grey clothes look like a shadow, and clothes may have the scene's own
+colours: how likely either is beforehand is said by what is expected of the film. Where a share a of what
+stands before the scene looks like it, R is worth log ((1 - a) exp R + a).
 """
 
 from dataclasses import dataclass
@@ -19,16 +21,19 @@ from numpy.typing import NDArray
 
 from tracker.compiled import compiled
 from tracker.picture.pyramid import Array, Image, Planes
-from tracker.survey.mosaic import NOISE, Scene
+from tracker.survey.mosaic import FULL, NOISE, Scene
 
 MOST = 2.5  # nats
 UNITS = 50.0  # steps that a nat is stored as
 NOTHING = 128  # what log odds of 0 are stored as
-COLOURS = float(np.log(200.0 * 50.0 * 50.0))  # log of how many colours clothes and skin may have
+CHROMAS = 50.0  # of a and b each that clothes and skin may have in full light
+FEWEST = 5.0  # the same in the dark
 GREY = 6.0  # spread of the chroma of what is about grey
 ALL_GREY = 0.999  # share of grey clothes in a film without colours
 DARKER = 5.0  # times as much shadow is expected there
 DARKEST = 0.4  # of the light is left in a shadow
+TINT = 10.0  # spread of its chroma without any light left
+NONE = 1e-30  # as good as no share
 SOME = 17  # a change of light is taken from every so manieth row
 
 
@@ -68,12 +73,27 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
     nearest = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
     known = np.asarray(cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest), np.uint8)
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
-    light = np.median(apart, axis=0) if len(apart) else np.zeros(3)
-    likely = expected.grey, GREY, expected.shaded
+    light = (np.median(apart, axis=0) if len(apart) else np.zeros(3)).astype(np.float32)
+    chroma, shaded = GREY * scene.contrast, expected.shaded
     if scene.colourless:  # clothes have the chroma of the scene, and all that is darker may be a shadow
-        likely = ALL_GREY, float(NOISE[1]), min(DARKER * expected.shaded, 1.0)
-    odds = _odds(image, lab, spread, known, light.astype(np.float32), *likely)
+        chroma, shaded = float(NOISE[1]), min(DARKER * expected.shaded, 1.0)
+    colours = _colours(scene, ALL_GREY if scene.colourless else expected.grey, chroma)
+    odds = _odds(image, lab, spread, known, light, colours, chroma, shaded)
     return np.asarray(odds if expected.alike == 0.0 else _worth(expected.alike)[odds])
+
+
+def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
+    """(2, 256) log densities at each lightness of what has any chroma, and of what is grey at chroma 0.
+
+    Args:
+        grey: share of what is about grey.
+        chroma: spread of its chroma.
+    """
+    lightness = -np.log(FULL * scene.contrast)
+    any_chroma = np.maximum(CHROMAS * scene.apart(np.arange(256.0)), FEWEST)
+    any_colour = np.log(1.0 - grey) + lightness - 2.0 * np.log(any_chroma)
+    about_grey = np.log(max(grey, NONE) / (2.0 * np.pi * chroma**2)) + lightness
+    return np.stack([any_colour, np.full(256, about_grey)]).astype(np.float32)
 
 
 def _worth(alike: float) -> Image:
@@ -97,15 +117,12 @@ def _odds(
     spread: Planes,
     known: NDArray[np.uint8],
     light: Planes,
-    grey: float,
+    colours: Planes,
     chroma: float,
     shaded: float,
 ) -> Image:
     h, w = known.shape
-    # Times as likely as any other colour a grey is.
-    greyer = grey / (1.0 - grey) * 50.0 * 50.0 / (2.0 * np.pi * chroma**2)
-    least = np.log(1.0 - grey) - COLOURS
-    most = least + np.log1p(greyer)
+    most = np.log(np.exp(colours[0]) + np.exp(colours[1])).max()
     found = np.full((h, w), NOTHING, np.uint8)
     half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(shaded)
     for i in range(h):
@@ -125,13 +142,16 @@ def _odds(
                 continue
             # In a shadow chroma shrinks with the light.
             share = min(max(x0 / b0, DARKEST), 1.0)
+            tint = (TINT * (1.0 - share)) ** 2
+            s1, s2 = np.sqrt(s1 * s1 + tint), np.sqrt(s2 * s2 + tint)
             off = ((x1 - share * b1) / s1) ** 2 + ((x2 - share * b2) / s2) ** 2
             off += ((x0 - share * b0) / s0) ** 2
             shade = log_shaded - 0.5 * off - np.log(s1 * s2 * ((1.0 - DARKEST) * b0 + 2.5 * s0)) - 2.0 * half
             more = max(scene, shade)
             behind = more + np.log1p(np.exp(min(scene, shade) - more))
-            something = least
-            if grey > 0.0:
-                something += np.log1p(greyer * np.exp(-0.5 * (x1 * x1 + x2 * x2) / chroma**2))
+            coloured = colours[0, image[i, j, 0]]
+            grey = colours[1, image[i, j, 0]] - 0.5 * (x1 * x1 + x2 * x2) / chroma**2
+            more = max(coloured, grey)
+            something = more + np.log1p(np.exp(min(coloured, grey) - more))
             found[i, j] = np.uint8(NOTHING + np.rint(UNITS * min(max(something - behind, -MOST), MOST)))
     return found

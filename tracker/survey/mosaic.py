@@ -1,12 +1,13 @@
 """The scene without who walks through it: the median of the frames, each laid where the camera saw it.
 
 A place that the figure covers in less than half of the frames shows its median as it is without the figure.
-What the median is worth is its spread: the median absolute deviation of the frames from it, and the slopes of
-the picture, along which a small error of the camera's path changes grey levels.
+What the median is worth is its spread: the median absolute deviation of the frames from it, the slopes of
+the picture, along which a small error of the camera's path changes grey levels, and what coding and unsteady
+light leave, which is less where the film has little contrast or the place is dark.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -16,7 +17,11 @@ from tracker.picture.pyramid import Array, Image, Planes
 from tracker.survey.median import BEYOND, medians
 
 FEWEST = 5  # frames that must show a place
-NOISE = np.array([5.0, 2.5, 2.5], np.float32)  # least spread of L, a and b: what coding leaves, grey levels
+NOISE = np.array([5.0, 2.5, 2.5], np.float32)  # spread of L, a and b that coding and light leave, grey levels
+LEAST = 1.0  # the same at least
+FULL = 170.0  # grey levels from the darkest to the brightest of a film with full contrast
+FLATTEST = 0.1  # the least contrast that is told, as a share of that
+DARK = 60.0  # lightness below which colours come together
 SLIP = 0.3  # error of the camera's path, pixels of the small picture
 SIGMA = 1.4826  # standard deviations in the median of a Gaussian's absolute values
 GREY, HARDLY = 128, 3  # chroma as stored of what has no colour, and what coding adds to it
@@ -33,6 +38,7 @@ class Scene:
     known  : (h, w) whether enough frames show it
     corner : (2,) of its top-left pixel, pixels of the first frame
     colourless : whether the film is black and white
+    contrast   : from its darkest to its brightest as a share of a film's with full contrast, at most 1
     """
 
     lab: Planes
@@ -40,6 +46,11 @@ class Scene:
     known: NDArray[np.bool_]
     corner: Array
     colourless: bool = False
+    contrast: float = 1.0
+
+    def apart(self, light: Array | Planes) -> Array:
+        """How far colours are apart at a lightness, as a share of that in full light and contrast."""
+        return np.clip(light / DARK, 0.0, self.contrast)
 
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
@@ -66,8 +77,19 @@ def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
     spread = SIGMA * medians(away, number).astype(np.float32)
     planes = lab.astype(np.float32)
     slope = np.hypot(*(cv2.Sobel(planes, -1, dx, 1 - dx, ksize=3, scale=0.125) for dx in (1, 0)))
-    spread = np.sqrt(NOISE**2 + spread**2 + (SLIP * slope) ** 2).astype(np.float32)
-    return Scene(planes, spread, number >= min(FEWEST, len(images)), corner, _colourless(images))
+    known = number >= min(FEWEST, len(images))
+    scene = Scene(planes, spread, known, corner, _colourless(images), _contrast(images))
+    noise = np.maximum(scene.apart(planes[..., :1]) * NOISE, LEAST)
+    if scene.colourless:  # what has no colour has none anywhere
+        noise[..., 1:] = NOISE[1:]
+    spread = np.sqrt(noise**2 + spread**2 + (SLIP * slope) ** 2).astype(np.float32)
+    return replace(scene, spread=spread)
+
+
+def _contrast(images: Sequence[Image]) -> float:
+    """From the darkest to the brightest of the film, as a share of FULL."""
+    low, high = np.percentile([image[::3, ::3, 0] for image in images[::5]], [0.1, 99.9])
+    return float(np.clip((high - low) / FULL, FLATTEST, 1.0))
 
 
 def _colourless(images: Sequence[Image]) -> bool:

@@ -9,28 +9,29 @@ from tracker.survey.evidence import (
     AS_THE_SCENE,
     DARKER,
     DARKEST,
+    FEWEST,
     FULL_OF_SHADOWS,
     GREY_CLOTHES,
     HARDLY_SHADOWS,
     MOST,
     NOTHING,
     SOME,
+    TINT,
     UNITS,
     USUAL,
     evidence,
 )
-from tracker.survey.mosaic import NOISE, Scene
+from tracker.survey.mosaic import DARK, FULL, NOISE, Scene
 
 SHAPE = (40, 50)
 GREY = np.array([0.0, 128.0, 128.0])  # Lab without chroma
 CHROMA = 6.0  # spread of the chroma of grey clothes
-ANY = 1.0 / (200.0 * 50.0 * 50.0)  # density of a colour of which nothing is known
 
 
 def some_scene(rng, extra=0):
     """A mosaic that is wider and higher than its frames by `extra`."""
     h, w = (n + extra for n in SHAPE)
-    lab = rng.uniform((40.0, 110.0, 110.0), (200.0, 145.0, 145.0), (h, w, 3))
+    lab = rng.uniform((20.0, 110.0, 110.0), (200.0, 145.0, 145.0), (h, w, 3))
     spread = rng.uniform((5.0, 2.5, 2.5), (20.0, 6.0, 6.0), (h, w, 3))
     known = rng.random((h, w)) < 0.9
     return Scene(
@@ -52,25 +53,28 @@ def written_out(image, scene, light, expected=USUAL):
     x, b, spread = image - GREY, scene.lab + light - GREY, scene.spread.astype(float)
     b[..., 0] = np.maximum(b[..., 0], 1.0)
     unshaded = norm.pdf(x, b, spread).prod(-1)
-    # A shadow leaves any share of the light from DARKEST on, smeared by the spread; chroma goes with it.
+    # A shadow leaves any share of the light from DARKEST on, smeared by the spread; chroma goes with it, or
+    # nearly: the less is left the more another light counts.
     left = np.clip(x[..., :1] / b[..., :1], DARKEST, 1.0)
     off = (x - left * b)[..., 0] / spread[..., 0]
     lightness = np.exp(-0.5 * off**2) / ((1.0 - DARKEST) * b[..., 0] + 2.5 * spread[..., 0])
-    shadow = lightness * norm.pdf(x, left * b, spread)[..., 1:].prod(-1)
-    # A share of clothes has a chroma about 0, and any of 200 steps of lightness.
-    grey, chroma, shaded = expected.grey, CHROMA, expected.shaded
+    shadow = lightness * norm.pdf(x, left * b, np.hypot(spread, TINT * (1.0 - left)))[..., 1:].prod(-1)
+    # Clothes have any lightness from the film's darkest to its brightest, and any chroma that shows there, or
+    # about 0.
+    grey, chroma, shaded = expected.grey, CHROMA * scene.contrast, expected.shaded
     if scene.colourless:
         grey, chroma, shaded = ALL_GREY, NOISE[1], DARKER * shaded
-    something = (1.0 - grey) * ANY + grey / 200.0 * norm.pdf(x[..., 1:], scale=chroma).prod(-1)
-    odds = something / (unshaded + shaded * shadow + 1e-300)
+    shown = np.maximum(50.0 * np.minimum(image[..., 0] / DARK, scene.contrast), FEWEST)
+    something = (1.0 - grey) / shown**2 + grey * norm.pdf(x[..., 1:], scale=chroma).prod(-1)
+    odds = something / (FULL * scene.contrast) / (unshaded + shaded * shadow + 1e-300)
     found = np.log((1.0 - expected.alike) * np.clip(odds, np.exp(-MOST), np.exp(MOST)) + expected.alike)
     return np.where(scene.known, found, 0.0)
 
 
-@pytest.mark.parametrize("colourless", [False, True])
+@pytest.mark.parametrize(("colourless", "contrast"), [(False, 1.0), (True, 1.0), (False, 0.3)])
 @pytest.mark.parametrize("expected", [USUAL, GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS, FULL_OF_SHADOWS])
-def test_log_odds_are_what_the_densities_say(expected, colourless, rng):
-    scene = replace(some_scene(rng), colourless=colourless)
+def test_log_odds_are_what_the_densities_say(expected, colourless, contrast, rng):
+    scene = replace(some_scene(rng), colourless=colourless, contrast=contrast)
     image = some_image(scene, rng)
     told = (slice(None, None, SOME), slice(None, None, 3))
     light = np.median((image - scene.lab)[told][scene.known[told]], axis=0)

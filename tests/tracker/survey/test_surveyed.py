@@ -7,7 +7,7 @@ import pytest
 from tests.tracker.outline.films import BORDER, SIZE, UNIT, a_walk, film, moved
 from tracker.survey import mosaic, surveyed
 from tracker.survey.evidence import NOTHING
-from tracker.survey.mosaic import FEWEST, LARGEST, NOISE, scene_of
+from tracker.survey.mosaic import DARK, FEWEST, LARGEST, LEAST, NOISE, Scene, scene_of
 from tracker.survey.surveyed import survey
 
 
@@ -151,12 +151,31 @@ def test_a_scene_is_no_larger_than_its_most_and_what_lies_further_is_unknown():
     np.testing.assert_array_equal(scene.corner, [0.0, 0.0])
 
 
-def test_the_spread_is_of_what_frames_differ_by_and_grows_along_edges(rng):
+def with_edges(rng, low=0, high=255):
+    """25 pictures (20, 30) at 100, at 180 right of an edge, unsteady somewhere, from `low` to `high`."""
     images = np.full((25, 20, 30, 3), 100, np.uint8)
     images[:, :, 20:] = 180
-    images[:, 5:10, 3:12, 0] = np.clip(rng.normal(100.0, 12.0, (25, 5, 9)), 0, 255)
-    scene = scene_of(images, np.tile(np.eye(3), (25, 1, 1)))
+    images[:, 5:10, 3:12, 0] = rng.normal(100.0, 12.0, (25, 5, 9))
+    images[:, 0, 0, 0], images[:, 0, 3, 0] = low, high
+    return np.clip(images, low, high)
+
+
+def test_the_spread_is_of_what_frames_differ_by_and_grows_along_edges(rng):
+    scene = scene_of(with_edges(rng), np.tile(np.eye(3), (25, 1, 1)))
     np.testing.assert_allclose(scene.spread[15, 5], NOISE)
     assert np.median(scene.spread[5:10, 3:12, 0]) == pytest.approx(np.hypot(12.0, NOISE[0]), rel=0.15)
     slope = 40.0  # grey levels a pixel at the edge
     np.testing.assert_allclose(scene.spread[15, 20, 0], np.hypot(NOISE[0], mosaic.SLIP * slope), rtol=1e-4)
+
+
+@pytest.mark.parametrize(("low", "high", "contrast"), [(0, 255, 1.0), (90, 192, 0.6), (98, 183, 0.5)])
+def test_a_film_of_little_contrast_is_not_expected_to_be_noisier_than_it_is_wide(low, high, contrast, rng):
+    scene = scene_of(with_edges(rng, low, high), np.tile(np.eye(3), (25, 1, 1)))
+    assert scene.contrast == pytest.approx(contrast, abs=0.01)
+    np.testing.assert_allclose(scene.spread[15, 5], np.maximum(contrast * NOISE, LEAST), rtol=0.02)
+
+
+def test_colours_come_together_in_the_dark():
+    place = np.zeros((1, 1, 3), np.float32)
+    scene = Scene(place, place + 1.0, np.ones((1, 1), bool), np.zeros(2), contrast=0.8)
+    np.testing.assert_allclose(scene.apart(DARK * np.array([0.0, 0.25, 0.8, 2.0])), [0.0, 0.25, 0.8, 0.8])
