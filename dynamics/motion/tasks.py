@@ -70,11 +70,23 @@ def classify(
         stranger: see `among_strangers`; 0 for people who were learned from.
         tick: called CLASSIFY_TICKS times, as the work goes on.
     """
-    noisy = among_strangers(at_noise(slds, ys, tick), stranger)
-    hints = [pose_hints(noisy, y, pose) for y in ys] if pose > 0 else None
-    found = [labelling(slds.labels, p.prob, p.path) for p in infer(noisy, ys, hints)]
+    found = labelled(at_noise(slds, ys, tick), ys, infer=infer, pose=pose, stranger=stranger)
     tick()
     return found
+
+
+def labelled(
+    slds: SLDS,
+    ys: Sequence[Array],
+    *,
+    infer: InferSwitching = switching_all,
+    pose: float = POSE,
+    stranger: float = STRANGER,
+) -> list[Labelling]:
+    """The same with R as it is, but for who was not learned from."""
+    wide = among_strangers(slds, stranger)
+    hints = [pose_hints(wide, y, pose) for y in ys] if pose > 0 else None
+    return [labelling(slds.labels, p.prob, p.path) for p in infer(wide, ys, hints)]
 
 
 def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:

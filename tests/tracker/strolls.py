@@ -50,6 +50,7 @@ def track_of(q, times, sigma=0.002):
         q=q,
         cov=np.tile(sigma**2 * np.eye(D), (T, 1, 1)),
         s=np.zeros(T, np.intp),
+        motions=("walk",) * T,
         outcome=("ok",) * T,
         shift=np.zeros((T, 2)),
         mark=0.02,

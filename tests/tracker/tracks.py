@@ -25,6 +25,7 @@ def random_track(rng, T=4, *, first=0, facing=1, figure=WALKER):
         q=np.stack([random_pose(figure, rng, size=0.1) for _ in range(T)]),
         cov=np.stack([1e-4 * random_covariance(D, rng) for _ in range(T)]),
         s=rng.integers(0, 3, T),
+        motions=tuple("walk" if t < 3 else "run" for t in range(T)),
         outcome=tuple(OUTCOMES[t % len(OUTCOMES)] for t in range(T)),
         mark=0.02,
         shift=rng.normal(scale=5.0, size=(T, 2)),

@@ -1,13 +1,14 @@
 """One clip followed: from a job to a run."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 
 import numpy as np
 
 from dynamics.belief import Belief
+from dynamics.gaussian import Array
 from tracker.clip.clock import Clock
 from tracker.clip.heading import footless
 from tracker.clip.job import Job
@@ -15,7 +16,7 @@ from tracker.clip.kept import Kept
 from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel, Toned
 from tracker.clip.plan import Plan, prepare
-from tracker.clip.playback import playback_rate
+from tracker.clip.playback import motions_at, playback_rate
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
@@ -27,7 +28,7 @@ from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
 from tracker.picture.backdrop import Backdrop
 from tracker.picture.plate import REACH, plate
 from tracker.progress import Progress
-from tracker.run.track import Track
+from tracker.run.track import FREE, Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import hidden, points
 from videos.frames import Image
@@ -81,6 +82,8 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
     track = _track(plan, span[0], times, estimates)
     if kept is not None:
         track = kept.joined(track)
+    rate = _rate(plan, track)
+    track = replace(track, motions=motions_of(plan, track, rate))
     judged = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
     return Run(
         job=job,
@@ -90,7 +93,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
         fps=plan.video.fps,
         frames=track.first + len(track),
         size=(plan.video.width, plan.video.height),
-        rate=_rate(plan, track),
+        rate=rate,
         seconds=clock.per_frame(len(track)),
         warnings=_warnings(plan, track, judged),
         points=judged,
@@ -195,20 +198,21 @@ def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
 
 
 def _track(plan: Plan, first: int, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
+    labels, s = plan.slds.labels, np.array([estimate.s for estimate in estimates])
     return Track(
         figure=plan.start.figure,
         view=plan.start.view,
         model=plan.job.model,
-        labels=plan.slds.labels,
+        labels=labels,
         first=first,
         times=np.array(times[first:]) - times[0],
         q=np.stack([estimate.pose.mean for estimate in estimates]),
         cov=np.stack([estimate.pose.cov for estimate in estimates]),
-        s=np.array([estimate.s for estimate in estimates]),
+        s=s,
+        motions=tuple(labels[k] for k in s),
         outcome=tuple(estimate.outcome for estimate in estimates),
         shift=np.stack([estimate.shift for estimate in estimates]),
         mark=plan.tracker.settings.mark,
-        gait=plan.gait,
         misnamed=plan.misnamed,
     )
 
@@ -216,9 +220,25 @@ def _track(plan: Plan, first: int, times: Sequence[float], estimates: Sequence[E
 def _rate(plan: Plan, track: Track) -> float:
     if plan.job.rate is not None:
         return plan.job.rate
+    return playback_rate(plan.job.model, _tracked(track), plan.video.fps, track.figure)
+
+
+def motions_of(plan: Plan, track: Track, rate: float) -> tuple[str, ...]:
+    """What the whole clip says that each frame shows; free where both model and outline are at a loss."""
+    own = tuple(track.labels[k] for k in track.s)
+    if len(set(track.labels)) == 1 or not track.measured.any():
+        return own
+    whole = motions_at(rate, plan.job.model, _tracked(track), plan.video.fps, track.figure)
+    return tuple(
+        FREE if state == FREE and not plan.gait else motion for state, motion in zip(own, whole, strict=True)
+    )
+
+
+def _tracked(track: Track) -> Array:
+    """(T, M) root and angles; NaN where the figure was lost."""
     poses = track.q[:, : len(track.figure.learned_freedoms)].copy()
     poses[~track.measured] = np.nan
-    return playback_rate(plan.job.model, poses, plan.video.fps, track.figure)
+    return poses
 
 
 def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:

@@ -60,4 +60,4 @@ class Kept:
             values[here] = getattr(new, name)[there]
         outcome = list(self.track.outcome)
         outcome[here] = new.outcome[there]
-        return replace(self.track, outcome=tuple(outcome), gait=new.gait, misnamed=new.misnamed, **rows)
+        return replace(self.track, outcome=tuple(outcome), misnamed=new.misnamed, **rows)

@@ -1,7 +1,8 @@
-"""How fast a clip is played: 1 as filmed, 0.5 in slow motion at half speed.
+"""How fast a clip is played, 1 as filmed, 0.5 in slow motion at half speed, and what motion each frame shows.
 
 Of a grid of speeds, that at which a learned model finds the tracked poses most likely (GPB2's evidence). A
-gait has its own pace, so a stride that takes twice as many frames was filmed or played at half speed.
+gait has its own pace, so a stride that takes twice as many frames was filmed or played at half speed. At that
+speed the model tells the motions: a slow jog in real time has the pace of a walk.
 """
 
 from dataclasses import replace
@@ -12,6 +13,7 @@ from dynamics.gaussian import Array
 from dynamics.gpb2_filter import gpb2_filter
 from dynamics.layout import among
 from dynamics.motion.rate import backwards
+from dynamics.motion.tasks import labelled
 from dynamics.slds import SLDS
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
@@ -38,14 +40,15 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     foreign = figure.learned_freedoms != WALKER.learned_freedoms and own_model(name, figure) == name
     if not known.any() or (model == CONSTANT_VELOCITY and foreign):
         return 1.0
-    poses = poses[known.argmax() :][:ENOUGH]
+    some = poses[known.argmax() :][:ENOUGH]
+    y = _centred(some, figure)
 
     def fit(number: int) -> float:
         try:
-            slds = switching_model(name, fps / RATES[number], figure)
+            slds = _of_tracked(switching_model(name, fps / RATES[number], figure))
         except ValueError:  # further from its own frame rate than the model can go
             return -np.inf
-        return max(_evidence(way, poses, figure) for way in _ways(slds, poses))
+        return max(_evidence(way, y) for way in _ways(slds, some))
 
     # Every other speed first, then those beside the best.
     fits = {number: fit(number) for number in range(0, len(RATES), 2)}
@@ -53,6 +56,32 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     fits |= {number: fit(number) for number in (best - 1, best + 1) if 0 <= number < len(RATES)}
     best = max(fits, key=lambda number: fits[number])
     return RATES[best] if fits[best] > -np.inf else 1.0
+
+
+def motions_at(rate: float, model: str, poses: Array, fps: float, figure: Figure = WALKER) -> tuple[str, ...]:
+    """The motion of each of the T frames at a playback speed; all else is as of `playback_rate`.
+
+    By GPB2, as `dynamics.motion.tasks.classify` tells it, a piece of ENOUGH frames at a time. A frame without
+    a pose shows the motion of those around; one frame at least has a pose.
+    """
+    slds = _of_tracked(switching_model(model, fps / rate, figure))
+    rows = np.arange(len(poses))
+    known = np.asarray(np.isfinite(poses).all(1))
+    said = np.full(len(poses), "", dtype=object)
+    for start in rows[::ENOUGH]:
+        here = rows[start : start + ENOUGH]
+        here = here[known[here].argmax() :]
+        if known[here[0]]:
+            y = _centred(poses[here], figure)
+            way = max(_ways(slds, poses[here]), key=lambda way: _evidence(way, y))
+            said[here] = labelled(way, [y])[0].label
+    told = said != ""
+    return tuple(said[np.maximum.accumulate(np.where(told, rows, told.argmax()))])
+
+
+def _of_tracked(slds: SLDS) -> SLDS:
+    """A model that is shown tracked poses."""
+    return replace(slds, R=np.diag(by_freedom(slds.names, PLACE, ANGLE) ** 2))
 
 
 def _ways(slds: SLDS, poses: Array) -> list[SLDS]:
@@ -63,12 +92,17 @@ def _ways(slds: SLDS, poses: Array) -> list[SLDS]:
     return ahead + ([backwards(slds)] if travel < TRAVEL else [])
 
 
-def _evidence(slds: SLDS, poses: Array, figure: Figure) -> float:
-    """Of tracked poses, the first of them known, without the figure's own constants, nats."""
+def _centred(poses: Array, figure: Figure) -> Array:
+    """Tracked poses, the first of them known, from its place on and without the figure's own constants."""
     y = poses.copy()
-    root = among(slds.names, ROOT)
+    learned = figure.learned_freedoms
+    root = among(learned, ROOT)
     y[:, root] -= y[0, root]
-    own = [slds.names.index(name) for name in figure.offsets("marked")]
+    own = [learned.index(name) for name in figure.offsets("marked")]
     y[:, own] -= np.nanmean(y[:, own], axis=0)
-    spread = by_freedom(slds.names, PLACE, ANGLE)
-    return float(gpb2_filter(replace(slds, R=np.diag(spread**2)), y).log_evidence.sum())
+    return y
+
+
+def _evidence(slds: SLDS, y: Array) -> float:
+    """Of poses, nats."""
+    return float(gpb2_filter(slds, y).log_evidence.sum())

@@ -5,7 +5,7 @@ Three cues between -1 for a walk and 1 for a run are added up:
 - how far the knees bend: no capture of a walk bends them by 81 degrees, none of a run by less than 90;
 - whether the hip is high or low while the feet are apart: the correlation of its height, less the slow part,
   with the ankles' distance. Who walks vaults over the standing leg; who runs flies while they are apart;
-- what the motion model and, where that is at a loss, the outline says of each frame.
+- what the motion model says of each frame.
 """
 
 import numpy as np
@@ -46,8 +46,7 @@ def _bounce(track: Track) -> float:
 
 
 def _label(track: Track) -> float:
-    motions = [track.motion(t) for t in range(len(track))]
-    said = [LABELS[motion] for motion in motions if motion in LABELS]
+    said = [LABELS[motion] for motion in track.motions if motion in LABELS]
     return float(np.mean(said)) if said else 0.0
 
 

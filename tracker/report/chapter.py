@@ -125,13 +125,12 @@ class Chapter:
     def drawn(self) -> dict[str, Any]:
         """Curves in degrees, stretches in frames and the figure, as JSON can hold them."""
         track = self.track
-        motions = [track.motion(t) for t in range(len(track))]
         return {
             "name": self.name,
             "first": track.first,
             "times": np.round(track.times - track.times[0], 4).tolist(),
             "panels": list(self._panels()),
-            "motions": [[start, end, track.motion(start)] for start, end in stretches(motions)],
+            "motions": [[start, end, track.motions[start]] for start, end in stretches(track.motions)],
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
             "words": WORDS,
             "floor": {side: self._on_floor(side) for side in SIDES},

@@ -192,16 +192,16 @@ def read_track(folder: Path, mark: float, figure: Figure = WALKER) -> Track:
     """The track of a complete run of this figure, at rest; `mark` is the setting of that name. RunError: a
     file is damaged."""
     with _sound(folder / "track.npz") as path:
-        header, rows = _archive(path, ("times", "q", "cov", "s", "outcome", "shift"))
+        header, rows = _archive(path, ("times", "q", "cov", "s", "motions", "outcome", "shift"))
         *origin, unit, facing = header["view"]
         return Track(
             figure=figure.with_lengths(header["lengths"]),
             view=View((origin[0], origin[1]), unit, facing),
             model=header["model"],
             labels=tuple(header["labels"]),
-            gait=header["gait"],
             misnamed=header["misnamed"],
             first=header["first"],
+            motions=tuple(rows.pop("motions").tolist()),
             outcome=tuple(rows.pop("outcome").tolist()),
             mark=mark,
             **rows,

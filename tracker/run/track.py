@@ -37,7 +37,7 @@ class Track:
     times   : (T,) seconds
     q, cov  : (T, D) and (T, D, D) belief over the pose; covariances in single precision
     s       : (T,) most probable switching state
-    gait    : one of `labels` that the figure's outline shows over the whole film, "" where none is known
+    motions : (T,) what each frame shows: a motion of the model, or "free" where none fits
     outcome : (T,) of each frame
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
     mark    : leg lengths, standard deviation of a marked joint's place on its links: no frame tells of it
@@ -53,10 +53,10 @@ class Track:
     q: Array
     cov: Array
     s: NDArray[np.intp]
+    motions: tuple[str, ...]
     outcome: tuple[Outcome, ...]
     shift: Array
     mark: float
-    gait: str = ""
     misnamed: float = 0.0
 
     def __post_init__(self) -> None:
@@ -75,11 +75,6 @@ class Track:
         measured = np.array([outcome.measured for outcome in self.outcome], dtype=bool)
         measured.setflags(write=False)
         return measured
-
-    def motion(self, t: int) -> str:
-        """What row t shows: the label of its state, or where that is free, of what the outline shows."""
-        label = self.labels[self.s[t]]
-        return self.gait if label == FREE and self.gait else label
 
     def view_at(self, t: int) -> View:
         return self.view.shifted(self.shift[t])
@@ -123,7 +118,7 @@ class Track:
             raise LibraryError("a table wants pandas; install figtrack[data], or pandas") from error
         columns: dict[str, object] = {
             "time_s": self.times,
-            "motion": [self.motion(t) for t in range(len(self))],
+            "motion": self.motions,
             "outcome": [str(outcome) for outcome in self.outcome],
         }
         for k, name in enumerate(self.figure.freedoms[: self.figure.index(SCALE)]):

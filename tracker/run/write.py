@@ -27,7 +27,6 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         "version": VERSION,
         "model": track.model,
         "labels": track.labels,
-        "gait": track.gait,
         "misnamed": track.misnamed,
         "first": track.first,
         "figure": track.figure.name,
@@ -43,6 +42,7 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         q=track.q,
         cov=track.cov,
         s=track.s,
+        motions=np.array(track.motions),
         outcome=np.array(track.outcome),
         shift=track.shift,
         joints=track.joints(),
@@ -75,7 +75,7 @@ def _poses(track: Track, frames: int, fps: float) -> Iterator[tuple[object, ...]
             q = track.q[t, :every]
             turns = (f"{v:.4f}" for v in np.degrees(q[len(ROOT) :]))
             pose = [*(f"{v:.5f}" for v in q[: len(ROOT)]), *turns]
-            said = (str(track.s[t]), track.motion(t), str(track.outcome[t]))
+            said = (str(track.s[t]), track.motions[t], str(track.outcome[t]))
         yield 0, frame, *pose[:learned], _time(track, t, fps), *said, *pose[learned:]
 
 

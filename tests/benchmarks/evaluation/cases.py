@@ -104,7 +104,7 @@ def outcome(case: Case) -> Outcome:
         found, spread = places(track), distances(track, marks, start)
         motion = "walk" if "walk" in case.clip.stem else "run"
         if motion in track.labels:
-            labelled = float(np.mean([track.motion(t) == motion for t in range(len(track))]))
+            labelled = float(np.mean([each == motion for each in track.motions]))
     else:
         found, spread = _rival_places(case.clip, marks, case.way, last), None
     return Outcome(score(marks, found, start), spread, band_error(found, band) if band else None, labelled)

@@ -141,6 +141,7 @@ def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Trac
         q=q,
         cov=np.tile(np.radians(NOISE) ** 2 * np.eye(q.shape[1]), (len(q), 1, 1)),
         s=np.zeros(len(q), np.intp),
+        motions=(motion.label,) * len(q),
         outcome=("ok",) * len(q),
         shift=np.zeros((len(q), 2)),
         mark=0.0,

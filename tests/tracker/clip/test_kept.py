@@ -91,19 +91,19 @@ def anchored(clip, tmp_path_factory):
 
 def test_a_track_is_read_back_as_it_was_written(anchored, tmp_path):
     _, run, _ = anchored
-    run = replace(run, track=replace(run.track, gait="walk", misnamed=0.25))
+    run = replace(run, track=replace(run.track, misnamed=0.25))
     write_run(run, tmp_path, QUIET, overlay=False, report=False)
     track = read_track(tmp_path, run.track.mark)
-    assert (track.figure, track.view, track.gait, track.misnamed, track.first) == (
+    assert (track.figure, track.view, track.misnamed, track.first) == (
         run.track.figure,
         run.track.view,
-        "walk",
         0.25,
         0,
     )
-    assert (track.model, track.labels, track.outcome) == (
+    assert (track.model, track.labels, track.motions, track.outcome) == (
         run.track.model,
         run.track.labels,
+        run.track.motions,
         run.track.outcome,
     )
     for name in ("q", "cov", "s", "shift", "times"):

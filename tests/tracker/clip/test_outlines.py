@@ -11,7 +11,7 @@ from tests.tracker.clips import write_table, write_video
 from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALK, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
 from tracker.clip import outlines
-from tracker.clip.follow import follow
+from tracker.clip.follow import follow, motions_of
 from tracker.clip.job import Job
 from tracker.clip.outlines import EXCHANGE, EXCHANGED, MOST, ONE_LEG, POINT, outlined
 from tracker.clip.plan import prepare
@@ -104,16 +104,23 @@ def as_if(monkeypatch):
     return fit
 
 
-def test_the_gait_that_the_outline_shows_is_the_motion_where_the_model_has_none(job, as_if):
+def test_a_frame_is_free_where_neither_the_model_nor_the_outline_knows_the_motion(job, as_if):
     as_if()
     plan = outlined(prepare(replace(job, model="walk-run")), QUIET)
     assert plan.gait == "walk"
-    found = replace(random_track(np.random.default_rng(1), 3), labels=("run", FREE), gait=plan.gait)
-    said = [
-        replace(found, s=np.array([s]), gait=gait).motion(0)
-        for s, gait in ((0, "walk"), (1, "walk"), (1, ""))
-    ]
-    assert said == ["run", "walk", FREE]
+    track = random_track(np.random.default_rng(1), 5)
+    track = replace(track, labels=("walk", "run", FREE), s=np.array([0, 1, 2, 2, 0]))
+    whole = motions_of(plan, track, 1.0)
+    assert set(whole) <= {"walk", "run"}
+    shown = motions_of(replace(plan, gait=""), track, 1.0)
+    assert shown == (*whole[:2], FREE, FREE, whole[4])
+
+
+def test_the_state_is_the_motion_where_the_model_has_one_or_no_frame_shows_the_figure(plan):
+    track = replace(random_track(np.random.default_rng(1), 3), labels=("walk", "run"), s=np.array([0, 1, 0]))
+    lost = replace(track, outcome=("lost",) * 3)
+    assert motions_of(plan, lost, 1.0) == ("walk", "run", "walk")
+    assert motions_of(plan, replace(track, labels=("stroll", "stroll")), 1.0) == ("stroll",) * 3
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from dynamics.motion.rate import backwards
 from dynamics.motion.tasks import synthesise
 from tracker.clip import playback
-from tracker.clip.playback import RATES, playback_rate
+from tracker.clip.playback import RATES, motions_at, playback_rate
 from tracker.models.find import switching_model
 from tracker.motion.free_run import of_motion
 
@@ -90,3 +90,47 @@ def test_time_running_back_is_tried_for_who_may_walk_backwards_alone(walked, mon
         tried.clear()
         playback_rate("walk-run", each, 30.0)
         assert bool(tried) == wanted
+
+
+@pytest.fixture(scope="module")
+def both() -> np.ndarray:
+    """120 frames of a walk and 120 of a run at 30 frames a second, one after the other."""
+    ways = [
+        synthesise(of_motion(switching_model("gait", 30.0), motion), 120, np.random.default_rng(3))[1]
+        for motion in ("walk", "run")
+    ]
+    ways[1][:, :2] += ways[0][-1, :2] - ways[1][0, :2]
+    return np.concatenate(ways)
+
+
+def right(said: tuple[str, ...]) -> float:
+    """Share of the frames of a walk and then as many of a run."""
+    half = len(said) // 2
+    return (said[:half].count("walk") + said[half:].count("run")) / len(said)
+
+
+@pytest.mark.parametrize("rate", [0.5, 1.0])
+def test_the_motions_are_told_at_the_speed_that_the_clip_is_played_at(both, rate):
+    times = np.arange(0.0, len(both) - 1, rate)
+    poses = np.stack([np.interp(times, np.arange(len(both)), column) for column in both.T], axis=1)
+    said = motions_at(rate, "walk-run", poses, 30.0)
+    assert len(said) == len(poses)
+    assert right(said) > 0.93
+
+
+def test_a_run_at_half_its_speed_has_the_pace_of_a_walk_and_is_a_run_all_the_same(both):
+    half = played(both[120:], 0.5)
+    assert playback_rate("walk-run", half, 30.0) < 0.7
+    assert motions_at(0.5, "walk-run", half, 30.0).count("run") > 0.95 * T
+
+
+def test_frames_of_no_pose_show_the_motion_of_those_around(both, monkeypatch):
+    monkeypatch.setattr(playback, "ENOUGH", 50)
+    poses = both.copy()
+    whole = motions_at(1.0, "walk-run", poses, 30.0)
+    assert right(whole) > 0.93
+    lost = [*range(10), *range(40, 120), *range(230, 240)]  # at the start, a whole piece, at the end
+    poses[lost] = np.nan
+    said = motions_at(1.0, "walk-run", poses, 30.0)
+    assert [said[t] for t in lost] == ["walk"] * 90 + ["run"] * 10
+    assert right(said) > 0.93

@@ -106,8 +106,7 @@ def test_stretches_lie_side_by_side_and_cover_every_frame():
     track = stroll(1.0)
     track = replace(
         track,
-        labels=("walk", "walk", "run"),
-        s=np.repeat([0, 1, 2, 0], [10, 5, 5, 10]),
+        motions=("walk",) * 15 + ("run",) * 5 + ("walk",) * 10,
         outcome=("ok",) * 12 + ("hidden",) * 18,
     )
     drawn = chapter(track).drawn()

@@ -205,8 +205,7 @@ def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
     T = len(track)
     track = replace(
         track,
-        labels=("walk", "run"),
-        s=np.repeat([0, 1], [T - 15, 15]),
+        motions=("walk",) * (T - 15) + ("run",) * 15,
         outcome=("ok",) * 30 + ("lost",) * 6 + ("ok",) * (T - 36),
     )
     report = Report(browser, made(tmp_path, track))
