@@ -8,7 +8,7 @@ from kinematics.figure import Array, Figure
 from kinematics.spm import skeleton
 from tracker.report.drawing import by_layer, colours, limb_width
 from tracker.run.track import Track
-from videos.overlay import FARTHEST, INK, Color, ellipse_axes, limbs
+from videos.overlay import FARTHEST, INK, as_hex, ellipse_axes, limbs
 
 SWAY = 0.5  # seconds to either side over which the way of the view is a mean
 SPAN = 90.0  # per cent of the frames in which every joint is within `reach`
@@ -34,10 +34,10 @@ def figure_numbers(track: Track) -> dict[str, Any]:
     radii, angles = ellipse_axes(track.joint_covs()[:, 1:])
     centre, reach = _sight(track, places)
     return {
-        "ink": _hex(INK),
+        "ink": as_hex(INK),
         "width": round(limb_width(track.view), 2),
         "limbs": [
-            {"color": _hex(shades[order[limb[0]]]), "links": [[starts[order[i]], order[i]] for i in limb]}
+            {"color": as_hex(shades[order[limb[0]]]), "links": [[starts[order[i]], order[i]] for i in limb]}
             for limb in limbs([shades[i] for i in order])
         ],
         "points": _rows(np.concatenate([places, begun[:, others]], axis=1)),
@@ -80,7 +80,3 @@ def _sight(track: Track, places: Array) -> tuple[Array, Array]:
 def _rows(values: Array) -> list[list[int]]:
     rows = np.clip(values, -FARTHEST, FARTHEST).reshape(len(values), -1)
     return np.rint(10.0 * rows).astype(int).tolist()  # type: ignore[no-any-return]
-
-
-def _hex(color: Color) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*color)
