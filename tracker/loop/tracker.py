@@ -31,10 +31,9 @@ from tracker.loop.estimate import Estimate, State
 from tracker.loop.judging import LEAST_INSIDE, inside, judged, judged_by_points
 from tracker.loop.outcome import Outcome
 from tracker.picture.pyramid import Box, Image, Level, pyramid
-from tracker.registration.align import align
+from tracker.registration.align import align, reach, sought
 from tracker.registration.field import Field, Registration
 from tracker.registration.modes import Mode, mode_of
-from tracker.registration.search import reach, sought
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
 

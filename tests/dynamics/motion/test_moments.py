@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
-from dynamics.motion.moments import by_motion, run_moments, stationary
+from dynamics.motion.rate import by_motion, run_moments, stationary
 from dynamics.slds import combine
 from tests.oracles import given_path, random_slds
 

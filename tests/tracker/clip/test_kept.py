@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.recover import Start
 from tests.tracker.tracks import random_track
+from tracker.clip.again import Kept
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
-from tracker.clip.kept import Kept
 from tracker.progress import Progress
 from tracker.report.results import write_run
 from tracker.run.read import read_track

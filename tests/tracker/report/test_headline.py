@@ -10,7 +10,7 @@ from tests.tracker.strolls import SWING, stroll
 from tests.tracker.tracks import random_track
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
-from tracker.report.headline import headline, unusual
+from tracker.report.chapter import headline, unusual
 
 
 def test_the_headline_has_cadence_speed_and_stance():
