@@ -75,7 +75,7 @@ class Detections:
 
 @dataclass(frozen=True)
 class Likelihood:
-    """What was measured says of the pose, linearised once for each of H priors.
+    """What was measured says of the pose, linearised once for each of H priors; any leading axes.
 
     q           : (H, D) where: a mode of the posterior
     information : (H, D, D)
@@ -104,15 +104,15 @@ class Detector:
     def _tree(self) -> Tree:
         return tree_of(self.figure)
 
-    def namings(self, found: Detections, priors: Gaussian) -> list[Likelihood]:
-        """The points as each naming has them, and what that costs: `_ways`.
+    def namings(self, found: Detections, priors: Gaussian) -> Likelihood:
+        """The points as each of W namings has them, a leading axis, and what that costs: `_ways`.
 
         Args:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
         ways, prices = zip(*self._ways(found), strict=True)
         told = self._climb(np.stack([way.joint for way in ways]), found.pixels, priors)
-        return [replace(each, cost=each.cost + price) for each, price in zip(told, prices, strict=True)]
+        return replace(told, cost=told.cost + np.array(prices)[:, None])
 
     def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
         """How well the points agree with a pose (D,), legs named as fits best.
@@ -148,7 +148,7 @@ class Detector:
         rare = [settings.exchange, settings.one_leg / 2.0, settings.one_leg / 2.0]
         return list(zip(ways, -np.log([1.0 - sum(rare), *rare]), strict=True))
 
-    def _climb(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> list[Likelihood]:
+    def _climb(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> Likelihood:
         """Gauss-Newton steps from each of H priors' means to a mode of its posterior, for each of W namings.
 
         Args:
@@ -170,8 +170,7 @@ class Detector:
             if not len(on):
                 break
         information, gradient, cost = self._normal_equations(joint, pixels, q)
-        vector = apply(information, q) - gradient
-        return [Likelihood(*each) for each in zip(q, information, vector, cost, strict=True)]
+        return Likelihood(q, information, apply(information, q) - gradient, cost)
 
     def _normal_equations(
         self, joint: NDArray[np.intp], pixels: Array, q: Array

@@ -77,7 +77,7 @@ class Tracker:
         misfit = 0.0
         if self.settings.templates:
             state, found = here._registered(state, image, proposed)
-            misfit = found.misfit
+            misfit = float(found.misfit)
         else:
             pose = self.pose(proposed.merged()).mean
             gone = inside(self.figure, here.view, pose, image.shape[:2]) < LEAST_INSIDE
@@ -90,9 +90,7 @@ class Tracker:
     def detected(self, belief: Belief, detections: Detections) -> Belief:
         """The belief given the points of this frame, of which near and far leg may be exchanged."""
         priors = self.pose(belief.states)
-        ways = self._detector.namings(detections, priors)
-        told = Likelihood(*map(np.stack, zip(*(vars(way).values() for way in ways), strict=True)))
-        given = self.conditioned(belief, priors, told)
+        given = self.conditioned(belief, priors, self._detector.namings(detections, priors))
         each = zip(given.states.mean, given.states.cov, given.cost, strict=True)
         return either([replace(belief, states=Gaussian(*of), cost=cost) for *of, cost in each]).levelled()
 
@@ -102,7 +100,7 @@ class Tracker:
         field = self.field(state, image, priors)
         starts = None if state.outcome.measured else sought(field, priors, proposed.best)
         found = align(field, priors, starts)
-        fused = self._fused(proposed, priors, found)
+        fused = self.conditioned(proposed, priors, found).levelled()
         best = found[fused.best]
         outcome = judged(field, state.outcome, priors.mean[proposed.best], best, image.shape[:2])
         if outcome.measured:
@@ -149,10 +147,7 @@ class Tracker:
         C = self.slds.C
         return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
-    def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
-        return self.conditioned(proposed, priors, likelihood(found)).levelled()
-
-    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
+    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood | Registration) -> Belief:
         """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for.
 
         Likelihoods may have a leading axis: then what they make of the belief has it.
@@ -191,16 +186,6 @@ class Tracker:
         high = np.clip(around[2:], low + 2, (W, H)).astype(int)
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
         return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], self.mode.colour)
-
-
-def likelihood(found: Sequence[Registration]) -> Likelihood:
-    """What the picture says where templates settled."""
-    return Likelihood(
-        np.stack([r.q for r in found]),
-        np.stack([r.information for r in found]),
-        np.stack([r.vector for r in found]),
-        np.array([r.cost for r in found]),
-    )
 
 
 def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:

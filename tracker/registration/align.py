@@ -31,7 +31,7 @@ FARTHEST = np.array([1.5, 0.3])  # leg lengths at most, ahead and up
 SEEN = 0.5  # share of the joints that must lie in the picture
 
 
-def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[Registration]:
+def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Registration:
     """Climb to a mode, coarse to fine, and linearise the likelihood there.
 
     From each prior's mean (H, D), or from `starts` (H, D) where given.
@@ -42,24 +42,20 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
         fit = _climb(objective, number, q)
         q = fit.q
     information, gradient = objective.slope(fit)
-    inside, cost, templates = fit.laid.inside.mean(1), objective.evidence(fit), field.templates
+    laid, templates = fit.laid, field.templates
     places = surface(fit.bones, templates.link, templates.along, templates.across)
-    pixels = field.view.to_pixels(places)
-    return [
-        Registration(
-            q=q[h],
-            information=information[h],
-            vector=information[h] @ q[h] - gradient[h],
-            cost=float(field.settings.image_weight * cost[h]),
-            misfit=float(fit.laid.mean[h]),
-            shown=float(fit.laid.shown[h]),
-            match=fit.laid.match[h],
-            offset=fit.laid.offset[h],
-            inside=float(inside[h]),
-            pixels=pixels[h],
-        )
-        for h in range(len(q))
-    ]
+    return Registration(
+        q=q,
+        information=information,
+        vector=np.stack([info @ pose for info, pose in zip(information, q, strict=True)]) - gradient,
+        cost=field.settings.image_weight * objective.evidence(fit),
+        misfit=laid.mean,
+        shown=laid.shown,
+        match=laid.match,
+        offset=laid.offset,
+        inside=laid.inside.mean(1),
+        pixels=field.view.to_pixels(places),
+    )
 
 
 def scan(field: Field, poses: Array) -> Array:
