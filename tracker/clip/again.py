@@ -1,4 +1,4 @@
-"""A finished run followed again: its job, read back, and what stays of its track where marks were corrected."""
+"""A finished run followed again: its job, read back, and what stays where marks were corrected."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -6,13 +6,13 @@ It runs in a process of its own: the very one that is typed in a terminal.
 import json
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from threading import Thread
-from typing import Any, Literal
+from typing import IO, Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -139,7 +139,8 @@ class Work:
             errors="replace",
         )
         self._readers = [
-            Thread(target=read, daemon=True) for read in (self._read_results, self._read_progress)
+            Thread(target=_read, args=heard, daemon=True)
+            for heard in ((self._process.stdout, self._said.append), (self._process.stderr, self._hear))
         ]
         for reader in self._readers:
             reader.start()
@@ -167,18 +168,6 @@ class Work:
             self._process.kill()
         for reader in self._readers:
             reader.join(PATIENCE)
-
-    def _read_results(self) -> None:
-        assert self._process.stdout is not None
-        with self._process.stdout as lines:
-            for line in lines:
-                self._said.append(line.rstrip())
-
-    def _read_progress(self) -> None:
-        assert self._process.stderr is not None
-        with self._process.stderr as lines:
-            for line in lines:
-                self._hear(line.rstrip())
 
     def _hear(self, line: str) -> None:
         """A line of progress as JSON, or a plain one that says why it ended."""
@@ -208,6 +197,12 @@ def _run(folder: Path) -> dict[str, Any] | None:
         report = (folder / "report.html").exists()
         return {"headline": news.headline, "warnings": news.warnings, "report": report}
     return None
+
+
+def _read(stream: IO[str], hear: Callable[[str], object]) -> None:
+    with stream:
+        for line in stream:
+            hear(line.rstrip())
 
 
 def _how(asked: Asked, film: Film) -> list[str]:
