@@ -11,7 +11,6 @@ iterated extended Kalman filter with the weights of EM): joints without a point 
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -21,7 +20,7 @@ from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES
 from kinematics.spm import View, joints, joints_of
-from tracker.registration.chain_rule import Tree, damped_steps, laid_out, normal_equations, pinned, tree_of
+from tracker.registration.chain_rule import damped_steps, laid_out, normal_equations, pinned
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -100,10 +99,6 @@ class Detector:
     view: View
     settings: Settings
 
-    @cached_property
-    def _tree(self) -> Tree:
-        return tree_of(self.figure)
-
     def namings(self, found: Detections, priors: Gaussian) -> Likelihood:
         """The points as each of W namings has them, a leading axis, and what that costs: `_ways`.
 
@@ -178,10 +173,10 @@ class Detector:
         """J'WJ (W, H, D, D) and J'Wr (W, H, D) of the points at poses (W, H, D), and their cost (W, H)."""
         W, H, D = q.shape
         poses, own = q.reshape(W * H, D), np.repeat(joint, H, axis=0)
-        bones = laid_out(self._tree, poses)
+        bones = laid_out(self.figure.layout, poses)
         away = self._away(own, pixels, joints_of(bones, poses))
         weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self.settings.point**2
-        found = normal_equations(self._tree, bones, *pinned(bones, own, away, weight))
+        found = normal_equations(self.figure.layout, bones, *pinned(bones, own, away, weight))
         information, gradient = (each.reshape(W, H, *each.shape[1:]) for each in found)
         return information, gradient, self._cost(away).reshape(W, H)
 
