@@ -58,15 +58,7 @@ def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
     """Posterior that holds these poses and switching states for certain."""
     mean = _states(y, order)
     T, N = mean.shape
-    prob = np.eye(K)[s]
-    return Posterior(
-        prob=prob,
-        pair=prob[:-1, :, None] * prob[1:, None, :],
-        states=Gaussian(mean, np.zeros((T, N, N))),
-        lag=np.zeros((T - 1, N, N)),
-        log_evidence=-np.inf,
-        path=s,
-    )
+    return Posterior.on_path(s, K, Gaussian(mean, np.zeros((T, N, N))), np.zeros((T - 1, N, N)), -np.inf)
 
 
 def _states(y: Array, order: int) -> Array:
