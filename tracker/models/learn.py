@@ -96,10 +96,8 @@ def _read_captures(
     labels = request.labels or ACTIVITIES
     trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels, licences)]
     data: Data = []
-    with progress.task("reading captures", len(trials)) as advance:
-        for trial in trials:
-            data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True, arms=arms)]
-            advance()
+    for trial in progress.through("reading captures", trials, len(trials)):
+        data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True, arms=arms)]
     _check_labels(data, labels, str(table), "check --label, --exclude-subjects and the licences")
     return data, sorted({trial.licence for trial in trials})
 

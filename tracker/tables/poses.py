@@ -102,7 +102,7 @@ def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
 
 
 def pose_cells(y: Array) -> list[str]:
-    """The 8 cells of a pose in body units; an empty one for NaN."""
+    """The cells of a pose in body units, the root first; an empty one for NaN."""
     numbers = [*y[:ROOT_COLUMNS], *np.degrees(y[ROOT_COLUMNS:])]
     places = [5] * ROOT_COLUMNS + [4] * (len(y) - ROOT_COLUMNS)
     return [f"{v:.{n}f}" if np.isfinite(v) else "" for v, n in zip(numbers, places, strict=True)]
