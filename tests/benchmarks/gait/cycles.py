@@ -6,11 +6,9 @@ Strides are cut where the near thigh is farthest ahead of the far one, brought t
 averaged with their own mirror image half a stride later. k-means gathers them to a few kinds.
 """
 
-import argparse
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from scipy.cluster.vq import kmeans2
@@ -20,7 +18,7 @@ from kinematics.figure import Array
 from kinematics.mocap import CURVE, Trial, read_body, read_trials
 from kinematics.sagittal import Body, project
 from kinematics.sides import exchanged
-from tests.benchmarks.gait.learn import allowed
+from tests.benchmarks.gait.learn import allowed, arguments
 from tests.benchmarks.rendered.captures import GAITS
 from tracker.outline.cycles import COLUMNS, COUNTED, PHASES, Cycles
 
@@ -108,11 +106,7 @@ def _ankles(body: Body, y: Array) -> Array:
 
 def main() -> None:
     """Learn and write."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.gait.cycles", description=__doc__)
-    parser.add_argument("trials", type=Path, help="table of captures")
-    parser.add_argument("out", type=Path, help="the cycles, .npz")
-    parser.add_argument("--licence", action="append", required=True, help="learned from")
-    asked = parser.parse_args()
+    asked = arguments("cycles", __doc__)
     trials = [trial for trial in read_trials(asked.trials) if trial.activity in GAITS]
     made = learn_cycles((trial for trial in trials if allowed(trial.licence, asked.licence)), KINDS)
     np.savez_compressed(asked.out, pose=made.pose.astype(np.float32), period=made.period, runs=made.runs)
