@@ -81,6 +81,7 @@ class Panel:
     curves: Mapping[str, str]
 
 
+# Compiled code takes it as a tuple: after a change of the order here what is kept of that is to be deleted.
 class Layout(NamedTuple):
     """Where a pose holds what each of L links needs, and the links' own numbers, as arrays.
 
