@@ -1,4 +1,4 @@
-"""The same motion at another frame rate, and backwards."""
+"""The same motion at another frame rate, and backwards; moments against the joint Gaussian."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A finished run read back to be followed again."""
+"""A finished run read back to be followed again, and what stays of it where marks were corrected."""
 
 import json
 import shutil

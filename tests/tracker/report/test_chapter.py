@@ -1,4 +1,4 @@
-"""What a report tells of one run: facts and cautions in words, curves and stretches in numbers."""
+"""What a report tells of one run: facts, cautions and its gait in words, curves and stretches in numbers."""
 
 import json
 from dataclasses import replace
