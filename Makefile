@@ -45,7 +45,7 @@ models: $(VENV)/installed
 	    --out dynamics/models/walker-arms-gait@$$fps.npz || exit 1; \
 	done
 	$(LEARN)/learn.toml --inference stride --out dynamics/models/stride@30.npz
-	$(BIN)/python -m tracker.outline.learn_cycles $(MOCAP) tracker/outline/cycles.npz --licence CMU --licence "Seoul National"
+	$(BIN)/python -m tests.benchmarks.gait.cycles $(MOCAP) tracker/outline/cycles.npz --licence CMU --licence "Seoul National"
 	$(BIN)/python -m tests.benchmarks.gait.learn $(MOCAP) tracker/gait/moments.npz --licence CMU --licence "Seoul National"
 	$(BIN)/python -m tests.benchmarks.gait.norms $(MOCAP) tracker/gait/norms.npz --licence CMU --licence "Seoul National"
 

@@ -41,6 +41,14 @@ class Posterior:
     starts: Gaussian | None = None
     steps: Gaussian | None = None
 
+    @classmethod
+    def on_path(
+        cls, path: NDArray[np.intp], K: int, states: Gaussian, lag: Array, log_evidence: float
+    ) -> "Posterior":
+        """The posterior that takes one path of K switching states for certain."""
+        prob = np.eye(K)[path]
+        return cls(prob, prob[:-1, :, None] * prob[1:, None, :], states, lag, log_evidence, path)
+
     def step_moments(self) -> Gaussian:
         """[x_{t+1}; x_t] given each s_{t+1}: mean (T-1, K or 1, 2N), cov (T-1, K or 1, 2N, 2N)."""
         if self.steps is not None:

@@ -86,3 +86,27 @@ def combine_strides(strides: Sequence[Stride]) -> Stride:
     arrays = ("mean", "root", "quick", "slow", "R", "bend", "drift")
     joined: dict[str, Any] = {name: np.concatenate([getattr(s, name) for s in strides]) for name in arrays}
     return replace(first, **joined, labels=tuple(label for s in strides for label in s.labels))
+
+
+def harmonics(phase: Array, size: int) -> Array:
+    """(..., size) B of phases (...,) in radians; size = 2 H + 1."""
+    order = np.arange(1, size // 2 + 1)
+    out = np.ones((*np.shape(phase), size))
+    out[..., 1::2] = np.cos(phase[..., None] * order)
+    out[..., 2::2] = np.sin(phase[..., None] * order)
+    return out
+
+
+def slopes(phase: Array, size: int) -> Array:
+    """(..., size) dB/dphi."""
+    order = np.arange(1, size // 2 + 1)
+    out = np.zeros((*np.shape(phase), size))
+    out[..., 1::2] = -order * np.sin(phase[..., None] * order)
+    out[..., 2::2] = order * np.cos(phase[..., None] * order)
+    return out
+
+
+def half_a_stride_on(size: int) -> Array:
+    """(size,) factors that take coefficients of phi to those of phi + pi: odd harmonics change sign."""
+    order = np.repeat(np.arange(1, size // 2 + 1), 2)
+    return np.concatenate([[1.0], (-1.0) ** order])

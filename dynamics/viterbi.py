@@ -153,20 +153,10 @@ def _posteriors(slds: SLDS, frames: Frames) -> list[Posterior]:
     value = _best_log_p(ahead, frames)
     path = _backtrace(ahead, frames, _last(frames))
     states, lag = _smooth(slds, ahead.beliefs, path, frames)
-    posteriors = []
-    for rows, log_p in zip(frames.sequences(), value, strict=True):
-        prob = np.eye(slds.K)[path[rows]]
-        posteriors.append(
-            Posterior(
-                prob=prob,
-                pair=prob[:-1, :, None] * prob[1:, None, :],
-                states=states[rows],
-                lag=lag[rows[1:]],
-                log_evidence=float(log_p),
-                path=path[rows],
-            )
-        )
-    return posteriors
+    return [
+        Posterior.on_path(path[rows], slds.K, states[rows], lag[rows[1:]], float(log_p))
+        for rows, log_p in zip(frames.sequences(), value, strict=True)
+    ]
 
 
 def _backtrace(ahead: Forward, frames: Frames, last: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -11,7 +11,7 @@ a size common to all links; `stretch_<link>`, the log of a breathing link's own 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,8 +81,8 @@ class Panel:
     curves: Mapping[str, str]
 
 
-@dataclass(frozen=True)
-class Layout:
+# Compiled code takes it as a tuple: after a change of the order here what is kept of that is to be deleted.
+class Layout(NamedTuple):
     """Where a pose holds what each of L links needs, and the links' own numbers, as arrays.
 
     scale          : position of the common scale in `q`
@@ -92,6 +92,7 @@ class Layout:
     rest, length   : (L,) as in `Link`
     width, taper   : (L,)
     layer          : (L,)
+    chain, reach   : (L, L) as of `Figure`, in numbers
     """
 
     scale: int
@@ -105,6 +106,8 @@ class Layout:
     width: Array
     taper: Array
     layer: NDArray[np.intp]
+    chain: Array
+    reach: Array
 
 
 @dataclass(frozen=True)
@@ -235,6 +238,8 @@ class Figure:
             width=np.array([link.width for link in links]),
             taper=np.array([link.taper for link in links]),
             layer=np.array([link.layer for link in links]),
+            chain=self.chain.astype(float),
+            reach=self.reach,
         )
 
     @cached_property

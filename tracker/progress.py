@@ -3,9 +3,11 @@
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from typing import TypeVar
 
+Item = TypeVar("Item")
 Advance = Callable[[], None]
 EVERY = {"plain": 5.0, "json": 1.0}  # seconds between lines
 
@@ -33,6 +35,13 @@ class Progress:
                 advance()
 
             yield step
+
+    def through(self, name: str, items: Iterable[Item], total: int | None) -> Iterator[Item]:
+        """The items, each of them a step of a task."""
+        with self.task(name, total) as advance:
+            for item in items:
+                yield item
+                advance()
 
     @contextmanager
     def _shown(self, name: str, total: int | None) -> Iterator[Advance]:

@@ -76,8 +76,8 @@ class Video:
     Iterate over it as often as needed. A short film is decoded once and held (`videos.recall`), another anew
     in each pass, one frame in memory.
 
-    path          : as given
-    fps           : nominal frames per second, the average where the rate varies
+    path          : of the file or folder, as given
+    fps           : nominal frames per second, the average where the rate varies; of a folder 30
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
     cut_short     : after a whole pass, one line if frames are missing in the video or at its end, else None
@@ -87,17 +87,12 @@ class Video:
     interlaced    : after a pass, one line if most frames are of two fields, else None
     mended        : after a pass, how many pictures the decoder had to mend, which others may refuse
 
-    Args:
-        path: the file or folder.
-        fps: frame rate of a folder of images, 30 unless given; a file carries its own.
-
     Raises:
         VideoError: there is no such file, it is no video, or no frame of it decodes; a folder without
             numbered images. While iterating: an image that cannot be read, or a change of frame size.
-        ValueError: fps is not positive, or given for a video file.
     """
 
-    def __init__(self, path: str | Path, *, fps: float | None = None) -> None:
+    def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self.cut_short: str | None = None
         self.gaps: str | None = None
@@ -105,15 +100,11 @@ class Video:
         if not self.path.exists():
             raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
         if self.path.is_dir():
-            self.fps = FOLDER_FPS if fps is None else fps
-            if not 0.0 < self.fps < float("inf"):
-                raise ValueError(f"fps must be a positive number of frames per second, not {fps}")
+            self.fps = FOLDER_FPS
             self._images = _numbered_images(self.path)
             self.gaps = _gaps(self.path, self._images)
             self.count_hint: int | None = len(self._images)
         else:
-            if fps is not None:
-                raise ValueError(f"{path} is a file and carries its own frame times; fps is for a folder")
             with opened(self.path) as container:
                 self.fps, self.count_hint = _announced(container, video_stream(container, self.path))
 

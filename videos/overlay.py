@@ -142,6 +142,11 @@ def ellipse_axes(cov: Array) -> tuple[Array, Array]:
     return radii, np.degrees(np.arctan2(axes[..., 1, 1], axes[..., 0, 1]))
 
 
+def as_hex(color: Color) -> str:
+    """A colour as pages and matplotlib take it."""
+    return "#{:02x}{:02x}{:02x}".format(*color)
+
+
 def text_size(text: str, height: float) -> tuple[int, int]:
     """(width, height) in pixels of one line whose capitals are `height` pixels high."""
     (width, above), below = cv2.getTextSize(_plain(text), FONT, height / FONT_HEIGHT, _pen(height))

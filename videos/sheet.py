@@ -1,4 +1,4 @@
-"""Runs side by side, and a sheet of frames in rows and columns, with labels."""
+"""A sheet of frames in rows and columns, with labels."""
 
 from collections.abc import Sequence
 
@@ -9,22 +9,6 @@ from videos.overlay import Color, fitted, put_text, text_size
 
 GROUND: Color = (255, 255, 255)
 INK: Color = (30, 30, 30)
-
-
-def side_by_side(images: Sequence[Image], labels: Sequence[str]) -> Image:
-    """Images of one height in a row, each under its label.
-
-    Args:
-        images: at least one, (H, W_i, 3) uint8 RGB.
-        labels: one line of text for each.
-
-    Raises:
-        ValueError: no images, heights that differ, or another number of labels.
-    """
-    heights = sorted({image.shape[0] for image in images})
-    if len(heights) > 1:
-        raise ValueError(f"images side by side must have one height; these have {heights}")
-    return sheet([images], [""], labels)
 
 
 def sheet(rows: Sequence[Sequence[Image]], row_labels: Sequence[str], column_labels: Sequence[str]) -> Image:

@@ -66,7 +66,7 @@ def learn(
     blank = _blank(ys, layout, options, label, fps)
     fits = []
     for seed in np.random.SeedSequence(options.seed).spawn(options.restarts):
-        guess = first_guess(ys, layout, options, np.random.default_rng(seed))
+        guess = first_guess(ys, options.states, layout, np.random.default_rng(seed))
         try:
             slds = _first_model(blank, ys, guess, prior, w)
             fits.append(_climb(slds, ys, prior, w, options, infer))

@@ -1,10 +1,6 @@
-"""Initial switching states for EM.
+"""Initial switching states for EM: k-means clusters of poses and velocities, taken as measured exactly."""
 
-Two ways, both of which take every pose as measured exactly. "kmeans": clusters of poses and velocities.
-"hmm": the states of a hidden Markov model of the same, as in the 1999 paper. Models of captured walks and
-runs that were learned from either differed by less than a standard error on subjects held out.
-"""
-
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,44 +8,42 @@ from numpy.typing import NDArray
 
 from dynamics.chain import split_as
 from dynamics.gaussian import Array, Gaussian
-from dynamics.hmm import hmm_all
 from dynamics.layout import Layout
-from dynamics.learning.baum_welch import ROUNDS, learn_hmm
-from dynamics.learning.clusters import clustered, scaled
 from dynamics.learning.fill import fill
-from dynamics.learning.options import Options
 from dynamics.posterior import Posterior
 
 
-def first_guess(
-    ys: Sequence[Array], layout: Layout, options: Options, rng: np.random.Generator
-) -> list[Posterior]:
-    """Posteriors of the switching states of sequences (T, M), T >= 2, by the start that the options name."""
-    guess = hmm if options.start == "hmm" else kmeans
-    return guess(fill(ys), options.states, layout, rng)
-
-
-def kmeans(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
-    """Posteriors that take every frame's k-means cluster of K as its switching state; (T, M) without gaps, T
-    >= 2."""
-    features = _features(ys, layout)
-    labels = split_as(clustered(np.concatenate(features), K, rng), ys)
+def first_guess(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
+    """Posteriors that take every frame's k-means cluster of K as its switching state; sequences (T, M), T >=
+    2, with gaps filled."""
+    ys = fill(ys)
+    labels = split_as(clustered(np.concatenate(_features(ys, layout)), K, rng), ys)
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]
 
 
-def hmm(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
-    """Posteriors that take the best path of a hidden Markov model learned here as the switching states.
+def scaled(values: Array, size: Array) -> Array:
+    """The columns (T, n) divided by their spread, so that all count alike, whatever their units.
 
-    Arguments as in `kmeans`.
+    What changes only by the rounding of numbers of `size` (n,) that a column was made of is left out.
     """
-    features = _features(ys, layout)
-    if K == 1 or features[0].shape[1] == 0:
-        return kmeans(ys, K, layout, rng)
-    names = [f"feature {i}" for i in range(features[0].shape[1])]
-    options = Options(states=K, rounds=ROUNDS, seed=int(rng.integers(2**31)))
-    fit = learn_hmm(features, names=names, fps=1.0, label="start", options=options)
-    paths = [posterior.path for posterior in hmm_all(fit.hmm, features)]
-    return [_labelled(y, s, K, layout.order) for y, s in zip(ys, paths, strict=True)]
+    spread = values.std(axis=0)
+    moves = spread > 1e-9 * size
+    return np.asarray(values[:, moves] / spread[moves])
+
+
+def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -> NDArray[np.intp]:
+    """(T,) the cluster of each of the points (T, n), the tightest K of some tries; 0 where too few differ."""
+    from scipy.cluster.vq import kmeans2  # as slow to import as all that following needs of scipy
+
+    distinct = np.unique(points, axis=0)
+    if K == 1 or points.shape[1] == 0 or len(distinct) < K:
+        return np.zeros(len(points), dtype=np.intp)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a cluster that empties is a state not visited
+        found = [kmeans2(distinct, K, minit="++", seed=rng)[0] for _ in range(tries)]
+    squares = [((points[:, None] - centres) ** 2).sum(-1) for centres in found]
+    nearest = min(squares, key=lambda square: float(square.min(1).sum()))
+    return np.asarray(nearest.argmin(1))
 
 
 def _features(ys: Sequence[Array], layout: Layout) -> list[Array]:
@@ -64,15 +58,7 @@ def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
     """Posterior that holds these poses and switching states for certain."""
     mean = _states(y, order)
     T, N = mean.shape
-    prob = np.eye(K)[s]
-    return Posterior(
-        prob=prob,
-        pair=prob[:-1, :, None] * prob[1:, None, :],
-        states=Gaussian(mean, np.zeros((T, N, N))),
-        lag=np.zeros((T - 1, N, N)),
-        log_evidence=-np.inf,
-        path=s,
-    )
+    return Posterior.on_path(s, K, Gaussian(mean, np.zeros((T, N, N))), np.zeros((T - 1, N, N)), -np.inf)
 
 
 def _states(y: Array, order: int) -> Array:

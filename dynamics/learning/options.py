@@ -1,11 +1,8 @@
 """How to learn: the settings of EM and of its start."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 RIDGE = 1e-2  # the prior's share of a state's regressors; measured on subjects held out, 1e-3 overfits runs
-Start = Literal["kmeans", "hmm"]
-STARTS: tuple[Start, ...] = get_args(Start)
 
 
 @dataclass(frozen=True)
@@ -19,7 +16,6 @@ class Options:
     prior      : strength of all priors; 0 is maximum likelihood
     ridge      : the share of a state's regressors that its prior, constant velocity, stands for
     stickiness : Dirichlet counts added to every state's staying
-    start      : first guess of the switching states, see `dynamics.learning.initialise`
     restarts   : how many starts to learn from; the best is kept
     seed       : of the starts
     """
@@ -31,7 +27,6 @@ class Options:
     prior: float = 1.0
     ridge: float = RIDGE
     stickiness: float = 2.0
-    start: Start = "kmeans"
     restarts: int = 1
     seed: int = 0
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density, symmetric
 from dynamics.learning.em import from_origin
-from dynamics.motion.moments import by_motion
+from dynamics.motion.rate import by_motion
 from dynamics.region import regions
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi, viterbi_all

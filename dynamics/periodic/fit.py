@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, symmetric
-from dynamics.periodic.harmonics import harmonics, slopes
-from dynamics.stride import DRIFTING, QUICK, SLOW, Stride
+from dynamics.stride import DRIFTING, QUICK, SLOW, Stride, harmonics, slopes
 
 Cells = tuple[NDArray[np.intp], NDArray[np.intp]]  # frame and freedom of each
 

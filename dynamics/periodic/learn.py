@@ -21,8 +21,7 @@ from scipy.linalg import solve_triangular
 from dynamics.gaussian import Array, symmetric
 from dynamics.layout import among
 from dynamics.periodic.fit import Fit, Stretch
-from dynamics.periodic.harmonics import half_a_stride_on, harmonics
-from dynamics.stride import Stride
+from dynamics.stride import Stride, half_a_stride_on, harmonics
 
 HARMONICS = 5
 LONGEST, LEAST = 3.2, 0.6  # seconds of a piece

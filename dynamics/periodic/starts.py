@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.periodic.harmonics import harmonics
-from dynamics.stride import Stride
+from dynamics.stride import Stride, harmonics
 
 SPEEDS, PHASES = 24, 24
 REACH = 2.8  # deviations of the phase speed either way

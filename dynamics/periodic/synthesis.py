@@ -3,8 +3,7 @@
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.periodic.harmonics import harmonics
-from dynamics.stride import DRIFTING, QUICK, SLOW, Stride
+from dynamics.stride import DRIFTING, QUICK, SLOW, Stride, harmonics
 
 
 def synthesise_stride(

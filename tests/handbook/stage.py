@@ -24,7 +24,7 @@ from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_table
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tests.tracker.report.test_before_after import run as walked
-from tracker.cli import demo, real_film
+from tracker.cli import demo
 from tracker.experiments import reproduce as experiments
 from tracker.experiments import runtime
 from tracker.foreign.dlc import write_dlc
@@ -151,7 +151,7 @@ def shorten(monkeypatch):
     """The demo on a short walk, the papers' experiments but one."""
     monkeypatch.setattr(demo, "render", lambda seed, frames, advance: rendered(seed, frames))
     monkeypatch.setattr(demo, "run_demo", partial(demo.run_demo, frames=FRAMES))
-    monkeypatch.setattr(real_film, "fetch", lambda folder: demo.write_scene(rendered(3, FRAMES), folder)[0])
+    monkeypatch.setattr(demo, "fetch", lambda folder: demo.write_scene(rendered(3, FRAMES), folder)[0])
     monkeypatch.setattr(experiments, "EXPERIMENTS", (runtime,))
 
 

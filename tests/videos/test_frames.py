@@ -382,12 +382,12 @@ def test_numbers_that_are_left_out_or_given_twice_are_said(names, said, tmp_path
     assert gaps is None if said is None else said in gaps
 
 
-def test_a_folders_images_are_rgb_and_its_frame_rate_can_be_given(tmp_path):
+def test_a_folders_images_are_rgb_at_thirty_a_second(tmp_path):
     cv2.imwrite(str(tmp_path / "1.png"), np.full((4, 4, 3), (10, 20, 30), np.uint8))
     cv2.imwrite(str(tmp_path / "2.png"), np.full((4, 4, 3), (10, 20, 30), np.uint8))
-    first, second = Video(tmp_path, fps=50.0)
+    first, second = Video(tmp_path)
     assert first.image[0, 0].tolist() == [30, 20, 10]
-    assert second.time == 0.02
+    assert second.time == pytest.approx(1.0 / 30.0)
 
 
 def test_images_of_another_size_are_an_error_that_names_the_file(tmp_path):
@@ -501,11 +501,3 @@ def test_a_colon_in_the_name_is_no_protocol(tmp_path, monkeypatch):
     make_clip(tmp_path / "walk.mp4", [picture(0)]).rename(tmp_path / "take:2.mp4")
     monkeypatch.chdir(tmp_path)
     assert len(list(Video(Path("take:2.mp4")))) == 1
-
-
-def test_a_frame_rate_is_for_folders_and_positive(tmp_path):
-    write_images(tmp_path, ["1.png"])
-    with pytest.raises(ValueError, match="fps must be a positive number"):
-        Video(tmp_path, fps=0.0)
-    with pytest.raises(ValueError, match="fps is for a folder"):
-        Video(make_clip(tmp_path / "walk.mp4", [picture(0)]), fps=25.0)

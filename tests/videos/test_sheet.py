@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from videos.sheet import sheet, side_by_side
+from videos.sheet import sheet
 
 COLORS = [(200, 0, 0), (0, 200, 0), (0, 0, 200), (200, 0, 200)]
 
@@ -18,17 +18,9 @@ def box(image, color):
     return top, bottom, left, right
 
 
-def test_side_by_side_shows_every_image_whole_on_one_line():
-    out = side_by_side([patch(COLORS[0]), patch(COLORS[1], width=50)], ["learned", "constant"])
-    first, second = box(out, COLORS[0]), box(out, COLORS[1])
-    assert first[:2] == second[:2]
-    assert (first[1] - first[0] + 1, first[3] - first[2] + 1) == (60, 80)
-    assert (second[3] - second[2] + 1, second[2] > first[3]) == (50, True)
-
-
 def test_labels_stand_above_their_own_image():
     image = patch(COLORS[0], width=120)
-    plain = side_by_side([image, patch(COLORS[1], width=120)], ["one", ""])
+    plain = sheet([[image, patch(COLORS[1], width=120)]], [""], ["one", ""])
     top, _, left, right = box(plain, COLORS[0])
     ink = np.nonzero((plain[:top] < 128).all(2))[1]
     assert left <= ink.min()
@@ -36,7 +28,7 @@ def test_labels_stand_above_their_own_image():
 
 
 def test_a_label_wider_than_its_image_is_written_smaller():
-    out = side_by_side([patch(COLORS[0]), patch(COLORS[1])], ["a label of many, many, many words", ""])
+    out = sheet([[patch(COLORS[0]), patch(COLORS[1])]], [""], ["a label of many, many, many words", ""])
     top, _, _, right = box(out, COLORS[0])
     assert np.nonzero((out[:top] < 128).all(2))[1].max() <= right + 2
 
@@ -84,14 +76,9 @@ def test_images_stay_as_they_are():
 
 def test_numbers_of_labels_must_match():
     with pytest.raises(ValueError, match="2 columns needs as many column labels; 1 came"):
-        side_by_side([patch(COLORS[0])] * 2, ["one"])
+        sheet([[patch(COLORS[0])] * 2], [""], ["one"])
     with pytest.raises(ValueError, match="1 rows needs as many row labels; 2 came"):
         sheet([[patch(COLORS[0])]], ["a", "b"], [""])
-
-
-def test_heights_side_by_side_must_be_one():
-    with pytest.raises(ValueError, match=r"must have one height; these have \[30, 60\]"):
-        side_by_side([patch(COLORS[0]), patch(COLORS[1], height=30)], ["a", "b"])
 
 
 @pytest.mark.parametrize("rows", [[], [[]]])

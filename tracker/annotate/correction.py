@@ -10,9 +10,8 @@ import numpy as np
 from kinematics.figure_file import load_figure
 from tracker.annotate.marks import Table
 from tracker.annotate.session import Reply, SaveRequest, Session, told
-from tracker.clip.again import read_finished
+from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
-from tracker.clip.kept import Kept
 from tracker.clip.start import outside
 from tracker.errors import fault
 from tracker.progress import Progress

@@ -9,10 +9,9 @@ from typing import Annotated
 import typer
 
 from tracker import __version__
-from tracker.cli.annotate_command import annotate, correct
+from tracker.cli.annotate_command import annotate, correct, find, suggestion
 from tracker.cli.annotate_command import app as desk
 from tracker.cli.file_commands import batch, compare_runs, export, settings
-from tracker.cli.find_command import find, suggestion
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
 from tracker.cli.options import Common, Keypoints, Video, beside, offered
 from tracker.cli.streams import open_streams
@@ -58,8 +57,7 @@ def demo(
     Or, a real walk followed without a mark: figtrack demo --film
     """
     from tracker.annotate.loopback import show
-    from tracker.cli.demo import run_demo
-    from tracker.cli.real_film import FilmError, run_film
+    from tracker.cli.demo import FilmError, run_demo, run_film
 
     shown = common.shown()
     fetched = partial(run_film, overwrite=common.overwrite, progress=shown)

@@ -9,13 +9,12 @@ import numpy as np
 
 from dynamics.belief import Belief
 from dynamics.gaussian import Array
+from tracker.clip.again import Kept
 from tracker.clip.clock import Clock
-from tracker.clip.heading import footless
 from tracker.clip.job import Job
-from tracker.clip.kept import Kept
 from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel, Toned
-from tracker.clip.plan import Plan, prepare
+from tracker.clip.plan import Plan, footless, prepare
 from tracker.clip.playback import motions_at, playback_rate
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept

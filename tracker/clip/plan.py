@@ -1,6 +1,6 @@
 """A job that can be done: all that it names read and checked, before any work."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -8,16 +8,20 @@ from itertools import islice
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
 from kinematics.figure_file import load_figure
-from kinematics.recover import Start
-from tracker.clip.heading import FRAMES, footless, heading
+from kinematics.recover import Start, needed_joints
 from tracker.clip.job import Job
 from tracker.clip.measure import Measured, read_measured
 from tracker.clip.start import StartError, marked_start
+from tracker.loop.begin import begin, start_curve
 from tracker.loop.detections import Detections
 from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, find_model
+from tracker.picture.pyramid import Image
+from tracker.picture.tone import toned
 from tracker.settings import Settings
 from videos.frames import Video
+
+FRAMES = 15  # half a second: a step
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,32 @@ def start_frame(job: Job) -> int:
         marked = ", ".join(str(frame) for frame in sorted(job.marks)[:8])
         raise StartError(f"frame {job.start} is not marked in the keypoints table; marked are {marked}")
     return job.start
+
+
+def footless(start: Start) -> bool:
+    """Whether the last link of no leg is marked, so that nothing tells where its knees bend to."""
+    figure, needed = start.figure, needed_joints(start.figure)
+    last = [i for i, link in enumerate(figure.links) if figure.is_leg(link) and link.joint not in needed]
+    return bool(last) and not start.known[figure.layout.angle[last]].any()
+
+
+def heading(images: Iterable[Image], start: Start, fps: float, settings: Settings) -> int:
+    """+1 right, -1 left; of who stays where he is the way that the start faces.
+
+    Args:
+        images: RGB, the marked frame first.
+        start: the pose there, facing either way.
+        fps: frames a second.
+    """
+    tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
+    frames = iter(images)
+    first = next(frames)
+    curve = start_curve(tracker, start, first)
+    state, estimate = begin(tracker, start, toned(first, curve))
+    for image in frames:
+        state, estimate = tracker.step(state, toned(image, curve))
+    ahead = estimate.pose.mean[0] >= start.q[0]
+    return start.view.facing if ahead else -start.view.facing
 
 
 def _start(job: Job, video: Video, settings: Settings) -> Start:

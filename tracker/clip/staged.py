@@ -1,9 +1,8 @@
 """A part of a film surveyed for outlines, and the joints of an outline as points."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain, islice
-from typing import TypeVar
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from tracker.survey.small import SIDE
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Image, Video
 
-T = TypeVar("T")
 FEWEST = 20  # frames: in fewer a walker covers most places in half of them
 
 
@@ -41,7 +39,7 @@ class Surveyed:
         T, (w, h) = len(self.survey.places), self.survey.size
         odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # either can be let go of alone
         seen = self.survey.seen(_images(self.video, self.first, self.last), expected)
-        for t, shown in enumerate(_told(seen, self.progress, f"{self.video.path.name} outlined", T)):
+        for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
             odds[t], light[t] = shown
         return Stage(odds, light, self.survey.up, self.survey.places, facing)
 
@@ -55,7 +53,7 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
     total = None if video.count_hint is None else min(last + 1, video.count_hint) - first
     if total is not None and total <= 0:
         return None
-    pictures = _told(_images(video, first, last), progress, f"{video.path.name} surveyed", total)
+    pictures = progress.through(f"{video.path.name} surveyed", _images(video, first, last), total)
     begin = next(pictures, None)  # none where the film is shorter than it says
     if begin is None:
         return None
@@ -66,14 +64,6 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
 
 def _images(video: Video, first: int, last: int) -> Iterator[Image]:
     return (each.image for each in islice(video, first, last + 1))
-
-
-def _told(items: Iterable[T], progress: Progress, doing: str, total: int | None) -> Iterator[T]:
-    """The items, with progress."""
-    with progress.task(doing, total) as advance:
-        for each in items:
-            yield each
-            advance()
 
 
 def detections(outline: Outline, first: int, video: Video) -> dict[int, Detections]:

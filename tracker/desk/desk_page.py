@@ -14,8 +14,7 @@ from pydantic import BaseModel
 
 from tracker.annotate.frames import Frames
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
-from tracker.desk.films import Film, films
-from tracker.desk.work import EXPORTS, Asked, Command, Work, words_for
+from tracker.desk.work import EXPORTS, Asked, Command, Film, Work, films, words_for
 from tracker.report.document import Document
 from tracker.report.results import FILM
 from tracker.run.folder import FolderError

@@ -1,21 +1,71 @@
-"""A command of figtrack at work in a process of its own: the very one that is typed in a terminal."""
+"""The films of a folder with what has been made of them, and a command of figtrack at work on one of them.
+
+It runs in a process of its own: the very one that is typed in a terminal.
+"""
 
 import json
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from threading import Thread
-from typing import Any, Literal
+from typing import IO, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from tracker.desk.films import Film
 from tracker.foreign.export import FORMATS
+from tracker.run.read import RunError, read_news
+from tracker.tables.table import by_column, read_lines
+from videos.frames import films_in
 
 EXPORTS = ("all", *FORMATS)
 PATIENCE = 10.0  # seconds for a command that was told to stop
+TOLD = ("person", "first", "last", "facing", "direction", "motion", "near_leg", "near_sure")
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film and where what is made of it lies: beside it, as the commands call it in their own folder."""
+
+    path: Path
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def marks(self) -> Path:
+        """The table that `annotate` leaves."""
+        return self._beside(".keypoints.csv")
+
+    @property
+    def people(self) -> Path:
+        """The table that `find` leaves; its picture has the same name as a PNG."""
+        return self._beside("-people.csv")
+
+    @property
+    def run(self) -> Path:
+        """Folder of the run of this film."""
+        return self._beside("-track")
+
+    def told(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "marked": self.marks.exists(),
+            "people": _people(self.people),
+            "run": _run(self.run),
+        }
+
+    def _beside(self, ending: str) -> Path:
+        return self.path.with_name(self.path.stem + ending)
+
+
+def films(folder: Path) -> dict[str, Film]:
+    """The films that lie in a folder now, by name."""
+    return {path.name: Film(path) for path in films_in(folder)}
 
 
 class Command(StrEnum):
@@ -89,7 +139,8 @@ class Work:
             errors="replace",
         )
         self._readers = [
-            Thread(target=read, daemon=True) for read in (self._read_results, self._read_progress)
+            Thread(target=_read, args=heard, daemon=True)
+            for heard in ((self._process.stdout, self._said.append), (self._process.stderr, self._hear))
         ]
         for reader in self._readers:
             reader.start()
@@ -118,18 +169,6 @@ class Work:
         for reader in self._readers:
             reader.join(PATIENCE)
 
-    def _read_results(self) -> None:
-        assert self._process.stdout is not None
-        with self._process.stdout as lines:
-            for line in lines:
-                self._said.append(line.rstrip())
-
-    def _read_progress(self) -> None:
-        assert self._process.stderr is not None
-        with self._process.stderr as lines:
-            for line in lines:
-                self._hear(line.rstrip())
-
     def _hear(self, line: str) -> None:
         """A line of progress as JSON, or a plain one that says why it ended."""
         try:
@@ -141,6 +180,29 @@ class Work:
             self._task = news
         else:
             self._said += (f"warning: {text}" if kind == "warning" else text for kind, text in news.items())
+
+
+def _people(table: Path) -> list[dict[str, str]] | None:
+    """Who was found, None before anybody was looked for."""
+    with suppress(OSError, ValueError):
+        (_, header), *rows = read_lines(table)
+        return [{name: by_column(header, cells).get(name, "") for name in TOLD} for _, cells in rows]
+    return None
+
+
+def _run(folder: Path) -> dict[str, Any] | None:
+    """What a complete run tells of itself, None without one."""
+    with suppress(RunError):
+        news = read_news(folder)
+        report = (folder / "report.html").exists()
+        return {"headline": news.headline, "warnings": news.warnings, "report": report}
+    return None
+
+
+def _read(stream: IO[str], hear: Callable[[str], object]) -> None:
+    with stream:
+        for line in stream:
+            hear(line.rstrip())
 
 
 def _how(asked: Asked, film: Film) -> list[str]:

@@ -7,8 +7,7 @@ from types import ModuleType
 
 from tracker import __version__
 from tracker.experiments import ahead, classify, gaps, phases, runtime, synthesis
-from tracker.experiments.findings import write_findings
-from tracker.experiments.section import Section
+from tracker.experiments.section import Section, write_findings
 from tracker.experiments.study import FPS, Study, read_study
 from tracker.progress import Progress
 from tracker.run.folder import fresh_folder

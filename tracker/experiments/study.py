@@ -6,7 +6,7 @@ Everything is drawn from one seed. People are told apart by the table's `subject
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import cast
 
 import numpy as np
 
@@ -19,15 +19,13 @@ from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
 from kinematics.mocap import Sequence as Capture
 from tracker.models.by_motion import STRIDE_ROUNDS, learn_hmms, learn_motions, learn_strides
 from tracker.models.learn import NOISE, STATES, gait_options
-from tracker.progress import Progress
+from tracker.progress import Item, Progress
 
 FPS = 30.0
 MOTIONS = ("walk", "run")
 FOLDS = 3
 QUICK_FRAMES = 120  # as much of a capture does for a quick look
 QUICK_ROUNDS = 2
-
-Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -113,10 +111,7 @@ class Study:
         return self._models[recipe]
 
     def each(self, name: str, items: Collection[Item]) -> Iterator[Item]:
-        with self.progress.task(name, len(items)) as advance:
-            for item in items:
-                yield item
-                advance()
+        return self.progress.through(name, items, len(items))
 
     def _learned(self, recipe: Recipe) -> Model:
         data = [(c.subject, c.label, c.y) for c in self.lessons(recipe)]
@@ -137,12 +132,10 @@ def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool =
     wanted = [trial for trial in read_trials(trials) if trial.activity in MOTIONS]
     straight: list[Capture] = []
     taught: list[Capture] = []
-    with progress.task("reading captures", len(wanted)) as advance:
-        for trial in wanted:
-            found = sequences(trial, FPS)
-            straight += found
-            taught += sequences(trial, FPS, curves=True) if CURVE in trial.tags else found
-            advance()
+    for trial in progress.through("reading captures", wanted, len(wanted)):
+        found = sequences(trial, FPS)
+        straight += found
+        taught += sequences(trial, FPS, curves=True) if CURVE in trial.tags else found
     if not straight:
         raise ValueError(
             f"{trials} leaves no walk or run of {SHORTEST} frames or more; fill in the columns activity "

@@ -1,6 +1,5 @@
 """DeepLabCut's CSV: rows scorer, (individuals,) bodyparts, coords, then one row a frame or labelled image."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,17 @@ Column = tuple[str, str, str]  # individual ("" where there are none), body part
 
 def write_dlc(points: Points, path: Path) -> None:
     """Every point of every frame; empty cells where there is none."""
-    write_rows(path, _rows(points))
+    J = len(points.names)
+    header = (
+        ["scorer", *[SCORER] * (J * len(COORDS))],
+        ["bodyparts", *(name for name in points.names for _ in COORDS)],
+        ["coords", *COORDS * J],
+    )
+    body = (
+        [t, *(cell for place, p in zip(places, sure, strict=True) for cell in _cells(place, p))]
+        for t, (places, sure) in enumerate(zip(points.places, points.likelihood, strict=True))
+    )
+    write_rows(path, [*header, *body])
 
 
 def is_dlc(head: str) -> bool:
@@ -50,15 +59,6 @@ def read_people(path: Path) -> People:
         found = [_person(cells, who) for who in dict.fromkeys(who for who, _, _ in columns)]
         people[frame] = [seen for seen in found if seen]
     return people
-
-
-def _rows(points: Points) -> Iterator[list[object]]:
-    J = len(points.names)
-    yield ["scorer", *[SCORER] * (J * len(COORDS))]
-    yield ["bodyparts", *(name for name in points.names for _ in COORDS)]
-    yield ["coords", *COORDS * J]
-    for t, (places, sure) in enumerate(zip(points.places, points.likelihood, strict=True)):
-        yield [t, *(cell for place, p in zip(places, sure, strict=True) for cell in _cells(place, p))]
 
 
 def _cells(place: Array, p: float) -> tuple[str, str, str]:

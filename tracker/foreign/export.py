@@ -122,7 +122,7 @@ def _sports2d(record: Record, wish: Wish, facing: int, path: Path) -> str:
         raise ForeignError(
             f"Sports2D takes a file in pixels only with {PIXELS!r} in its name; got {path.name}"
         )
-    trc.write_px_trc(named_points(record, HALPE | ARMS, facing), record.times, record.news.fps, path)
+    trc.write_trc(named_points(record, HALPE | ARMS, facing), record.times, record.news.fps, None, path)
     return ""
 
 

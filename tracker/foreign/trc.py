@@ -29,14 +29,22 @@ MAGIC = "PathFileType"
 HEADER = 5  # rows
 
 
-def write_trc(points: Points, times: Array, fps: float, scale: Scale, path: Path) -> None:
-    """Markers in metres; those of likelihood 0 are missing."""
-    _write(points.names, scale.to_metres(points.known), times, fps, "m", path)
-
-
-def write_px_trc(points: Points, times: Array, fps: float, path: Path) -> None:
-    """Markers in pixels; those of likelihood 0 are missing."""
-    _write(points.names, points.known, times, fps, "px", path)
+def write_trc(points: Points, times: Array, fps: float, scale: Scale | None, path: Path) -> None:
+    """Markers in metres, or in pixels without a scale; those of likelihood 0 are missing."""
+    places, units = (points.known, "px") if scale is None else (scale.to_metres(points.known), "m")
+    T, rate, names = len(times), f"{fps:.6f}", points.names
+    header = (
+        (MAGIC, "4", "(X/Y/Z)", path.name),
+        KEYS,
+        (rate, rate, T, len(names), units, rate, 1, T),
+        ("Frame#", "Time", *(cell for name in names for cell in (name, "", "")), ""),
+        ("", "", *(f"{axis}{n}" for n in range(1, len(names) + 1) for axis in "XYZ"), ""),
+    )
+    body = (
+        (t + 1, f"{times[t]:.6f}", *(cell for place in row for cell in _cells(place)))
+        for t, row in enumerate(places)
+    )
+    write_rows(path, [*header, *body], "\t")
 
 
 def is_trc(head: str) -> bool:
@@ -63,22 +71,6 @@ def read_people(path: Path) -> People:
 
 def _person(names: list[str], numbers: list[float]) -> Person:
     return person({name: (x, y) for name, (x, y, _) in triples(names, numbers).items()})
-
-
-def _write(names: tuple[str, ...], places: Array, times: Array, fps: float, units: str, path: Path) -> None:
-    T, rate = len(times), f"{fps:.6f}"
-    header = (
-        (MAGIC, "4", "(X/Y/Z)", path.name),
-        KEYS,
-        (rate, rate, T, len(names), units, rate, 1, T),
-        ("Frame#", "Time", *(cell for name in names for cell in (name, "", "")), ""),
-        ("", "", *(f"{axis}{n}" for n in range(1, len(names) + 1) for axis in "XYZ"), ""),
-    )
-    body = (
-        (t + 1, f"{times[t]:.6f}", *(cell for place in row for cell in _cells(place)))
-        for t, row in enumerate(places)
-    )
-    write_rows(path, [*header, *body], "\t")
 
 
 def _cells(place: Array) -> tuple[str, str, str]:

@@ -11,7 +11,6 @@ iterated extended Kalman filter with the weights of EM): joints without a point 
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -21,7 +20,7 @@ from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES
 from kinematics.spm import View, joints, joints_of
-from tracker.registration.chain_rule import Tree, damped_steps, laid_out, normal_equations, pinned, tree_of
+from tracker.registration.chain_rule import damped_steps, laid_out, normal_equations, pinned
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -75,7 +74,7 @@ class Detections:
 
 @dataclass(frozen=True)
 class Likelihood:
-    """What was measured says of the pose, linearised once for each of H priors.
+    """What was measured says of the pose, linearised once for each of H priors; any leading axes.
 
     q           : (H, D) where: a mode of the posterior
     information : (H, D, D)
@@ -100,19 +99,15 @@ class Detector:
     view: View
     settings: Settings
 
-    @cached_property
-    def _tree(self) -> Tree:
-        return tree_of(self.figure)
-
-    def namings(self, found: Detections, priors: Gaussian) -> list[Likelihood]:
-        """The points as each naming has them, and what that costs: `_ways`.
+    def namings(self, found: Detections, priors: Gaussian) -> Likelihood:
+        """The points as each of W namings has them, a leading axis, and what that costs: `_ways`.
 
         Args:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
         ways, prices = zip(*self._ways(found), strict=True)
         told = self._climb(np.stack([way.joint for way in ways]), found.pixels, priors)
-        return [replace(each, cost=each.cost + price) for each, price in zip(told, prices, strict=True)]
+        return replace(told, cost=told.cost + np.array(prices)[:, None])
 
     def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
         """How well the points agree with a pose (D,), legs named as fits best.
@@ -148,7 +143,7 @@ class Detector:
         rare = [settings.exchange, settings.one_leg / 2.0, settings.one_leg / 2.0]
         return list(zip(ways, -np.log([1.0 - sum(rare), *rare]), strict=True))
 
-    def _climb(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> list[Likelihood]:
+    def _climb(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> Likelihood:
         """Gauss-Newton steps from each of H priors' means to a mode of its posterior, for each of W namings.
 
         Args:
@@ -170,8 +165,7 @@ class Detector:
             if not len(on):
                 break
         information, gradient, cost = self._normal_equations(joint, pixels, q)
-        vector = apply(information, q) - gradient
-        return [Likelihood(*each) for each in zip(q, information, vector, cost, strict=True)]
+        return Likelihood(q, information, apply(information, q) - gradient, cost)
 
     def _normal_equations(
         self, joint: NDArray[np.intp], pixels: Array, q: Array
@@ -179,10 +173,10 @@ class Detector:
         """J'WJ (W, H, D, D) and J'Wr (W, H, D) of the points at poses (W, H, D), and their cost (W, H)."""
         W, H, D = q.shape
         poses, own = q.reshape(W * H, D), np.repeat(joint, H, axis=0)
-        bones = laid_out(self._tree, poses)
+        bones = laid_out(self.figure.layout, poses)
         away = self._away(own, pixels, joints_of(bones, poses))
         weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self.settings.point**2
-        found = normal_equations(self._tree, bones, *pinned(bones, own, away, weight))
+        found = normal_equations(self.figure.layout, bones, *pinned(bones, own, away, weight))
         information, gradient = (each.reshape(W, H, *each.shape[1:]) for each in found)
         return information, gradient, self._cost(away).reshape(W, H)
 

@@ -31,10 +31,9 @@ from tracker.loop.estimate import Estimate, State
 from tracker.loop.judging import LEAST_INSIDE, inside, judged, judged_by_points
 from tracker.loop.outcome import Outcome
 from tracker.picture.pyramid import Box, Image, Level, pyramid
-from tracker.registration.align import align
+from tracker.registration.align import align, reach, sought
 from tracker.registration.field import Field, Registration
 from tracker.registration.modes import Mode, mode_of
-from tracker.registration.search import reach, sought
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
 
@@ -78,7 +77,7 @@ class Tracker:
         misfit = 0.0
         if self.settings.templates:
             state, found = here._registered(state, image, proposed)
-            misfit = found.misfit
+            misfit = float(found.misfit)
         else:
             pose = self.pose(proposed.merged()).mean
             gone = inside(self.figure, here.view, pose, image.shape[:2]) < LEAST_INSIDE
@@ -91,9 +90,7 @@ class Tracker:
     def detected(self, belief: Belief, detections: Detections) -> Belief:
         """The belief given the points of this frame, of which near and far leg may be exchanged."""
         priors = self.pose(belief.states)
-        ways = self._detector.namings(detections, priors)
-        told = Likelihood(*map(np.stack, zip(*(vars(way).values() for way in ways), strict=True)))
-        given = self.conditioned(belief, priors, told)
+        given = self.conditioned(belief, priors, self._detector.namings(detections, priors))
         each = zip(given.states.mean, given.states.cov, given.cost, strict=True)
         return either([replace(belief, states=Gaussian(*of), cost=cost) for *of, cost in each]).levelled()
 
@@ -103,7 +100,7 @@ class Tracker:
         field = self.field(state, image, priors)
         starts = None if state.outcome.measured else sought(field, priors, proposed.best)
         found = align(field, priors, starts)
-        fused = self._fused(proposed, priors, found)
+        fused = self.conditioned(proposed, priors, found).levelled()
         best = found[fused.best]
         outcome = judged(field, state.outcome, priors.mean[proposed.best], best, image.shape[:2])
         if outcome.measured:
@@ -150,10 +147,7 @@ class Tracker:
         C = self.slds.C
         return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
-    def _fused(self, proposed: Belief, priors: Gaussian, found: list[Registration]) -> Belief:
-        return self.conditioned(proposed, priors, likelihood(found)).levelled()
-
-    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
+    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood | Registration) -> Belief:
         """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for.
 
         Likelihoods may have a leading axis: then what they make of the belief has it.
@@ -192,16 +186,6 @@ class Tracker:
         high = np.clip(around[2:], low + 2, (W, H)).astype(int)
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
         return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], self.mode.colour)
-
-
-def likelihood(found: Sequence[Registration]) -> Likelihood:
-    """What the picture says where templates settled."""
-    return Likelihood(
-        np.stack([r.q for r in found]),
-        np.stack([r.information for r in found]),
-        np.stack([r.vector for r in found]),
-        np.array([r.cost for r in found]),
-    )
 
 
 def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:

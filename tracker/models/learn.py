@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from dynamics.learning.options import Options, Start
+from dynamics.learning.options import Options
 from dynamics.slds import SLDS
 from dynamics.store import Model, save
 from dynamics.stride import Stride
@@ -33,7 +33,7 @@ ORDER = 2
 NOISE = 1.0  # degrees
 CHOICE = (1, 2, 4, 6, 8, 12)  # states that `choose` tries, as far as --states goes
 # Settings that only switching states have.
-SWITCHING = ("choose", "pooled", "slower", "started", "start", "restarts")
+SWITCHING = ("choose", "pooled", "slower", "started", "restarts")
 
 
 class Further(BaseModel):
@@ -47,7 +47,6 @@ class Further(BaseModel):
     )
     pooled: bool = Field(False, description="all activities are learned as one")
     rounds: int = Field(10, ge=1, le=1000, description="of EM at most")
-    start: Start = Field("kmeans", description="first guess of the switching states")
     slower: tuple[str, ...] = Field(
         (), description="activities that are learned slower and smaller too, such as runs for slow jogs"
     )
@@ -97,10 +96,8 @@ def _read_captures(
     labels = request.labels or ACTIVITIES
     trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels, licences)]
     data: Data = []
-    with progress.task("reading captures", len(trials)) as advance:
-        for trial in trials:
-            data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True, arms=arms)]
-            advance()
+    for trial in progress.through("reading captures", trials, len(trials)):
+        data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True, arms=arms)]
     _check_labels(data, labels, str(table), "check --label, --exclude-subjects and the licences")
     return data, sorted({trial.licence for trial in trials})
 
@@ -166,7 +163,6 @@ def _learn(data: Data, request: Request, further: Further, progress: Progress) -
         states=states,
         order=ORDER if request.order is None else request.order,
         rounds=further.rounds,
-        start=further.start,
         restarts=further.restarts,
         seed=request.seed,
     )

@@ -63,7 +63,7 @@ class Request:
     tls: Tls = None
     settings: Annotated[
         Path | None,
-        typer.Option(help="TOML file of licences, choose, pooled, rounds, start, restarts: docs/learn.md."),
+        typer.Option(help="TOML file of licences, choose, pooled, rounds, restarts: docs/learn.md."),
     ] = None
     figure: Annotated[
         str, typer.Option(help="Whose poses the tables hold: a figure that ships, or a TOML file of one.")

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import DPI, bar, frame_edges, patches, save
-from tracker.motion.sticks import SHADES, SIDES, as_hex, layers, sticks
+from tracker.motion.sticks import SHADES, SIDES, layers, sticks
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, stretches
-from videos.overlay import INK
+from videos.overlay import INK, as_hex
 
 matplotlib.use("Agg")
 from matplotlib import patheffects, pyplot

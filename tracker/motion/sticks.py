@@ -6,15 +6,10 @@ from dynamics.gaussian import Array
 from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.spm import skeleton
-from videos.overlay import FAR, NEAR, TRUNK
+from videos.overlay import FAR, NEAR, TRUNK, as_hex
 
 GROUND_SECONDS = 0.6  # a foot touches the ground at least once in twice this time
 SHADES = {0: FAR, 1: TRUNK, 2: NEAR}  # of each layer
-
-
-def as_hex(color: tuple[int, int, int]) -> str:
-    """A colour as matplotlib takes it."""
-    return "#" + "".join(f"{part:02x}" for part in color)
 
 
 SIDES = {"near": as_hex(NEAR), "far": as_hex(FAR)}

@@ -1,12 +1,11 @@
 """Mean gait cycles: what a stride looks like from the side, a dozen kinds of it.
 
 Every cycle is symmetric: half a stride later it is the same with the legs exchanged.
-`tracker.outline.learn_cycles` makes those that ship.
+`tests.benchmarks.gait.cycles` makes those that ship.
 """
 
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -33,13 +32,10 @@ class Cycles:
     period: Array
     runs: Array
 
-    def save(self, path: Path) -> None:
-        np.savez_compressed(path, pose=self.pose.astype(np.float32), period=self.period, runs=self.runs)
-
     @classmethod
-    def load(cls, path: Path | None = None) -> Self:
-        """Those that ship, or those of a file."""
-        source = resources.files("tracker.outline") / "cycles.npz" if path is None else path
+    def load(cls) -> Self:
+        """Those that ship."""
+        source = resources.files("tracker.outline") / "cycles.npz"
         with resources.as_file(source) as file, np.load(file) as stored:
             return cls(stored["pose"].astype(np.float64), stored["period"], stored["runs"])
 

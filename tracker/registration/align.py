@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
-from kinematics.spm import surface
+from kinematics.spm import joints, surface
+from tracker.picture.pyramid import within
 from tracker.registration.chain_rule import damped_steps
 from tracker.registration.field import Field, Registration
 from tracker.registration.objective import Fit, Objective
@@ -24,9 +25,13 @@ SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
 SMALL_GAIN = 1e-2  # nats
 LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
 FIRST_DAMPING, HEAVIEST = 1e-3, 10.0  # beyond the heaviest no step helps
+STEP = 0.1  # leg lengths: within the reach of the coarsest blur
+SPREADS = 2.0  # standard deviations of the root either way
+FARTHEST = np.array([1.5, 0.3])  # leg lengths at most, ahead and up
+SEEN = 0.5  # share of the joints that must lie in the picture
 
 
-def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[Registration]:
+def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Registration:
     """Climb to a mode, coarse to fine, and linearise the likelihood there.
 
     From each prior's mean (H, D), or from `starts` (H, D) where given.
@@ -37,24 +42,20 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> list[R
         fit = _climb(objective, number, q)
         q = fit.q
     information, gradient = objective.slope(fit)
-    inside, cost, templates = fit.laid.inside.mean(1), objective.evidence(fit), field.templates
+    laid, templates = fit.laid, field.templates
     places = surface(fit.bones, templates.link, templates.along, templates.across)
-    pixels = field.view.to_pixels(places)
-    return [
-        Registration(
-            q=q[h],
-            information=information[h],
-            vector=information[h] @ q[h] - gradient[h],
-            cost=float(field.settings.image_weight * cost[h]),
-            misfit=float(fit.laid.mean[h]),
-            shown=float(fit.laid.shown[h]),
-            match=fit.laid.match[h],
-            offset=fit.laid.offset[h],
-            inside=float(inside[h]),
-            pixels=pixels[h],
-        )
-        for h in range(len(q))
-    ]
+    return Registration(
+        q=q,
+        information=information,
+        vector=np.stack([info @ pose for info, pose in zip(information, q, strict=True)]) - gradient,
+        cost=field.settings.image_weight * objective.evidence(fit),
+        misfit=laid.mean,
+        shown=laid.shown,
+        match=laid.match,
+        offset=laid.offset,
+        inside=laid.inside.mean(1),
+        pixels=field.view.to_pixels(places),
+    )
 
 
 def scan(field: Field, poses: Array) -> Array:
@@ -62,6 +63,30 @@ def scan(field: Field, poses: Array) -> Array:
     anything = Gaussian(poses[:1], np.eye(poses.shape[1])[None])
     objective = Objective(field, anything)
     return objective.evidence(objective.compare(0, poses))
+
+
+def reach(priors: Gaussian) -> Array:
+    """(2,) leg lengths either way in which the root is sought."""
+    sd = np.sqrt(np.diagonal(priors.cov[:, :2, :2], axis1=1, axis2=2)).max(0)
+    return np.asarray(np.minimum(SPREADS * sd, FARTHEST))
+
+
+def sought(field: Field, priors: Gaussian, best: int) -> Array:
+    """(H, D): the priors' means, all shifted to where that of the best fits the picture best."""
+    q, cov = priors.mean[best], priors.cov[best, :2, :2]
+    steps = [np.arange(-n, n + 1) * STEP for n in np.floor(reach(priors) / STEP)]
+    shifts = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    poses = np.repeat(q[None], len(shifts), axis=0)
+    poses[:, :2] += shifts
+    # What lies out of the picture cannot match badly.
+    there = _share_seen(field, poses) >= SEEN
+    if not there.any():
+        return priors.mean
+    poses, shifts = poses[there], shifts[there]
+    far = 0.5 * (shifts * np.linalg.solve(cov, shifts.T).T).sum(1)
+    starts = priors.mean.copy()
+    starts[:, :2] += shifts[(scan(field, poses) + far).argmin()]
+    return starts
 
 
 def _climb(objective: Objective, number: int, q: Array) -> Fit:
@@ -104,3 +129,10 @@ def _step(objective: Objective, fit: Fit, rows: NDArray[np.intp], damping: Array
     H += precision
     slope = gradient + apply(precision, fit.q - objective.mean[rows])
     return damped_steps(H, slope, damping, LONGEST_STEP)
+
+
+def _share_seen(field: Field, poses: Array) -> Array:
+    """(H,) share of the joints of poses (H, D) that lie in the part of the picture that is looked at."""
+    level = field.levels[0]
+    place = field.view.to_pixels(joints(field.figure, poses)) - np.asarray(level.corner)
+    return np.asarray(within(place, level.planes.shape).mean(-1))

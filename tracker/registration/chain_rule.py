@@ -7,13 +7,13 @@ weight f residual over what is measured on it,
     information = sum_l M_l' m_l M_l,    gradient = sum_l M_l' p_l.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
-from kinematics.figure import Figure
+from kinematics.figure import Layout
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled
 
@@ -24,30 +24,7 @@ LEAST = 1e-9  # added to a diagonal
 COMPILED = compiled(error_model="numpy")
 
 
-class Tree(NamedTuple):
-    """A figure as compiled code takes it; see `kinematics.figure.Layout`."""
-
-    scale: int
-    angle: NDArray[np.intp]
-    stretch: NDArray[np.intp]
-    turns: NDArray[np.bool_]
-    breathes: NDArray[np.bool_]
-    sense: Array
-    rest: Array
-    length: Array
-    chain: Array
-    reach: Array
-
-
-def tree_of(figure: Figure) -> Tree:
-    """The figure's links as arrays."""
-    layout = figure.layout
-    numbers = layout.turns, layout.breathes, layout.sense, layout.rest, layout.length
-    own = figure.chain.astype(float), figure.reach.astype(float)
-    return Tree(layout.scale, layout.angle, layout.stretch, *numbers, *own)
-
-
-def laid_out(tree: Tree, q: Array) -> Skeleton:
+def laid_out(tree: Layout, q: Array) -> Skeleton:
     """The links for poses q (H, D), as of `kinematics.spm.skeleton`."""
     H, L = len(q), len(tree.rest)
     bones = Skeleton(np.empty((H, L, 2)), np.empty((H, L, 2)), np.empty((H, L)), np.empty(H))
@@ -55,7 +32,7 @@ def laid_out(tree: Tree, q: Array) -> Skeleton:
     return bones
 
 
-def normal_equations(tree: Tree, bones: Skeleton, moments: Array, pull: Array) -> tuple[Array, Array]:
+def normal_equations(tree: Layout, bones: Skeleton, moments: Array, pull: Array) -> tuple[Array, Array]:
     """Information (H, D, D) and gradient (H, D) of poses from what is measured of their links.
 
     Args:
@@ -148,7 +125,7 @@ def _pin(bones: Parts, points: Parts, links: Parts) -> None:
 @COMPILED
 def _lay_out(of_tree: Parts, q: Array, bones: Parts) -> None:
     """The links into bones: start, direction, length and size."""
-    tree = Tree(*of_tree)
+    tree = Layout(*of_tree)
     start, direction, length, size = bones
     L = len(tree.rest)
     for h in range(len(q)):
@@ -170,7 +147,7 @@ def _lay_out(of_tree: Parts, q: Array, bones: Parts) -> None:
 @COMPILED
 def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
     """Sums over the links into the pose's information and gradient."""
-    tree = Tree(*of_tree)
+    tree = Layout(*of_tree)
     start, direction, length = bones
     moments, pull = links
     information, gradient = pose
@@ -194,7 +171,7 @@ def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
 
 @COMPILED
 def _moved(
-    tree: Tree,
+    tree: Layout,
     start: Array,
     direction: Array,
     length: Array,

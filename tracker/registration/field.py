@@ -1,7 +1,7 @@
 """What poses are compared with in one frame, and where templates settled in it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ STANDS_OUT = 0.7  # share of a link of an unknown look that must differ from the
 
 @dataclass(frozen=True)
 class Registration:
-    """Where the templates settled in one frame.
+    """Where the templates settled in one frame, of one prior or, with a leading axis, of several.
 
     q           : (D,) pose at the last step
     information : (D, D) tempered J'WJ / sigma^2 and the stiffness of the joints' limits, the Gauss-Newton
@@ -37,13 +37,16 @@ class Registration:
     q: Array
     information: Array
     vector: Array
-    cost: float
-    misfit: float
-    shown: float
+    cost: Array
+    misfit: Array
+    shown: Array
     match: Array
     offset: Array
-    inside: float
+    inside: Array
     pixels: Array
+
+    def __getitem__(self, number: int) -> "Registration":
+        return Registration(*(getattr(self, each.name)[number] for each in fields(self)))
 
 
 @dataclass(frozen=True)

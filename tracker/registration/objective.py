@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import Skeleton
 from tracker.picture.backdrop import FRONT, NOISE, UNKNOWN
-from tracker.registration.chain_rule import laid_out, normal_equations, tree_of
+from tracker.registration.chain_rule import laid_out, normal_equations
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay
 from tracker.registration.modes import mode_of
@@ -78,8 +78,7 @@ class Objective:
         against = np.float32(np.log(NOISE / settings.noise))
         self.differs, self.around = field.scenery.differs + against, field.scenery.around + against
         self.unknown = float(UNKNOWN + against)
-        layout = figure.layout
-        self.tree = tree_of(figure)
+        self.layout = layout = figure.layout
         self.shape = Shape(layout.layer, layout.width, layout.taper)
         # A foot, which does not breathe, is too small to stand out for certain.
         levels, self.strange = field.levels, templates.strange & self.mode.learns & layout.breathes
@@ -117,7 +116,7 @@ class Objective:
     def compare(self, number: int, q: Array) -> Fit:
         """The templates laid on one level at poses (H, D)."""
         field, level = self.field, self.field.levels[number]
-        scenery, bones = field.scenery, laid_out(self.tree, q)
+        scenery, bones = field.scenery, laid_out(self.layout, q)
         (x, y), (left, top) = field.view.origin, level.corner
         axis_x, axis_y = field.view.axes.tolist()
         picture = Picture(
@@ -145,7 +144,7 @@ class Objective:
     def slope(self, fit: Fit) -> tuple[Array, Array]:
         """Gauss-Newton matrix (H, D, D) and derivative (H, D) of E by the pose."""
         scale = self._scale(fit) / (3.0 * self.noise.variance)
-        information, gradient = normal_equations(self.tree, fit.bones, fit.laid.moments, fit.laid.pull)
+        information, gradient = normal_equations(self.layout, fit.bones, fit.laid.moments, fit.laid.pull)
         information *= scale
         excess, stiffness = self._beyond(fit.q)
         np.einsum("hii->hi", information)[...] += stiffness

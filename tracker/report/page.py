@@ -7,9 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from tracker.report.chapter import Chapter
+from tracker.report.chapter import Chapter, headline, unusual
 from tracker.report.document import STYLES, Document, write_page
-from tracker.report.headline import headline, unusual
 from tracker.report.html_tables import comparison_table, gait_table
 from tracker.run.score import LOST_ERROR, Score, error_curve
 from videos.playable import Playable

@@ -11,9 +11,8 @@ from tracker import __version__
 from tracker.clip.again import START, film_told
 from tracker.clip.follow import Run
 from tracker.progress import Progress
-from tracker.report.chapter import Chapter
+from tracker.report.chapter import Chapter, headline
 from tracker.report.drawing import write_film, write_overlay
-from tracker.report.headline import headline
 from tracker.report.page import linked, write_report
 from tracker.run.track import Track
 from tracker.run.write import write_tables

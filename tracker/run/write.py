@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from kinematics.figure import ROOT
 from tracker.run.track import Track
+from tracker.tables.poses import pose_cells
 from tracker.tables.table import write_table
 
 FORMAT = "figtrack-track"
@@ -72,9 +72,7 @@ def _poses(track: Track, frames: int, fps: float) -> Iterator[tuple[object, ...]
         t = frame - track.first
         pose, said = [""] * every, ("", "", "")
         if 0 <= t < len(track):
-            q = track.q[t, :every]
-            turns = (f"{v:.4f}" for v in np.degrees(q[len(ROOT) :]))
-            pose = [*(f"{v:.5f}" for v in q[: len(ROOT)]), *turns]
+            pose = pose_cells(track.q[t, :every])
             said = (str(track.s[t]), track.motions[t], str(track.outcome[t]))
         yield 0, frame, *pose[:learned], _time(track, t, fps), *said, *pose[learned:]
 

@@ -1,12 +1,11 @@
 """The keypoints table of marked joints. Pixels, (0, 0) the centre of the top-left one."""
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from kinematics.figure_file import WALKER
-from tracker.tables.table import Layout, finite, write_table
+from tracker.tables.table import Layout, write_table
 
 KEYPOINTS = WALKER.marks
 COLUMNS = ("frame", "keypoint", "x", "y")
@@ -80,24 +79,13 @@ def _read_row(marks: Marks, row: Mapping[str, str], known: tuple[str, ...], wher
         raise KeypointsError(f"{where}: unknown joint {name!r}; known are {', '.join(known)}")
     if row["x"] == row["y"] == "":
         return
-    cells = {column: row[column] for column in ("frame", "x", "y")} | {"visible": row.get("visible") or "1"}
-    numbers = {column: _number(text, column, where) for column, text in cells.items()}
-    frame = int(numbers["frame"])
-    if frame != numbers["frame"] or frame < 0:
-        raise KeypointsError(f"{where}: frame must be a whole number from 0; got {cells['frame']!r}")
-    for column, most in (("frame", LAST), ("x", FARTHEST), ("y", FARTHEST)):
-        if abs(numbers[column]) > most:
-            raise KeypointsError(f"{where}: {column} {cells[column]} is out of all range; correct it")
-    if numbers["visible"] not in (0.0, 1.0):
-        raise KeypointsError(f"{where}: visible must be 1, 0 or empty; got {cells['visible']!r}")
+    frame = LAYOUT.frame(row["frame"], where, LAST)
+    x, y = (LAYOUT.number(row[column], column, where, FARTHEST) for column in ("x", "y"))
+    seen = row.get("visible") or "1"
+    visible = LAYOUT.number(seen, "visible", where, FARTHEST)
+    if visible not in (0.0, 1.0):
+        raise KeypointsError(f"{where}: visible must be 1, 0 or empty; got {seen!r}")
     of_frame = marks.setdefault(frame, {})
     if name in of_frame:
         raise KeypointsError(f"{where}: {name} of frame {frame} is marked twice; keep one of the two")
-    of_frame[name] = Mark(numbers["x"], numbers["y"], numbers["visible"] == 1.0)
-
-
-def _number(text: str, column: str, where: str) -> float:
-    value = finite(text)
-    if math.isnan(value):
-        raise KeypointsError(f"{where}: {column} must be a finite number; got {text!r}")
-    return value
+    of_frame[name] = Mark(x, y, visible == 1.0)

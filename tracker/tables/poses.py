@@ -94,15 +94,16 @@ def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
     """
     rows: Rows = {}
     last, columns = None, figure.learned_freedoms
-    for where, row in layout_of(columns).rows(path):
-        last = _read_row(rows, row, columns, where, last)
+    layout = layout_of(columns)
+    for where, row in layout.rows(path):
+        last = _read_row(rows, row, columns, layout, where, last)
     if not rows:
         raise PosesError(f"{path} has no poses; give a table with one row a frame")
     return [_sequence(name, frames, path) for name, frames in rows.items()]
 
 
 def pose_cells(y: Array) -> list[str]:
-    """The 8 cells of a pose in body units; an empty one for NaN."""
+    """The cells of a pose in body units, the root first; an empty one for NaN."""
     numbers = [*y[:ROOT_COLUMNS], *np.degrees(y[ROOT_COLUMNS:])]
     places = [5] * ROOT_COLUMNS + [4] * (len(y) - ROOT_COLUMNS)
     return [f"{v:.{n}f}" if np.isfinite(v) else "" for v, n in zip(numbers, places, strict=True)]
@@ -148,12 +149,10 @@ def _turned(sequence: PoseSequence) -> str | None:
 
 
 def _read_row(
-    rows: Rows, row: Mapping[str, str], columns: Sequence[str], where: str, last: str | None
+    rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout: Layout, where: str, last: str | None
 ) -> str:
     """Add a row to its sequence, and name that."""
-    frame = _number(row["frame"], "frame", where)
-    if not frame >= 0 or frame != int(frame):
-        raise PosesError(f"{where}: frame must be a whole number from 0; got {row['frame']!r}")
+    frame = layout.frame(row["frame"], where, LARGEST)
     seq = row.get("seq", "0") or "0"
     if seq in rows and seq != last:
         raise PosesError(
@@ -161,27 +160,19 @@ def _read_row(
             "and keep its rows together"
         )
     frames = rows.setdefault(seq, {})
-    if int(frame) in frames:
-        raise PosesError(f"{where}: frame {int(frame)} is given twice; number frames within each seq")
+    if frame in frames:
+        raise PosesError(f"{where}: frame {frame} is given twice; number frames within each seq")
     given = tuple(row.get(name, "") for name in columns)
     largest = [LARGEST] * ROOT_COLUMNS + [TURNS] * (len(columns) - ROOT_COLUMNS)
     pose = np.array(
-        [_number(text, name, where, most) for name, text, most in zip(columns, given, largest, strict=True)]
+        [
+            layout.number(text, name, where, most, empty=True)
+            for name, text, most in zip(columns, given, largest, strict=True)
+        ]
     )
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
-    frames[int(frame)] = pose, row.get("label", ""), finite(row.get("time_s", "")), given
+    frames[frame] = pose, row.get("label", ""), finite(row.get("time_s", "")), given
     return seq
-
-
-def _number(text: str, column: str, where: str, most: float = LARGEST) -> float:
-    if not text:
-        return np.nan
-    value = finite(text)
-    if np.isnan(value):
-        raise PosesError(f"{where}: {column} must be a finite number or empty; got {text!r}")
-    if abs(value) > most:
-        raise PosesError(f"{where}: {column} {text} is out of all range; correct or empty it")
-    return value
 
 
 def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSequence:

@@ -55,6 +55,25 @@ class Layout:
                 f"cannot read {path} as a UTF-8 CSV table ({why(error)}); save it as one"
             ) from error
 
+    def number(self, text: str, column: str, where: str, most: float, *, empty: bool = False) -> float:
+        """The number in a cell, at most so large either way; NaN in one that may be and is `empty`. Raises
+        `error`."""
+        value = finite(text)
+        if math.isnan(value) and (text or not empty):
+            wanted = "a finite number or empty" if empty else "a finite number"
+            raise self.error(f"{where}: {column} must be {wanted}; got {text!r}")
+        if abs(value) > most:
+            advice = "correct or empty it" if empty else "correct it"
+            raise self.error(f"{where}: {column} {text} is out of all range; {advice}")
+        return value
+
+    def frame(self, text: str, where: str, most: float) -> int:
+        """The number of a frame; raises as `number`."""
+        value = self.number(text, "frame", where, most)
+        if value < 0 or value != int(value):
+            raise self.error(f"{where}: frame must be a whole number from 0; got {text!r}")
+        return int(value)
+
     def _check_header(self, header: Sequence[str], path: str | Path) -> None:
         for mark, word in SEPARATORS.items():
             if len(header) == 1 and mark in header[0]:

@@ -47,18 +47,21 @@ class Case:
 
 
 def main() -> None:
-    """Learn and write."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.gait.learn", description=__doc__)
-    parser.add_argument("trials", type=Path, help="table of captures")
-    parser.add_argument("out", type=Path, help="the weights, .npz")
-    parser.add_argument(
-        "--licence", action="append", default=[], help="learned from; more for the errors only"
-    )
-    asked = parser.parse_args()
+    """Learn and write; captures of other licences tell the errors only."""
+    asked = arguments("learn", __doc__)
     learned = learn(captures(read_trials(asked.trials)), asked.licence)
     np.savez(
         asked.out, **{n: np.array([w.base, w.error, w.shared, *w.w.ravel()]) for n, w in learned.items()}
     )
+
+
+def arguments(program: str, about: str | None) -> argparse.Namespace:
+    """What a program that learns from captures is asked: trials, out and licences."""
+    parser = argparse.ArgumentParser(prog=f"python -m tests.benchmarks.gait.{program}", description=about)
+    parser.add_argument("trials", type=Path, help="table of captures")
+    parser.add_argument("out", type=Path, help="what is learned, .npz")
+    parser.add_argument("--licence", action="append", default=[], help="word of a licence to learn from")
+    return parser.parse_args()
 
 
 def captures(trials: Iterable[Trial]) -> list[tuple[str, Motion]]:

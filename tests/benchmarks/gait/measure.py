@@ -20,8 +20,8 @@ from tests.benchmarks.rendered.plans import MOMENTS, Plan, planned
 from tracker.clip.follow import follow
 from tracker.clip.job import Following, Job
 from tracker.clip.start import StartError
+from tracker.gait.figures import runs
 from tracker.gait.lengths import Known, lengths
-from tracker.gait.manner import runs
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride, Strides, strides_of
 from tracker.gait.times import Clock, times

@@ -6,17 +6,15 @@ Strides go from a foot's strike to its next as `truth.contacts` tells them, of e
 mean over all of his or her strides, and the band is over people, so that who was captured often counts once.
 """
 
-import argparse
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from kinematics.mocap import read_trials
 from kinematics.sides import SIDES
-from tests.benchmarks.gait.learn import allowed, captures, figure_of, poses
+from tests.benchmarks.gait.learn import allowed, arguments, captures, figure_of, poses
 from tests.benchmarks.gait.truth import Contact, contacts
 from tests.benchmarks.rendered.captures import GAITS, RATE, Motion, gait_of
 from tracker.gait.curves import Norm, over_strides
@@ -31,11 +29,7 @@ LONGEST = 2.0  # seconds; between strikes further apart one was missed
 
 def main() -> None:
     """Make and write."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.gait.norms", description=__doc__)
-    parser.add_argument("trials", type=Path, help="table of captures")
-    parser.add_argument("out", type=Path, help="the norms, .npz")
-    parser.add_argument("--licence", action="append", default=[], help="made from")
-    asked = parser.parse_args()
+    asked = arguments("norms", __doc__)
     shown = captures(read_trials(asked.trials))
     made = norms([motion for terms, motion in shown if allowed(terms, asked.licence)])
     np.savez(asked.out, **{name: np.array([n.people, *n.mean, *n.sigma]) for name, n in made.items()})

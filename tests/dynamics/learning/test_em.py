@@ -12,7 +12,7 @@ from dynamics.kalman import predict
 from dynamics.layout import Layout
 from dynamics.learning.em import anywhere, from_origin, learn
 from dynamics.learning.mstep import maximise
-from dynamics.learning.options import STARTS, Options
+from dynamics.learning.options import Options
 from dynamics.learning.prior import changes, data_prior, log_prior
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
@@ -247,7 +247,7 @@ def test_of_several_starts_the_best_is_kept(rng):
     ys, names = gait(6, 30, 2, rng)
 
     def fitted(restarts, seed=1):
-        options = Options(states=4, rounds=4, restarts=restarts, seed=seed, start="kmeans")
+        options = Options(states=4, rounds=4, restarts=restarts, seed=seed)
         return learn(ys, names=names, travelling=("a",), options=options, **LEARNT)
 
     one, two, four = (max(fitted(restarts).values) for restarts in (1, 2, 4))
@@ -356,12 +356,11 @@ def test_a_weight_of_two_is_the_sequence_twice(rng):
     assert np.abs(weighted.A - plain.A).max() > 1e-3
 
 
-@pytest.mark.parametrize("start", STARTS)
-def test_the_order_of_the_sequences_does_not_enter_learning(start, rng):
+def test_the_order_of_the_sequences_does_not_enter_learning(rng):
     ys, names = gait(6, 30, 2, rng)
     ys[2][5:9, 1] = np.nan
     weights, mixed = rng.uniform(0.5, 2.0, size=6), rng.permutation(6)
-    options = Options(states=3, rounds=4, restarts=2, start=start)
+    options = Options(states=3, rounds=4, restarts=2)
     one, other = (
         learn(
             [ys[i] for i in order],
@@ -389,23 +388,21 @@ def test_a_state_that_is_never_entered_stays_finite(prior, rng):
             assert_array_equal(getattr(fitted, name)[2], getattr(slds, name)[2])
 
 
-@pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("lengths", [(2,), (2, 2, 2, 2), (2, 9, 3)])
-def test_sequences_of_two_frames_and_states_too_many_for_them_are_learnt(start, order, lengths, rng):
+def test_sequences_of_two_frames_and_states_too_many_for_them_are_learnt(order, lengths, rng):
     ys = drawn(random_slds(2, order=order, travelling=("a",), rng=rng), lengths, rng)
-    options = Options(states=5, order=order, rounds=4, tolerance=-np.inf, start=start)
+    options = Options(states=5, order=order, rounds=4, tolerance=-np.inf)
     fit = learn(ys, names=("a", "b"), travelling=("a",), options=options, **LEARNT)
     assert np.isfinite(fit.values).all()
     for cov in (fit.slds.Q[:, :2, :2], fit.slds.R, fit.slds.cov0):
         assert np.linalg.eigvalsh(cov).min() > 0.0
 
 
-@pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("order", [1, 2])
-def test_data_that_never_change_are_learnt_as_still(start, order):
+def test_data_that_never_change_are_learnt_as_still(order):
     ys = [np.tile([3.0, 0.5], (12, 1)) for _ in range(3)]
-    options = Options(states=3, order=order, rounds=5, start=start)
+    options = Options(states=3, order=order, rounds=5)
     fit = learn(ys, names=("a", "b"), travelling=("a",), options=options, **LEARNT)
     assert np.isfinite(fit.values).all()
     ys = [from_origin(y, ("a", "b"), ("a",)) for y in ys]

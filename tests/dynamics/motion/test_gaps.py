@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.gaussian import Gaussian
 from dynamics.motion import gaps
 from dynamics.motion.gaps import interpolate
-from dynamics.motion.moments import by_motion
+from dynamics.motion.rate import by_motion
 from tests.oracles import every_path, given_path, log_density, random_slds, sample
 
 # The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.

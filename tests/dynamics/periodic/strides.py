@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from dynamics.periodic.harmonics import half_a_stride_on, harmonics
-from dynamics.stride import Stride
+from dynamics.stride import Stride, half_a_stride_on, harmonics
 
 NAMES = ("root_x", "torso", "hip_near", "hip_far")
 TWINS = np.array([0, 1, 3, 2])

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from dynamics.periodic import fit as fitting
 from dynamics.periodic.fit import Stretch, matern
-from dynamics.periodic.harmonics import harmonics, slopes
+from dynamics.stride import harmonics, slopes
 from tests.dynamics.periodic.strides import M, Z, drawn, little, noisy
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from tests.tracker.clips import figtrack, read_json, write_video
 from tests.tracker.outline.films import a_walk
-from tracker.cli import demo, real_film
-from tracker.cli.real_film import FILM, LICENCE, PACKAGE, SHA256, FilmError, fetch
+from tracker.cli import demo
+from tracker.cli.demo import FILM, LICENCE, PACKAGE, SHA256, FilmError, fetch
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def package(tmp_path, monkeypatch):
             wheel.writestr("Sports2D/__init__.py", "raise SystemExit")
         return subprocess.CompletedProcess(command, 0, "", "")
 
-    monkeypatch.setattr(real_film.subprocess, "run", pip)
+    monkeypatch.setattr(demo.subprocess, "run", pip)
     return asked
 
 
@@ -69,7 +69,7 @@ def test_it_is_followed_without_a_mark_and_said_whose_it_is(package, tmp_path, m
 )
 def test_without_a_network_it_says_so_and_renders(tmp_path, monkeypatch, told, why):
     failed = subprocess.CompletedProcess([], 1, "", told)
-    monkeypatch.setattr(real_film.subprocess, "run", lambda *_, **__: failed)
+    monkeypatch.setattr(demo.subprocess, "run", lambda *_, **__: failed)
     page = tmp_path / "out" / "report.html"
     monkeypatch.setattr(demo, "run_demo", lambda *_, **__: (page, "a table"))
     done = figtrack("demo", "--film", "--out", tmp_path / "out", "--quiet")
@@ -86,7 +86,7 @@ def test_a_package_without_the_film_is_refused(tmp_path, monkeypatch):
             wheel.writestr("other", "")
         return subprocess.CompletedProcess(command, 0, "", "")
 
-    monkeypatch.setattr(real_film.subprocess, "run", pip)
+    monkeypatch.setattr(demo.subprocess, "run", pip)
     with pytest.raises(FilmError, match="has no film where it was"):
         fetch(tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -1,24 +1,29 @@
-"""A finished run read back to be followed again."""
+"""A finished run read back to be followed again, and what stays of it where marks were corrected."""
 
 import json
 import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
+from kinematics.recover import Start
 from tests.tracker.clips import read_json
-from tracker.clip.again import read_finished
+from tests.tracker.tracks import random_track
+from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.progress import Progress
 from tracker.report.results import write_run
-from tracker.run.read import RunError
+from tracker.run.read import RunError, read_track
 from tracker.settings import Settings
-from tracker.tables.keypoints import read_keypoints
+from tracker.tables.keypoints import Mark, read_keypoints
 
 QUIET = Progress("quiet")
 TUNED = Settings(hypotheses=4, blend=0.2)
+HERE, THERE = {"hip": Mark(1.0, 2.0)}, {"hip": Mark(3.0, 4.0)}
+T, START = 20, 8
 
 
 @pytest.fixture(scope="module")
@@ -96,3 +101,111 @@ def test_without_the_marks_that_it_passes_through_there_is_nothing_to_go_on_from
     (moved / "start.keypoints.csv").unlink()
     with pytest.raises(RunError, match="does not say how it was made"):
         read_finished(moved)
+
+
+def kept(before, now, rng):
+    """Of frames that are marked HERE, and what corrections make of them."""
+    marks = dict.fromkeys((START, *before), HERE)
+    return Kept.of(random_track(rng, T), marks, marks | now, START)
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "anew", "span"),
+    [
+        ((), {12: THERE}, (9, 19), (8, 19)),
+        ((), {3: THERE}, (0, 7), (0, 8)),
+        ((), {3: THERE, 12: THERE}, (0, 19), (0, 19)),
+        ((15,), {12: THERE}, (9, 14), (8, 15)),
+        ((11, 15), {12: THERE}, (12, 14), (8, 15)),
+        ((2, 5), {3: THERE}, (3, 4), (2, 8)),
+        ((15,), {15: THERE}, (9, 19), (8, 19)),
+        ((12, 15), {12: THERE}, (9, 14), (8, 15)),
+        ((15,), {19: THERE}, (16, 19), (8, 19)),
+    ],
+)
+def test_what_lies_beyond_the_next_marks_that_stay_is_kept(rng, before, now, anew, span):
+    found = kept(before, now, rng)
+    assert (found.anew, found.span) == (anew, span)
+
+
+def test_where_the_start_or_nothing_changed_all_is_followed_again(rng):
+    assert kept((12,), {START: THERE}, rng) is None
+    assert kept((12,), {}, rng) is None
+
+
+def test_a_mark_that_is_gone_is_a_change(rng):
+    marks = dict.fromkeys((START, 12, 15), HERE)
+    found = Kept.of(random_track(rng, T), marks, dict.fromkeys((START, 15), HERE), START)
+    assert found.anew == (9, 14)
+
+
+def test_a_track_is_replaced_in_these_frames_and_no_others(rng):
+    old, new = random_track(rng, T), random_track(rng, 8, first=8)
+    joined = Kept(old, (9, 14), (8, 15)).joined(new)
+    for name in ("q", "cov", "s", "shift", "outcome"):
+        one, before, after = (np.array(getattr(each, name)) for each in (joined, old, new))
+        assert_array_equal(one[:9], before[:9])
+        assert_array_equal(one[9:15], after[1:7])
+        assert_array_equal(one[15:], before[15:])
+
+
+def test_another_figure_or_place_does_not_fit(rng):
+    track = random_track(rng, T)
+    start = Start(track.figure, track.view, track.q[0], np.ones(len(track.q[0]), dtype=bool))
+    whole = Kept(track, (9, 19), (8, 19))
+    labels = track.labels
+    assert whole.fits(start, labels)
+    assert not whole.fits(start, labels[:2])
+    assert not whole.fits(replace(start, view=replace(track.view, facing=-1)), labels)
+    longer = track.figure.with_lengths([1.1 * link.length for link in track.figure.links])
+    assert not whole.fits(replace(start, figure=longer), labels)
+
+
+@pytest.fixture(scope="module")
+def anchored(clip, tmp_path_factory):
+    """A job with anchors, its run, and its track read back."""
+    marks = read_keypoints(clip.keypoints)
+    job = Job(clip.video, {t: marks[t] for t in (4, 7)}, "cv", start=4, anchors=True, smooth=False)
+    run, folder = follow(job, QUIET), tmp_path_factory.mktemp("run")
+    write_run(run, folder, QUIET, overlay=False, report=False)
+    return job, run, read_track(folder, run.track.mark)
+
+
+def test_a_track_is_read_back_as_it_was_written(anchored, tmp_path):
+    _, run, _ = anchored
+    run = replace(run, track=replace(run.track, misnamed=0.25))
+    write_run(run, tmp_path, QUIET, overlay=False, report=False)
+    track = read_track(tmp_path, run.track.mark)
+    assert (track.figure, track.view, track.misnamed, track.first) == (
+        run.track.figure,
+        run.track.view,
+        0.25,
+        0,
+    )
+    assert (track.model, track.labels, track.motions, track.outcome) == (
+        run.track.model,
+        run.track.labels,
+        run.track.motions,
+        run.track.outcome,
+    )
+    for name in ("q", "cov", "s", "shift", "times"):
+        assert_array_equal(getattr(track, name), getattr(run.track, name))
+
+
+@pytest.mark.parametrize(("frame", "follows"), [(2, range(4)), (5, range(5, 7)), (9, range(8, 10))])
+def test_what_is_followed_again_is_as_if_all_were_and_the_rest_is_not_touched(
+    anchored, clip, frame, follows, capsys
+):
+    job, _, track = anchored
+    now = job.marks | {frame: read_keypoints(clip.keypoints)[frame]}
+    again = replace(job, marks=now)
+    whole = follow(again, QUIET).track
+    part = follow(again, Progress("plain"), Kept.of(track, job.marks, now, 4)).track
+    rest = sorted(set(range(10)) - set(follows))
+    assert_array_equal(part.q[rest], track.q[rest])
+    assert len(part) == len(whole) == 10
+    # Ahead of the start what was learned of its belief going back is not had again: a hair's breadth.
+    assert_allclose(part.joints()[follows], whole.joints()[follows], atol=0.5)
+    assert not np.array_equal(part.q[follows], track.q[follows])
+    count = {2: 5, 5: 4, 9: 6}[frame]
+    assert f"walk.mp4 with cv: {count} of {count} in" in capsys.readouterr().err

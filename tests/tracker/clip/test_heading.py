@@ -9,10 +9,9 @@ from tests.tracker.clips import FPS, write_video
 from tracker.clip import follow as follow_module
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow, scene_behind
-from tracker.clip.heading import footless, heading
 from tracker.clip.job import Job
 from tracker.clip.pictures import Reel, Toned
-from tracker.clip.plan import prepare
+from tracker.clip.plan import footless, heading, prepare
 from tracker.clip.start import marked_start
 from tracker.progress import Progress
 from tracker.settings import Settings

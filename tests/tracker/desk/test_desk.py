@@ -19,8 +19,7 @@ from tests.tracker.report.test_page import write_clip
 from tests.tracker.strolls import stroll
 from tracker.desk import desk_page as module
 from tracker.desk.desk_page import Desk, Server
-from tracker.desk.films import films
-from tracker.desk.work import Asked, Command, words_for
+from tracker.desk.work import Asked, Command, films, words_for
 from tracker.report import page
 from tracker.report.page import write_report
 

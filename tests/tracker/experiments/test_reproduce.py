@@ -17,11 +17,20 @@ from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
 from tracker.experiments import study as studies
 from tracker.experiments.classify import Cell, Draw
-from tracker.experiments.findings import write_findings
 from tracker.experiments.measures import centred
 from tracker.experiments.panels import INK
 from tracker.experiments.reproduce import reproduce
-from tracker.experiments.section import Claim, Heading, Plot, Section, Table, Verdict, share_verdict, spread
+from tracker.experiments.section import (
+    Claim,
+    Heading,
+    Plot,
+    Section,
+    Table,
+    Verdict,
+    share_verdict,
+    spread,
+    write_findings,
+)
 from tracker.experiments.splices import LONGEST, SHORTEST, SIDE, Splice, splice
 from tracker.experiments.study import Recipe, Study
 from tracker.progress import Progress

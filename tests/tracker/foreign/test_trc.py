@@ -7,7 +7,7 @@ from tests.tracker.records import FPS, FRAMES, made_track, validated, validator,
 from tracker.foreign.points import HALPE, Points, named_points
 from tracker.foreign.scale import Scale, scale_by_height
 from tracker.foreign.text_files import ForeignError
-from tracker.foreign.trc import read_people, write_px_trc, write_trc
+from tracker.foreign.trc import read_people, write_trc
 from tracker.run.read import read_run
 
 
@@ -37,7 +37,7 @@ def test_the_validator_finds_nothing_wrong_with_either_and_what_is_spoiled(recor
     scale = scale_by_height(record, 1.75, record.facing)
     metres, pixels = tmp_path / "w.trc", tmp_path / "w_px.trc"
     write_trc(points, record.times, FPS, scale, metres)
-    write_px_trc(points, record.times, FPS, pixels)
+    write_trc(points, record.times, FPS, None, pixels)
     names = ",".join(HALPE)
     assert f"'frames': {FRAMES}" in validated("check_trc.py", metres, "--names", names, "--fps", FPS)
     validated("check_trc.py", pixels, "--names", names, "--fps", FPS, "--allow-px")
@@ -61,7 +61,7 @@ def test_the_validator_finds_nothing_wrong_with_either_and_what_is_spoiled(recor
 )
 def test_what_is_no_trc_in_pixels_is_refused(record, tmp_path, spoil, words):
     path = tmp_path / "w_px.trc"
-    write_px_trc(named_points(record, HALPE, 1), record.times, FPS, path)
+    write_trc(named_points(record, HALPE, 1), record.times, FPS, None, path)
     path.write_text(spoil(path.read_text()))
     with pytest.raises(ForeignError, match=words):
         read_people(path)

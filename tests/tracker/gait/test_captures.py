@@ -9,7 +9,7 @@ import pytest
 from kinematics.mocap import read_trials
 from tests.benchmarks.gait.learn import captures, followed
 from tests.benchmarks.gait.truth import contacts
-from tracker.gait.manner import runs
+from tracker.gait.figures import runs
 from tracker.gait.strides import strides_of
 
 FPS = 25.0

@@ -13,7 +13,7 @@ from kinematics.spm import View
 from tests.kinematics.figures import ARMS, FOOTLESS, WALKER, Puppet, upright
 from tests.oracles import central_difference, condition
 from tests.tracker.painted import FULL, STRIDE, VIEW
-from tracker.loop.detections import FREEDOM, Detections, Detector
+from tracker.loop.detections import FREEDOM, Detections, Detector, Likelihood
 
 NAMES = ("head_top", "neck", "hip", "near_knee", "near_ankle", "near_toe", "far_knee", "far_ankle", "far_toe")
 D = len(WALKER.freedoms)
@@ -40,6 +40,12 @@ def other_leg(name):
     """The same joint of the other leg."""
     side, _, part = name.partition("_")
     return f"{LEGS_OF[side]}_{part}" if side in LEGS_OF else name
+
+
+def namings(detector, found, prior):
+    """What each naming says by itself."""
+    told = vars(detector.namings(found, prior))
+    return [Likelihood(*parts) for parts in zip(*told.values(), strict=True)]
 
 
 def ways_of(found):
@@ -80,7 +86,7 @@ def test_each_naming_settles_where_the_density_of_pose_and_points_is_highest(fac
     found = replace(found, pixels=found.pixels + rng.normal(0.0, 4.0, found.pixels.shape))
     found.pixels[3] += 40.0  # one point far off
     prior = prior_about(STRIDE + rng.normal(0.0, 0.05, D))
-    ways, all_told = ways_of(found), Detector(WALKER, view, FULL).namings(found, prior)
+    ways, all_told = ways_of(found), namings(Detector(WALKER, view, FULL), found, prior)
     for way, told in zip(ways, all_told, strict=True):
         slope = central_difference(lambda q, way=way: minus_log_density(q, way, prior, view), told.q[0], 1e-5)
         # The search ends at steps of 1e-4, and the density's curvature is about 1e4 at most.
@@ -98,7 +104,7 @@ def test_each_naming_settles_where_the_density_of_pose_and_points_is_highest(fac
 def test_points_where_they_are_foreseen_are_linear_measurements_of_the_joints():
     found = detected(STRIDE, without=("far_toe", "neck"))
     prior = prior_about(STRIDE)
-    told, *_ = NETWORK.namings(found, prior)
+    told, *_ = namings(NETWORK, found, prior)
     joints = [WALKER.joints[j] for j in found.joint]
     assert {"far_toe", "neck"}.isdisjoint(joints)
     J = central_difference(lambda q: np.ravel([Puppet(WALKER, q).joints()[j] for j in joints]), STRIDE, 1e-6)
@@ -112,7 +118,7 @@ def test_points_where_they_are_foreseen_are_linear_measurements_of_the_joints():
 
 def test_a_joint_without_a_point_measures_nothing():
     found = detected(STRIDE, without=("far_knee", "far_ankle", "far_toe"))
-    told, *_ = NETWORK.namings(found, prior_about(STRIDE))
+    told, *_ = namings(NETWORK, found, prior_about(STRIDE))
     spread = np.diag(told.information[0])
     far = [WALKER.index(name) for name in ("hip_far", "knee_far")]
     near = [WALKER.index(name) for name in ("hip_near", "knee_near")]
@@ -145,7 +151,7 @@ def test_names_are_weighed_as_the_sum_over_all_poses_weighs_them(exchange, one_l
     found = detected(q, swap=True)
     found = replace(found, pixels=found.pixels + rng.normal(0.0, 1.0, found.pixels.shape))
     costs = []
-    for told in Detector(WALKER, VIEW, settings).namings(found, prior):
+    for told in namings(Detector(WALKER, VIEW, settings), found, prior):
         away = told.q[0] - q
         spread = np.linalg.slogdet(np.eye(D) + prior.cov[0] @ told.information[0])[1]
         costs.append(told.cost[0] + 0.5 * away @ (away / sd**2) + 0.5 * spread)
@@ -160,7 +166,7 @@ def test_names_are_weighed_as_the_sum_over_all_poses_weighs_them(exchange, one_l
 
 def test_exchanged_names_are_seen_for_what_they_are():
     found = detected(STRIDE, swap=True)
-    told, exchanged, *_ = NETWORK.namings(found, prior_about(STRIDE))
+    told, exchanged, *_ = namings(NETWORK, found, prior_about(STRIDE))
     assert exchanged.cost[0] < told.cost[0] - 10.0
     assert_allclose(exchanged.q[0], STRIDE, atol=1e-6)
     assert NETWORK.misnamed(found, STRIDE)
@@ -179,7 +185,7 @@ def test_one_leg_s_points_on_both_legs_leave_the_other_where_it_was_foreseen(see
     for i, j in enumerate(found.joint):
         name = WALKER.joints[j]
         found.pixels[i] = at[name.replace("near", seen).replace("far", seen)]
-    ways = NETWORK.namings(found, prior_about(STRIDE))
+    ways = namings(NETWORK, found, prior_about(STRIDE))
     costs = [told.cost[0] for told in ways]
     assert int(np.argmin(costs)) == {"near": 2, "far": 3}[seen]
     best = ways[int(np.argmin(costs))]
@@ -203,7 +209,7 @@ def test_what_the_figure_has_not_and_what_is_not_there_is_left_out():
     nothing = Detections.of(figure, NAMES, np.full((9, 2), np.nan))
     n = len(figure.freedoms)
     anything = Gaussian(np.zeros((2, n)), np.stack([np.eye(n)] * 2))
-    told, exchanged, *_ = Detector(figure, VIEW, FULL).namings(nothing, anything)
+    told, exchanged, *_ = namings(Detector(figure, VIEW, FULL), nothing, anything)
     assert_array_equal(told.information, 0.0)
     assert_allclose(exchanged.cost - told.cost, np.log(0.88 / 0.1))
 

@@ -100,7 +100,6 @@ def test_pooled_motions_make_one_model(trials, tmp_path):
         ("rounds = 0", "rounds: input should be greater than or equal to 1, got 0"),
         ("restarts = 1000", "restarts: input should be less than or equal to 100, got 1000"),
         ("restarts = 1.5", "restarts: input should be a valid integer"),
-        ('start = "em"', "start: input should be 'kmeans' or 'hmm', got 'em'"),
         ('choose = "often"', "choose: input should be a valid boolean"),
         ("pooled = 7", "pooled: input should be a valid boolean"),
         ('licences = "CMU"', "licences: input should be a valid tuple, got 'CMU'"),
@@ -122,11 +121,11 @@ def test_settings_of_learning_are_heeded(trials, tmp_path, monkeypatch):
         raise ValueError("that is all")
 
     monkeypatch.setattr("tracker.models.learn.learn_motions", learn_motions)
-    text = 'choose = true\npooled = true\nrounds = 3\nstart = "hmm"\nrestarts = 4\n'
+    text = "choose = true\npooled = true\nrounds = 3\nrestarts = 4\n"
     assert "that is all" in refused(*learn(trials, tmp_path / "m.npz", settings=settings(tmp_path, text)))
     assert (asked["choose_from"], asked["pooled"]) == ([1, 2], True)
     options = asked["options"]
-    assert (options.rounds, options.start, options.restarts) == (3, "hmm", 4)
+    assert (options.rounds, options.restarts) == (3, 4)
 
 
 def test_a_stride_is_learned_for_every_label_and_saved(trials, tmp_path):
@@ -149,7 +148,6 @@ def test_a_stride_is_learned_for_every_label_and_saved(trials, tmp_path):
         ([], "pooled = true", "pooled"),
         ([], 'slower = ["run"]', "slower"),
         ([], 'started = ["run"]', "started"),
-        ([], 'start = "hmm"', "start"),
         ([], "restarts = 2", "restarts"),
     ],
 )

@@ -1,15 +1,15 @@
 import numpy as np
 
 from kinematics.figure_file import load_figure
+from kinematics.sides import exchanged
 from tracker.outline.cycles import COLUMNS, NECK, PHASES, Cycles, poses
-from tracker.outline.learn_cycles import MIRRORED
 
 CYCLES = Cycles.load()
 
 
 def test_half_a_stride_later_every_cycle_is_the_same_with_the_legs_exchanged():
     later = np.roll(CYCLES.pose, -PHASES // 2, axis=1)
-    np.testing.assert_allclose(later[..., MIRRORED], CYCLES.pose, atol=1e-6)
+    np.testing.assert_allclose(later[..., exchanged(COLUMNS)], CYCLES.pose, atol=1e-6)
 
 
 def test_walks_and_runs_are_among_the_cycles_that_ship():

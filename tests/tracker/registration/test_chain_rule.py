@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from kinematics.spm import joint_jacobian, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
-from tracker.registration.chain_rule import damped_steps, laid_out, normal_equations, pinned, tree_of
+from tracker.registration.chain_rule import damped_steps, laid_out, normal_equations, pinned
 
 
 @pytest.fixture(params=[WALKER, HORSE], ids=lambda figure: figure.name)
@@ -20,13 +20,13 @@ def poses(figure, rng):
 
 
 def test_links_are_laid_out_as_the_scaled_prismatic_model_has_them(figure, poses):
-    got, want = laid_out(tree_of(figure), poses), skeleton(figure, poses)
+    got, want = laid_out(figure.layout, poses), skeleton(figure, poses)
     for name in ("start", "direction", "length", "size"):
         assert_allclose(getattr(got, name), getattr(want, name), rtol=1e-12, atol=1e-12)
 
 
 def test_normal_equations_are_those_of_the_links_by_the_chain_rule(figure, poses, rng):
-    bones, tree = skeleton(figure, poses), tree_of(figure)
+    bones, tree = skeleton(figure, poses), figure.layout
     root, pull = rng.normal(size=(4, len(figure.links), 7, 5)), rng.normal(size=(4, len(figure.links), 5))
     moments, M = np.swapaxes(root, -1, -2) @ root, motions(figure, bones)
     information, gradient = normal_equations(tree, bones, moments, pull)
@@ -38,7 +38,7 @@ def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, pose
     joint = rng.integers(0, 1 + len(figure.links), (4, 6))
     joint[:, 0], joint[:, 1] = 0, joint[:, 2]  # the base, and one joint twice
     away, weight = rng.normal(size=(4, 6, 2)), rng.uniform(0.5, 2.0, (4, 6))
-    bones, tree = skeleton(figure, poses), tree_of(figure)
+    bones, tree = skeleton(figure, poses), figure.layout
     information, gradient = normal_equations(tree, bones, *pinned(bones, joint, away, weight))
     for h, q in enumerate(poses):
         J = joint_jacobian(figure, q)[joint[h]]

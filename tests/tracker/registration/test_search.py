@@ -11,9 +11,8 @@ from kinematics.spm import View, joints
 from tests.kinematics.figures import WALKER, upright
 from tests.tracker.painted import FULL, STRIDE, Painted
 from tracker.picture.pyramid import pyramid
-from tracker.registration.align import align
+from tracker.registration.align import FARTHEST, SEEN, SPREADS, STEP, align, reach, sought
 from tracker.registration.field import Field
-from tracker.registration.search import FARTHEST, SEEN, SPREADS, STEP, reach, sought
 from tracker.registration.templates import cut
 
 D = len(WALKER.freedoms)

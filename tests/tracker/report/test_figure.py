@@ -12,8 +12,8 @@ from kinematics.figure_file import load_figure
 from tests.kinematics.figures import HORSE, WALKER
 from tests.tracker.strolls import stroll
 from tests.tracker.tracks import random_track
+from tracker.report.drawing import figure_numbers as in_tenths
 from tracker.report.drawing import segments
-from tracker.report.figure import figure_numbers as in_tenths
 from videos.overlay import FARTHEST
 
 TENTH = 0.05 + 1e-9

@@ -18,7 +18,7 @@ from tests.tracker.strolls import stroll
 from tests.videos.test_frames import make_clip, set_display_matrix
 from tests.videos.test_playable import begin_later
 from tracker.report import page
-from tracker.report.headline import headline
+from tracker.report.chapter import headline
 from tracker.report.page import write_comparison, write_report
 from tracker.report.results import FILM
 from tracker.tables.table import by_column, read_lines

@@ -62,7 +62,7 @@ def test_a_run_ends_at_a_gap_at_an_empty_cell_and_at_another_label(tmp_path):
         ((row(0, angle="nan"),), "line 2: torso must be a finite number or empty; got 'nan'"),
         ((row(0, angle="ten"),), "torso must be a finite number"),
         ((row("x"),), "frame must be a finite number"),
-        ((row(""),), "frame must be a whole number"),
+        ((row(""),), "frame must be a finite number; got ''"),
         ((row(1.5),), "frame must be a whole number"),
         ((row(-1),), "frame must be a whole number"),
         ((row(0, angle="1_0"),), "torso must be a finite number or empty; got '1_0'"),

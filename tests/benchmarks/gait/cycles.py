@@ -1,14 +1,14 @@
-"""Gait cycles learned from captures, for `make models`.
+"""Learn tracker/outline/cycles.npz from captures, for `make models`.
+
+    python -m tests.benchmarks.gait.cycles TRIALS OUT.npz --licence CMU --licence "Seoul National"
 
 Strides are cut where the near thigh is farthest ahead of the far one, brought to PHASES poses each, and
 averaged with their own mirror image half a stride later. k-means gathers them to a few kinds.
 """
 
-import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 from scipy.cluster.vq import kmeans2
@@ -17,10 +17,13 @@ from scipy.signal import find_peaks
 from kinematics.figure import Array
 from kinematics.mocap import CURVE, Trial, read_body, read_trials
 from kinematics.sagittal import Body, project
-from tracker.outline.cycles import COUNTED, PHASES, Cycles
+from kinematics.sides import exchanged
+from tests.benchmarks.gait.learn import allowed, arguments
+from tests.benchmarks.rendered.captures import GAITS
+from tracker.outline.cycles import COLUMNS, COUNTED, PHASES, Cycles
 
 KINDS = 12
-MIRRORED = [0, 1, 4, 5, 2, 3, 7, 6]
+MIRRORED = exchanged(COLUMNS)
 SHORTEST, LONGEST = 0.4, 1.8  # seconds of a stride
 SWING = 0.3  # radians by which the thighs part at least
 MOST = 12  # strides of one person's walk or run
@@ -101,25 +104,12 @@ def _ankles(body: Body, y: Array) -> Array:
     return np.stack(found, axis=1)
 
 
-def licensed(trials: Iterable[Trial], licences: Sequence[str]) -> list[Trial]:
-    """Walks and runs whose licence contains one of these words."""
-    return [
-        trial
-        for trial in trials
-        if trial.activity in ("walk", "run") and any(word in trial.licence for word in licences)
-    ]
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Read the captures, learn, and write the file."""
-    parser = argparse.ArgumentParser(
-        prog="python -m tracker.outline.learn_cycles", description="Learn gait cycles."
-    )
-    parser.add_argument("trials", type=Path, help="table of captures")
-    parser.add_argument("out", type=Path, help="file of cycles, .npz")
-    parser.add_argument("--licence", action="append", required=True, help="word of a licence that allows it")
-    given = parser.parse_args(arguments)
-    learn_cycles(licensed(read_trials(given.trials), given.licence), KINDS).save(given.out)
+def main() -> None:
+    """Learn and write."""
+    asked = arguments("cycles", __doc__)
+    trials = [trial for trial in read_trials(asked.trials) if trial.activity in GAITS]
+    made = learn_cycles((trial for trial in trials if allowed(trial.licence, asked.licence)), KINDS)
+    np.savez_compressed(asked.out, pose=made.pose.astype(np.float32), period=made.period, runs=made.runs)
 
 
 if __name__ == "__main__":
