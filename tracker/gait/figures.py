@@ -114,7 +114,7 @@ def runs(track: Track) -> bool:
     - how far the knees bend: no capture of a walk bends them by 81 degrees, none of a run by less than 90;
     - whether the hip is high or low while the feet are apart: the correlation of its height, less the slow
       part, with the ankles' distance. Who walks vaults over the standing leg; who runs flies meanwhile;
-    - what the motion model and, where that is at a loss, the outline says of each frame.
+    - what the motion model says of each frame.
     """
     return _bend(track) + _bounce(track) + _label(track) > 0.0
 
