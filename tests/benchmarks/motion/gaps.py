@@ -21,6 +21,7 @@ from dynamics.stride import Stride
 from kinematics.mocap import Sequence as Capture
 from tests.benchmarks.motion.data import (
     DEFAULT,
+    SPLICED,
     STATES,
     STRIDE,
     Results,
@@ -136,7 +137,7 @@ def jobs(source: Source) -> Iterator[Filling]:
     for label, gap in TARGETS:
         for way, variant, _ in _rows(source):
             if way != CHOSEN:
-                for recipe in held_out(source, label, variant):
+                for recipe in (*held_out(source, label, variant), Recipe(*variant, SPLICED)):
                     yield Filling(recipe, label, gap, way)
 
 
