@@ -19,7 +19,7 @@ from dynamics.gaussian import Array, Gaussian, apply, inverse_root, log_density,
 from dynamics.kalman import innovation, log_likelihood
 from dynamics.slds import SLDS
 
-POSE = 0.5  # weight of the pose's term; less than 1, as the dynamics count the pose already
+POSE = 0.5  # weight of the pose's term, in a filter's switch too; less than 1: the dynamics count it already
 CHUNK = 1000  # frames whose covariances are held at a time
 
 
