@@ -44,7 +44,7 @@ def page(source: Source, results: Results, parts: Sequence[ModuleType], before: 
         f"of walks and runs by {len(study(source).subjects)} subjects ({' and '.join(SAME)} are probably one",
         "person and are left out together), each used again with near and far legs exchanged. The",
         f"default model has K={STATES} states a motion and order 2, learned with {NOISE:g}° of noise. For",
-        "forecasts and gaps each subject is left out in turn. `--part` writes one section alone.",
+        "forecasts and gaps each subject is left out in turn.",
         "",
     ]
     sections = {text.partition("\n")[0]: text for text in before.split("\n## ")[1:]}
