@@ -20,7 +20,7 @@ P_i = sum_j W_ij P_ij = A_i (sum_j W_ij P_j) A_i' + Q_i, S_i = sum_j W_ij S_ij a
 which takes away only what the gains differ by: least of all g for this one, nothing for one state.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +30,8 @@ from dynamics.frames import Frames, in_batches
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, symmetric, transpose
 from dynamics.kalman import update
 from dynamics.slds import SLDS
+
+Switch = Callable[[Array], Array]  # (n, K, N) states given each s_{t-1} to (n, K, K) log Pr(s_t | s_{t-1})
 
 
 class Step(NamedTuple):
@@ -66,8 +68,9 @@ def run_filter(slds: SLDS, frames: Frames) -> Step:
     return whole
 
 
-def filter_steps(slds: SLDS, frames: Frames) -> Iterator[Step]:
-    """The filter frame by frame; ValueError where no switching state is possible."""
+def filter_steps(slds: SLDS, frames: Frames, switch: Switch | None = None) -> Iterator[Step]:
+    """The filter frame by frame, with Pi or a switch that depends on the state before; ValueError where no
+    switching state is possible."""
     first = frames.first.tolist()
     rows = _measured(frames)
     C, R, y = slds.C[rows], slds.R[np.ix_(rows, rows)], frames.y[:, rows]
@@ -88,7 +91,8 @@ def filter_steps(slds: SLDS, frames: Frames) -> Iterator[Step]:
             n = now.stop - now.start
             before = step.states[:n]
             pairs = _innovate(transitions, before, y[now], None if whole[t] else seen[now])
-            logs = pairs.log_lik + (transitions.log_switch + step.log_prob[:n])
+            log_switch = transitions.log_switch if switch is None else switch(before.mean).transpose(2, 0, 1)
+            logs = pairs.log_lik + (log_switch + step.log_prob[:n])
             log_sum, log_shares = normalised(logs, axis=-1)
             log_joint = log_sum[..., 0].T + further[now]
             belief = _collapsed(transitions, before, pairs, np.exp(log_shares))

@@ -6,11 +6,12 @@ its region. Its uses go beyond the papers, in which the switch depends on the la
     a term for the pose   log N(y_t; C mean0_k, C cov0_k C' + R), flatter the noisier the measurement
     a recurrent switch    Pr(s_t = j | s_{t-1} = i, x_{t-1}) in proportion to Pi[i, j] N(x_j; mean0_j, cov0_j)
                           with x_j = A_j x_{t-1} + b_j: a state is entered where it leads into its region
+    a step towards it     p(x_t | s_t = k, x_{t-1}) in proportion to N(x_t; x_k, Q_k) N(x_t; mean0_k, cov0_k)
 
-(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of both.
+(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of all of them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from dynamics.gaussian import Array, Gaussian, apply, inverse_root, log_density,
 from dynamics.kalman import innovation, log_likelihood
 from dynamics.slds import SLDS
 
-POSE = 0.5  # weight of the pose's term; less than 1, as the dynamics count the pose already
+POSE = 0.5  # weight of the pose's term, in a filter's switch too; less than 1: the dynamics count it already
 CHUNK = 1000  # frames whose covariances are held at a time
 
 
@@ -55,6 +56,27 @@ class Regions:
 def regions(slds: SLDS) -> Regions:
     """Distribution of the state in each switching state, by which the switch depends on the pose."""
     return _seen_by(slds, slds.layout.regard)
+
+
+def log_switch(slds: SLDS, reach: Regions, x: Array, weight: float = 1.0) -> Array:
+    """(..., K, K) log of the recurrent switch, [i, j] from i to j, given the states x (..., K or 1, N) before
+    it, one each i or one for all; the region counts to the power `weight`."""
+    ahead = apply(slds.A, x[..., None, :]) + slds.b
+    log_p = slds.log_Pi + weight * reach.log_density(ahead)
+    return np.asarray(log_p - np.logaddexp.reduce(log_p, axis=-1, keepdims=True))
+
+
+def drawn(slds: SLDS, weight: float) -> SLDS:
+    """The system whose every step goes towards the region of its state, which counts to the power `weight`.
+
+    With F = regard and mean m, cov V of the region, the product of both Gaussians is, for the gain g = Q F'
+    (F Q F' + V / weight)^-1, one with A - g F A, b + g (m - F b) and Q - g F Q.
+    """
+    reach = regions(slds)
+    FQ = reach.regard @ slds.Q
+    gain = transpose(np.linalg.solve(FQ @ reach.regard.T + reach.cov / weight, FQ))
+    b = slds.b + apply(gain, reach.mean - slds.b @ reach.regard.T)
+    return replace(slds, A=slds.A - gain @ reach.regard @ slds.A, b=b, Q=symmetric(slds.Q - gain @ FQ))
 
 
 def pose_regions(slds: SLDS) -> Regions:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density, symmetric
 from dynamics.learning.em import from_origin
 from dynamics.motion.rate import by_motion
-from dynamics.region import regions
+from dynamics.region import log_switch, regions
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi, viterbi_all
 
@@ -100,8 +100,7 @@ def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: boo
     first = slds.log_pi0 + reach.log_density(x[:, 0, None])
     switch = np.broadcast_to(slds.log_Pi, (P, T - 1, slds.K, slds.K))
     if recurrent:
-        switch = switch + reach.log_density(ahead)[:, :, None]
-        switch = switch - np.logaddexp.reduce(switch, axis=-1, keepdims=True)
+        switch = log_switch(slds, reach, x[:, :-1, None])
     log_step = switch + log_step[:, :, None]
     later = np.zeros((P, T, slds.K))
     for t in range(T - 2, -1, -1):

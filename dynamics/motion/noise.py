@@ -1,4 +1,4 @@
-"""Measurements noisier than those a model was learned from."""
+"""Measurements noisier, and people and motions other, than those a model was learned from."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,7 +12,8 @@ from dynamics.slds import SLDS
 from dynamics.viterbi import best_log_p_all
 
 LEAST, MOST = 1e-3, 0.5  # standard deviations that are tried, radians or leg lengths
-STEP = 0.05  # of the logarithm of a deviation: what the search stops within
+FACTORS = 0.25, 16.0  # of Q, the least and the greatest
+STEP = 0.05  # of the logarithm of a deviation or factor: what the search stops within
 FRAMES = 1500  # as many tell the noise well enough
 STRANGER = float(np.radians(10.0))  # by which people who were not learned from differ, as measured noise
 SEARCHES = 5  # of the noise at most: both kinds together, then each in turn, twice
@@ -52,6 +53,35 @@ def among_strangers(slds: SLDS, deviation: float = STRANGER) -> SLDS:
     return replace(slds, R=slds.R + np.diag(np.where(slds.travels, 0.0, deviation**2)))
 
 
+def wider(slds: SLDS, deviation: float = STRANGER) -> SLDS:
+    """The model with mean postures that differ by this deviation, for people it was not learned from.
+
+    cov0, and with it every state's region, grows by what shifts all poses of a state alike, in the freedoms
+    that stay.
+    """
+    apart = slds.shift * np.where(slds.travels, 0.0, deviation)
+    return replace(slds, cov0=slds.cov0 + apart @ apart.T)
+
+
+def at_process_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda: None) -> SLDS:
+    """The model with Q times the factor that makes sequences (T, M), NaN where not measured, most likely.
+
+    Some people, and a motion faster than those learned from, follow the dynamics less closely than others.
+    `tick` is called once.
+    """
+    some = _some(ys)
+
+    def changed(log_factor: float) -> SLDS:
+        return replace(slds, Q=slds.Q * np.exp(log_factor))
+
+    def cost(log_factor: float) -> float:
+        return -sum(best_log_p_all(changed(log_factor), some))
+
+    log_factor, least = _search(cost, *FACTORS)
+    tick()
+    return changed(log_factor) if least < cost(0.0) else slds
+
+
 def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArray[np.bool_]) -> Array:
     """The added variance (M,) with that of these freedoms (M,) replaced by the most likely one."""
 
@@ -62,12 +92,16 @@ def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArr
         noisy = replace(slds, R=slds.R + np.diag(added))
         return -sum(best_log_p_all(noisy, ys))
 
-    bounds = (float(np.log(LEAST)), float(np.log(MOST)))
-    found = minimize_scalar(
-        lambda x: cost(changed(x)), bounds=bounds, method="bounded", options={"xatol": STEP}
-    )
+    log_deviation, least = _search(lambda x: cost(changed(x)), LEAST, MOST)
     none = np.where(freedoms, 0.0, variance)
-    return changed(float(found.x)) if found.fun < cost(none) else none
+    return changed(log_deviation) if least < cost(none) else none
+
+
+def _search(cost: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """The logarithm of the number between `low` and `high` where it costs least, and what it costs."""
+    bounds = (float(np.log(low)), float(np.log(high)))
+    found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": STEP})
+    return float(found.x), float(found.fun)
 
 
 def _some(ys: Sequence[Array]) -> list[Array]:

@@ -19,15 +19,16 @@ from dynamics.gpb2_filter import filter_steps
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update
-from dynamics.motion.noise import SEARCHES, STRANGER, among_strangers, at_noise
+from dynamics.motion.noise import SEARCHES, STRANGER, among_strangers, at_noise, at_process_noise, wider
 from dynamics.posterior import InferSwitching
-from dynamics.region import POSE, Regions, pose_hints, pose_regions, regions
+from dynamics.region import POSE, Regions, drawn, log_switch, pose_hints, pose_regions, regions
 from dynamics.slds import SLDS
 
 Tick = Callable[[], None]
 
 CLASSIFY_TICKS = SEARCHES + 1
 NOISE_KNOWN = (5, 15, 45, 135)  # frames after which forecasts go by the noise so far
+TOWARDS = 0.3  # weight of a state's region on every step of a forecast: 0.1 to 0.8 do about alike
 PULL = 1.5  # of a state's region on every step of synthesis; much more and no two strides differ
 INSIDE = 0.995  # share of a state's own poses within the distance that synthesis keeps to
 LEAST, MOST = 0.1, 1e4  # weights of the poses that are tried to keep to it
@@ -105,8 +106,10 @@ def labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> L
 def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lambda: None) -> list[Gaussian]:
     """Forecasts `horizon` frames ahead by the GPB2 filter: one Gaussian a switching state, collapsed.
 
-    R is raised to the noise of the frames so far, anew at each of NOISE_KNOWN frames into the sequences (T,
-    M) in body units; NaN entries were not measured. `tick` is called `predict_ticks(ys)` times.
+    The switch depends on the pose, and every step is drawn towards the region of its state, which is as wide
+    as people who were not learned from differ (`dynamics.region`). R is raised and Q scaled to the noise of
+    the frames so far, anew at each of NOISE_KNOWN frames into the sequences (T, M) in body units; NaN entries
+    were not measured. `tick` is called `predict_ticks(ys)` times.
 
     Returns:
         For each sequence mean (T + horizon, M) and cov of the pose without measurement noise: entry t from
@@ -115,12 +118,14 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lamb
     Raises:
         ValueError: a horizon below 1.
     """
-    found = forecasts(slds, ys, horizon)
+    own = drawn(wider(slds), TOWARDS)
+    found = forecasts(own, ys, horizon, recurrent=True)
     tick()
     for known, until in pairwise([*_edges(ys), max(map(len, ys), default=0)]):
         longer = [i for i, y in enumerate(ys) if len(y) > known]
-        fitted = at_noise(slds, [y[:known] for y in ys], tick)
-        later = forecasts(fitted, [ys[i][:until] for i in longer], horizon)
+        before = [y[:known] for y in ys]
+        fitted = at_process_noise(at_noise(own, before, tick), before, tick)
+        later = forecasts(fitted, [ys[i][:until] for i in longer], horizon, recurrent=True)
         tick()
         for i, ahead in zip(longer, later, strict=True):
             rows = slice(known + horizon, len(ahead.mean))
@@ -130,21 +135,29 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lamb
 
 def predict_ticks(ys: Sequence[Array]) -> int:
     """How often `predict` ticks for these sequences."""
-    return 1 + len(_edges(ys)) * (SEARCHES + 1)
+    return 1 + len(_edges(ys)) * (SEARCHES + 2)
 
 
-def forecasts(slds: SLDS, ys: Sequence[Array], horizon: int = 1) -> list[Gaussian]:
-    """What the GPB2 filter expects `horizon` frames ahead with the model's own R; otherwise as `predict`."""
+def forecasts(
+    slds: SLDS, ys: Sequence[Array], horizon: int = 1, *, recurrent: bool = False
+) -> list[Gaussian]:
+    """What the GPB2 filter expects `horizon` frames ahead with the model as it is; otherwise as `predict`.
+
+    If `recurrent` the switch depends on the pose; if not it is the papers'.
+    """
     if horizon < 1:
         raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
-    M = len(slds.names)
+    M, reach = len(slds.names), regions(slds) if recurrent else None
+
+    def switch(x: Array) -> Array:
+        return slds.log_Pi if reach is None else log_switch(slds, reach, x, POSE)
 
     def infer(frames: Frames) -> list[Gaussian]:
         mean, cov = np.empty((len(frames.y), M)), np.empty((len(frames.y), M, M))
-        for now in filter_steps(slds, frames):
+        for now in filter_steps(slds, frames, switch if recurrent else None):
             prob, states = np.exp(now.log_prob), now.states
             for _ in range(horizon):
-                prob, states = _switched(slds, prob, states)
+                prob, states = _switched(slds, prob[:, :, None] * np.exp(switch(states.mean)), states)
             ahead = collapse(prob, states)
             mean[now.rows] = apply(slds.C, ahead.mean)
             cov[now.rows] = symmetric(slds.C @ ahead.cov @ slds.C.T)
@@ -203,9 +216,11 @@ def _kept_in(following: Gaussian, poses: Regions, k: int, limit: float) -> Gauss
     return near
 
 
-def _switched(slds: SLDS, prob: Array, states: Gaussian) -> tuple[Array, Gaussian]:
-    """One frame on, nothing measured: Pr(s) (T, K) and x given each s, collapsed over the state before."""
-    joint = prob[:, :, None] * slds.Pi
+def _switched(slds: SLDS, joint: Array, states: Gaussian) -> tuple[Array, Gaussian]:
+    """One frame on, nothing measured: Pr(s) (T, K) and x given each s, collapsed over the state before.
+
+    joint (T, K, K) is the probability of each state before and now.
+    """
     later: Array = joint.sum(1)
     weights = np.where(later[:, None] > 0, joint / np.maximum(later, 1e-300)[:, None], 1.0 / slds.K)
     ahead = step(states[:, None], slds.A[:, None], slds.b[:, None], slds.Q[:, None])

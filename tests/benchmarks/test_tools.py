@@ -22,6 +22,8 @@ from tests.benchmarks.evaluation.films import FILMS
 from tests.benchmarks.evaluation.held_out import tune
 from tests.benchmarks.evaluation.robustness import DROPPED, SHOTS, claims
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, spoil, twins
+from tests.benchmarks.motion import __main__ as motion
+from tests.benchmarks.motion.data import Source
 from tests.benchmarks.motion.synthesis import spectrum, stride
 from tests.benchmarks.page import Claim
 from tests.benchmarks.rivals.body import body_at
@@ -45,6 +47,25 @@ def test_a_claim_outside_its_bounds_or_not_measured_is_not_reached(value):
 def test_a_claim_tells_its_bound_in_one_word_and_its_unit_once():
     assert Claim("late", 1.0, 2.0, unit="ms").row() == ["late, ms", "≤2", "1.00", "yes"]
     assert Claim("as fast", 1.0, math.inf, 2.0).row() == ["as fast", "≥2", "1", "**no**"]
+
+
+def test_a_part_of_a_page_is_written_in_its_place_without_losing_the_others(monkeypatch, tmp_path):
+    def part(heading, value):
+        claims = [Claim("error", value, 2.0)]
+        return SimpleNamespace(
+            HEADING=heading, claims=lambda _: claims, section=lambda *_: [f"{heading} in words", ""]
+        )
+
+    parts = [part(name, 1.0) for name in ("first", "second", "third")]
+    monkeypatch.setattr(motion, "SECTIONS", parts)
+    monkeypatch.setattr(motion, "study", lambda _: SimpleNamespace(captures=(), subjects=()))
+    source = Source(tmp_path)
+    whole = motion.page(source, {}, parts)
+    assert motion.page(source, {}, parts[1:2], whole) == whole
+    without = motion.page(source, {}, [parts[0], parts[2]])
+    assert motion.page(source, {}, parts[1:2], without) == whole
+    again = motion.page(source, {}, [part("second", 3.0)], whole)
+    assert again == whole.replace("1 |yes", "3 |**no**", 2).replace("3 |**no**", "1 |yes", 1)
 
 
 def made_up(mean, lost=None):

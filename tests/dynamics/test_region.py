@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.distance import mahalanobis
 from scipy.stats import multivariate_normal
 
-from dynamics.region import CHUNK, POSE, pose_hints, pose_regions, regions
+from dynamics.region import CHUNK, POSE, drawn, log_switch, pose_hints, pose_regions, regions
 from tests.oracles import random_slds
 
 # Regions are widened by a millionth of the largest variance, their smallest eigenvalue is near a tenth of it.
@@ -150,3 +150,39 @@ def test_a_long_sequence_says_of_each_frame_what_the_frame_alone_says(rng):
     y[5, 0] = y[CHUNK] = np.nan
     some = [0, 5, CHUNK - 1, CHUNK, CHUNK + 1, 2 * CHUNK + 2]
     assert_allclose(pose_hints(slds, y)[some], pose_hints(slds, y[some]), atol=1e-12)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_state_is_entered_where_it_leads_into_its_region(order, rng):
+    slds = travelling_model(3, order, rng)
+    x = 0.5 * rng.normal(size=(4, 3, 3 * order))
+    got = log_switch(slds, regions(slds), x, 0.7)
+    shared = log_switch(slds, regions(slds), x[:, :1], 0.7)
+    for t in range(4):
+        for j in range(3):
+            for before, found in ((x[t, j], got[t, j]), (x[t, 0], shared[t, j])):
+                led = [without_place(slds.A[i] @ before + slds.b[i], order) for i in range(3)]
+                density = [multivariate_normal(*moments_without_place(slds, i)).pdf(led[i]) for i in range(3)]
+                want = slds.Pi[j] * np.power(density, 0.7)
+                assert_allclose(found, np.log(want / want.sum()), rtol=WIDENED, atol=WIDENED)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_step_drawn_to_its_region_has_the_density_of_both(order, rng):
+    slds = travelling_model(2, order, rng)
+    towards = drawn(slds, 0.4)
+    for k in range(2):
+        mean, cov = moments_without_place(slds, k)
+        ratios = []
+        x = rng.normal(size=3 * order)
+        for pose in 0.3 * rng.normal(size=(5, 3)):
+            after = np.concatenate([pose, x[:3]])[: 3 * order]
+            own, new = (
+                multivariate_normal((m.A[k] @ x + m.b[k])[:3], m.Q[k][:3, :3]).logpdf(pose)
+                for m in (slds, towards)
+            )
+            region = multivariate_normal(mean, cov).logpdf(without_place(after, order))
+            ratios.append(new - own - 0.4 * region)
+        assert_allclose(ratios, ratios[0], rtol=1e-3)  # regions are widened a little
+        assert_allclose((towards.A[k] @ x + towards.b[k])[3:], x[:3][: 3 * (order - 1)], atol=1e-12)
+        assert_array_equal(towards.Q[k][3:], 0.0)

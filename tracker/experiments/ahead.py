@@ -62,8 +62,8 @@ def run(study: Study) -> Section:
         HEADING,
         f"The six angles of every capture with {NOISE:g} degrees of white noise; the clean angles up to "
         f"{max(_horizons(study))} frames ahead are forecast from the noisy ones up to now. People were "
-        f"{study.unseen}. The SLDS (second order, GPB2 filter) has the states a motion that learning uses by "
-        f"default; the hidden Markov model has {HIDDEN}.",
+        f"{study.unseen}. The SLDS (second order, GPB2 filter, switch by the pose) has the "
+        f"states a motion that learning uses by default; the hidden Markov model has {HIDDEN}.",
         (_against(total, "kalman"), _against(total, "hmm")),
         (table,),
     )

@@ -4,7 +4,7 @@
 
 DATA holds `mocap` and `splices`. Two processes, of one thread each where OMP_NUM_THREADS and
 OPENBLAS_NUM_THREADS say so as in `make motion`; about half an hour. With --quick a few, but the figures
-mean nothing. With --part only the section of that module is measured and written.
+mean nothing. With --part only the section of that module is measured; the page keeps the others.
 """
 
 import argparse
@@ -26,21 +26,19 @@ def main() -> None:
     parser.add_argument("out", type=Path, help="the page, Markdown")
     parser.add_argument("--quick", action="store_true", help="a try of the program; its figures mean nothing")
     names = [part.__name__.rpartition(".")[2] for part in SECTIONS]
-    parser.add_argument("--part", choices=names, help="only this section, with its targets")
+    parser.add_argument("--part", choices=names, help="only this section; the page keeps the others")
     asked = parser.parse_args()
     source, parts = Source(asked.data, asked.quick), named_parts(asked.part)
     results = measure(source, Progress(), parts)
-    asked.out.write_text("\n".join(page(source, results, parts)), encoding="utf-8")
+    before = asked.out.read_text(encoding="utf-8") if asked.part and asked.out.exists() else ""
+    asked.out.write_text(page(source, results, parts, before), encoding="utf-8")
 
 
-def page(source: Source, results: Results, parts: Sequence[ModuleType]) -> list[str]:
-    """The lines of the Markdown text."""
+def page(source: Source, results: Results, parts: Sequence[ModuleType], before: str = "") -> str:
+    """The Markdown text: the sections of these parts, and of the others those that the page had before."""
     captures = study(source).captures
-    lines = [
+    intro = [
         "# Motion without video",
-        "",
-        f"{written('motion')}.",
-        *([TRY] if source.quick else []),
         "",
         f"{len(captures)} straight segments ({sum(len(c.y) for c in captures)} frames at 30 a second)",
         f"of walks and runs by {len(study(source).subjects)} subjects ({' and '.join(SAME)} are probably one",
@@ -48,13 +46,21 @@ def page(source: Source, results: Results, parts: Sequence[ModuleType]) -> list[
         f"default model has K={STATES} states a motion and order 2, learned with {NOISE:g}° of noise. For",
         "forecasts and gaps each subject is left out in turn.",
         "",
-        "## What is wanted",
-        "",
-        *claim_table(claim for part in parts for claim in part.claims(results)),
     ]
+    sections = {text.partition("\n")[0]: text for text in before.split("\n## ")[1:]}
     for part in parts:
-        lines += part.section(source, results)
-    return lines
+        lines = [
+            part.HEADING,
+            "",
+            f"{written('motion')}.",
+            *([TRY] if source.quick else []),
+            "",
+            *claim_table(part.claims(results)),
+            *part.section(source, results),
+        ]
+        sections[part.HEADING] = "\n".join(lines)
+    shown = [sections[part.HEADING] for part in SECTIONS if part.HEADING in sections]
+    return "\n## ".join(["\n".join(intro), *shown])
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ from dynamics.stride import Stride
 from kinematics.mocap import Sequence as Capture
 from tests.benchmarks.motion.data import (
     DEFAULT,
+    SPLICED,
     STATES,
     STRIDE,
     Results,
@@ -51,6 +52,7 @@ from tracker.experiments.study import FPS, Recipe
 from tracker.models.learn import NOISE
 from tracker.motion.fill import angles_evidence
 
+HEADING = "Gaps"
 NEAREST = 15
 TARGETS = {("walk", 10): 2.2, ("walk", 25): 4.0, ("walk", 50): 6.5, ("run", 10): 4.5, ("run", 25): 6.0}
 SIX_TARGETS = {("walk", 10): 1.6, ("walk", 25): 2.2, ("walk", 50): 2.6}
@@ -135,7 +137,7 @@ def jobs(source: Source) -> Iterator[Filling]:
     for label, gap in TARGETS:
         for way, variant, _ in _rows(source):
             if way != CHOSEN:
-                for recipe in held_out(source, label, variant):
+                for recipe in (*held_out(source, label, variant), Recipe(*variant, SPLICED)):
                     yield Filling(recipe, label, gap, way)
 
 
@@ -161,8 +163,6 @@ def section(source: Source, results: Results) -> list[str]:
         for way, variant, name in _rows(source)
     ]
     return [
-        "## Gaps",
-        "",
         f"All freedoms are missing in the middle of a clean segment with at least {SIDE} more frames",
         "on either side. RMSE in degrees. `figtrack interpolate` takes the more probable of stride",
         "and default model; the sigma above is the stride's.",

@@ -22,6 +22,7 @@ from tracker.experiments.splices import PIECES, Splice, long_enough, splice
 from tracker.experiments.study import Recipe
 from tracker.models.find import from_a_stand, switching_model
 
+HEADING = "Walk or run, everyone left out in turn"
 FAR = 10
 NOISES = (2, 5, 10)
 SEQUENCES = 3
@@ -125,8 +126,6 @@ def claims(results: Results) -> list[Claim]:
 def section(source: Source, results: Results) -> list[str]:
     """The tables."""
     lines = [
-        "## Walk or run, everyone left out in turn",
-        "",
         f"Wrong frames in per cent, and those more than {FAR} frames from any junction, with the",
         "default model, on sequences spliced from captures of one person. Below: the joggers of",
         "HDM05 with a model that was learned without all of them, and the shipped `gait` on people",

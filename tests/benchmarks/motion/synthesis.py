@@ -20,6 +20,7 @@ from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import ANGLES, WIDER, centred, out_of_range
 from tracker.experiments.study import FPS, Recipe
 
+HEADING = "Synthesis"
 FRAMES = 500
 SEEDS = 10
 WINDOW = 64  # frames of a Hann window, overlapping by half, the mean taken off
@@ -106,8 +107,6 @@ def section(source: Source, results: Results) -> list[str]:
                 rows.append([f"{label}, {named(states, order)}, {switch}", *_cells(like)])
         strides.append(f"{like.stride:.1f} ({label})")
     return [
-        "## Synthesis",
-        "",
         f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone, with the switch by the pose and",
         f"the papers'. Out: frames with an angle out of the data's range, widened by {100 * WIDER:g} %; far",
         "out: by a whole range. Stride: frames, from the autocorrelation of near hip less far hip, median",

@@ -12,9 +12,26 @@ from scipy.linalg import solve_discrete_lyapunov
 from dynamics.gpb2 import gpb2_all, switching_all
 from dynamics.hmm import HMM
 from dynamics.motion import tasks
-from dynamics.motion.noise import SEARCHES, STRANGER, among_strangers, at_noise
-from dynamics.motion.tasks import CLASSIFY_TICKS, classify, classify_hmm, predict, predict_ticks, synthesise
-from dynamics.region import pose_hints
+from dynamics.motion.noise import (
+    FACTORS,
+    SEARCHES,
+    STRANGER,
+    among_strangers,
+    at_noise,
+    at_process_noise,
+    wider,
+)
+from dynamics.motion.tasks import (
+    CLASSIFY_TICKS,
+    TOWARDS,
+    classify,
+    classify_hmm,
+    forecasts,
+    predict,
+    predict_ticks,
+    synthesise,
+)
+from dynamics.region import POSE, drawn, pose_hints, regions
 from dynamics.slds import combine
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
@@ -255,13 +272,44 @@ def test_more_sequences_than_needed_are_thinned_evenly(rng):
     assert_allclose(added(slds, at_noise(slds, thirds)), 0.2, rtol=0.1)
 
 
+@pytest.mark.parametrize("factor", [0.5, 1.0, 4.0])
+def test_the_factor_of_the_process_noise_is_found_again(factor, rng):
+    slds = random_slds(2, d=3, order=2, noise=0.05, rng=rng)
+    lively = replace(slds, Q=factor * slds.Q)
+    ys = [sample(lively, 60, rng)[2] for _ in range(8)]
+    for y in ys:
+        y[rng.random(len(y)) < 0.1] = np.nan
+    found = at_process_noise(slds, ys)
+    # 1,300 numbers, which measurement noise of about the same size blurs.
+    assert_allclose(found.Q, factor * slds.Q, rtol=0.2)
+    assert_array_equal(found.R, slds.R)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_process_noise_of_one_state_is_the_likeliest_by_the_joint_gaussian(order, rng):
+    slds = random_slds(1, d=2, order=order, noise=0.05, rng=rng)
+    ys = [sample(replace(slds, Q=3.0 * slds.Q), 12, rng)[2] for _ in range(3)]
+    tried = np.exp(np.arange(np.log(FACTORS[0]), np.log(FACTORS[1]), 0.02))
+    values = [sum(log_density_at(replace(slds, Q=f * slds.Q), y, np.zeros(1))[0] for y in ys) for f in tried]
+    # The search stops within 5 %, the grid is a step off.
+    assert_allclose(at_process_noise(slds, ys).Q, tried[int(np.argmax(values))] * slds.Q, rtol=0.07)
+
+
+def test_where_nothing_tells_the_process_noise_stays(rng):
+    slds = random_slds(2, rng=rng)
+    assert at_process_noise(slds, [np.full((5, 2), np.nan)]) is slds
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_who_was_not_learned_from_has_another_mean_posture(order, rng):
+    slds = random_slds(2, d=3, order=order, travelling=("b",), rng=rng)
+    shift = 0.3 * rng.normal(size=(200_000, 3)) * [1.0, 0.0, 1.0]
+    # Every pose of a state shifts alike; 200,000 draws tell a variance to 0.3 %.
+    want = slds.cov0 + np.cov(np.tile(shift, order).T)
+    assert_allclose(wider(slds, 0.3).cov0, want, atol=0.01 * 0.09)
+
+
 # Prediction
-
-
-@pytest.fixture
-def known_noise(monkeypatch):
-    """Forecasts go by the model's own R throughout."""
-    monkeypatch.setattr(tasks, "NOISE_KNOWN", ())
 
 
 def ahead(slds, y, t, horizon):
@@ -273,11 +321,11 @@ def ahead(slds, y, t, horizon):
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("horizon", [1, 2, 5])
-def test_a_forecast_of_one_state_is_that_of_the_joint_gaussian(order, horizon, rng, known_noise):
+def test_a_forecast_of_one_state_is_that_of_the_joint_gaussian(order, horizon, rng):
     slds = random_slds(1, d=3, order=order, travelling=("b",), rng=rng)
     ys = [sample(slds, T, rng)[2] for T in (4, 9, 1)]
     ys[1][2, 0] = ys[1][0] = ys[1][5:7] = np.nan
-    for y, got in zip(ys, predict(slds, ys, horizon), strict=True):
+    for y, got in zip(ys, forecasts(slds, ys, horizon), strict=True):
         assert got.mean.shape == (len(y) + horizon, 3)
         assert got.cov.shape == (len(y) + horizon, 3, 3)
         assert np.isnan(got.mean[:horizon]).all()
@@ -295,7 +343,7 @@ def test_forecasts_from_two_frames_are_exact(order, horizon, rng):  # nothing is
     slds = random_slds(3, d=2, order=order, rng=rng)
     ys = [sample(slds, 2, rng)[2] for _ in range(4)]
     ys[1][0] = ys[2][1, 0] = ys[3][:] = np.nan
-    for y, got in zip(ys, predict(slds, ys, horizon), strict=True):
+    for y, got in zip(ys, forecasts(slds, ys, horizon), strict=True):
         for t in (horizon, horizon + 1):
             mean, cov = ahead(slds, y, t, horizon)
             assert_allclose(got.mean[t], mean, atol=1e-10)
@@ -303,12 +351,12 @@ def test_forecasts_from_two_frames_are_exact(order, horizon, rng):  # nothing is
         assert_array_equal(got.cov[horizon:], np.swapaxes(got.cov[horizon:], 1, 2))
 
 
-def test_later_forecasts_are_nearly_those_of_all_paths(rng, known_noise):
+def test_later_forecasts_are_nearly_those_of_all_paths(rng):
     off, wider = [], []
     for i in range(6):
         slds = random_slds(2, d=2, order=1 + i % 2, rng=rng)
         y = sample(slds, 5, rng)[2]
-        (got,) = predict(slds, [y], 2)
+        (got,) = forecasts(slds, [y], 2)
         for t in (5, 6):
             mean, cov = ahead(slds, y, t, 2)
             off.append(np.abs(got.mean[t] - mean) / np.sqrt(np.diag(cov)))
@@ -318,6 +366,71 @@ def test_later_forecasts_are_nearly_those_of_all_paths(rng, known_noise):
     assert np.median(off) < 1e-3
     assert np.max(off) < 0.1
     assert_allclose(wider, 1.0, atol=0.15)
+
+
+def naive_recurrent(slds, y, horizon):
+    """Means (T, M) of the pose `horizon` frames on, by GPB2 with a recurrent switch, pair by pair."""
+    reach, K = regions(slds), slds.K
+    prob, means, covs = slds.pi0, slds.mean0, slds.cov0
+    forecast = []
+    for t in range(len(y)):
+        if t > 0:
+            prob, means, covs = naive_step(slds, reach, prob, means, covs, y[t])
+        else:
+            found = [conditioned(slds, means[k], covs[k], y[0]) for k in range(K)]
+            prob = prob * np.exp([f[2] for f in found])
+            prob, means, covs = prob / prob.sum(), [f[0] for f in found], [f[1] for f in found]
+        ahead = prob, means, covs
+        for _ in range(horizon):
+            ahead = naive_step(slds, reach, *ahead, np.full(len(slds.C), np.nan))
+        forecast.append(slds.C @ np.tensordot(ahead[0], ahead[1], 1))
+    return np.array(forecast)
+
+
+def naive_step(slds, reach, prob, means, covs, y):
+    K = slds.K
+    joint, pairs = np.empty((K, K)), {}
+    for j in range(K):
+        led = [slds.A[i] @ means[j] + slds.b[i] for i in range(K)]
+        seen = [log_density(reach.regard @ led[i], reach.mean[i], reach.cov[i]) for i in range(K)]
+        switch = slds.Pi[j] * np.exp(POSE * np.array(seen))
+        for i in range(K):
+            cov = slds.A[i] @ covs[j] @ slds.A[i].T + slds.Q[i]
+            mean, cov, log_lik = conditioned(slds, led[i], cov, y)
+            pairs[j, i] = mean, cov
+            joint[j, i] = prob[j] * switch[i] / switch.sum() * np.exp(log_lik)
+    joint /= joint.sum()
+    share = joint / joint.sum(0)
+    means = [sum(share[j, i] * pairs[j, i][0] for j in range(K)) for i in range(K)]
+    covs = [
+        sum(
+            share[j, i] * (pairs[j, i][1] + np.outer(pairs[j, i][0] - means[i], pairs[j, i][0] - means[i]))
+            for j in range(K)
+        )
+        for i in range(K)
+    ]
+    return joint.sum(0), means, covs
+
+
+def conditioned(slds, mean, cov, y):
+    """The state given y, and log p(y); nothing measured changes nothing."""
+    if np.isnan(y).all():
+        return mean, cov, 0.0
+    S = slds.C @ cov @ slds.C.T + slds.R
+    gain = np.linalg.solve(S, slds.C @ cov).T
+    return mean + gain @ (y - slds.C @ mean), cov - gain @ S @ gain.T, log_density(y, slds.C @ mean, S)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("horizon", [1, 3])
+def test_a_recurrent_forecast_is_that_of_a_filter_pair_by_pair(order, horizon, rng):
+    slds = random_slds(3, d=3, order=order, travelling=("b",), rng=rng)
+    ys = [sample(slds, T, rng)[2] for T in (7, 3)]
+    ys[0][4] = np.nan
+    found, papers = forecasts(slds, ys, horizon, recurrent=True), forecasts(slds, ys, horizon)
+    for y, got, other in zip(ys, found, papers, strict=True):
+        assert_allclose(got.mean[horizon:], naive_recurrent(slds, y, horizon), atol=1e-9)
+        assert np.abs(other.mean[-1] - got.mean[-1]).max() > 1e-3
 
 
 @pytest.mark.parametrize("horizon", [1, 3])
@@ -335,14 +448,15 @@ def test_no_forecast_knows_what_comes(horizon, rng):
         assert np.abs(got.mean[known + horizon] - whole.mean[known + horizon]).max() > 1e-6
 
 
-def test_forecasts_go_by_the_noise_of_the_frames_before(rng, monkeypatch):
+def test_forecasts_go_by_the_noise_of_the_frames_before(rng):
     slds = random_slds(2, order=2, noise=0.05, rng=rng)
     ys = [sample(slds, T, rng)[2] + 0.2 * rng.normal(size=(T, 2)) for T in (60, 20, 3)]
     got = predict(slds, ys, 2)
-    monkeypatch.setattr(tasks, "NOISE_KNOWN", ())
+    own = drawn(wider(slds), TOWARDS)
     for known, until in ((0, 5), (5, 15), (15, 45), (45, 60)):
-        fitted = at_noise(slds, [y[:known] for y in ys]) if known else slds
-        for one, want in zip(got, predict(fitted, ys, 2), strict=True):
+        before = [y[:known] for y in ys]
+        fitted = at_process_noise(at_noise(own, before), before) if known else own
+        for one, want in zip(got, forecasts(fitted, ys, 2, recurrent=True), strict=True):
             rows = slice(known + 2, until + 2)
             # The same operations, in batches of other lengths.
             assert_allclose(one.mean[rows], want.mean[rows], atol=1e-12)
