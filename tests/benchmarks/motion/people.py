@@ -127,9 +127,10 @@ def claims(results: Results) -> list[Claim]:
 def section(source: Source, results: Results) -> list[str]:
     """The table."""
     lines = [
-        f"Wrong frames in per cent, those more than {FAR} frames from any junction, and the person with most.",
-        "The default model, on sequences spliced from captures of one person, learned without that one or",
-        "without all joggers of HDM05; and the shipped `gait` on people whose licence does not allow learning.",
+        f"Wrong frames in per cent, those more than {FAR} frames from any junction, and the person with",
+        "most. The default model, on sequences spliced from captures of one person, learned without that",
+        "one or without all joggers of HDM05; and the shipped `gait` on people whose licence does not",
+        "allow learning.",
         "",
     ]
     rows = []
