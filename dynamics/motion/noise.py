@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from dynamics.gaussian import Array
 from dynamics.slds import SLDS
@@ -99,6 +98,8 @@ def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArr
 
 def _search(cost: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
     """The logarithm of the number between `low` and `high` where it costs least, and what it costs."""
+    from scipy.optimize import minimize_scalar  # slow to import, and labels of tracked motion do without
+
     bounds = (float(np.log(low)), float(np.log(high)))
     found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": STEP})
     return float(found.x), float(found.fun)

@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from dynamics.frames import Frames, in_batches
 from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
@@ -178,6 +177,8 @@ def synthesise(
     If `recurrent` the switch depends on the pose, and every step is weighed by the region of its state
     (`dynamics.region`); if not it is the papers' model, whose free run soon leaves the motion's range.
     """
+    from scipy.stats import chi2  # slow to import, and labels of tracked motion do without
+
     reach, poses, log_Pi = regions(slds), pose_regions(slds), slds.log_Pi
     limit = chi2.ppf(INSIDE, len(poses.regard))
     s = np.empty(T, dtype=np.intp)

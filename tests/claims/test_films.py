@@ -29,7 +29,7 @@ def made(data_dir: Path, clip: str, film: str) -> Film:
 
 
 @pytest.mark.parametrize(
-    ("clip", "film"), [("indoor_walk_lr", "against the light"), ("park_jog_rl", "in haze")]
+    ("clip", "film"), [("park_jog_rl", "against the light"), ("markers_walk_lr", "in haze")]
 )
 def test_where_grey_levels_are_few_they_are_spread(
     clip: str, film: str, data_dir: Path, tmp_path: Path
