@@ -1,6 +1,7 @@
 """Motions that a model makes by itself, against the captures it was learned from.
 
-Subjects count alike in the captures' spectrum and stride, as they do in learning.
+Subjects count alike in the captures' spectrum and stride, as they do in learning. The switching models repeat
+one gait; the harmonic stride draws a person each time, and persons are to differ as the captures' do.
 """
 
 from collections.abc import Iterator, Sequence
@@ -11,11 +12,14 @@ from scipy.signal import welch
 
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import synthesise
+from dynamics.periodic.synthesis import synthesise_stride
 from dynamics.slds import SLDS
 from dynamics.store import Model
+from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, Results, Source, both, named, study
+from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, Job, Results, Source, both, named, study
+from tests.benchmarks.motion.data import STRIDE as HARMONIC
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import ANGLES, WIDER, centred, out_of_range
 from tracker.experiments.study import FPS, Recipe
@@ -23,12 +27,14 @@ from tracker.experiments.study import FPS, Recipe
 HEADING = "Synthesis"
 FRAMES = 500
 SEEDS = 10
+PERSONS = 50  # drawn from the harmonic stride
 WINDOW = 64  # frames of a Hann window, overlapping by half, the mean taken off
 HIGHEST = 6.0  # Hz
 WEAKEST = 0.01  # of an angle's highest peak
 BOUND = 1.0  # the same, for motions that need only be bounded
 SHORTEST, LONGEST = 12, 60  # frames of a stride
 OUT, STRIDE, SPECTRUM, RUN_STRIDE = 4.0, 10.0, 1.6, 20.0  # targets; per cent, but the spectrum's decibels
+LEAST_SPREAD, MOST_SPREAD = 70.0, 130.0  # per cent of the captures'
 QUICK_SEEDS = 2
 HEADER = ("model, switch", "out, %", "far out, %", "stride (least to most)", "spectrum, dB")
 
@@ -70,9 +76,32 @@ class Making:
         return compare(model, known, self.recurrent, QUICK_SEEDS if source.quick else SEEDS)
 
 
-def jobs(source: Source) -> Iterator[Making]:
-    """Every model with both switches."""
+@dataclass(frozen=True)
+class Persons:
+    """Stride times of people drawn from the harmonic stride, learned on everyone."""
+
+    recipe: Recipe
+
+    def run(self, source: Source, model: Model | None) -> tuple[Array, Array]:
+        """Frames of the persons drawn, and of those captured."""
+        assert isinstance(model, Stride)
+        drawn = (
+            synthesise_stride(model, 0, FRAMES, FPS, np.random.default_rng(seed))
+            for seed in range(QUICK_SEEDS if source.quick else PERSONS)
+        )
+        captured = _by_subject(both(study(source).lessons(self.recipe)))
+        return np.array([stride([y]) for y in drawn]), np.array([stride(ys) for ys in captured])
+
+
+def persons(label: str) -> Persons:
+    """Of one motion."""
+    return Persons(Recipe(*HARMONIC, motions=(label,)))
+
+
+def jobs(source: Source) -> Iterator[Job]:
+    """Every model with both switches, and the harmonic stride's persons."""
     for label in MOTIONS:
+        yield persons(label)
         for states, order in _rows(source):
             for recurrent in (True, False):
                 yield Making(Recipe(states, order, motions=(label,)), recurrent)
@@ -93,12 +122,22 @@ def claims(results: Results) -> list[Claim]:
             unit="%",
         ),
         Claim("synthesised run: stride off the data's", 100.0 * run.stride_error, RUN_STRIDE, unit="%"),
+        *(
+            Claim(
+                f"spread of stride times, {label}, of the captures'",
+                100.0 * float(np.divide(*(times.std(ddof=1) for times in results[persons(label)]))),
+                MOST_SPREAD,
+                LEAST_SPREAD,
+                unit="%",
+            )
+            for label in MOTIONS
+        ),
     ]
 
 
 def section(source: Source, results: Results) -> list[str]:
     """The tables."""
-    rows, strides = [], []
+    rows, strides, spreads = [], [], []
     for label in MOTIONS:
         for states, order in _rows(source):
             for recurrent in (True, False):
@@ -106,6 +145,8 @@ def section(source: Source, results: Results) -> list[str]:
                 switch = "by the pose" if recurrent else "papers'"
                 rows.append([f"{label}, {named(states, order)}, {switch}", *_cells(like)])
         strides.append(f"{like.stride:.1f} ({label})")
+        for who, times in zip(("drawn", "captured"), results[persons(label)], strict=True):
+            spreads.append([label, who, str(len(times)), *map(number, (times.mean(), times.std(ddof=1)))])
     return [
         f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone, with the switch by the pose and",
         f"the papers'. Out: frames with an angle out of the data's range, widened by {100 * WIDER:g} %; far",
@@ -114,6 +155,10 @@ def section(source: Source, results: Results) -> list[str]:
         f"{HIGHEST:g} Hz, where the data have at least {100 * WEAKEST:g} % of the angle's peak.",
         "",
         *table(HEADER, rows),
+        f"Frames of a stride, mean and standard deviation over people: {PERSONS} drawn from the harmonic",
+        "stride, and those captured.",
+        "",
+        *table(("motion", "people", "number", "mean", "deviation"), spreads),
     ]
 
 
