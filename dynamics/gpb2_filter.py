@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import LOG_2PI, Array, Gaussian, symmetric, transpose
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, inverse_triangular, symmetric, transpose
 from dynamics.kalman import update
 from dynamics.slds import SLDS
 
@@ -181,7 +181,7 @@ def _innovate(
         joint[..., :M, N + 1 :] = np.where(both, joint[..., :M, N + 1 :], np.eye(M))
         joint[..., :M, : N + 1] *= seen[:, None, :, None]
     root = np.linalg.cholesky(joint[..., :M, N + 1 :])
-    white = np.linalg.inv(root) @ joint[..., :M, : N + 1]
+    white = inverse_triangular(root) @ joint[..., :M, : N + 1]
     told = (white[..., N:].swapaxes(-1, -2) @ white)[..., 0, :]  # what x_ij learns, and e' S^-1 e
     half_log_det = np.add.reduce(np.log(root.diagonal(axis1=-2, axis2=-1)), -1)
     mean = joint[..., M, :N]
