@@ -246,7 +246,7 @@ def test_the_one_state_loop_and_the_packages_do_what_inference_does(rng):
 
 def test_memory_and_cost_that_grow_are_foreseen():
     long = tuple(Used(5.0 + 0.04 * frames, 100.0 + 0.001 * frames) for frames in command.LENGTHS)
-    growing = command.Command({}, long)
+    growing = command.Command({}, long, long[0])
     assert growing.expected == pytest.approx(100.0 + 0.001 * command.LONG)
     assert growing.milliseconds == pytest.approx(40.0)
     sizes = np.array([1.0, 2.0, 4.0, 8.0])

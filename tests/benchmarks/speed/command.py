@@ -1,4 +1,5 @@
-"""What `figtrack track` takes as a process: CPU time and memory, of a clip and of films of its frames."""
+"""What `figtrack` takes as a process, CPU time and memory: `track` of a clip and of films of its frames, and
+`classify` of a long pose table."""
 
 import os
 import subprocess
@@ -36,12 +37,14 @@ class Used:
 class Command:
     """What the command uses.
 
-    ways : of the clip, by which files are left out
-    long : of films of LENGTHS frames
+    ways     : of the clip, by which files are left out
+    long     : of films of LENGTHS frames
+    classify : labels of LONG synthetic poses
     """
 
     ways: dict[str, Used]
     long: tuple[Used, ...]
+    classify: Used
 
     @property
     def milliseconds(self) -> float:
@@ -63,7 +66,7 @@ def command(video: Path) -> Command:
         folder = Path(scratch)
         ways = {name: _typical(video, marks, folder, without) for name, without in WAYS.items()}
         long = tuple(_track(_there_and_back(video, n, folder), marks, folder, ()) for n in LENGTHS)
-    return Command(ways, long)
+        return Command(ways, long, _classify(folder))
 
 
 def _typical(video: Path, marks: Path, folder: Path, without: Sequence[str]) -> Used:
@@ -72,27 +75,26 @@ def _typical(video: Path, marks: Path, folder: Path, without: Sequence[str]) -> 
 
 
 def _track(video: Path, marks: Path, folder: Path, without: Sequence[str]) -> Used:
-    given = [
-        str(video),
-        "--keypoints",
-        str(marks),
-        "--out",
-        str(folder / "run"),
-        "--overwrite",
-        "--quiet",
-        *without,
-    ]
+    return _used("track", video, "--keypoints", marks, "--out", folder / "run", "--overwrite", *without)
+
+
+def _classify(folder: Path) -> Used:
+    poses = folder / "poses.csv"
+    _used("synthesise", "--frames", LONG, "--no-clip", "--no-plot", "--out", poses)
+    return _used("classify", poses, "--no-plot")
+
+
+def _used(*given: object) -> Used:
+    """Of one command."""
+    words = [*map(str, given), "--quiet"]
     running = subprocess.Popen(
-        [sys.executable, "-m", "tracker", "track", *given],
-        env=os.environ | ONE_THREAD,
-        stdout=subprocess.DEVNULL,
+        [sys.executable, "-m", "tracker", *words], env=os.environ | ONE_THREAD, stdout=subprocess.DEVNULL
     )
     _, status, used = os.wait4(running.pid, 0)
     if status != 0:
-        raise RuntimeError(f"figtrack track {' '.join(given)} failed")
-    return Used(
-        used.ru_utime + used.ru_stime, used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
-    )
+        raise RuntimeError(f"figtrack {' '.join(words)} failed")
+    megabytes = used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+    return Used(used.ru_utime + used.ru_stime, megabytes)
 
 
 def _there_and_back(video: Path, frames: int, folder: Path) -> Path:

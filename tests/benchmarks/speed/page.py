@@ -17,7 +17,8 @@ CPU time of one thread; seconds depend on the machine, ratios hardly. Lucas-Kana
 
 COMMAND = f"""\
 `figtrack track` as a process, from marks, medians of five runs. Films of {LENGTHS[0]} and {LENGTHS[1]}
-frames are the clip played there and back, followed once."""
+frames are the clip played there and back, followed once. `figtrack classify` labels a table of {LONG}
+frames."""
 
 STAGES = """\
 The best of three runs in a process that has run before. Survey and outline read the film first."""
@@ -93,6 +94,8 @@ def claims(measured: Measured) -> list[Claim]:
         Claim("its MB resident", whole.megabytes, 400.0),
         Claim(f"MB resident expected after {LONG} frames", command.expected, 400.0),
         Claim("ms of each further frame of a long film", command.milliseconds, 40.0),
+        Claim(f"CPU seconds of `figtrack classify`, {LONG} frames", command.classify.seconds, 30.0),
+        Claim("its MB resident", command.classify.megabytes, 600.0),
         Claim("frame against Lucas-Kanade's, no survey, no outline", cost.tracked / cost.rival, 1.0),
         Claim("frame against Lucas-Kanade's, with both", cost.whole / cost.rival, 1.5),
         Claim("cost beside a line in hypotheses", measured.hypotheses.astray, STRAIGHT),
@@ -113,6 +116,7 @@ def _command(command: Command) -> list[str]:
     rows = [
         *command.ways.items(),
         *((f"{n} frames", used) for n, used in zip(LENGTHS, command.long, strict=True)),
+        ("`classify`", command.classify),
     ]
     header = ("files or frames", "CPU seconds", "MB resident at most")
     return table(header, [[name, f"{used.seconds:.1f}", f"{used.megabytes:.0f}"] for name, used in rows])
