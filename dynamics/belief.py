@@ -42,6 +42,11 @@ class Belief:
         """Position of the most probable hypothesis."""
         return int(self.cost.argmin())
 
+    def at(self, some: Sequence[int]) -> Self:
+        """Some of the hypotheses, by position."""
+        states = Gaussian(self.states.mean[some], self.states.cov[some])
+        return replace(self, states=states, cost=self.cost[some], s=self.s[some], parent=self.parent[some])
+
     def levelled(self) -> Self:
         """The same with the best at cost 0."""
         return replace(self, cost=self.cost - self.cost.min())
@@ -65,6 +70,14 @@ def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
     s = np.sort(cheapest[cost[cheapest] <= cost.min() + prune])
     states = predict(belief.states[parent[s]], slds.A[s], slds.b[s], slds.Q[s])
     return Belief(states, cost[s], s, parent[s])
+
+
+def together(beliefs: Sequence[Belief]) -> Belief:
+    """One belief of the hypotheses of several, one after another."""
+    mean, cov, *rest = zip(
+        *((of.states.mean, of.states.cov, of.cost, of.s, of.parent) for of in beliefs), strict=True
+    )
+    return Belief(Gaussian(np.concatenate(mean), np.concatenate(cov)), *map(np.concatenate, rest))
 
 
 def either(beliefs: Sequence[Belief]) -> Belief:

@@ -66,8 +66,8 @@ def inverse_root(cov: Array) -> tuple[Array, Array]:
 
 
 def inverse_triangular(lower: NDArray[Any]) -> Array:
-    """L^-1 of every lower triangular L (..., N, N) by substitution, a row of all at once: for hundreds of small
-    matrices many times faster than one after another."""
+    """L^-1 of every lower triangular L (..., N, N) by substitution, a row of all at once: of many small
+    ones, in a fraction of the time."""
     N = lower.shape[-1]
     rows = lower.reshape(-1, N, N).transpose(1, 2, 0).copy()
     scale = 1.0 / rows[np.arange(N), np.arange(N)]

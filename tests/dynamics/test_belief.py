@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.belief import Belief, either, first_belief, propose
+from dynamics.belief import Belief, either, first_belief, propose, together
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
 from dynamics.viterbi import viterbi
@@ -123,6 +123,18 @@ def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
     assert -belief.cost[0] == pytest.approx(want.log_evidence, rel=1e-12)  # the same sums
     assert_allclose(belief.states.mean[0], want.states.mean[-1], atol=1e-12)
     assert_allclose(belief.states.cov[0], want.states.cov[-1], atol=1e-12)
+
+
+def test_hypotheses_stand_one_after_another_and_are_taken_by_position(rng):
+    slds = random_slds(3, rng=rng)
+    first, second = some_belief(slds, [0, 1, 2], rng), some_belief(slds, [2], rng)
+    both = together([first, second])
+    for one, positions in ((first, [0, 1, 2]), (second, [3])):
+        some = both.at(positions)
+        for name in ("cost", "s", "parent"):
+            assert_array_equal(getattr(some, name), getattr(one, name))
+        assert_array_equal(some.states.mean, one.states.mean)
+        assert_array_equal(some.states.cov, one.states.cov)
 
 
 def test_of_measurements_that_exclude_each_other_each_hypothesis_is_the_mixture(rng):

@@ -9,7 +9,7 @@ from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from tracker.clip.plan import Plan
-from tracker.clip.staged import detections, surveyed
+from tracker.clip.staged import POINT, detections, surveyed
 from tracker.clip.start import marked_start
 from tracker.loop.detections import Detections
 from tracker.outline.bodies import paths
@@ -23,7 +23,6 @@ from tracker.progress import Progress
 
 REACH = 600  # frames either way of the marked one: memory is bounded
 LEG = 40.0  # small pictures show a leg of so many pixels, or less
-POINT = 0.05  # spread of an outline's joint, leg lengths
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place

@@ -16,6 +16,8 @@ from tracker.survey.small import SIDE
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Image, Video
 
+POINT = 0.05  # spread of an outline's joint at least, leg lengths
+TOGETHER = 2.0  # times what one frame tells: what is wrong in one is wrong in the next
 FEWEST = 20  # frames: in fewer a walker covers most places in half of them
 
 
@@ -76,5 +78,6 @@ def detections(outline: Outline, first: int, video: Video) -> dict[int, Detectio
     for t in np.flatnonzero(outline.seen).tolist():
         inside = within(outline.joints[t], (video.height, video.width)) & outline.shown[t]
         if inside.any():
-            found[first + t] = Detections(number[inside], outline.joints[t][inside])
+            doubt = max(TOGETHER * float(outline.spread[t]) / POINT, 1.0)
+            found[first + t] = Detections(number[inside], outline.joints[t][inside], doubt)
     return found

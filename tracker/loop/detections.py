@@ -37,10 +37,12 @@ class Detections:
 
     joint  : (J,) positions in `figure.joints`
     pixels : (J, 2) of that frame
+    doubt  : by which the spread of the settings is multiplied
     """
 
     joint: NDArray[np.intp]
     pixels: Array
+    doubt: float = 1.0
 
     @classmethod
     def of(cls, figure: Figure, names: tuple[str, ...], places: Array) -> Self:
@@ -60,7 +62,7 @@ class Detections:
         names = [figure.joints[joint] for joint in self.joint]
         kept = np.array([name in other.joints for name in names], dtype=bool)
         joint = [other.joints.index(name) for name in names if name in other.joints]
-        return type(self)(np.array(joint, dtype=np.intp), self.pixels[kept])
+        return replace(self, joint=np.array(joint, dtype=np.intp), pixels=self.pixels[kept])
 
     def exchanged(self, figure: Figure) -> Self:
         """The same with the names of near and far leg exchanged."""
@@ -92,12 +94,14 @@ class Likelihood:
 class Detector:
     """A pose network as it sees poses of a figure.
 
-    view : of the frame that the points are of
+    view  : of the frame that the points are of
+    doubt : by which the spread of the settings is multiplied
     """
 
     figure: Figure
     view: View
     settings: Settings
+    doubt: float = 1.0
 
     def namings(self, found: Detections, priors: Gaussian) -> Likelihood:
         """The points as each of W namings has them, a leading axis, and what that costs: `_ways`.
@@ -106,7 +110,9 @@ class Detector:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
         ways, prices = zip(*self._ways(found), strict=True)
-        told = self._climb(np.stack([way.joint for way in ways]), found.pixels, priors)
+        told = replace(self, doubt=found.doubt)._climb(
+            np.stack([way.joint for way in ways]), found.pixels, priors
+        )
         return replace(told, cost=told.cost + np.array(prices)[:, None])
 
     def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
@@ -175,7 +181,7 @@ class Detector:
         poses, own = q.reshape(W * H, D), np.repeat(joint, H, axis=0)
         bones = laid_out(self.figure.layout, poses)
         away = self._away(own, pixels, joints_of(bones, poses))
-        weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self.settings.point**2
+        weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self._spread**2
         found = normal_equations(self.figure.layout, bones, *pinned(bones, own, away, weight))
         information, gradient = (each.reshape(W, H, *each.shape[1:]) for each in found)
         return information, gradient, self._cost(away).reshape(W, H)
@@ -191,4 +197,8 @@ class Detector:
 
     def _squares(self, away: Array) -> Array:
         """(..., J) squared lengths of (..., J, 2), in units of the spread."""
-        return np.asarray((away**2).sum(-1) / self.settings.point**2)
+        return np.asarray((away**2).sum(-1) / self._spread**2)
+
+    @property
+    def _spread(self) -> float:
+        return self.settings.point * self.doubt

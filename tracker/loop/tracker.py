@@ -19,7 +19,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.belief import Belief, either, propose
+from dynamics.belief import Belief, either, propose, together
 from dynamics.gaussian import Array, Gaussian, apply, symmetric, transpose
 from dynamics.kalman import update_information
 from dynamics.slds import SLDS
@@ -39,6 +39,9 @@ from tracker.settings import Settings
 
 ANKLE_KEEP = 0.9  # of an ankle's turn is left a frame later
 BREATH_KEEP = 0.95  # of a link's stretch
+ASTRAY = 0.01  # probability that the figure is elsewhere than foreseen
+WIDER = 30.0  # times the foreseen covariance where it may be then
+WORTH = 8.0  # nats by which that is dearer than the best at most, to be tried
 
 
 @dataclass(frozen=True)
@@ -88,11 +91,25 @@ class Tracker:
         return state, replace(self.estimate(state), misfit=misfit)
 
     def detected(self, belief: Belief, detections: Detections) -> Belief:
-        """The belief given the points of this frame, of which near and far leg may be exchanged."""
+        """The belief given the points of this frame, of which near and far leg may be exchanged.
+
+        Points far from all that was foreseen may be right, or wrong themselves: then the figure as the
+        points have it is a hypothesis beside the others, for the templates to judge.
+        """
+        best = belief.at([belief.best])
+        wide = Gaussian(best.states.mean, WIDER * best.states.cov)
+        astray = replace(best, states=wide, cost=best.cost - np.log(ASTRAY))
+        given = self._given(together([belief, astray]), detections)
+        foreseen = range(len(belief.cost))
+        dear = given.cost[-1] > given.cost[foreseen].min() + WORTH
+        return (given.at(foreseen) if dear else given).levelled()
+
+    def _given(self, belief: Belief, detections: Detections) -> Belief:
+        """Every hypothesis given the points, as any naming has them."""
         priors = self.pose(belief.states)
         given = self.conditioned(belief, priors, self._detector.namings(detections, priors))
         each = zip(given.states.mean, given.states.cov, given.cost, strict=True)
-        return either([replace(belief, states=Gaussian(*of), cost=cost) for *of, cost in each]).levelled()
+        return either([replace(belief, states=Gaussian(*of), cost=cost) for *of, cost in each])
 
     def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, Registration]:
         """The state after the templates were laid on the picture, and where they settled at the best."""

@@ -11,6 +11,7 @@ from kinematics.recover import Start
 from kinematics.spm import joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
 from tracker.outline.cycles import NECK, TRUNK, Cycles, columns_of, poses
+from tracker.outline.doubt import spread
 from tracker.outline.near import NEARER, nearness
 from tracker.outline.phase import Phases, phases
 from tracker.outline.place import walk
@@ -38,6 +39,7 @@ class Outline:
     joints : (T, J, 2) pixels of each frame, as `figure.joints` names them
     score  : (T,) log odds under the outline, nats times leg lengths squared
     shown  : (T, J) whether the link that ends at a joint stands out from the scene
+    spread : (T,) leg lengths by which its joints may be off
     phases : which gait it was taken for
     named  : log odds that the legs are named rightly
     looks  : log odds by how the legs look where they pass, that they are named as in the start
@@ -49,6 +51,7 @@ class Outline:
     joints: Array
     score: Array
     shown: NDArray[np.bool_]
+    spread: Array
     phases: Phases
     named: float
     looks: float
@@ -72,7 +75,7 @@ class Outline:
 
     def part(self, frames: slice) -> Self:
         """Some of the frames."""
-        rows = ("q", "hips", "units", "joints", "score", "shown")
+        rows = ("q", "hips", "units", "joints", "score", "shown", "spread")
         some = {name: getattr(self, name)[frames] for name in rows}
         return replace(self, **some, phases=self.phases.part(frames))
 
@@ -107,7 +110,8 @@ def fitted(
         best = climb(odds, shape, path[:, figure.exchanged], marks, rounds)
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
-    return Outline(best.q, hips, units, pixels, best.score, shown, phase, abs(named), looks)
+    off = spread(shape, best.q, odds, GRID)
+    return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), looks)
 
 
 def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> tuple[Array, Array, Phases]:

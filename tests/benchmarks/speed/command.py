@@ -81,7 +81,7 @@ def _track(video: Path, marks: Path, folder: Path, without: Sequence[str]) -> Us
 def _classify(folder: Path) -> Used:
     poses = folder / "poses.csv"
     _used("synthesise", "--frames", LONG, "--no-clip", "--no-plot", "--out", poses)
-    return _used("classify", poses, "--no-plot")
+    return _used("classify", poses, "--no-plot", "--out", folder / "labels.csv")
 
 
 def _used(*given: object) -> Used:

@@ -85,7 +85,7 @@ def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked
 def as_if(monkeypatch):
     """Have every film's outline seen alike: which frames show it, and how sure the legs' names are."""
 
-    def fit(seen=lambda t: t >= 0, named=9.0, looks=3.0):
+    def fit(seen=lambda t: t >= 0, named=9.0, looks=3.0, spread=0.02):
         def fitted(stage, start, *rest):
             times = np.arange(len(stage))
             joints = np.broadcast_to(start.view.origin, (len(times), len(WALKER.joints), 2))
@@ -94,6 +94,7 @@ def as_if(monkeypatch):
                 joints=joints,
                 shown=shown,
                 seen=seen(times),
+                spread=np.full(len(times), spread),
                 wrong=expit(-named),
                 looks=looks,
                 phases=SimpleNamespace(cycle=WALK),
@@ -102,6 +103,13 @@ def as_if(monkeypatch):
         monkeypatch.setattr(outlines, "fitted", fitted)
 
     return fit
+
+
+@pytest.mark.parametrize(("spread", "doubt"), [(0.01, 1.0), (0.03, 1.2), (0.2, 8.0)])
+def test_points_are_doubted_as_the_outline_is_but_no_less_than_usual(job, as_if, spread, doubt):
+    as_if(spread=spread)
+    points = outlined(prepare(job), QUIET).points
+    assert [each.doubt for each in points.values()] == pytest.approx([doubt] * len(points))
 
 
 def test_a_frame_is_free_where_neither_the_model_nor_the_outline_knows_the_motion(job, as_if):

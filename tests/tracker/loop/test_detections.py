@@ -116,6 +116,16 @@ def test_points_where_they_are_foreseen_are_linear_measurements_of_the_joints():
     assert_allclose(told.vector[0], told.information[0] @ STRIDE, atol=1e-6)
 
 
+def test_doubted_points_are_those_of_a_wider_spread(rng):
+    found = detected(STRIDE + rng.normal(0.0, 0.1, D))
+    wide = Detector(WALKER, VIEW, FULL.model_copy(update={"point": 3.0 * FULL.point}))
+    doubted = NETWORK.namings(replace(found, doubt=3.0), prior_about(STRIDE))
+    for got, want in zip(
+        vars(doubted).values(), vars(wide.namings(found, prior_about(STRIDE))).values(), strict=True
+    ):
+        assert_allclose(got, want, rtol=1e-12)
+
+
 def test_a_joint_without_a_point_measures_nothing():
     found = detected(STRIDE, without=("far_knee", "far_ankle", "far_toe"))
     told, *_ = namings(NETWORK, found, prior_about(STRIDE))

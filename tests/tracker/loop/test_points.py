@@ -223,6 +223,23 @@ def test_each_hypothesis_pays_for_what_the_points_say_against_it(rng):
         assert (after.cost[1:] > 3.0).all()
 
 
+@pytest.mark.parametrize("moved", [0.0, 0.02, 0.4])
+def test_a_figure_as_the_points_have_it_is_tried_only_where_they_are_far_from_all_that_was_foreseen(
+    moved, rng
+):
+    _, tracker, state, _ = begun(rng, name="walk-run")
+    belief = tracker.proposed(state.belief)
+    pose = STRIDE.copy()
+    pose[tracker.figure.index("knee_near")] += moved
+    pose[tracker.figure.index("hip_far")] -= moved
+    after = tracker.detected(belief, detected(pose))
+    assert len(after.cost) == len(belief.cost) + (moved > 0.1)
+    away = np.abs(tracker.pose(after.states).mean - pose).max(1)
+    if moved > 0.1:
+        assert away[-1] < 0.5 * away[:-1].min()
+        assert after.s[-1] == belief.s[belief.best]
+
+
 def test_nearly_sure_names_leave_the_filter_of_the_joints_as_told(rng):
     _, tracker, state, _ = begun(rng, name="cv")
     tracker = replace(tracker, settings=tracker.settings.model_copy(update={"exchange": 1e-12}))

@@ -119,6 +119,7 @@ class Film:
             self.joints,
             np.ones(T),
             np.ones(self.joints.shape[:2], bool),
+            np.zeros(T),
             phases,
             named,
             looks=0.0,

@@ -1,0 +1,47 @@
+"""How far an outline may be off: its formula place by place, and what explains all is doubted least."""
+
+import numpy as np
+import pytest
+
+from tests.tracker.outline.test_shape import GRID, SHAPE, blobs, random_poses
+from tracker.outline.doubt import AGAINST, ALL, COVERED, LITTLE, spread
+
+OUT, NOT_OUT = 3.0, -3.0  # nats
+
+
+def standing_out(q):
+    """Log odds where poses stand out from the scene and nothing else does."""
+    body, arms = SHAPE.painted(q, GRID)
+    return np.where(body + arms > 0.5, OUT, NOT_OUT).astype(np.float32)
+
+
+def test_the_spread_is_what_its_formula_says_place_by_place(rng):
+    q, odds = random_poses(rng, 2), blobs(rng, 2)
+    body, arms = SHAPE.painted(q, GRID)
+    for t, found in enumerate(spread(SHAPE, q, odds, GRID)):
+        within = beside = against = covered = 0.0
+        for b, a, r in zip(body[t].flat, arms[t].flat, odds[t].flat, strict=True):
+            within += b * max(r, 0.0)
+            beside += (1.0 - max(a, b)) * max(r, 0.0)
+            against += b * max(-r, 0.0)
+            covered += b
+        within, beside, against, covered = np.array([within, beside, against, covered]) / GRID.density**2
+        share, not_out = within / (within + beside + LITTLE[0]), against / max(covered, LITTLE[1])
+        assert found == pytest.approx(np.exp(ALL + COVERED * share + AGAINST * not_out), rel=1e-5)
+
+
+def test_an_outline_is_doubted_where_it_covers_what_does_not_stand_out_or_leaves_out_what_does(rng):
+    q = random_poses(rng, 20)
+    seen = standing_out(q)
+    right, other = spread(SHAPE, q, seen, GRID), spread(SHAPE, q[::-1], seen, GRID)
+    assert np.median(other) > 3.0 * np.median(right)
+    beside = seen.copy()
+    beside[:, :, :12] = OUT
+    assert (spread(SHAPE, q, beside, GRID) > 1.2 * right).all()
+    beneath = np.where(np.arange(GRID.shape[0])[:, None] > 40, NOT_OUT, seen)
+    assert (spread(SHAPE, q, beneath, GRID) > 1.2 * right).all()
+
+
+def test_where_nothing_is_known_joints_may_be_anywhere(rng):
+    q = random_poses(rng, 1)
+    assert spread(SHAPE, q, np.zeros((1, *GRID.shape), np.float32), GRID)[0] > 1.0
