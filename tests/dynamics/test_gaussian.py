@@ -31,7 +31,9 @@ def test_log_density_is_scipys_over_leading_axes(rng):
 def test_triangular_matrices_are_inverted_each_for_itself(shape, rng):
     lower = np.tril(rng.normal(size=shape), -1) + np.eye(shape[-1]) * rng.uniform(0.1, 3.0, shape)
     found = inverse_triangular(lower)
-    assert_allclose(found @ lower, np.broadcast_to(np.eye(shape[-1]), shape), atol=1e-11 * np.abs(found).max())
+    assert_allclose(
+        found @ lower, np.broadcast_to(np.eye(shape[-1]), shape), atol=1e-11 * np.abs(found).max()
+    )
     assert (np.triu(found, 1) == 0.0).all()
 
 
