@@ -134,16 +134,14 @@ def section(source: Source, results: Results) -> list[str]:
             [change.capture, f"{change.before} to {change.after}", true, *(s.told for s in found), wrong]
         )
     return [
-        f"The default model of three motions, learned without {SUBJECT}, on six captures of {SUBJECT} with",
-        f"{NOISE:g} degrees of noise, without the root; frames at 30 a second. Stands are {_counted()},",
-        "labelled `stand`. From the first to the second of two true frames, in the steps that brake a run or",
-        "slow it to a walk, every label is right. Of two frames found the first motion ends before the one,",
-        f"the second begins at the other. Wrong: labels more than {NEAR} frames from the change.",
+        f"The default model of three motions, learned without {SUBJECT}, on captures of {SUBJECT} with",
+        f"{NOISE:g} degrees of noise and without the root. Stands are {_counted()}.",
+        "Between two true frames, where steps brake, every label is right. Of two frames found the first motion",
+        f"ends before one, the second begins at the other. Wrong: frames more than {NEAR} from the change.",
         "",
         *table(["capture", "change", "true", "found", "legs exchanged", "wrong"], rows),
-        "A run begins with its first flight. In the 22 frames before it, both feet stand together for",
-        "no more than one, the trunk leans by up to 33° and the thigh rises to 52° (99 % of walking frames:",
-        "33°), so the label changes in the step from which the run starts.",
+        "A run begins with its first flight. The step before it leans forward by up to 33° and lifts the",
+        "thigh to 52° (99 % of walking frames: 33°): the label changes in this step.",
         "",
     ]
 
@@ -171,4 +169,4 @@ def compare(change: Change, labels: Sequence[str]) -> Found:
 
 def _counted() -> str:
     people = {name.partition("_")[0] for name in STANDS}
-    return f"{sum(map(len, STANDS.values()))} pieces of captures of {len(people)} others"
+    return f"{sum(map(len, STANDS.values()))} pieces of {len(people)} other people"
