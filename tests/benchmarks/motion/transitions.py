@@ -113,15 +113,14 @@ def jobs(source: Source) -> Iterator[Labels]:
 
 
 def claims(results: Results) -> list[Claim]:
-    """Of each change, the side with more."""
-    return [
-        Claim(
-            f"{change.before} to {change.after}, frames apart",
-            max(change.apart(frame) for side in found for frame in (side.left, side.found)),
-            NEAR,
-        )
-        for change, found in results[Labels()].items()
-    ]
+    """The most of all changes from or to a stand, and of each other one."""
+    most: dict[str, int] = {}
+    for change, found in results[Labels()].items():
+        stands = STAND in (change.before, change.after)
+        text = "begin or end of a stand" if stands else f"{change.before} to {change.after}"
+        apart = [change.apart(frame) for side in found for frame in (side.left, side.found)]
+        most[text] = max(most.get(text, 0), *apart)
+    return [Claim(f"{text}, frames apart", float(apart), NEAR) for text, apart in most.items()]
 
 
 def section(source: Source, results: Results) -> list[str]:
@@ -136,12 +135,12 @@ def section(source: Source, results: Results) -> list[str]:
     return [
         f"The default model of three motions, learned without {SUBJECT}, on captures of {SUBJECT} with",
         f"{NOISE:g} degrees of noise and without the root. Stands are {_counted()}.",
-        "Between two true frames, where steps brake, every label is right. Of two frames found the first motion",
-        f"ends before one, the second begins at the other. Wrong: frames more than {NEAR} from the change.",
+        "Between two true frames, where steps brake, every label is right. Where two are found, the",
+        f"first motion ends at one, the second begins at the other. Wrong: more than {NEAR} frames from it.",
         "",
         *table(["capture", "change", "true", "found", "legs exchanged", "wrong"], rows),
-        "A run begins with its first flight. The step before it leans forward by up to 33° and lifts the",
-        "thigh to 52° (99 % of walking frames: 33°): the label changes in this step.",
+        "The step before the first flight leans forward by up to 33° and lifts the thigh to 52° (walks:",
+        "33°): the label changes in it.",
         "",
     ]
 
