@@ -116,8 +116,8 @@ def claims(results: Results) -> list[Claim]:
     """The most of all changes from or to a stand, and of each other one."""
     most: dict[str, int] = {}
     for change, found in results[Labels()].items():
-        stands = STAND in (change.before, change.after)
-        text = "begin or end of a stand" if stands else f"{change.before} to {change.after}"
+        still = STAND in (change.before, change.after)
+        text = "begin or end of a stand" if still else f"{change.before} to {change.after}"
         apart = [change.apart(frame) for side in found for frame in (side.left, side.found)]
         most[text] = max(most.get(text, 0), *apart)
     return [Claim(f"{text}, frames apart", float(apart), NEAR) for text, apart in most.items()]
