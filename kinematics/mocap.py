@@ -31,7 +31,7 @@ class Trial:
 
     path     : the capture, .bvh or .amc
     fps      : frames per second of the capture
-    segments : source frames (first, last + 1) in which the subject travels without stopping
+    segments : source frames (first, last + 1) in which the subject travels without stopping, or stands
     tags     : turn, curve, backwards, jump ..
     """
 

@@ -25,6 +25,7 @@ from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, spoil
 from tests.benchmarks.motion import __main__ as motion
 from tests.benchmarks.motion.data import Source
 from tests.benchmarks.motion.synthesis import spectrum, stride
+from tests.benchmarks.motion.transitions import Change, compare
 from tests.benchmarks.page import Claim
 from tests.benchmarks.rivals.body import body_at
 from tests.benchmarks.rivals.lucas_kanade import follow
@@ -66,6 +67,25 @@ def test_a_part_of_a_page_is_written_in_its_place_without_losing_the_others(monk
     assert motion.page(source, {}, parts[1:2], without) == whole
     again = motion.page(source, {}, [part("second", 3.0)], whole)
     assert again == whole.replace("1 |yes", "3 |**no**", 2).replace("3 |**no**", "1 |yes", 1)
+
+
+@pytest.mark.parametrize(
+    ("labels", "left", "found", "wrong", "apart"),
+    [
+        ("w" * 20 + "r" * 30, 20, 20, 0, 0),
+        ("w" * 17 + "s" * 6 + "r" * 27, 17, 23, 0, 1),
+        ("w" * 14 + "r" * 36, 14, 14, 0, 4),
+        ("w" * 10 + "r" * 40, 10, 10, 3, 8),
+        ("wwr" + "w" * 17 + "r" * 30, 20, 2, 1, 16),
+        ("r" * 50, 0, 0, 13, 18),
+        ("w" * 20 + "s" * 30, 20, 50, 23, 28),
+    ],
+    ids=["inside", "around", "early", "too early", "a false one", "no walk", "no run"],
+)
+def test_a_change_of_motion_is_held_against_the_frames_between_which_it_is(labels, left, found, wrong, apart):
+    change = Change("a", "w", "r", 18, 22)
+    assert compare(change, labels) == (left, found, wrong)
+    assert max(change.apart(left), change.apart(found)) == apart
 
 
 def made_up(mean, lost=None):

@@ -94,8 +94,8 @@ def furnish(folder):
     (folder / "captures").mkdir()
     rows = []
     for i, who in enumerate("abc"):
-        for label, stride in (("walk", 31.0 + i), ("run", 20.0 + i)):
-            write_walk(folder / "captures" / f"{who}_{label}.bvh", stride, i)
+        for label, stride, size in (("walk", 31.0 + i, 1.0), ("run", 20.0 + i, 1.0), ("stand", 31.0, 0.0)):
+            write_walk(folder / "captures" / f"{who}_{label}.bvh", stride, i, size)
             rows.append((f"captures/{who}_{label}.bvh", who, label, label, FPS, f"0-{T}", "", "free"))
     write_table(folder / "trials.csv", rows, COLUMNS.split(","))
     (folder / "learn.toml").write_text("choose = true\nrounds = 2\n")

@@ -33,6 +33,7 @@ SHOWN_STATES = (STATES, 1)
 DEFAULT: Variant = (STATES, 2, NOISE)
 STRIDE: Variant = (0, 2, NOISE)  # as Recipe tells a stride
 QUICK_FRAMES = 100  # of the splices
+TABLE = Path("mocap") / "trials.csv"
 
 
 @dataclass(frozen=True)
@@ -86,8 +87,7 @@ Results = Mapping[Job, Any]
 @cache
 def study(source: Source) -> Study:
     """All walks and runs."""
-    table = source.folder / "mocap" / "trials.csv"
-    return read_study(table, Progress("quiet"), quick=source.quick)
+    return read_study(source.folder / TABLE, Progress("quiet"), quick=source.quick)
 
 
 def learn(source: Source, recipe: Recipe) -> Model:

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from types import ModuleType
 
 from dynamics.store import Model
-from tests.benchmarks.motion import ahead, gaps, people, splices, synthesis
+from tests.benchmarks.motion import ahead, gaps, people, splices, synthesis, transitions
 from tests.benchmarks.motion.data import Job, Results, Source, learn
 from tests.benchmarks.processes import each, spawned
 from tracker.experiments.study import Recipe
 from tracker.progress import Progress
 
-SECTIONS: tuple[ModuleType, ...] = (splices, people, ahead, gaps, synthesis)
+SECTIONS: tuple[ModuleType, ...] = (splices, people, transitions, ahead, gaps, synthesis)
 
 
 def named_parts(name: str | None) -> Sequence[ModuleType]:

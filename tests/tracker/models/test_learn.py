@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from dynamics.store import load
-from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import figtrack, refused
+from kinematics.mocap import POSE_COLUMNS, read_trials, sequences
+from tests.tracker.clips import figtrack, read_csv, refused
+from tests.tracker.gaits import sequence, write_poses
 from tracker.models.learn import Further
 from tracker.settings import read_toml
 
@@ -18,19 +19,24 @@ JOINTS += ("LeftToeBase", "Neck", "Head")
 T, FPS = 60, 30.0
 
 
-def write_walk(path, stride, seed):
-    """A capture of a stick figure that walks along z, each joint placed by its own position channels."""
+def write_walk(path, stride, seed, size=1.0):
+    """A capture of a stick figure that walks along z, each joint placed by its own position channels.
+
+    With a size of 0 it stands, and the angles vary by noise alone.
+    """
     rng = np.random.default_rng(seed)
     phase = 2.0 * np.pi * np.arange(T) / stride
-    hips = np.stack([0.0 * phase, 2.0 + 0.03 * np.cos(2.0 * phase), 1.2 * phase / np.pi], axis=1)
+    hips = np.stack(
+        [0.0 * phase, 2.0 + 0.03 * size * np.cos(2.0 * phase), 1.2 * size * phase / np.pi], axis=1
+    )
 
     def hang(angle):
         return np.stack([0.0 * angle, -np.cos(angle), np.sin(angle)], axis=1)
 
     joints = []
     for side, turn in ((-0.2, 0.0), (0.2, np.pi)):
-        thigh = 0.4 * np.sin(phase + turn) + 0.01 * rng.normal(size=T)
-        shank = thigh - 0.4 * (1.0 + np.cos(phase + turn)) + 0.01 * rng.normal(size=T)
+        thigh = 0.4 * size * np.sin(phase + turn) + 0.01 * rng.normal(size=T)
+        shank = thigh - 0.4 * size * (1.0 + np.cos(phase + turn)) + 0.01 * rng.normal(size=T)
         at = [hips + np.array([side, 0.0, 0.0])]
         at += [at[0] + hang(thigh), at[0] + hang(thigh) + hang(shank)]
         joints += [*at, at[2] + np.array([0.0, -0.05, 0.3])]
@@ -75,6 +81,29 @@ def test_a_model_is_learned_for_every_label_and_saved(trials, tmp_path):
     assert "4 states, order 2, 30 frames a second, from 3 sequences of subjects s0, s1, s2" in result.stdout
     assert "terms: credit; free" in result.stdout
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["m.npz"]
+
+
+def test_another_motion_is_learned_by_its_label_though_it_travels_nowhere(trials, tmp_path):
+    write_walk(tmp_path / "s.bvh", 34.0, 3, size=0.0)
+    captures = [line for line in trials.read_text().splitlines()[1:] if ",walk," in line]
+    rows = [COLUMNS, *(f"{trials.parent}/{row}" for row in captures), f"s.bvh,s3,t,stand,{FPS},0-40,,free"]
+    table = tmp_path / "trials.csv"
+    table.write_text("\n".join(rows) + "\n")
+    motions = ["--label", "walk", "--label", "stand", "--quiet"]
+    result = figtrack(*learn(table, tmp_path / "m.npz", *motions, settings=trials.with_name("quick.toml")))
+    assert result.exit_code == 0, result.output
+
+    walked, stood = (sequences(trial, FPS)[0].y for trial in (read_trials(table)[0], read_trials(table)[-1]))
+    poses = write_poses(tmp_path / "poses.csv", sequence(np.concatenate([walked, stood]), "a"))
+    result = figtrack(
+        "classify", poses, "--model", tmp_path / "m.npz", "--no-plot", "--out", tmp_path / "l.csv"
+    )
+    assert result.exit_code == 0, result.output
+    found = read_csv(tmp_path / "l.csv")
+    assert {"p_walk", "p_stand"} <= set(found[0])
+    first = [row["label"] for row in found].index("stand")
+    assert abs(first - len(walked)) <= 5
+    assert {row["label"] for row in found[first:]} == {"stand"}
 
 
 def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
