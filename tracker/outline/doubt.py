@@ -8,7 +8,7 @@ twentieth of the frames.
 
 import numpy as np
 
-from dynamics.gaussian import Array
+from kinematics.figure import Array
 from tracker.outline.shape import Grid, Shape
 from tracker.picture.pyramid import Planes
 

@@ -139,10 +139,9 @@ def claims(results: Results) -> list[Claim]:
     bands = [found.band for found in own if found.band is not None]
     if bands:
         wanted.append(Claim("knee against the colour band, px", max(bands), 3.0))
-    for name in (DEFAULT, DEFAULT + FILTERED):
-        spread = _spread(rows[name])
-        wanted.append(Claim(f"NEES, {name}", nees(spread), 4.0, 1.0))
-        wanted.append(Claim(f"inside two sigma, {name}", inside(spread), 0.95, 0.75))
+    spread = _spread(rows[DEFAULT])
+    wanted.append(Claim("NEES", nees(spread), 4.0, 1.0))
+    wanted.append(Claim("inside two sigma", inside(spread), 0.95, 0.75))
     return [*wanted, *_of_hard(results)]
 
 

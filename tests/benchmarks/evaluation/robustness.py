@@ -69,13 +69,11 @@ Marks missing in frame 0, where the hedge covers the feet. A guess is marked as 
 PICTURES = f"""\
 Against the light: grey levels to the power of {GAMMA:g}. Haze: {100 * CONTRAST:.0f} % of the contrast. The
 accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed keep the file's frame rate.
-Nothing is wanted of the last {len(FILMS)}.
 """
 
 SOAK = """\
 `make soak` runs random commands on random films, some damaged, for an hour, kills a third of them, and checks
-how each ends. Two faults of Python's own remain: an interrupt in its first milliseconds shows a traceback,
-and one just after an import may be lost.
+how each ends. An interrupt in Python's first milliseconds shows a traceback.
 """
 
 SHOTS = {**DISTURBANCES, **FILMS}

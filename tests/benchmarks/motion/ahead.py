@@ -37,15 +37,12 @@ from tracker.experiments.measures import (
     forecast_errors,
     rival_errors,
     rms,
-    rootless,
 )
 from tracker.experiments.study import Recipe
 from tracker.models.learn import NOISE as LEARNED_NOISE
 
 HEADING = "One frame ahead"
 NOISE = 2.0  # degrees
-ROOTS = {"clean": "as measured", "noisy": "with noise of 0.01 leg lengths", "blank": "not shown"}
-ROOT_NOISE = 0.01  # leg lengths; the splices' proportion, five thousandths a degree
 TARGETS = {"walk": 2.45, "run": 3.7}
 SHARE = 65.0  # per cent of constant velocity's error: 35 % under it
 PERSON_SHARE = 100.0  # the same of any one person, whose own best constant velocity is the rival
@@ -56,16 +53,15 @@ VARIANTS: tuple[Variant, ...] = (
 
 @dataclass(frozen=True)
 class Forecast:
-    """One model on the people it was learned without; `root` is one of ROOTS."""
+    """One model on the people it was learned without."""
 
     recipe: Recipe
     label: str
-    root: str = "clean"
 
     def run(self, source: Source, model: Model | None) -> list[Errors]:
         """Each segment's errors."""
         assert isinstance(model, SLDS)
-        return errors(model, straight(source, self.label, self.recipe.held), self.root)
+        return errors(model, straight(source, self.label, self.recipe.held))
 
 
 class Best(NamedTuple):
@@ -97,12 +93,10 @@ class Rival:
 
 
 def jobs(source: Source) -> Iterator[Forecast | Rival]:
-    """Every variant with the root as measured, the default with the other roots too."""
+    """Every variant, and constant velocity."""
     for label in MOTIONS:
         for recipe in held_out(source, label, *source.some(VARIANTS)):
             yield Forecast(recipe, label)
-        for recipe in held_out(source, label, DEFAULT):
-            yield from (Forecast(recipe, label, root) for root in ROOTS if root != "clean")
         yield Rival(label)
 
 
@@ -125,13 +119,11 @@ def claims(results: Results) -> list[Claim]:
 
 def section(source: Source, results: Results) -> list[str]:
     """The tables."""
-    shown = [(named(*variant), variant, "clean") for variant in source.some(VARIANTS)]
-    shown += [(f"{named(*DEFAULT)}; root {ROOTS[root]}", DEFAULT, root) for root in ("noisy", "blank")]
-    rows = {name: [] for name, _, _ in shown}
+    rows = {named(*variant): [] for variant in source.some(VARIANTS)}
     one, own, chosen = [], [], []
     for label in MOTIONS:
-        for name, variant, root in shown:
-            rows[name] += _cells(_errors(results, label, variant, root))
+        for variant in source.some(VARIANTS):
+            rows[named(*variant)] += _cells(_errors(results, label, variant))
         best = results[Rival(label)]
         process, measured = best.noises
         one += _cells(best.all)
@@ -155,11 +147,10 @@ def _cells(found: list[Errors]) -> list[str]:
     return [number(value) for value in summary(found)]
 
 
-def errors(slds: SLDS, segments: Sequence[Segment], root: str = "clean") -> list[Errors]:
-    """Forecasts against the clean poses, of every frame but each first; `root` is one of ROOTS."""
-    ys = [s.noisy(NOISE, ROOT_NOISE if root == "noisy" else 0.0) for s in segments]
-    shown = [rootless(y) for y in ys] if root == "blank" else ys
-    return forecast_errors([s.capture for s in segments], [f.mean for f in predict(slds, shown)])
+def errors(slds: SLDS, segments: Sequence[Segment]) -> list[Errors]:
+    """Forecasts against the clean poses, of every frame but each first."""
+    foreseen = predict(slds, [s.noisy(NOISE) for s in segments])
+    return forecast_errors([s.capture for s in segments], [f.mean for f in foreseen])
 
 
 def best_rival(segments: Sequence[Segment]) -> Best:
@@ -176,12 +167,12 @@ def best_rival(segments: Sequence[Segment]) -> Best:
     return Best(tried[best], best, each, least)
 
 
-def _errors(results: Results, label: str, variant: Variant, root: str = "clean") -> list[Errors]:
+def _errors(results: Results, label: str, variant: Variant) -> list[Errors]:
     """Of everybody by the model that was learned without them."""
     return [
         e
         for job, found in results.items()
-        if isinstance(job, Forecast) and (job.label, job.root) == (label, root)
+        if isinstance(job, Forecast) and job.label == label
         if of_variant(job.recipe, variant, False)
         for e in found
     ]

@@ -55,9 +55,9 @@ class Segment:
     number: int
     capture: Capture
 
-    def noisy(self, degrees: float, root: float = 0.0) -> Array:
-        """(T, 8) `centred` poses with white noise on the angles, and on the root in leg lengths."""
-        return noisy(centred(self.capture.y), degrees, np.random.default_rng([7, self.number]), root)
+    def noisy(self, degrees: float) -> Array:
+        """(T, 8) `centred` poses with white noise on the angles."""
+        return noisy(centred(self.capture.y), degrees, np.random.default_rng([7, self.number]))
 
 
 @dataclass(frozen=True)

@@ -143,7 +143,7 @@ def _rows(source: Source) -> list[tuple[int, int, float, Inference, float]]:
         for states in SHOWN_STATES
         for order in (2, 1)
         for inference in (by_default if (states, order) == (STATES, 2) else by_default[:1])
-        for pose in ((POSE, 0.0) if inference == INFERENCE else (POSE,))
+        for pose in ((POSE, 0.0) if (inference, order) == (INFERENCE, 2) else (POSE,))
     ]
     rows.append((STATES, 2, float(MIDDLE), INFERENCE, POSE))
     rows += [(STATES, 0, noise, Inference.HMM, 0.0) for noise in (NOISE, float(MIDDLE))]

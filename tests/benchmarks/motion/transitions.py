@@ -133,14 +133,13 @@ def section(source: Source, results: Results) -> list[str]:
             [change.capture, f"{change.before} to {change.after}", true, *(s.told for s in found), wrong]
         )
     return [
-        f"The default model of three motions, learned without {SUBJECT}, on captures of {SUBJECT} with",
-        f"{NOISE:g} degrees of noise and without the root. Stands are {_counted()}.",
-        "Between two true frames, where steps brake, every label is right. Where two are found, the",
-        f"first motion ends at one, the second begins at the other. Wrong: more than {NEAR} frames from it.",
+        f"The default model of three motions, stands from {_counted()}, on captures of {SUBJECT}",
+        f"with {NOISE:g} degrees of noise and no root. Between two true frames every label is right; of two",
+        f"found, one ends a motion, the other begins one. Wrong: frames more than {NEAR} from the change.",
         "",
         *table(["capture", "change", "true", "found", "legs exchanged", "wrong"], rows),
-        "The step before the first flight leans forward by up to 33° and lifts the thigh to 52° (walks:",
-        "33°): the label changes in it.",
+        "The last walking step leans up to 33° forward and lifts the thigh to 52° (walks: 33°): the label",
+        "changes in it.",
         "",
     ]
 
