@@ -69,9 +69,9 @@ def centred(y: Array) -> Array:
     return out
 
 
-def noisy(y: Array, degrees: float, rng: np.random.Generator, root: float = 0.0) -> Array:
-    """White noise on every angle, and on the root in leg lengths."""
-    spread = np.r_[root, root, np.full(y.shape[1] - 2, np.radians(degrees))]
+def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
+    """White noise on every angle, none on the root."""
+    spread = np.r_[0.0, 0.0, np.full(y.shape[1] - 2, np.radians(degrees))]
     return np.asarray(y + spread * rng.normal(size=y.shape))
 
 
