@@ -312,15 +312,17 @@ def _uncover(row: Row, n: int, noise: Noise) -> float:
     The likelihood of each is a mixture of the figure's and the scene's, and it matches, and is clear, by the
     figure's share. Returns by how much that lowers the sum of weight * rho / 2.
     """
-    less = 0.0
+    less, before, prior = 0.0, np.log1p(noise.covered), np.log(noise.covered)
     for k in range(n):
         if row.around[k] < np.inf:
             # Three channels, of which rho / 2 and what lies bare are the mean.
             rho = 0.5 * noise.scale * np.log1p(row.excess[k])
-            odds = noise.covered * np.exp(3.0 * (rho - row.around[k]))
-            less += row.place[2, k] * np.log((1.0 + odds) / (1.0 + noise.covered)) / 3.0
-            row.match[k] /= 1.0 + odds
-            row.clear[k] /= 1.0 + odds
+            log_odds = prior + 3.0 * (rho - row.around[k])
+            rarer = np.exp(-abs(log_odds))
+            share = (rarer if log_odds > 0.0 else 1.0) / (1.0 + rarer)
+            less += row.place[2, k] * (max(log_odds, 0.0) + np.log1p(rarer) - before) / 3.0
+            row.match[k] *= share
+            row.clear[k] *= share
     return less
 
 

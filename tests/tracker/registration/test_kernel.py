@@ -152,12 +152,13 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
         if np.isfinite(noise.scale):
             match[own] = 1.0 / (1.0 + square / noise.scale)
             loss[own] = 0.5 * noise.scale * np.log(1.0 + square / noise.scale)
-        for p in own[around[own] < behind.unknown]:
+        for p in own[(around[own] < behind.unknown) & (noise.covered > 0.0)]:
             # The figure's likelihood of three channels mixed with the scene's.
-            figures, scenes = np.exp(-3.0 * loss[p]), noise.covered * np.exp(-3.0 * around[p])
-            covered[p] = scenes / (figures + scenes)
+            shown, scene = -3.0 * loss[p], np.log(noise.covered) - 3.0 * around[p]
+            either = np.logaddexp(shown, scene)
+            covered[p] = np.exp(scene - either)
             match[p] *= 1.0 - covered[p]
-            loss[p] = -np.log((figures + scenes) / (1.0 + noise.covered)) / 3.0
+            loss[p] = (np.log1p(noise.covered) - either) / 3.0
         w = points.weight[own]
         if noise.layered and len(own) and not points.strange[i]:
             cost += w.sum() * fade(np.average(loss[own], weights=w), noise)
@@ -238,6 +239,13 @@ def test_strange_links_are_laid_on_what_stands_out_and_others_on_the_picture(fig
         assert_array_equal(after[:, which], before[:, which])
         if name != "match" or noise is ROBUST:
             assert not np.array_equal(after[:, ~which], before[:, ~which])
+
+
+def test_what_matches_nothing_at_all_costs_no_more_than_the_scene_that_may_cover_it(rng):
+    points, planes, behind = scattered(WALKER, rng), noise_picture(rng), noise_scenery(rng)
+    noise = ROBUST._replace(variance=1e-3, scale=1e6)
+    found = check(WALKER, upright(WALKER)[None], points, planes, noise, behind=behind)
+    assert np.isfinite(found.cost).all()
 
 
 def test_a_strange_link_has_no_light_and_is_never_faded_nor_covered(rng):
