@@ -1,8 +1,9 @@
 """The page in a real browser: clicks, drags, keys, touches, and the pixels that end up in the table."""
 
 import re
+import socket
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import cv2
 import numpy as np
@@ -493,6 +494,10 @@ def test_a_server_that_is_gone_is_said_and_the_marks_stay(browser, clip, table, 
     with session_page(browser, clip.video, table) as page:
         page.server.shutdown()
         page.server.server_close()
+        # The process that ends takes along what the browser connected beforehand.
+        for connection in tuple(page.server.waiting):
+            with suppress(OSError):
+                connection.shutdown(socket.SHUT_RDWR)
         page.click(*truth["head_top"])
         browser.push("#save")
         browser.wait("document.querySelector('#saved').textContent.includes('does not answer any more')")
