@@ -264,6 +264,10 @@ def test_the_one_state_loop_and_the_packages_do_what_inference_does(rng):
     assert_allclose(filtered[-1], mean[-1], atol=1e-9)  # the last frame is filtered and smoothed at once
 
 
+def test_every_stage_that_is_timed_is_there():
+    assert all(callable(getattr(home, function, None)) for home, function in tracking.STAGES.values())
+
+
 def test_memory_and_cost_that_grow_are_foreseen():
     long = tuple(Used(5.0 + 0.04 * frames, 100.0 + 0.001 * frames) for frames in command.LENGTHS)
     growing = command.Command({}, long, long[0])

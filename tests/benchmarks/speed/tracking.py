@@ -53,7 +53,7 @@ STAGES = {
     "registration": (track, "align"),
     "kernel": (objective, "lay"),
     "propose": (track, "propose"),
-    "fuse": (track.Tracker, "_fused"),
+    "fuse": (track.Tracker, "conditioned"),
     "templates": (track.Tracker, "_templates"),
     "smooth": (smoothing, "_back"),
     "playback speed": (clip, "_rate"),
