@@ -44,8 +44,8 @@ class Belief:
 
     def at(self, some: Sequence[int]) -> Self:
         """Some of the hypotheses, by position."""
-        states = Gaussian(self.states.mean[some], self.states.cov[some])
-        return replace(self, states=states, cost=self.cost[some], s=self.s[some], parent=self.parent[some])
+        rows = {name: getattr(self, name)[some] for name in ("states", "cost", "s", "parent")}
+        return replace(self, **rows)
 
     def levelled(self) -> Self:
         """The same with the best at cost 0."""

@@ -23,12 +23,17 @@ def spread(shape: Shape, q: Array, odds: Planes, grid: Grid) -> Array:
         q: (T, D) poses on their outlines.
         odds: (T, *grid.shape) log odds around them.
     """
-    body, arms = shape.painted(q, grid)
+    return np.array([_of_frame(shape, pose[None], seen, grid) for pose, seen in zip(q, odds, strict=True)])
+
+
+def _of_frame(shape: Shape, q: Array, odds: Planes, grid: Grid) -> float:
+    """Of one pose (1, D): silhouettes of a whole film at once would take hundreds of megabytes."""
+    (body,), (arms,) = shape.painted(q, grid)
     place = grid.density**-2
     out = np.maximum(odds, 0.0)
-    within = place * (out * body).sum((1, 2))
-    beside = place * (out * (1.0 - np.maximum(body, arms))).sum((1, 2))
-    not_out = place * (np.maximum(-odds, 0.0) * body).sum((1, 2))
+    within = place * (out * body).sum()
+    beside = place * (out * (1.0 - np.maximum(body, arms))).sum()
+    not_out = place * (np.maximum(-odds, 0.0) * body).sum()
     share = within / (within + beside + LITTLE[0])
-    against = not_out / np.maximum(place * body.sum((1, 2)), LITTLE[1])
-    return np.asarray(np.exp(ALL + COVERED * share + AGAINST * against), dtype=np.float64)
+    against = not_out / max(place * body.sum(), LITTLE[1])
+    return float(np.exp(ALL + COVERED * share + AGAINST * against))
