@@ -110,5 +110,5 @@ def _alone(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -
     """The film with nothing known of where others than the marked figure are, where these are seen."""
     hip, unit = np.asarray(start.view.origin), start.view.unit
     everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, fps, unit), fps)
-    own = path_of(hip, unit, frame, everybody)
+    own = path_of(stage, hip, unit, frame, everybody, fps)
     return stage if own is None else without_others(stage, own, everybody, fps)

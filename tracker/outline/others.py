@@ -14,19 +14,29 @@ BROAD = 1.0  # leg lengths, of a body's columns
 BESIDE, ABOVE = 0.5, 1.0  # leg lengths beside and above a marked hip in which the path of who is marked lies
 
 
-def path_of(hip: Array, unit: float, frame: int, everybody: list[Path]) -> Path | None:
+def path_of(
+    stage: Stage, hip: Array, unit: float, frame: int, everybody: list[Path], fps: float
+) -> Path | None:
     """The path of the figure with its hip (2,) in a frame; None where none leads there.
+
+    Where two people meet, that of who goes the way the stage faces: the other one may be the nearer. A path
+    leads on for LATELY seconds, since who is behind somebody is not seen.
 
     Args:
         unit: pixels in a leg length.
     """
+    reach = LATELY * fps
 
     def off(path: Path) -> Array:
-        return np.asarray(np.abs(path.hips[frame - path.first] - hip) / unit)
+        return np.asarray(np.abs(_prolonged(stage, path, fps)[frame] - hip) / unit)
 
-    here = [path for path in everybody if path.first <= frame <= path.last]
-    own = [path for path in here if (off(path) < [BESIDE, ABOVE]).all()]
-    return min(own, key=lambda path: off(path)[0], default=None)
+    def rank(path: Path) -> tuple[bool, bool, float]:
+        scene = in_scene(stage, path)
+        away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit
+        return away, not path.first <= frame <= path.last, float(off(path)[0])
+
+    here = [path for path in everybody if path.first - reach <= frame <= path.last + reach]
+    return min((path for path in here if (off(path) < [BESIDE, ABOVE]).all()), key=rank, default=None)
 
 
 def without_others(stage: Stage, own: Path, everybody: list[Path], fps: float) -> Stage:

@@ -60,13 +60,35 @@ def test_the_film_itself_stays_as_it_was(two, rng):
     np.testing.assert_array_equal(stage.odds, before)
 
 
-def test_the_path_of_a_marked_hip_is_the_one_that_leads_there(two):
+@pytest.fixture
+def led(two, rng):
+    """Which path leads to a hip in a frame."""
+    stage = two[0].behind(two[1]).stage(rng)
+    return lambda hip, frame, paths: path_of(stage, hip, UNIT, frame, paths, FPS)
+
+
+def test_the_path_of_a_marked_hip_is_the_one_that_leads_there(two, led):
     paths = [path(each) for each in two]
     hip = two[1].hips[5]
-    assert path_of(hip, UNIT, 5, paths) is paths[1]
-    assert path_of(hip + UNIT * np.array([0.9 * BESIDE, 0.9 * ABOVE]), UNIT, 5, paths) is paths[1]
-    assert path_of(hip + UNIT * np.array([1.1 * BESIDE, 0.0]), UNIT, 5, paths) is None
-    assert path_of(hip + UNIT * np.array([0.0, 1.1 * ABOVE]), UNIT, 5, paths) is None
-    assert path_of(hip, UNIT, 25, paths) is None  # nobody any more
+    assert led(hip, 5, paths) is paths[1]
+    assert led(hip + UNIT * np.array([0.9 * BESIDE, 0.9 * ABOVE]), 5, paths) is paths[1]
+    assert led(hip + UNIT * np.array([1.1 * BESIDE, 0.0]), 5, paths) is None
+    assert led(hip + UNIT * np.array([0.0, 1.1 * ABOVE]), 5, paths) is None
+    assert led(hip, 19, paths) is None  # gone on since
     close = replace(paths[1], hips=paths[1].hips + np.array([3.0 * SPEED, 0.0]))
-    assert path_of(hip, UNIT, 5, [close, *paths]) is paths[1]
+    assert led(hip, 5, [close, *paths]) is paths[1]
+
+
+def test_where_two_meet_the_path_is_that_of_who_goes_the_way_the_figure_faces(two, led):
+    hip, own = two[1].hips[5], path(two[1])
+    against = replace(own, hips=2.0 * hip - own.hips)
+    beside = replace(own, hips=own.hips + np.array([0.5 * BESIDE * UNIT, 0.0]))
+    assert led(hip, 5, [against, beside]) is beside
+    assert led(hip, 5, [against]) is against  # who walks backwards alone
+
+
+def test_a_path_leads_on_where_who_goes_along_it_is_hidden(two, led):
+    hip, own = two[1].hips[5], path(two[1])
+    later, earlier = own.part(slice(8, None)), own.part(slice(0, 4))
+    assert led(hip, 5, [later]) is later
+    assert led(hip, 5, [earlier, own]) is own
