@@ -22,6 +22,7 @@ from tracker.picture.pyramid import Planes
 GRID = Grid((-1.3, 1.2), 32.0, (76, 84))
 WEIGHT = 80.0  # nats for a square leg length of log odds
 ROUNDS = 40
+SMALL_GAIN = 5e-5  # of a round, as a share of the cost: the climb ends
 ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread about the path's
 PLACE = 0.1  # the same of the hip, leg lengths
 SIZE, LENGTH = 0.05, 0.04  # the same of log lengths
@@ -83,7 +84,7 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
         value = -WEIGHT * score.sum() + 0.5 * (off @ off + (over**2).sum() / GIVE**2 + z @ z)
         return float(value), chain.slopes(slope).ravel() + z
 
-    z, least = lowest(cost, np.zeros(T * D), rounds)
+    z, least = lowest(cost, np.zeros(T * D), rounds, SMALL_GAIN)
     best = poses(z)
     return Climbed(best, shape.under(best, odds, arms, GRID)[0], least)
 

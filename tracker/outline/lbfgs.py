@@ -15,7 +15,6 @@ from kinematics.figure import Array
 REMEMBERED = 6  # steps that the curvature is taken from
 ENOUGH = 1e-3  # share of what the slope promises by which a step lowers the cost at least
 HALVINGS = 20  # of a step at most
-SMALL_GAIN = 2e-9  # of a round, as a share of the cost: the search ends
 
 Cost = Callable[[Array], tuple[float, Array]]
 
@@ -28,13 +27,14 @@ class Step(NamedTuple):
     curvature: float
 
 
-def lowest(cost: Cost, x: Array, rounds: int) -> tuple[Array, float]:
+def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, float]:
     """A place (N,) of the least cost around, and that cost.
 
     Args:
         cost: of a place (N,), with its slope (N,) there.
         x: (N,) where the search begins.
         rounds: steps at most.
+        small: gain of a round, as a share of the cost, with which the search ends.
     """
     steps: deque[Step] = deque(maxlen=REMEMBERED)
     value, slope = cost(x)
@@ -54,7 +54,7 @@ def lowest(cost: Cost, x: Array, rounds: int) -> tuple[Array, float]:
         if step.curvature > 0.0:  # else what is remembered no longer has a minimum
             steps.append(step)
         gain, x, value, slope = value - lower, x + step.way, lower, there
-        if gain <= SMALL_GAIN * max(abs(value), 1.0):
+        if gain <= small * max(abs(value), 1.0):
             break
     return x, value
 

@@ -122,7 +122,7 @@ def _odds(
     shaded: float,
 ) -> Image:
     h, w = known.shape
-    most = np.log(np.exp(colours[0]) + np.exp(colours[1])).max()
+    enough = MOST + np.log(np.exp(colours[0]) + np.exp(colours[1]))
     found = np.full((h, w), NOTHING, np.uint8)
     half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(shaded)
     for i in range(h):
@@ -137,7 +137,7 @@ def _odds(
             away = ((x0 - b0) / s0) ** 2 + ((x1 - b1) / s1) ** 2 + ((x2 - b2) / s2) ** 2
             scene = -0.5 * away - np.log(s0 * s1 * s2) - 3.0 * half
             # Most places show the scene as it is, and no shadow can lower R further.
-            if scene > MOST + most:
+            if scene > enough[image[i, j, 0]]:
                 found[i, j] = NOTHING - UNITS * MOST
                 continue
             # In a shadow chroma shrinks with the light.

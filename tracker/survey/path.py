@@ -21,7 +21,8 @@ from tracker.picture.pyramid import Array, Image, Planes
 CELL = 16  # of a grid, no more than one corner in each
 CONTRAST = 3.0  # grey levels a pixel along a corner's weaker direction, root mean square
 WINDOW = 15  # that is compared around a corner
-HALVINGS = 3  # of the picture, for long ways
+HALVINGS = 2  # of the picture, for long ways
+ENDS = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)  # a corner is followed: steps, pixels
 AGREE = 1.0  # from where the similarity puts a corner
 FEWEST = 30  # corners that a similarity is believed of
 ENOUGH = 60  # of them tell turn and size as well, fewer a shift alone
@@ -109,6 +110,7 @@ def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
         expected.copy(),
         winSize=(WINDOW, WINDOW),
         maxLevel=HALVINGS,
+        criteria=ENDS,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
     seen = status[:, 0] > 0

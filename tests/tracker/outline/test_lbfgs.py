@@ -7,6 +7,7 @@ from scipy.optimize import fmin_l_bfgs_b
 from tracker.outline.lbfgs import REMEMBERED, Step, direction, lowest
 
 N = 30
+SMALL = 2e-9  # gain with which a search ends
 
 
 @pytest.fixture
@@ -26,7 +27,9 @@ def valley(x):
 def test_the_minimum_of_a_quadratic_function_is_where_its_slope_is_zero(rng, hessian):
     side = rng.normal(size=N)
     want = np.linalg.solve(hessian, side)
-    found, value = lowest(lambda x: (0.5 * x @ hessian @ x - side @ x, hessian @ x - side), np.zeros(N), 200)
+    found, value = lowest(
+        lambda x: (0.5 * x @ hessian @ x - side @ x, hessian @ x - side), np.zeros(N), 200, SMALL
+    )
     np.testing.assert_allclose(found, want, atol=1e-3)
     assert value == pytest.approx(-0.5 * side @ want, rel=1e-7)
 
@@ -41,16 +44,16 @@ def test_it_goes_the_way_of_scipys(rng, hessian):
 
     for rounds in (2, 5, 9):
         want, least, _ = fmin_l_bfgs_b(cost, np.zeros(N), m=REMEMBERED, maxiter=rounds)
-        found, value = lowest(cost, np.zeros(N), rounds)
+        found, value = lowest(cost, np.zeros(N), rounds, SMALL)
         np.testing.assert_allclose(found, want, atol=1e-9)
         assert value == pytest.approx(least, rel=1e-12)
 
 
 def test_a_bent_valley_is_followed_to_its_end(rng):
     start = rng.normal(size=N)
-    found, value = lowest(valley, start, 500)
+    found, value = lowest(valley, start, 500, SMALL)
     np.testing.assert_allclose(found, 1.0, atol=1e-2)
-    costs = [lowest(valley, start, rounds)[1] for rounds in (0, 1, 5, 25)]
+    costs = [lowest(valley, start, rounds, SMALL)[1] for rounds in (0, 1, 5, 25)]
     assert costs[0] == valley(start)[0]
     assert np.all(np.diff([*costs, value]) < 0.0)
 
@@ -66,7 +69,13 @@ def test_the_direction_is_that_of_the_inverse_that_bfgs_updates(rng, hessian):
     np.testing.assert_allclose(direction(slope, steps), -inverse @ slope, rtol=1e-9, atol=1e-9)
 
 
+def test_a_search_ends_with_a_round_that_gains_little(rng):
+    start = rng.normal(size=N)
+    early, whole = (lowest(valley, start, 500, small)[1] for small in (1e-2, SMALL))
+    assert whole < early < valley(start)[0]
+
+
 def test_a_search_that_begins_at_the_minimum_stays_there():
-    found, value = lowest(lambda x: (float(x @ x), 2.0 * x), np.zeros(N), 5)
+    found, value = lowest(lambda x: (float(x @ x), 2.0 * x), np.zeros(N), 5, SMALL)
     assert not found.any()
     assert value == 0.0
