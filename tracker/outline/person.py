@@ -24,6 +24,7 @@ AROUND = 25  # frames either way of the best one that tell which way a person fa
 FEW = 15  # rounds of climbing that tell it
 AHEAD = 0.04  # nats times square leg lengths a frame by which walking ahead is the likelier beforehand
 EXPLAINED = 0.8  # of the median log odds under the outline has a frame to start from
+NEARLY = 0.9  # of the farthest that the ankles come apart in such a frame, they are in that to start from
 GOES = 0.5  # leg lengths over the scene from which it has a direction
 SAME = 0.5  # leg lengths between the hips of what is one person found twice
 NEAR = 1.5  # the same of a path that may be theirs
@@ -189,7 +190,7 @@ def _direction(stage: Stage, outline: Outline) -> int:
 
 
 def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> int | None:
-    """The frame in which the ankles are farthest apart among those that show the whole figure well.
+    """The frame that shows the figure best among those with the ankles about as far apart as they come.
 
     Args:
         sure: frames to be taken first.
@@ -201,4 +202,7 @@ def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> in
         shown &= np.isin(np.arange(len(shown)), np.arange(len(shown))[sure])
     ankles = [figure.joints.index(name) for name in ("near_ankle", "far_ankle")]
     apart = np.abs(np.diff(outline.joints[:, ankles, 0], axis=1))[:, 0] / outline.units
-    return int(np.where(shown, apart, -1.0).argmax()) if shown.any() else None
+    if not shown.any():
+        return None
+    shown &= apart >= NEARLY * apart[shown].max()
+    return int(np.where(shown, outline.score, -np.inf).argmax())
