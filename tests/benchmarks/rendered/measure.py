@@ -165,7 +165,7 @@ def _followed(made: Film, job: Job) -> Followed | str:
         return str(refused)
     found = score(made.marks, places(track), BEFORE_ALL)
     spread = _distances(made, track)
-    labels = Counter(map(track.motion, range(len(track))))
+    labels = Counter(track.motions)
     return Followed(
         error=found.mean_error_leg,
         lost=found.first_failure_frame,
