@@ -8,14 +8,10 @@ import sys
 import time
 from pathlib import Path
 
-import av
-import numpy as np
 import pytest
 
-from dynamics.slds import constant_velocity
-from dynamics.store import save
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, refused, write_table, write_video
+from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, write_table, write_video
 from tests.tracker.processes import ended
 from tracker import __version__
 from tracker.cli.app import COMMANDS
@@ -116,14 +112,6 @@ def test_facing_is_reported_as_told(clip, track, tmp_path):
     assert read_json(tmp_path / "out" / "run.json")["facing"] == "left"
 
 
-def test_a_start_in_the_middle_is_tracked_backwards_to_frame_zero(clip, track, tmp_path):
-    result = figtrack(*track(model="walk-run", more=["--start", 6, "--quiet"]))
-    assert result.exit_code == 0, result.output
-    errors = clip.errors(tmp_path / "out" / "keypoints.csv")
-    assert len(errors) == len(clip)
-    assert errors.max() < 0.15
-
-
 def test_a_quiet_run_is_silent_on_stderr_and_short_on_stdout(done):
     _, result = done
     assert result.stderr == ""
@@ -140,46 +128,7 @@ def test_json_progress_is_one_object_a_line(track):
     assert all(isinstance(line, dict) for line in lines)
 
 
-def test_names_with_spaces_and_other_letters_work(clip, tmp_path):
-    folder = tmp_path / "späte Läufe"
-    folder.mkdir()
-    video, keypoints, out = folder / "走る 1:2%.mp4", folder / "ключевые точки.csv", folder / "été #1 [a]"
-    video.write_bytes(clip.video.read_bytes())
-    keypoints.write_bytes(clip.keypoints.read_bytes())
-    words = [video, "--keypoints", keypoints, "--out", out, "--stop", 2, "--model", "cv"]
-    assert figtrack("track", *words).exit_code == 0
-    assert {path.name for path in out.iterdir()} == RUN_FILES
-    assert figtrack("compare", *words, "--overwrite").exit_code == 0
-    assert "走る 1:2%.mp4" in (out / "report.html").read_text(encoding="utf-8")
-
-
-def test_results_go_into_the_folder_one_is_in_unless_told(clip, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = figtrack("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 1)
-    assert result.exit_code == 0
-    assert (tmp_path / "walk-track" / "run.json").is_file()
-
-
 # What cannot be done
-
-
-@pytest.fixture
-def nothing_left(tmp_path):
-    """Whatever happened, tmp_path is afterwards as the test left it: no results, no .part."""
-    yield
-    assert not (tmp_path / "out").exists()
-    assert not list(tmp_path.rglob("*.part"))
-
-
-@pytest.mark.usefixtures("nothing_left")
-def test_a_video_without_frames_is_refused(track, tmp_path):
-    with av.open(str(tmp_path / "none.mp4"), "w") as container:
-        stream = container.add_stream("libx264", rate=30)
-        stream.width = stream.height = 64
-        stream.pix_fmt = "yuv420p"
-    assert "none.mp4" in refused(*track(video=tmp_path / "none.mp4"))
-    (tmp_path / "images").mkdir()
-    assert "holds no numbered images" in refused(*track(video=tmp_path / "images"))
 
 
 @pytest.mark.parametrize("style", ["--quiet", "--progress=json"])
@@ -200,43 +149,6 @@ def test_a_video_cut_short_is_tracked_as_far_as_it_goes_and_it_is_said(clip, tra
     )
     assert shown == news["warnings"]
     assert len(read_csv(tmp_path / "out" / "pose.csv")) == news["frames"] < 28
-
-
-@pytest.mark.usefixtures("nothing_left")
-def test_a_start_that_is_not_marked_is_refused(track):
-    assert "frame 700 is not marked in the keypoints table; marked are 0, 1" in refused(
-        *track(more=["--start", 700])
-    )
-    assert "--stop 2 comes before the start frame 5" in refused(*track(more=["--start", 5, "--stop", 2]))
-
-
-def model_file(path, names=POSE_COLUMNS, version=1):
-    slds = constant_velocity(names, np.full(len(names), 0.01), np.full(len(names), 0.1), 30.0)
-    save(slds, path, "a test")
-    if version != 1:
-        with np.load(path) as archive:
-            arrays = dict(archive)
-        header = json.loads(str(arrays["header"])) | {"version": version}
-        np.savez(path, **(arrays | {"header": np.array(json.dumps(header))}))
-    return path
-
-
-@pytest.mark.usefixtures("nothing_left")
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"names": ("root_x", "root_y", "tail")}, "the model speaks of root_x, root_y, tail; the figure"),
-        ({"version": 99}, "m.npz has format version 99, this program reads 1; update figtrack"),
-    ],
-    ids=["other freedoms", "newer"],
-)
-def test_a_model_that_cannot_be_used_is_refused(track, tmp_path, options, words):
-    assert words in refused(*track(model=model_file(tmp_path / "m.npz", **options)))
-
-
-def test_a_model_from_a_file_is_used(track, tmp_path):
-    assert figtrack(*track(model=model_file(tmp_path / "m.npz"), more=["--stop", 1])).exit_code == 0
-    assert read_json(tmp_path / "out" / "run.json")["model"] == str(tmp_path / "m.npz")
 
 
 def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monkeypatch):

@@ -91,25 +91,6 @@ def test_nobody_is_an_answer_of_find_and_no_start_for_track(tmp_path, rng, monke
     assert {path.name for path in tmp_path.iterdir()} == {"empty.mp4", "empty-people.csv"}
 
 
-def test_a_film_too_short_to_know_the_scene_is_refused_in_one_line(clip, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert len(clip) < 20
-    assert "nobody was found" in refused("track", clip.video)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_of_several_one_must_be_named(seen, video, tmp_path):
-    walk = a_walk()
-    seen(walk.person(frame=12), walk.person(frame=17))
-    said = refused("track", video)
-    assert "2 people walk through the film; name one with --person N, as 'figtrack find' lists them" in said
-    suggested = tmp_path / "walk.suggested.keypoints.csv"
-    assert suggested.name in said
-    assert [path.name for path in tmp_path.iterdir()] == [suggested.name]
-    assert list(read_keypoints(suggested)) == [12]
-    assert "there is no person 3; found are 2" in refused("track", video, "--person", 3)
-
-
 def test_a_start_that_is_refused_leaves_its_marks_beside_where_the_run_would_lie(seen, video, tmp_path):
     one = a_walk().person(turned=0.5 * TURNED)
     seen(one)

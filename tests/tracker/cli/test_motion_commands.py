@@ -8,7 +8,6 @@ from types import ModuleType
 import av
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import everything, figtrack, read_csv, refused, write_table
@@ -340,29 +339,6 @@ def test_reproduce_hands_on_what_it_is_told(tmp_path, monkeypatch):
     assert (trials, out) == (tmp_path / "t.csv", tmp_path / "r")
     assert options.pop("progress").style == "quiet"
     assert options == {"overwrite": True, "seed": 4, "quick": True}
-
-
-# Real captures
-
-
-def test_captured_walks_and_runs_are_told_apart_and_their_gaps_filled(data_dir, tmp_path):
-    truth = {(row["seq"], row["frame"]): row["label"] for row in read_csv(data_dir / "splices" / "truth.csv")}
-    rows = [
-        row | {"label": truth[row["seq"], row["frame"]]}
-        for row in read_csv(data_dir / "splices" / "splice_n0.csv")
-        if row["seq"] == "s02" and int(row["frame"]) < 150
-    ]
-    header = (*HEADER, "label")
-    write_table(tmp_path / "t.csv", [[row[name] for name in header] for row in rows], header)
-    said = done("classify", tmp_path / "t.csv", "--no-plot", "--out", tmp_path / "l.csv")
-    assert float(said.split("own label on ")[1].split(" %")[0]) > 75.0
-    gap = [t for t in range(150) if t % 40 in range(20, 24)]
-    kept = [[row[name] for name in HEADER] for row in rows if int(row["frame"]) not in gap]
-    write_table(tmp_path / "g.csv", kept, HEADER)
-    done("interpolate", tmp_path / "g.csv", "--no-plot", "--out", tmp_path / "i.csv")
-    ((found,), (want,)) = (read_poses(tmp_path / name) for name in ("i.csv", "t.csv"))
-    assert np.degrees(np.abs(found.y - want.y)[gap, 2:]).mean() < 8.0
-    assert_allclose(np.delete(found.y, gap, 0), np.delete(want.y, gap, 0))
 
 
 @pytest.mark.parametrize("command", ON_TABLES)
