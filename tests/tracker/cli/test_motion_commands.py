@@ -103,15 +103,6 @@ def test_predict_leaves_a_forecast_a_row_and_as_many_past_the_end(tmp_path, pose
     assert out.with_suffix(".png").read_bytes().startswith(PNG)
 
 
-def test_row_t_of_predict_is_the_forecast_of_frame_t(tmp_path, model, rng):
-    y = gait("walk", 80, rng)
-    poses = write_poses(tmp_path / "poses.csv", sequence(y))
-    done("predict", poses, "--model", model, "--horizon", 4, "--no-plot", "--out", tmp_path / "p.csv")
-    (found,) = read_poses(tmp_path / "p.csv")
-    errors = [np.abs(found.y[40:70, 4:] - y[40 + shift : 70 + shift, 4:]).mean() for shift in range(-4, 5)]
-    assert int(np.argmin(errors)) - 4 == 0
-
-
 def test_interpolate_fills_what_is_empty_and_leaves_the_rest_to_the_letter(tmp_path, poses, model):
     out = tmp_path / "i.csv"
     said = done("interpolate", poses, "--model", model, "--out", out)
@@ -217,14 +208,6 @@ def test_another_rate_of_the_table_is_another_model(tmp_path, rng, model):
     assert error("--fps", 15) < 0.7 * error()
 
 
-def test_the_model_that_ships_answers_all_four(tmp_path, few):
-    for command in ON_TABLES:
-        done(command, few, "--no-plot", "--out", tmp_path / f"{command}.csv")
-        assert (tmp_path / f"{command}.csv").is_file()
-    done("synthesise", "--frames", 40, "--no-plot", "--no-clip", "--out", tmp_path / "s.csv")
-    assert (tmp_path / "s.csv").is_file()
-
-
 # What cannot be done, and what is said
 
 
@@ -234,19 +217,6 @@ def untouched(tmp_path, poses):
     before = everything(tmp_path)
     yield
     assert everything(tmp_path) == before
-
-
-@pytest.mark.usefixtures("untouched")
-def test_a_hidden_markov_model_classifies_at_its_own_rate_and_does_nothing_else(tmp_path, poses, hmm):
-    words = ["--model", hmm, "--out", tmp_path / "o.csv"]
-    assert "it wants --inference hmm, not gpb2" in refused("classify", poses, *words, "--inference", "gpb2")
-    line = refused("classify", poses, *words, "--fps", 25)
-    assert (
-        "was learned at 30 frames a second and cannot be converted to 25; learn it again with --fps" in line
-    )
-    for command in ("predict", "interpolate"):
-        assert f"a hidden Markov model, which cannot {command}" in refused(command, poses, *words)
-    assert "a hidden Markov model, which cannot synthesise" in refused("synthesise", *words)
 
 
 @pytest.mark.usefixtures("untouched")
@@ -266,18 +236,6 @@ def test_what_the_work_reads_is_never_written_over(tmp_path, poses, model):
     line = refused("classify", poses, "--model", model, "--plot", poses.with_suffix(".PNG"), "--out", model,
                    "--overwrite")  # fmt: skip
     assert "gait.npz is what the work reads" in line
-
-
-def test_results_are_replaced_only_when_told_and_only_by_complete_ones(tmp_path, poses, model):
-    out = tmp_path / "o.csv"
-    done("classify", poses, "--model", model, "--out", out)
-    before = everything(tmp_path)
-    assert "o.csv exists; choose another --out" in refused("classify", poses, "--model", model, "--out", out)
-    refused("classify", poses, "--model", "swim", "--out", out, "--overwrite")
-    assert everything(tmp_path) == before
-    done("classify", poses, "--model", model, "--out", out, "--overwrite", "--inference", "viterbi")
-    assert {path.name for path in tmp_path.iterdir()} == {"poses.csv", "o.csv", "o.png"}
-    assert "p_walk" not in out.read_text()
 
 
 def test_an_old_picture_stops_the_work_before_it_begins(tmp_path, poses, model, monkeypatch):
