@@ -1,6 +1,5 @@
 """The commands: what they leave, what they say, and how they fail."""
 
-import json
 import os
 import statistics
 import subprocess
@@ -10,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, write_table, write_video
+from tests.tracker.clips import RUN_FILES, figtrack, read_json
 from tests.tracker.processes import ended
 from tracker import __version__
 from tracker.cli.app import COMMANDS
@@ -68,16 +66,6 @@ def test_what_is_not_wanted_is_not_written(track, tmp_path, more, left_out):
         assert "<video" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
-def test_poses_hold_every_frame(done):
-    rows = read_csv(done[0] / "pose.csv")
-    further = ["time_s", "state", "label", "outcome", "ankle_near", "ankle_far"]
-    assert list(rows[0]) == ["seq", "frame", *POSE_COLUMNS, *further]
-    assert [int(row["frame"]) for row in rows] == list(range(8))
-    assert {row["outcome"] for row in rows} <= {"ok", "hidden", "lost", "found", "outside"}
-    assert float(rows[3]["root_x"]) == pytest.approx(0.0, abs=0.05)
-    assert float(rows[7]["root_x"]) > 0.05 > -0.05 > float(rows[0]["root_x"])
-
-
 def test_run_json_says_what_was_done(clip, done):
     news = read_json(done[0] / "run.json")
     assert {"figtrack", "video", "model", "settings", "fps", "frames", "rate", "facing"} <= news.keys()
@@ -90,28 +78,6 @@ def test_run_json_says_what_was_done(clip, done):
     assert news["settings"]["mode"] == "full"
 
 
-def test_a_height_is_kept_with_the_run_and_an_export_takes_it(track, tmp_path):
-    result = figtrack(*track(more=["--stop", 3, "--no-overlay", "--no-report", "--height", 1.75]))
-    assert result.exit_code == 0, result.output
-    news = read_json(tmp_path / "out" / "run.json")
-    assert (news["height"], news["scale"]) == (1.75, None)
-    assert read_json(tmp_path / "out" / "gait.json")["metres_in_leg"] == pytest.approx(0.85, abs=0.15)
-    done = figtrack("export", tmp_path / "out", "--to", "mot", "--out", tmp_path / "w.mot")
-    assert done.exit_code == 0, done.output
-    assert "pelvis_tx" in (tmp_path / "w.mot").read_text()
-
-
-def test_facing_is_reported_as_told(clip, track, tmp_path):
-    more = ["--facing", "left", "--start", 6, "--stop", 6]
-    result = figtrack(*track(more=more))
-    assert result.exit_code == 1
-    assert "; or give --facing right" in result.stderr
-    # Without feet, legs as straight as in frame 6 may face either way.
-    write_table(tmp_path / "k.csv", [row for row in clip.rows([6]) if "toe" not in row[1]])
-    assert figtrack(*track(keypoints=tmp_path / "k.csv", more=more)).exit_code == 0
-    assert read_json(tmp_path / "out" / "run.json")["facing"] == "left"
-
-
 def test_a_quiet_run_is_silent_on_stderr_and_short_on_stdout(done):
     _, result = done
     assert result.stderr == ""
@@ -120,35 +86,7 @@ def test_a_quiet_run_is_silent_on_stderr_and_short_on_stdout(done):
     assert second.startswith("see ")
 
 
-def test_json_progress_is_one_object_a_line(track):
-    result = figtrack(*track(more=["--stop", 3, "--progress", "json"]))
-    lines = [json.loads(line) for line in result.stderr.splitlines()]
-    wanted = {"task": "walk.mp4 with cv", "done": 4, "total": 4}
-    assert any(wanted.items() <= line.items() for line in lines)
-    assert all(isinstance(line, dict) for line in lines)
-
-
 # What cannot be done
-
-
-@pytest.mark.parametrize("style", ["--quiet", "--progress=json"])
-def test_a_video_cut_short_is_tracked_as_far_as_it_goes_and_it_is_said(clip, track, tmp_path, style):
-    write_video(tmp_path / "long.mp4", clip.images * 3)
-    data = (tmp_path / "long.mp4").read_bytes()
-    (tmp_path / "cut.mp4").write_bytes(data[: len(data) // 2])
-    result = figtrack(*track(video=tmp_path / "cut.mp4", more=[style]))
-    assert result.exit_code == 0, result.output
-    news = read_json(tmp_path / "out" / "run.json")
-    assert news["warnings"][0].startswith("cut.mp4 ")
-    assert (
-        f"{news['frames']} of about 30" in news["warnings"][0] or "cannot be decoded" in news["warnings"][0]
-    )
-    warnings = [line for line in result.stderr.splitlines() if "warning" in line]
-    shown = (
-        [json.loads(line)["warning"] for line in warnings] if "json" in style else [w[9:] for w in warnings]
-    )
-    assert shown == news["warnings"]
-    assert len(read_csv(tmp_path / "out" / "pose.csv")) == news["frames"] < 28
 
 
 def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monkeypatch):

@@ -144,14 +144,6 @@ def test_a_picture_of_people_who_are_no_longer_found_goes(seen, video, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"walk-people.csv"}
 
 
-def test_marks_win_over_who_would_be_found(unseen, clip, tmp_path):
-    words = ("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 3)
-    assert figtrack(*words, "--quiet").exit_code == 0
-    assert read_json(tmp_path / "walk-track" / "run.json")["start"]["marks"] == "given"
-    assert read_keypoints(tmp_path / "walk-track" / "start.keypoints.csv").keys() == {0}
-    assert "leave them or the keypoints out" in refused(*words, "--person", 1, "--overwrite")
-
-
 def test_models_are_compared_by_marks_that_they_do_not_start_from(seen, video, tmp_path):
     walk = a_walk()
     seen(walk.person(frame=3))

@@ -273,11 +273,6 @@ def test_of_a_video_cut_short_what_was_read_is_followed_and_it_is_said(clip, job
     assert 3 < finished.frames == len(finished.track) < 18
 
 
-def test_a_start_that_is_not_marked_says_which_are(job):
-    with pytest.raises(StartError, match=r"frame 50 is not marked .* marked are 0, 1, 2"):
-        prepare(replace(job, start=50))
-
-
 def test_the_first_marked_frame_is_the_start_unless_told(job):
     marks = {t: marked for t, marked in job.marks.items() if t in (2, 7)}
     assert prepare(replace(job, marks=marks)).start.view == prepare(replace(job, start=2)).start.view
