@@ -51,7 +51,7 @@ def test_one_switching_state_agrees_with_pykalman_where_frames_are_missing(order
 )
 def test_the_answer_is_exact_given_its_own_path(order, gaps, dense, rng):
     slds = random_slds(3, order=order, rng=rng)
-    if dense:  # no entry of the state repeats one of the state before, as at second order they otherwise do
+    if dense:
         A, Q = slds.A + 0.1 * rng.normal(size=slds.A.shape), slds.Q + 0.1 * np.eye(slds.A.shape[-1])
         slds = replace(slds, A=A, Q=Q, C=rng.normal(size=slds.C.shape))
     y = drawn(slds, 9, rng, gaps=gaps)
