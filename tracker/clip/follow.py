@@ -245,7 +245,7 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     if untold(plan.job, track.figure):
         side = track.view.side
         warnings.append(
-            f"the marks do not show which way the figure faces; it is taken to face {side}, unless --facing is "
+            f"the marks do not show which way the figure faces; it is taken to face {side} unless --facing is "
             "given"
         )
     if plan.job.found is not None and plan.job.found.near_leg == "unsure":
