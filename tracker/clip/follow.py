@@ -245,8 +245,8 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     if untold(plan.job, track.figure):
         side = track.view.side
         warnings.append(
-            f"the marks do not show which way the figure faces; it is taken to face {side} unless --facing is "
-            "given"
+            f"the marks do not show which way the figure faces; it is taken to face {side}, --facing tells "
+            "otherwise"
         )
     if plan.job.found is not None and plan.job.found.near_leg == "unsure":
         other = plan.job.found.nearer.other
