@@ -1,19 +1,30 @@
 """One experiment as the file of numbers has it, and the page of all: one file, readable on a phone."""
 
 import html
-from collections.abc import Mapping, Sequence
+import io
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
+import matplotlib
 import numpy as np
 
+from dynamics.gaussian import Array
 from tracker.report.document import STYLES, Document, write_page
 from tracker.report.html_tables import html_table
+from tracker.tables.poses import PoseSequence
 
 TITLE = "The papers' experiments on these captures"
 PAGE = Document("experiments/findings.html", (*STYLES, "experiments/findings.css"))
+SVG: Any = {
+    "savefig.format": "svg",
+    "savefig.transparent": True,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "figtrack",
+}
+INKS = ("#000000", "#111111")  # of which the page has its own, be it light or dark
 
 
 class Verdict(StrEnum):
@@ -23,9 +34,6 @@ class Verdict(StrEnum):
     PARTLY = "holds in part"
     FAILS = "does not hold"
     OPEN = "not tested"
-
-
-MARKS = {Verdict.HOLDS: "yes", Verdict.PARTLY: "partly", Verdict.FAILS: "no", Verdict.OPEN: "open"}
 
 
 @dataclass(frozen=True)
@@ -42,8 +50,8 @@ class Table:
     """Cells in words; the first column names the row."""
 
     caption: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -70,27 +78,24 @@ class Section:
 
     heading: Heading
     method: str
-    claims: tuple[Claim, ...]
-    tables: tuple[Table, ...] = ()
-    plots: tuple[Plot, ...] = ()
+    claims: Sequence[Claim]
+    tables: Sequence[Table] = ()
+    plots: Sequence[Plot] = ()
 
 
 def left_out(heading: Heading, why: str) -> Section:
     """An experiment that these captures do not allow."""
-    claim = Claim(f"{heading.source} of the papers", Verdict.OPEN, f"Left out: {why}.")
-    return Section(heading, "", (claim,))
+    return Section(heading, "", [Claim(f"{heading.source} of the papers", Verdict.OPEN, f"Left out: {why}.")])
 
 
-def spread(values: Sequence[float], digits: int = 1) -> str:
-    """Their mean and, if there are several, the least and the greatest: 2.3 (1.9 to 2.8)."""
-    return pooled_and_range(float(np.mean(values)), dict(enumerate(values)), digits) if len(values) else "-"
-
-
-def pooled_and_range(pooled: float, each: Mapping[Any, float], digits: int = 1) -> str:
-    """A figure of all and, if there are several, the least and the greatest of each by itself."""
-    if len(each) < 2:
-        return f"{pooled:.{digits}f}"
-    return f"{pooled:.{digits}f} ({min(each.values()):.{digits}f} to {max(each.values()):.{digits}f})"
+def spread(values: Collection[float], digits: int = 1, pooled: float | None = None) -> str:
+    """Their mean, or a `pooled` figure, and, if there are several, the least and the greatest: 2.3 (1.9 to
+    2.8)."""
+    if not values:
+        return "-"
+    middle = f"{np.mean(list(values)) if pooled is None else pooled:.{digits}f}"
+    ends = f" ({min(values):.{digits}f} to {max(values):.{digits}f})"
+    return middle + ends if len(values) > 1 else middle
 
 
 def verdict(holds: bool, partly: bool = False) -> Verdict:
@@ -101,6 +106,22 @@ def verdict(holds: bool, partly: bool = False) -> Verdict:
 def share_verdict(cases: Sequence[bool]) -> Verdict:
     """Of a claim made of every case: it holds in part from half of them."""
     return verdict(all(cases), 2 * sum(cases) >= len(cases))
+
+
+def as_svg(draw: Callable[[IO[bytes]], None]) -> str:
+    """What a function draws into a file, as an SVG element whose ink is the page's own."""
+    out = io.BytesIO()
+    with matplotlib.rc_context(SVG):
+        draw(out)
+    text = out.getvalue().decode("utf-8")
+    for ink in INKS:
+        text = text.replace(ink, "currentColor")
+    return text[text.index("<svg") :]
+
+
+def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:
+    """Poses (T, 8), from frame `first` on, as motion pictures take them."""
+    return PoseSequence(name, first, y, ("",) * len(y), (), None)
 
 
 def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str], path: Path) -> None:
@@ -141,7 +162,7 @@ def _section(section: Section) -> str:
 
 def _claim(claim: Claim) -> str:
     return (
-        f"<div class='claim {MARKS[claim.verdict]}'><p><b>Papers:</b> {html.escape(claim.paper)}</p>"
+        f"<div class='claim {claim.verdict.name.lower()}'><p><b>Papers:</b> {html.escape(claim.paper)}</p>"
         f"<p>{_badge(claim)}: {html.escape(claim.here)}</p></div>"
     )
 
