@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
 from functools import wraps
 from inspect import Parameter, Signature, signature
@@ -150,6 +150,7 @@ def _parameter(name: str, hint: Any, default: Any) -> Parameter:
         hint = Annotated[
             get_args(hint)[0], typer.Option(flag, help=about.text, min=about.least, max=about.most)
         ]
+    default = Parameter.empty if default is MISSING else default
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 
