@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from kinematics.sides import SIDES
+from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.values import Value
 from tracker.report.document import STYLES, Document, write_page
 from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_errors, spoken, unit_of
-from tracker.report.over_stride import legs_of, norm_of
 from tracker.run.read import RunError, read_news, read_track
 from tracker.run.track import Track
 from tracker.tables.table import read_text
