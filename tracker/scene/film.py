@@ -10,7 +10,6 @@ A rendered walk tests correctness. It does not say how well real footage is foll
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -57,17 +56,6 @@ class Scene:
     leg_px: float
     facing: int
     fps: float
-
-    def __post_init__(self) -> None:
-        arrays: list[NDArray[Any]] = [
-            *self.images,
-            *self.joints.values(),
-            *self.arms.values(),
-            *self.visible.values(),
-            self.pose,
-        ]
-        for array in arrays:
-            array.flags.writeable = False
 
 
 def render(
@@ -138,9 +126,7 @@ def render(
     places = in_pixels(joint_places(build, gait.at(moments)), leg_px, start)
     covered = {name: under(front[..., 3], at) for name, at in places.items()}
     if facing < 0:
-        places = {
-            name: np.array([width - 1, 0.0]) + np.array([-1.0, 1.0]) * at for name, at in places.items()
-        }
+        places = {name: np.array([width - 1, 0.0]) + at * (-1.0, 1.0) for name, at in places.items()}
     pose = gait.pose[moments].copy()
     pose[:, :2] -= pose[0, :2].copy()
     return Scene(
@@ -169,13 +155,7 @@ def compress(images: Sequence[Picture], quality: int = QUALITY) -> list[Picture]
 def truth_table(scene: Scene) -> list[tuple[int, str, float, float, int]]:
     """The rows of the scene's keypoints table: frame, keypoint, x, y in pixels, visible 1 or 0."""
     return [
-        (
-            t,
-            name,
-            float(scene.joints[name][t, 0]),
-            float(scene.joints[name][t, 1]),
-            int(scene.visible[name][t]),
-        )
+        (t, name, *scene.joints[name][t].tolist(), int(scene.visible[name][t]))
         for t in range(len(scene.images))
         for name in KEYPOINTS
     ]
