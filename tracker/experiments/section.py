@@ -1,6 +1,5 @@
 """One experiment as the file of numbers has it, and the page of all: one file, readable on a phone."""
 
-import html
 import io
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from typing import IO, Any
 
 import matplotlib
 import numpy as np
+from markupsafe import Markup
 
 from dynamics.gaussian import Array
 from tracker.report.document import STYLES, Document, write_page
@@ -56,9 +56,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Plot:
-    """A picture: SVG text, what it shows for who cannot see it, and what is said below it."""
+    """A picture: SVG, what it shows for who cannot see it, and what is said below it."""
 
-    svg: str
+    svg: Markup
     alt: str
     caption: str
 
@@ -108,7 +108,7 @@ def share_verdict(cases: Sequence[bool]) -> Verdict:
     return verdict(all(cases), 2 * sum(cases) >= len(cases))
 
 
-def as_svg(draw: Callable[[IO[bytes]], None]) -> str:
+def as_svg(draw: Callable[[IO[bytes]], None]) -> Markup:
     """What a function draws into a file, as an SVG element whose ink is the page's own."""
     out = io.BytesIO()
     with matplotlib.rc_context(SVG):
@@ -116,7 +116,7 @@ def as_svg(draw: Callable[[IO[bytes]], None]) -> str:
     text = out.getvalue().decode("utf-8")
     for ink in INKS:
         text = text.replace(ink, "currentColor")
-    return text[text.index("<svg") :]
+    return Markup(text[text.index("<svg") :])
 
 
 def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:
@@ -127,53 +127,23 @@ def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:
 def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str], path: Path) -> None:
     """The page: a sentence about the captures, what was found in short, cautions, then a part for each
     experiment."""
-    parts = {
-        "title": [html.escape(TITLE)],
-        "about": [html.escape(about)],
-        "summary": [_summary(sections)],
-        "notes": [f"<p class='note'>{html.escape(note)}</p>" for note in notes],
-        "sections": map(_section, sections),
-    }
-    write_page(path, PAGE, {}, parts)
-
-
-def _summary(sections: Sequence[Section]) -> str:
     rows = [
-        (f"<a href='#{s.heading.key}'>{html.escape(s.heading.title)}</a>", html.escape(c.paper), _badge(c))
+        (Markup("<a href='#{}'>{}</a>").format(s.heading.key, s.heading.title), c.paper, _badge(c))
         for s in sections
         for c in s.claims
     ]
-    return html_table(("experiment", "the papers", "here"), rows)
-
-
-def _section(section: Section) -> str:
-    heading = section.heading
-    method = f"<p>{html.escape(section.method)}</p>" if section.method else ""
-    parts = [_claim(claim) for claim in section.claims]
-    parts += [_figure(_table(table), table.caption) for table in section.tables]
-    for plot in section.plots:
-        picture = f"<div class='wide plot' role='img' aria-label='{html.escape(plot.alt)}'>{plot.svg}</div>"
-        parts.append(_figure(picture, plot.caption))
-    return (
-        f"<section id='{heading.key}'><h2>{html.escape(heading.title)}</h2>"
-        f"<p class='soft'>{html.escape(heading.source)}</p>{method}{''.join(parts)}</section>"
+    write_page(
+        path,
+        PAGE,
+        {},
+        title=TITLE,
+        about=about,
+        summary=html_table(("experiment", "the papers", "here"), rows),
+        notes=notes,
+        sections=sections,
+        html_table=html_table,
     )
 
 
-def _claim(claim: Claim) -> str:
-    return (
-        f"<div class='claim {claim.verdict.name.lower()}'><p><b>Papers:</b> {html.escape(claim.paper)}</p>"
-        f"<p>{_badge(claim)}: {html.escape(claim.here)}</p></div>"
-    )
-
-
-def _badge(claim: Claim) -> str:
-    return f"<b>{claim.verdict.value}</b>"
-
-
-def _figure(body: str, caption: str) -> str:
-    return f"<figure>{body}<figcaption>{html.escape(caption)}</figcaption></figure>"
-
-
-def _table(table: Table) -> str:
-    return html_table(table.head, [[html.escape(cell) for cell in row] for row in table.rows])
+def _badge(claim: Claim) -> Markup:
+    return Markup("<b>{}</b>").format(claim.verdict.value)
