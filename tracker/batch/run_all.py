@@ -5,7 +5,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -105,8 +105,13 @@ def run_batch(
             raise FolderError(f"{path} is of something else and would be replaced; choose another --out")
     # The summary's place is tried first: a batch takes long, and would be lost on a place that cannot be.
     with fresh_file(summary, overwrite=True) as aside:
-        outs, processes = [row.out for row in rows], min(workers or _processors(), len(rows))
-        with swept(outs), _cluster(scheduler, tls, processes) as client:
+        most = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        cluster = (
+            local_cluster(min(workers or most, len(rows)))
+            if scheduler is None
+            else cluster_at(scheduler, tls)
+        )
+        with swept(row.out for row in rows), cluster as client:
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
         write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
     with fresh_file(overview, overwrite=True) as aside:
@@ -163,10 +168,6 @@ def summary_cells(row: Row, ending: Ending) -> list[str]:
     """A row of summary.csv."""
     ours = {"video": row.video, "model": row.how.model, "out": row.out, "status": ending.status}
     return [str(ours.get(column) or ending.cells.get(column, "")) for column in COLUMNS]
-
-
-def _cluster(scheduler: str | None, tls: Path | None, workers: int) -> AbstractContextManager["Client"]:
-    return local_cluster(workers) if scheduler is None else cluster_at(scheduler, tls)
 
 
 def _run_all(
@@ -246,7 +247,3 @@ def _is_summary(path: Path) -> bool:
     with suppress(OSError), path.open("rb") as file:
         return file.readline().startswith(",".join(SUMMARY).encode())
     return False
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -127,8 +127,9 @@ def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:
 def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str], path: Path) -> None:
     """The page: a sentence about the captures, what was found in short, cautions, then a part for each
     experiment."""
+    link, badge = Markup("<a href='#{}'>{}</a>"), Markup("<b>{}</b>")
     rows = [
-        (Markup("<a href='#{}'>{}</a>").format(s.heading.key, s.heading.title), c.paper, _badge(c))
+        (link.format(s.heading.key, s.heading.title), c.paper, badge.format(c.verdict.value))
         for s in sections
         for c in s.claims
     ]
@@ -143,7 +144,3 @@ def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str]
         sections=sections,
         html_table=html_table,
     )
-
-
-def _badge(claim: Claim) -> Markup:
-    return Markup("<b>{}</b>").format(claim.verdict.value)

@@ -79,7 +79,8 @@ def tenths(values: Array) -> list[float]:
 def over_strides(angle: Array, strides: Iterable[Stride], first: int = 0) -> Array:
     """An angle (T,), from the clip's frame `first` on, over each of some strides within it, (S, 101), in its
     unit."""
-    found = [_over(angle, stride.strike.at - first, stride.end.at - first) for stride in strides]
+    frames = first + np.arange(len(angle))
+    found = [np.interp(s.strike.at + SHARES * (s.end.at - s.strike.at), frames, angle) for s in strides]
     return np.array(found).reshape(-1, len(SHARES))
 
 
@@ -93,7 +94,3 @@ def read_norms() -> dict[str, Norm]:
     source = resources.files("tracker.gait") / "norms.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: Norm(row[1:102], row[102:], int(row[0])) for name, row in stored.items()}
-
-
-def _over(angle: Array, start: float, end: float) -> Array:
-    return np.interp(start + SHARES * (end - start), np.arange(len(angle)), angle)
