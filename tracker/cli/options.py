@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
 
-from tracker.clip.job import About, Facing
+from tracker.clip.job import About
 
 if TYPE_CHECKING:
     from tracker.progress import Progress
@@ -39,9 +39,6 @@ Keypoints = Annotated[
         "or a folder), COCO keypoints JSON, labelme JSON or TRC in pixels, of which the best frame is taken "
         "unless --start names one [default: the walker is found].",
     ),
-]
-FacingOption = Annotated[
-    Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
 ]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace complete results once the new ones are complete.")
