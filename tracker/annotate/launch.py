@@ -6,9 +6,9 @@ from threading import Thread
 from kinematics.figure_file import load_figure
 from tracker.annotate.correction import Correction
 from tracker.annotate.marks import Table
-from tracker.annotate.request import Request
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session
+from tracker.annotate.wanted import Request
 from tracker.clip.asked import suggestion_path
 from tracker.clip.found import TURNED, people
 from tracker.clip.job import towards

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tracker.annotate.request import NoBrowser, Port, Request
+from tracker.annotate.wanted import NoBrowser, Port, Request
 from tracker.cli.options import Common, Shown, Video, beside
 
 
