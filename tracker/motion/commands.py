@@ -85,12 +85,11 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
         if with_what.slds is not None and not all(sequence.seen.all() for sequence in sequences):
             noisy = at_table_noise(with_what.slds, sequences, progress)
             with_what = replace(with_what, slds=noisy)
-        filled = []
-        with progress.task("filling gaps", len(sequences)) as advance:
-            for sequence in sequences:
-                # A generator for each, so that its answer does not hang on its neighbours.
-                filled.append(fill_gaps(with_what, sequence, np.random.default_rng(task.seed)))
-                advance()
+        # A generator for each, so that its answer does not hang on its neighbours.
+        filled = [
+            fill_gaps(with_what, sequence, np.random.default_rng(task.seed))
+            for sequence in progress.through("filling gaps", sequences, len(sequences))
+        ]
         rows = _pose_rows(sequences, [f.y for f in filled], [f.sd for f in filled], keep=True)
         write_poses(table, rows, SD_COLUMNS)
         if plot is not None:
