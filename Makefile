@@ -28,7 +28,6 @@ test: $(VENV)/installed-dev
 # with $FIGTRACK_DATA its claims about real clips; and what the tools under tests/benchmarks are tested by.
 check: $(VENV)/installed-dev
 	$(BIN)/pytest -n auto -m "claims or handbook or whole"
-	$(BIN)/pytest tests/benchmarks/test_tools.py tests/benchmarks/test_rendered.py tests/benchmarks/test_gait.py tests/benchmarks/test_soak.py
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
 LEARN := $(BIN)/figtrack learn --trials $(MOCAP) --overwrite --settings dynamics/models

@@ -65,21 +65,6 @@ def inverse_root(cov: Array) -> tuple[Array, Array]:
     return np.asarray(np.linalg.solve(root, np.broadcast_to(np.eye(cov.shape[-1]), root.shape))), log_det
 
 
-def inverse_triangular(lower: NDArray[Any]) -> Array:
-    """L^-1 of every lower triangular L (..., N, N) by substitution, a row of all at once: of many small
-    ones, in a fraction of the time."""
-    N = lower.shape[-1]
-    rows = lower.reshape(-1, N, N).transpose(1, 2, 0).copy()
-    scale = 1.0 / rows[np.arange(N), np.arange(N)]
-    rows *= -scale[:, None]
-    inverse = np.zeros_like(rows)
-    for n in range(N):
-        inverse[n, n] = 1.0
-        np.add.reduce(rows[n, :n, None] * inverse[:n, :n], axis=0, out=inverse[n, :n])
-    inverse *= scale
-    return np.asarray(inverse.transpose(2, 0, 1)).reshape(lower.shape)
-
-
 def collapse(weights: Array, gaussians: Gaussian) -> Gaussian:
     """The one Gaussian with the moments of a mixture (..., H, N) by weights (..., H) that sum to 1 over H."""
     mean = (weights[..., None] * gaussians.mean).sum(-2)

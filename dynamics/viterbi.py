@@ -9,7 +9,8 @@ Only the innovation is needed to choose the predecessor j of a state i. With G_i
 
     e_ji = y_t - C b_i - G_i x_j,   S_ji = G_i P_j G_i' + C Q_i C' + R,
 
-and just the K chosen beliefs are predicted and updated in full. Time grows with K^2, memory with T.
+and just the K chosen beliefs are predicted and updated in full (`dynamics.pairs`). Time grows with K^2,
+memory with T.
 """
 
 from collections.abc import Sequence
@@ -19,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, transpose
-from dynamics.kalman import CORNER, condition, predict, reverse, surprise, update
+from dynamics.gaussian import LOG_2PI, Array, Gaussian
+from dynamics.kalman import reverse, update
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
@@ -62,73 +63,18 @@ class Forward:
 
 def forward(slds: SLDS, frames: Frames) -> Forward:
     """The filter: every state's best predecessor at every frame, and its belief."""
+    from dynamics.pairs import constants, viterbi_rows  # slow to import
+
     K, N = slds.b.shape
-    transitions = _Transitions(slds, frames)
+    rows, now = len(frames.y), frames.at(0)
     extra = frames.hints - 0.5 * LOG_2PI * (~np.isnan(frames.y)).sum(-1)[:, None]
-    switch = -slds.log_Pi
-    sequences, states = K * np.arange(len(frames.lengths))[:, None], np.arange(K)
-    kept = np.empty((len(frames.y), K, N + 1, N))  # each mean in a row below its covariance
-    mean, cov = kept[..., N, :], kept[..., :N, :]
-    back, cost = np.zeros(extra.shape, dtype=np.intp), np.empty(extra.shape)
-
-    now = frames.at(0)
-    mean[now], cov[now] = slds.mean0, slds.cov0
-    belief, log_lik = update(Gaussian(mean[now], cov[now]), frames.y[now, None], slds.C, slds.R)
-    mean[now], cov[now], cost[now] = belief.mean, belief.cov, -slds.log_pi0 - log_lik - frames.hints[now]
-    for earlier, now in _steps(frames):
-        bordered, C = transitions.innovations(kept[earlier], now)
-        total = cost[earlier, :, None] + switch + surprise(bordered)
-        best = total.argmin(1)
-        cost[now], back[now] = total.min(1) - extra[now], best
-
-        place = sequences[: len(best)] + best
-        chosen = kept[earlier].reshape(-1, N + 1, N).take(place, axis=0)
-        innovation = bordered.reshape(-1, *bordered.shape[3:]).take(K * place + states, axis=0)
-        prior = predict(Gaussian(chosen[..., N, :], chosen[..., :N, :]), slds.A, slds.b, slds.Q)
-        belief = condition(prior, innovation[..., -1, :-1], C, innovation[..., :-1, :-1], slds.R)
-        mean[now], cov[now] = belief.mean, belief.cov
+    mean, cov = np.empty((rows, K, N)), np.empty((rows, K, N, N))
+    back, cost = np.zeros((rows, K), dtype=np.intp), np.empty((rows, K))
+    found, log_lik = update(slds.start, frames.y[now, None], slds.C, slds.R)
+    mean[now], cov[now], cost[now] = found.mean, found.cov, -slds.log_pi0 - log_lik - frames.hints[now]
+    system = constants(slds, slds.C, slds.R)
+    viterbi_rows(system, slds.log_Pi, frames.y, extra, frames.before, (mean, cov, cost, back))
     return Forward(Gaussian(mean, cov), back, cost)
-
-
-class _Transitions:
-    """The innovations of all transitions j to i at a frame, bordered as `surprise` takes them.
-
-    With the mean in a row below the covariance, two products give e and S at once:
-
-        [ S_ji   . ]   [ G_i   0 ] [ P_j  ]          [ C Q_i C' + R     .    ]
-        [          ] = [         ] [      ] [G_i' 0] + [                       ]
-        [ e_ji'  . ]   [  0   -1 ] [ x_j' ]          [ (y_t - C b_i)' CORNER ]
-    """
-
-    def __init__(self, slds: SLDS, frames: Frames) -> None:
-        K, N = slds.b.shape
-        M = len(slds.names)
-        G = slds.C @ slds.A
-        left, self._right = np.zeros((K, M + 1, N + 1)), np.zeros((K, N, M + 1))
-        left[:, :M, :N], left[:, M, N] = G, -1.0
-        self._left = left.reshape(K * (M + 1), N + 1)
-        self._right[..., :M] = transpose(G)
-        self._constant = np.full((len(frames.lengths), K, M + 1, M + 1), CORNER)
-        self._constant[..., :M, :M] = slds.C @ slds.Q @ transpose(slds.C) + slds.R
-        self._C, self._missing = slds.C, np.isnan(frames.y)
-        self._target = np.where(self._missing, 0.0, frames.y)[:, None] - apply(slds.C, slds.b)
-        counts = np.concatenate([[0], np.cumsum(self._missing.sum(-1))])
-        self._missing_above = counts.tolist()
-
-    def innovations(self, kept: Array, now: slice) -> tuple[Array, Array]:
-        """(n, K, K, M+1, M+1), j before i, and C; where y_t is missing, S has unit rows and C zero rows."""
-        n, K, _, N = kept.shape
-        M = len(self._C)
-        constant = self._constant[:n]
-        constant[..., M, :M] = self._target[now]
-        bordered: Array = (self._left @ kept).reshape(n, K, K, M + 1, N) @ self._right + constant[:, None]
-        if self._missing_above[now.start] == self._missing_above[now.stop]:
-            return bordered, self._C
-        missing = self._missing[now]
-        either = missing[:, :, None] | missing[:, None]
-        np.copyto(bordered[..., :M, :M], np.eye(M), where=either[:, None, None])
-        np.copyto(bordered[..., M, :M], 0.0, where=missing[:, None, None])
-        return bordered, np.where(missing[:, None, :, None], 0.0, self._C)
 
 
 def _steps(frames: Frames) -> list[tuple[slice, slice]]:

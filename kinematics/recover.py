@@ -159,24 +159,40 @@ def facing_of(marks: Marks, later: Marks | None = None, figure: Figure = WALKER)
     """Which way the figure faces: +1 right, -1 left.
 
     From its pairs of joints that lie ahead of each other (toes) where all are marked, else from the middles
-    of legs that bend (knees), else from the pairs there are, else from the way the base goes, else from a
-    bend too slight to be sure of. Right where nothing tells.
+    of legs that bend (knees) where all are, else from the pairs there are, else from the way the base goes,
+    else from a bend too slight, or of too few legs, to be sure of. Right where nothing tells.
     """
     seen, base = _positions(marks), figure.base
-    ways = [
-        np.sign(seen[tip][0] - seen[start][0]) for start, tip in figure.ahead if {start, tip} <= seen.keys()
-    ]
-    # One foot alone may mislead: pushing off it points down, and its toe may lie behind its ankle.
-    toes, toe = (sum(ways), 0.0) if len(ways) == len(figure.ahead) else (0.0, sum(ways))
-    bend = sum(_bent_ahead(figure, leg, seen) for leg in figure.legs)
+    toes, clear, toe, bend = _votes(seen, figure)
     travel = 0.0
     if later is not None:
         after = _positions(later)
         travel = after[base][0] - seen[base][0] if base in seen and base in after else 0.0
-    for vote in (toes, bend if abs(bend) > STRAIGHT else 0.0, toe, travel, bend):
+    for vote in (toes, clear, toe, travel, bend):
         if vote != 0.0:
             return 1 if vote > 0 else -1
     return 1
+
+
+def facing_told(marks: Marks, figure: Figure = WALKER) -> bool:
+    """Whether the marks of one frame show for certain which way the figure faces."""
+    toes, clear, _, _ = _votes(_positions(marks), figure)
+    return toes != 0.0 or clear != 0.0
+
+
+def _votes(seen: Mapping[str, Array], figure: Figure) -> tuple[float, float, float, float]:
+    """What tells that a figure faces right, 0 for nothing: all toes, all legs that bend, a toe, a leg."""
+    ways = [
+        float(np.sign(seen[tip][0] - seen[start][0]))
+        for start, tip in figure.ahead
+        if {start, tip} <= seen.keys()
+    ]
+    # One foot alone may mislead: pushing off it points down, and its toe may lie behind its ankle. So may one
+    # leg, which bends little where it stands.
+    toes, toe = (sum(ways), 0.0) if len(ways) == len(figure.ahead) else (0.0, sum(ways))
+    bends = [_bent_ahead(figure, leg, seen) for leg in figure.legs]
+    clear = sum(bends) if all(bends) and abs(sum(bends)) > STRAIGHT else 0.0
+    return toes, clear, toe, sum(bends)
 
 
 def _positions(marks: Marks) -> dict[str, Array]:

@@ -206,21 +206,6 @@ def test_an_import_without_an_arrow_is_found(module, name):
     assert undrawn(module, {name}, drawn(PICTURE)) == {name}
 
 
-@pytest.mark.parametrize(
-    ("module", "name"),
-    [
-        ("tracker.high.a", "tracker.low.b.thing"),
-        ("tracker.high.a", "dynamics.kalman.update"),
-        ("tracker.low.a", "matplotlib.pyplot"),
-        ("videos.frames", "cv2"),
-        ("tracker.low.a", "tracker.settings.Settings"),
-        ("dynamics.learning.em", "dynamics.viterbi"),
-    ],
-)
-def test_an_import_along_an_arrow_is_none_to_complain_of(module, name):
-    assert not undrawn(module, {name}, drawn(PICTURE))
-
-
 def test_an_import_is_found_wherever_it_is_written():
     source = """
 import numpy as np, av.container

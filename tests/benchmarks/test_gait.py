@@ -20,6 +20,8 @@ from tests.benchmarks.test_rendered import a_motion
 from tests.tracker.strolls import track_of
 from tracker.scene.steps import Gait, random_build
 
+pytestmark = pytest.mark.whole
+
 
 def standing(build, heights, speed=0.0):
     """A figure on straight legs whose feet are flat, the near foot at these heights."""

@@ -21,6 +21,8 @@ from tracker.scene.steps import joint_places, random_build, walk
 from tracker.tables.keypoints import Mark
 from videos.frames import Video
 
+pytestmark = pytest.mark.whole
+
 FPS = 60.0
 TRIALS = [
     Trial(Path(), person, "1", gait, FPS, ((0, 240),), (), "") for gait in GAITS for person in ("a", "b")

@@ -13,6 +13,8 @@ from tests.benchmarks.soak.films import damaged, shot, write_film, write_marks
 from tracker.tables.keypoints import read_keypoints
 from videos.frames import Video, VideoError
 
+pytestmark = pytest.mark.whole
+
 
 @pytest.fixture
 def wrong(tmp_path):

@@ -36,6 +36,8 @@ from tests.tracker.tracks import random_track, standing
 from tracker.foreign.points import Points
 from tracker.tables.keypoints import Mark
 
+pytestmark = pytest.mark.whole
+
 NAMES = ("head_top", "hip", "near_knee", "near_ankle", "far_knee", "far_ankle")
 
 

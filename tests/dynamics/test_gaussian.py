@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
-from dynamics.gaussian import Gaussian, apply, collapse, frozen, inverse_triangular, log_density
+from dynamics.gaussian import Gaussian, apply, collapse, frozen, log_density
 from tests.oracles import random_covariance
 
 
@@ -25,16 +25,6 @@ def test_log_density_is_scipys_over_leading_axes(rng):
     ]
     # Two factorisations of matrices with condition numbers below 1e3.
     assert_allclose(log_density(gaussians, x), want, rtol=1e-11)
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (3, 3), (2, 5, 6, 6)])
-def test_triangular_matrices_are_inverted_each_for_itself(shape, rng):
-    lower = np.tril(rng.normal(size=shape), -1) + np.eye(shape[-1]) * rng.uniform(0.1, 3.0, shape)
-    found = inverse_triangular(lower)
-    assert_allclose(
-        found @ lower, np.broadcast_to(np.eye(shape[-1]), shape), atol=1e-11 * np.abs(found).max()
-    )
-    assert (np.triu(found, 1) == 0.0).all()
 
 
 def test_collapse_keeps_mean_and_second_moment_of_the_mixture(rng):

@@ -1,30 +1,17 @@
 """The hidden Markov model against all its paths, against hmmlearn, and EM's promise."""
 
 from dataclasses import replace
-from itertools import pairwise, product
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from dynamics.hmm import HMM, combine_hmms, hmm_all
+from dynamics.hmm import combine_hmms, hmm_all
 from dynamics.learning.baum_welch import learn_hmm
 from dynamics.learning.options import Options
-from tests.oracles import log_density, random_covariance
+from tests.dynamics.hmms import enumerated, random_hmm
 
 LEARNT = {"fps": 30.0, "label": "walk"}
-
-
-def random_hmm(K, rng, *, M=2, apart=1.5):
-    return HMM(
-        pi0=rng.dirichlet(np.full(K, 3.0)),
-        Pi=0.7 * np.eye(K) + 0.3 * rng.dirichlet(np.ones(K), size=K),
-        mean=apart * rng.normal(size=(K, M)),
-        cov=np.stack([random_covariance(M, rng) for _ in range(K)]),
-        names=tuple("abcdefgh"[:M]),
-        labels=("random",) * K,
-        fps=30.0,
-    )
 
 
 def drawn(hmm, T, rng, *, gaps=False):
@@ -37,31 +24,6 @@ def drawn(hmm, T, rng, *, gaps=False):
         y[rng.random(y.shape) < 0.3] = np.nan
         y[rng.random(T) < 0.2] = np.nan
     return s, y
-
-
-def density(hmm, k, pose):
-    """log p of what was measured of a pose."""
-    seen = ~np.isnan(pose)
-    if not seen.any():
-        return 0.0
-    return log_density(pose[seen], hmm.mean[k, seen], hmm.cov[k][np.ix_(seen, seen)])
-
-
-def enumerated(hmm, y):
-    """prob, pair, log evidence and best path, by all K**T paths."""
-    T, K = len(y), len(hmm.pi0)
-    paths = list(product(range(K), repeat=T))
-    densities = np.array([[density(hmm, k, pose) for k in range(K)] for pose in y])
-    values = []
-    for path in paths:
-        value = np.log(hmm.pi0[path[0]]) + densities[np.arange(T), path].sum()
-        values.append(value + sum(np.log(hmm.Pi[i, j]) for i, j in pairwise(path)))
-    log_evidence = np.logaddexp.reduce(values)
-    prob, pair = np.zeros((T, K)), np.zeros((T - 1, K, K))
-    for path, weight in zip(paths, np.exp(np.array(values) - log_evidence), strict=True):
-        prob[np.arange(T), path] += weight
-        pair[np.arange(T - 1), path[:-1], path[1:]] += weight
-    return prob, pair, log_evidence, paths[int(np.argmax(values))]
 
 
 def ordered(hmm):

@@ -52,7 +52,8 @@ def test_one_switching_state_agrees_with_pykalman_where_frames_are_missing(order
 def test_the_answer_is_exact_given_its_own_path(order, gaps, dense, rng):
     slds = random_slds(3, order=order, rng=rng)
     if dense:
-        slds = replace(slds, C=rng.normal(size=slds.C.shape))
+        A, Q = slds.A + 0.1 * rng.normal(size=slds.A.shape), slds.Q + 0.1 * np.eye(slds.A.shape[-1])
+        slds = replace(slds, A=A, Q=Q, C=rng.normal(size=slds.C.shape))
     y = drawn(slds, 9, rng, gaps=gaps)
     got = viterbi(slds, y)
     mean, cov, log_p = given_path(slds, y, got.path)

@@ -168,8 +168,3 @@ def test_a_malformed_file_is_refused_with_its_line(tmp_path, old, new, message):
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(MotionError, match=message):
         read_bvh(path)
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(MotionError, match=r"cannot read .*absent\.bvh .*correct the path"):
-        read_bvh(tmp_path / "absent.bvh")

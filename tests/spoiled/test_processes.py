@@ -140,20 +140,6 @@ def test_a_reader_that_hangs_up_is_no_error_to_speak_of(folder):
     assert process.wait(120) == 1
 
 
-def test_of_two_runs_that_overwrite_one_folder_at_once_one_is_whole(folder):
-    both = [started(*words("track")) for _ in range(2)]
-    errors = [process.communicate(timeout=120)[1] for process in both]
-    for process, text in zip(both, errors, strict=True):
-        assert process.returncode in (0, 1)
-        if process.returncode:
-            check_line(text)
-    assert 0 in [process.returncode for process in both]
-    assert read_json(folder / "run" / "run.json")["frames"] == len(
-        list(Video(folder / "run" / "overlay.mp4"))
-    )
-    assert not list(folder.rglob("*.part"))
-
-
 def test_what_is_killed_outright_leaves_the_old_run_and_the_next_run_is_not_in_its_way(folder):
     images = [frame.image for frame in Video(folder / "walk.mp4")]
     write_video(folder / "long.mp4", images * 40)

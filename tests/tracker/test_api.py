@@ -12,10 +12,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 import tracker
-from dynamics.store import ModelError
 from tests.tracker.clips import everything, figtrack, read_csv
 from tracker.settings import Settings
-from videos.frames import VideoError
 
 ROOT = Path(__file__).parents[2]
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich", "typer")
@@ -97,19 +95,6 @@ def test_what_the_command_warns_of_is_a_warning(clip, tmp_path):
         tracker.follow(tmp_path / "cut.mp4", clip.keypoints, model="cv")
     assert [str(warning.message).split()[0] for warning in said] == ["cut.mp4"]
     assert said[0].filename == __file__
-
-
-def test_what_cannot_be_used_is_refused(clip, tmp_path):
-    with pytest.raises(VideoError, match="no video at"):
-        tracker.follow(tmp_path / "absent.mp4", clip.keypoints)
-    with pytest.raises(ValueError, match="no keypoints file"):
-        tracker.follow(clip.video, tmp_path / "absent.csv")
-    with pytest.raises(ModelError, match="no model 'swim' ships"):
-        tracker.follow(clip.video, clip.keypoints, model="swim")
-    with pytest.raises(ValueError, match="facing must be 'left', 'right' or None; got 'north'"):
-        tracker.follow(clip.video, clip.keypoints, facing="north")
-    with pytest.raises(ValueError, match="no settings file"):
-        tracker.follow(clip.video, clip.keypoints, settings=tmp_path / "absent.toml")
 
 
 def test_importing_it_imports_nothing_slow():

@@ -36,17 +36,6 @@ def test_every_fault_is_named_at_once(toml):
     assert "\n" not in text
 
 
-@pytest.mark.parametrize("content", ["spacing: 1", "spacing = ", b"\xff\xfe\x00"])
-def test_what_is_no_toml_is_refused(toml, content):
-    with pytest.raises(SettingsError, match=r"s\.toml is no TOML file"):
-        read_settings(toml(content))
-
-
-def test_a_missing_file_is_said(tmp_path):
-    with pytest.raises(SettingsError, match=r"no settings file .*absent\.toml"):
-        read_settings(tmp_path / "absent.toml")
-
-
 def test_every_setting_says_what_it_is():
     for name, field in Settings.model_fields.items():
         assert field.description, name

@@ -14,7 +14,7 @@ from tracker.clip.clock import Clock
 from tracker.clip.job import Job
 from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel, Toned
-from tracker.clip.plan import Plan, footless, prepare
+from tracker.clip.plan import Plan, prepare, untold
 from tracker.clip.playback import motions_at, playback_rate
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
@@ -242,9 +242,12 @@ def _tracked(track: Track) -> Array:
 
 def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     warnings = plan.video.notes
-    if plan.job.facing is None and footless(plan.start):
+    if untold(plan.job, track.figure):
         side = track.view.side
-        warnings.append(f"no foot was marked: the figure is taken to face {side}, --facing tells otherwise")
+        warnings.append(
+            f"the marks do not show which way the figure faces; it is taken to face {side} unless --facing is "
+            "given"
+        )
     if plan.job.found is not None and plan.job.found.near_leg == "unsure":
         other = plan.job.found.nearer.other
         warnings.append(

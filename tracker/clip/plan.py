@@ -7,8 +7,9 @@ from itertools import islice
 
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
+from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
-from kinematics.recover import Start, needed_joints
+from kinematics.recover import Start, facing_told
 from tracker.clip.job import Job
 from tracker.clip.measure import Measured, read_measured
 from tracker.clip.start import StartError, marked_start
@@ -19,6 +20,7 @@ from tracker.models.find import CONSTANT_VELOCITY, find_model
 from tracker.picture.pyramid import Image
 from tracker.picture.tone import toned
 from tracker.settings import Settings
+from tracker.tables.keypoints import points
 from videos.frames import Video
 
 FRAMES = 15  # half a second: a step
@@ -104,11 +106,9 @@ def start_frame(job: Job) -> int:
     return job.start
 
 
-def footless(start: Start) -> bool:
-    """Whether the last link of no leg is marked, so that nothing tells where its knees bend to."""
-    figure, needed = start.figure, needed_joints(start.figure)
-    last = [i for i, link in enumerate(figure.links) if figure.is_leg(link) and link.joint not in needed]
-    return bool(last) and not start.known[figure.layout.angle[last]].any()
+def untold(job: Job, figure: Figure) -> bool:
+    """Whether neither the job nor the marks of its start tell which way the figure faces."""
+    return job.facing is None and not facing_told(points(job.marks[start_frame(job)]), figure)
 
 
 def heading(images: Iterable[Image], start: Start, fps: float, settings: Settings) -> int:
@@ -135,7 +135,7 @@ def _start(job: Job, video: Video, settings: Settings) -> Start:
     frame, size = start_frame(job), (video.width, video.height)
     figure = load_figure(job.figure)
     start = marked_start(job.marks, frame, job.facing, size, figure)
-    if job.facing is None and footless(start) and settings.templates:
+    if untold(job, figure) and settings.templates:
         images = (each.image for each in islice(video, frame, frame + FRAMES))
         facing = heading(images, start, video.fps, settings)
         start = marked_start(job.marks, frame, facing, size, figure)

@@ -2,7 +2,7 @@
 
 import tracemalloc
 from dataclasses import replace
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import solve_discrete_lyapunov
 
 from dynamics.gpb2 import gpb2_all, switching_all
-from dynamics.hmm import HMM
 from dynamics.motion import tasks
 from dynamics.motion.noise import (
     FACTORS,
@@ -35,12 +34,13 @@ from dynamics.region import POSE, drawn, pose_hints, regions
 from dynamics.slds import combine
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
+from tests.dynamics.hmms import enumerated as enumerated_hmm
+from tests.dynamics.hmms import random_hmm
 from tests.oracles import (
     all_paths,
     enumerated,
     given_path,
     log_density,
-    random_covariance,
     random_slds,
     sample,
 )
@@ -161,36 +161,15 @@ def test_a_walk_that_turns_into_a_run_is_told_from_it(infer, rng):
 
 
 def test_labels_of_a_hidden_markov_model_are_those_of_all_its_paths(rng):
-    hmm = HMM(
-        pi0=rng.dirichlet(np.ones(3)),
-        Pi=rng.dirichlet(np.ones(3), size=3),
-        mean=rng.normal(size=(3, 2)),
-        cov=np.stack([random_covariance(2, rng) for _ in range(3)]),
-        names=("a", "b"),
-        labels=("run", "walk", "run"),
-        fps=30.0,
-    )
+    hmm = replace(random_hmm(3, rng), labels=("run", "walk", "run"))
     ys = [rng.normal(size=(T, 2)) for T in (5, 1)]
     ys[0][1] = ys[0][3, 0] = np.nan
-    got = classify_hmm(hmm, ys)
-    for y, labelling in zip(ys, got, strict=True):
-        paths = list(product(range(3), repeat=len(y)))
-        log_p = np.array([_log_hmm(hmm, y, path) for path in paths])
-        weights = np.exp(log_p - np.logaddexp.reduce(log_p))
-        prob = sum(w * np.eye(3)[list(path)] for w, path in zip(weights, paths, strict=True))
+    for y, labelling in zip(ys, classify_hmm(hmm, ys), strict=True):
+        prob, _, _, path = enumerated_hmm(hmm, y)
         assert labelling.labels == ("run", "walk")
         assert_allclose(labelling.prob, np.column_stack([prob[:, 0] + prob[:, 2], prob[:, 1]]), atol=1e-12)
         assert labelling.label == tuple(("run", "walk")[m] for m in labelling.prob.argmax(1))
-        assert tuple(labelling.state) == paths[int(log_p.argmax())]
-
-
-def _log_hmm(hmm, y, path):
-    total = np.log(hmm.pi0[path[0]]) + sum(np.log(hmm.Pi[i, j]) for i, j in pairwise(path))
-    for pose, s in zip(y, path, strict=True):
-        seen = ~np.isnan(pose)
-        if seen.any():
-            total += log_density(pose[seen], hmm.mean[s][seen], hmm.cov[s][np.ix_(seen, seen)])
-    return total
+        assert tuple(labelling.state) == path
 
 
 # The noise
@@ -466,6 +445,7 @@ def test_forecasts_go_by_the_noise_of_the_frames_before(rng):
 def test_forecasts_take_the_memory_of_what_they_return(rng):
     slds = random_slds(6, d=3, order=2, rng=rng)
     y = sample(slds, 1500, rng)[2]
+    tasks.forecasts(slds, [y[:2]])  # what is compiled stays
     tracemalloc.start()
     try:
         ahead = tasks.forecasts(slds, [y])[0]

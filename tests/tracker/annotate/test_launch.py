@@ -151,19 +151,6 @@ def annotate(video, out, *more):
     return line
 
 
-def test_what_cannot_be_opened_is_said_in_one_line(clip, tmp_path):
-    out = tmp_path / "k.csv"
-    assert "no video at" in annotate(tmp_path / "no.mp4", out)
-    assert "ends with frame 9" in annotate(clip.video, out, "--frame", 10)
-    assert "is a folder" in annotate(clip.video, tmp_path)
-    assert "none of the files" in annotate(clip.video, out, "--from", clip.keypoints)
-    (tmp_path / "bad.csv").write_text("a,b\n1,2\n")
-    line = annotate(clip.video, tmp_path / "bad.csv")
-    assert "no keypoints table" in line
-    assert "--overwrite" in line
-    assert not out.exists()
-
-
 def test_a_port_that_is_taken_is_said_in_one_line(clip, tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as other:
         line = annotate(clip.video, tmp_path / "k.csv", "--port", other.getsockname()[1])

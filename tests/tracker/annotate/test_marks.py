@@ -125,11 +125,6 @@ def test_a_save_of_nothing_is_refused(old):
     assert old.read_text(encoding="utf-8") == OLD.replace("\r\n", "\n")
 
 
-def test_a_folder_in_its_place_is_refused(tmp_path):
-    with pytest.raises(FolderError, match="is a folder"):
-        Table(tmp_path)
-
-
 def test_a_save_that_fails_leaves_the_old_table_and_nothing_else(old, monkeypatch):
     table, before = Table(old), everything(old.parent)
 

@@ -117,13 +117,6 @@ def test_a_folder_of_films_has_a_row_for_each_with_the_marks_beside_it(tmp_path)
     assert one.how == other.how == Following()
 
 
-def test_films_whose_results_would_lie_in_one_place_are_told(tmp_path):
-    for name in ("a.mp4", "a.mov"):
-        (tmp_path / name).touch()
-    with pytest.raises(JobsError, match="two rows have the same out"):
-        read_jobs(tmp_path, tmp_path, QUIET)
-
-
 def test_a_folder_without_films_is_told(tmp_path):
     with pytest.raises(JobsError, match=r"has no films \(.avi, .*\); give a folder of films or a table"):
         read_jobs(tmp_path, tmp_path, QUIET)

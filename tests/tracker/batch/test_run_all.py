@@ -334,15 +334,6 @@ def test_a_batch_that_is_stopped_keeps_what_is_done(table, tmp_path, cluster, mo
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_a_file_where_a_folder_should_be_fails_that_row_alone(table, tmp_path):
-    (tmp_path / "a").write_text("mine")
-    (row,) = read_jobs(table(ROW), tmp_path, QUIET)
-    assert "is a file; --out wants a folder" in run_row(row, overwrite=True).cells["error"]
-    assert (tmp_path / "a").read_text() == "mine"
-    below = replace(row, out=tmp_path / "a" / "b")
-    assert run_row(below, overwrite=True).status == "failed"
-
-
 @pytest.mark.parametrize("name", ["summary.csv", "summary.html"])
 def test_a_summary_of_something_else_is_never_replaced(table, tmp_path, name):
     (tmp_path / "out").mkdir()

@@ -1,6 +1,5 @@
 """The commands: what they leave, what they say, and how they fail."""
 
-import json
 import os
 import statistics
 import subprocess
@@ -8,14 +7,9 @@ import sys
 import time
 from pathlib import Path
 
-import av
-import numpy as np
 import pytest
 
-from dynamics.slds import constant_velocity
-from dynamics.store import save
-from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, refused, write_table, write_video
+from tests.tracker.clips import RUN_FILES, figtrack, read_json
 from tests.tracker.processes import ended
 from tracker import __version__
 from tracker.cli.app import COMMANDS
@@ -72,16 +66,6 @@ def test_what_is_not_wanted_is_not_written(track, tmp_path, more, left_out):
         assert "<video" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
-def test_poses_hold_every_frame(done):
-    rows = read_csv(done[0] / "pose.csv")
-    further = ["time_s", "state", "label", "outcome", "ankle_near", "ankle_far"]
-    assert list(rows[0]) == ["seq", "frame", *POSE_COLUMNS, *further]
-    assert [int(row["frame"]) for row in rows] == list(range(8))
-    assert {row["outcome"] for row in rows} <= {"ok", "hidden", "lost", "found", "outside"}
-    assert float(rows[3]["root_x"]) == pytest.approx(0.0, abs=0.05)
-    assert float(rows[7]["root_x"]) > 0.05 > -0.05 > float(rows[0]["root_x"])
-
-
 def test_run_json_says_what_was_done(clip, done):
     news = read_json(done[0] / "run.json")
     assert {"figtrack", "video", "model", "settings", "fps", "frames", "rate", "facing"} <= news.keys()
@@ -94,36 +78,6 @@ def test_run_json_says_what_was_done(clip, done):
     assert news["settings"]["mode"] == "full"
 
 
-def test_a_height_is_kept_with_the_run_and_an_export_takes_it(track, tmp_path):
-    result = figtrack(*track(more=["--stop", 3, "--no-overlay", "--no-report", "--height", 1.75]))
-    assert result.exit_code == 0, result.output
-    news = read_json(tmp_path / "out" / "run.json")
-    assert (news["height"], news["scale"]) == (1.75, None)
-    assert read_json(tmp_path / "out" / "gait.json")["metres_in_leg"] == pytest.approx(0.85, abs=0.15)
-    done = figtrack("export", tmp_path / "out", "--to", "mot", "--out", tmp_path / "w.mot")
-    assert done.exit_code == 0, done.output
-    assert "pelvis_tx" in (tmp_path / "w.mot").read_text()
-
-
-def test_facing_is_reported_as_told(clip, track, tmp_path):
-    more = ["--facing", "left", "--start", 6, "--stop", 6]
-    result = figtrack(*track(more=more))
-    assert result.exit_code == 1
-    assert "; or give --facing right" in result.stderr
-    # Without feet, legs as straight as in frame 6 may face either way.
-    write_table(tmp_path / "k.csv", [row for row in clip.rows([6]) if "toe" not in row[1]])
-    assert figtrack(*track(keypoints=tmp_path / "k.csv", more=more)).exit_code == 0
-    assert read_json(tmp_path / "out" / "run.json")["facing"] == "left"
-
-
-def test_a_start_in_the_middle_is_tracked_backwards_to_frame_zero(clip, track, tmp_path):
-    result = figtrack(*track(model="walk-run", more=["--start", 6, "--quiet"]))
-    assert result.exit_code == 0, result.output
-    errors = clip.errors(tmp_path / "out" / "keypoints.csv")
-    assert len(errors) == len(clip)
-    assert errors.max() < 0.15
-
-
 def test_a_quiet_run_is_silent_on_stderr_and_short_on_stdout(done):
     _, result = done
     assert result.stderr == ""
@@ -132,111 +86,7 @@ def test_a_quiet_run_is_silent_on_stderr_and_short_on_stdout(done):
     assert second.startswith("see ")
 
 
-def test_json_progress_is_one_object_a_line(track):
-    result = figtrack(*track(more=["--stop", 3, "--progress", "json"]))
-    lines = [json.loads(line) for line in result.stderr.splitlines()]
-    wanted = {"task": "walk.mp4 with cv", "done": 4, "total": 4}
-    assert any(wanted.items() <= line.items() for line in lines)
-    assert all(isinstance(line, dict) for line in lines)
-
-
-def test_names_with_spaces_and_other_letters_work(clip, tmp_path):
-    folder = tmp_path / "späte Läufe"
-    folder.mkdir()
-    video, keypoints, out = folder / "走る 1:2%.mp4", folder / "ключевые точки.csv", folder / "été #1 [a]"
-    video.write_bytes(clip.video.read_bytes())
-    keypoints.write_bytes(clip.keypoints.read_bytes())
-    words = [video, "--keypoints", keypoints, "--out", out, "--stop", 2, "--model", "cv"]
-    assert figtrack("track", *words).exit_code == 0
-    assert {path.name for path in out.iterdir()} == RUN_FILES
-    assert figtrack("compare", *words, "--overwrite").exit_code == 0
-    assert "走る 1:2%.mp4" in (out / "report.html").read_text(encoding="utf-8")
-
-
-def test_results_go_into_the_folder_one_is_in_unless_told(clip, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = figtrack("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 1)
-    assert result.exit_code == 0
-    assert (tmp_path / "walk-track" / "run.json").is_file()
-
-
 # What cannot be done
-
-
-@pytest.fixture
-def nothing_left(tmp_path):
-    """Whatever happened, tmp_path is afterwards as the test left it: no results, no .part."""
-    yield
-    assert not (tmp_path / "out").exists()
-    assert not list(tmp_path.rglob("*.part"))
-
-
-@pytest.mark.usefixtures("nothing_left")
-def test_a_video_without_frames_is_refused(track, tmp_path):
-    with av.open(str(tmp_path / "none.mp4"), "w") as container:
-        stream = container.add_stream("libx264", rate=30)
-        stream.width = stream.height = 64
-        stream.pix_fmt = "yuv420p"
-    assert "none.mp4" in refused(*track(video=tmp_path / "none.mp4"))
-    (tmp_path / "images").mkdir()
-    assert "holds no numbered images" in refused(*track(video=tmp_path / "images"))
-
-
-@pytest.mark.parametrize("style", ["--quiet", "--progress=json"])
-def test_a_video_cut_short_is_tracked_as_far_as_it_goes_and_it_is_said(clip, track, tmp_path, style):
-    write_video(tmp_path / "long.mp4", clip.images * 3)
-    data = (tmp_path / "long.mp4").read_bytes()
-    (tmp_path / "cut.mp4").write_bytes(data[: len(data) // 2])
-    result = figtrack(*track(video=tmp_path / "cut.mp4", more=[style]))
-    assert result.exit_code == 0, result.output
-    news = read_json(tmp_path / "out" / "run.json")
-    assert news["warnings"][0].startswith("cut.mp4 ")
-    assert (
-        f"{news['frames']} of about 30" in news["warnings"][0] or "cannot be decoded" in news["warnings"][0]
-    )
-    warnings = [line for line in result.stderr.splitlines() if "warning" in line]
-    shown = (
-        [json.loads(line)["warning"] for line in warnings] if "json" in style else [w[9:] for w in warnings]
-    )
-    assert shown == news["warnings"]
-    assert len(read_csv(tmp_path / "out" / "pose.csv")) == news["frames"] < 28
-
-
-@pytest.mark.usefixtures("nothing_left")
-def test_a_start_that_is_not_marked_is_refused(track):
-    assert "frame 700 is not marked in the keypoints table; marked are 0, 1" in refused(
-        *track(more=["--start", 700])
-    )
-    assert "--stop 2 comes before the start frame 5" in refused(*track(more=["--start", 5, "--stop", 2]))
-
-
-def model_file(path, names=POSE_COLUMNS, version=1):
-    slds = constant_velocity(names, np.full(len(names), 0.01), np.full(len(names), 0.1), 30.0)
-    save(slds, path, "a test")
-    if version != 1:
-        with np.load(path) as archive:
-            arrays = dict(archive)
-        header = json.loads(str(arrays["header"])) | {"version": version}
-        np.savez(path, **(arrays | {"header": np.array(json.dumps(header))}))
-    return path
-
-
-@pytest.mark.usefixtures("nothing_left")
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"names": ("root_x", "root_y", "tail")}, "the model speaks of root_x, root_y, tail; the figure"),
-        ({"version": 99}, "m.npz has format version 99, this program reads 1; update figtrack"),
-    ],
-    ids=["other freedoms", "newer"],
-)
-def test_a_model_that_cannot_be_used_is_refused(track, tmp_path, options, words):
-    assert words in refused(*track(model=model_file(tmp_path / "m.npz", **options)))
-
-
-def test_a_model_from_a_file_is_used(track, tmp_path):
-    assert figtrack(*track(model=model_file(tmp_path / "m.npz"), more=["--stop", 1])).exit_code == 0
-    assert read_json(tmp_path / "out" / "run.json")["model"] == str(tmp_path / "m.npz")
 
 
 def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monkeypatch):

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.tracker.clips import everything, read_json
+from tests.tracker.clips import read_json
 from tracker.cli.demo import run_demo, write_scene
 from tracker.progress import Progress
-from tracker.run.folder import FolderError
 from tracker.scene.film import render
 from tracker.tables.keypoints import KEYPOINTS, read_keypoints
 from videos.frames import Video
@@ -43,14 +42,6 @@ def test_its_results_name_the_clip_where_it_came_to_lie(done):
 
 def test_its_page_says_that_the_clip_is_rendered(done):
     assert "A rendered clip" in done[1].read_text(encoding="utf-8")
-
-
-def test_a_second_demo_replaces_the_first_only_when_told(done):
-    out, _, _ = done
-    before = everything(out)
-    with pytest.raises(FolderError, match="holds a complete run"):
-        run_demo(out, 2, overwrite=False, progress=QUIET, models=["cv"], frames=FEW)
-    assert everything(out) == before
 
 
 def test_the_clip_and_its_marks_are_those_of_the_scene(tmp_path):

@@ -91,25 +91,6 @@ def test_nobody_is_an_answer_of_find_and_no_start_for_track(tmp_path, rng, monke
     assert {path.name for path in tmp_path.iterdir()} == {"empty.mp4", "empty-people.csv"}
 
 
-def test_a_film_too_short_to_know_the_scene_is_refused_in_one_line(clip, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert len(clip) < 20
-    assert "nobody was found" in refused("track", clip.video)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_of_several_one_must_be_named(seen, video, tmp_path):
-    walk = a_walk()
-    seen(walk.person(frame=12), walk.person(frame=17))
-    said = refused("track", video)
-    assert "2 people walk through the film; name one with --person N, as 'figtrack find' lists them" in said
-    suggested = tmp_path / "walk.suggested.keypoints.csv"
-    assert suggested.name in said
-    assert [path.name for path in tmp_path.iterdir()] == [suggested.name]
-    assert list(read_keypoints(suggested)) == [12]
-    assert "there is no person 3; found are 2" in refused("track", video, "--person", 3)
-
-
 def test_a_start_that_is_refused_leaves_its_marks_beside_where_the_run_would_lie(seen, video, tmp_path):
     one = a_walk().person(turned=0.5 * TURNED)
     seen(one)
@@ -161,14 +142,6 @@ def test_a_picture_of_people_who_are_no_longer_found_goes(seen, video, tmp_path)
     assert (tmp_path / "walk-people.png").exists()
     assert figtrack("find", video, "--overwrite").stdout == "nobody walks through walk.mp4\n"
     assert {path.name for path in tmp_path.iterdir()} == {"walk-people.csv"}
-
-
-def test_marks_win_over_who_would_be_found(unseen, clip, tmp_path):
-    words = ("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 3)
-    assert figtrack(*words, "--quiet").exit_code == 0
-    assert read_json(tmp_path / "walk-track" / "run.json")["start"]["marks"] == "given"
-    assert read_keypoints(tmp_path / "walk-track" / "start.keypoints.csv").keys() == {0}
-    assert "leave them or the keypoints out" in refused(*words, "--person", 1, "--overwrite")
 
 
 def test_models_are_compared_by_marks_that_they_do_not_start_from(seen, video, tmp_path):

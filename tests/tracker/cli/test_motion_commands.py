@@ -8,7 +8,6 @@ from types import ModuleType
 import av
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import everything, figtrack, read_csv, refused, write_table
@@ -102,15 +101,6 @@ def test_predict_leaves_a_forecast_a_row_and_as_many_past_the_end(tmp_path, pose
     assert said.startswith(f"forecasts {horizon} frame{'s' * (horizon > 1)} ahead in 2 sequences: ")
     assert "degrees RMSE" in said
     assert out.with_suffix(".png").read_bytes().startswith(PNG)
-
-
-def test_row_t_of_predict_is_the_forecast_of_frame_t(tmp_path, model, rng):
-    y = gait("walk", 80, rng)
-    poses = write_poses(tmp_path / "poses.csv", sequence(y))
-    done("predict", poses, "--model", model, "--horizon", 4, "--no-plot", "--out", tmp_path / "p.csv")
-    (found,) = read_poses(tmp_path / "p.csv")
-    errors = [np.abs(found.y[40:70, 4:] - y[40 + shift : 70 + shift, 4:]).mean() for shift in range(-4, 5)]
-    assert int(np.argmin(errors)) - 4 == 0
 
 
 def test_interpolate_fills_what_is_empty_and_leaves_the_rest_to_the_letter(tmp_path, poses, model):
@@ -218,14 +208,6 @@ def test_another_rate_of_the_table_is_another_model(tmp_path, rng, model):
     assert error("--fps", 15) < 0.7 * error()
 
 
-def test_the_model_that_ships_answers_all_four(tmp_path, few):
-    for command in ON_TABLES:
-        done(command, few, "--no-plot", "--out", tmp_path / f"{command}.csv")
-        assert (tmp_path / f"{command}.csv").is_file()
-    done("synthesise", "--frames", 40, "--no-plot", "--no-clip", "--out", tmp_path / "s.csv")
-    assert (tmp_path / "s.csv").is_file()
-
-
 # What cannot be done, and what is said
 
 
@@ -235,19 +217,6 @@ def untouched(tmp_path, poses):
     before = everything(tmp_path)
     yield
     assert everything(tmp_path) == before
-
-
-@pytest.mark.usefixtures("untouched")
-def test_a_hidden_markov_model_classifies_at_its_own_rate_and_does_nothing_else(tmp_path, poses, hmm):
-    words = ["--model", hmm, "--out", tmp_path / "o.csv"]
-    assert "it wants --inference hmm, not gpb2" in refused("classify", poses, *words, "--inference", "gpb2")
-    line = refused("classify", poses, *words, "--fps", 25)
-    assert (
-        "was learned at 30 frames a second and cannot be converted to 25; learn it again with --fps" in line
-    )
-    for command in ("predict", "interpolate"):
-        assert f"a hidden Markov model, which cannot {command}" in refused(command, poses, *words)
-    assert "a hidden Markov model, which cannot synthesise" in refused("synthesise", *words)
 
 
 @pytest.mark.usefixtures("untouched")
@@ -267,18 +236,6 @@ def test_what_the_work_reads_is_never_written_over(tmp_path, poses, model):
     line = refused("classify", poses, "--model", model, "--plot", poses.with_suffix(".PNG"), "--out", model,
                    "--overwrite")  # fmt: skip
     assert "gait.npz is what the work reads" in line
-
-
-def test_results_are_replaced_only_when_told_and_only_by_complete_ones(tmp_path, poses, model):
-    out = tmp_path / "o.csv"
-    done("classify", poses, "--model", model, "--out", out)
-    before = everything(tmp_path)
-    assert "o.csv exists; choose another --out" in refused("classify", poses, "--model", model, "--out", out)
-    refused("classify", poses, "--model", "swim", "--out", out, "--overwrite")
-    assert everything(tmp_path) == before
-    done("classify", poses, "--model", model, "--out", out, "--overwrite", "--inference", "viterbi")
-    assert {path.name for path in tmp_path.iterdir()} == {"poses.csv", "o.csv", "o.png"}
-    assert "p_walk" not in out.read_text()
 
 
 def test_an_old_picture_stops_the_work_before_it_begins(tmp_path, poses, model, monkeypatch):
@@ -340,29 +297,6 @@ def test_reproduce_hands_on_what_it_is_told(tmp_path, monkeypatch):
     assert (trials, out) == (tmp_path / "t.csv", tmp_path / "r")
     assert options.pop("progress").style == "quiet"
     assert options == {"overwrite": True, "seed": 4, "quick": True}
-
-
-# Real captures
-
-
-def test_captured_walks_and_runs_are_told_apart_and_their_gaps_filled(data_dir, tmp_path):
-    truth = {(row["seq"], row["frame"]): row["label"] for row in read_csv(data_dir / "splices" / "truth.csv")}
-    rows = [
-        row | {"label": truth[row["seq"], row["frame"]]}
-        for row in read_csv(data_dir / "splices" / "splice_n0.csv")
-        if row["seq"] == "s02" and int(row["frame"]) < 150
-    ]
-    header = (*HEADER, "label")
-    write_table(tmp_path / "t.csv", [[row[name] for name in header] for row in rows], header)
-    said = done("classify", tmp_path / "t.csv", "--no-plot", "--out", tmp_path / "l.csv")
-    assert float(said.split("own label on ")[1].split(" %")[0]) > 75.0
-    gap = [t for t in range(150) if t % 40 in range(20, 24)]
-    kept = [[row[name] for name in HEADER] for row in rows if int(row["frame"]) not in gap]
-    write_table(tmp_path / "g.csv", kept, HEADER)
-    done("interpolate", tmp_path / "g.csv", "--no-plot", "--out", tmp_path / "i.csv")
-    ((found,), (want,)) = (read_poses(tmp_path / name) for name in ("i.csv", "t.csv"))
-    assert np.degrees(np.abs(found.y - want.y)[gap, 2:]).mean() < 8.0
-    assert_allclose(np.delete(found.y, gap, 0), np.delete(want.y, gap, 0))
 
 
 @pytest.mark.parametrize("command", ON_TABLES)

@@ -9,8 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.motion.rate import at_rate
-from dynamics.store import ModelError, load_shipped
-from kinematics.recover import PoseError
+from dynamics.store import load_shipped
 from tests.tracker.clips import FPS, read_csv, read_json, write_video
 from tracker.clip import follow as follow_module
 from tracker.clip import pictures as reel_module
@@ -25,7 +24,7 @@ from tracker.run.read import read_run
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
 from videos import recall
-from videos.frames import Video, VideoError
+from videos.frames import Video
 
 QUIET = Progress("quiet")
 
@@ -274,28 +273,9 @@ def test_of_a_video_cut_short_what_was_read_is_followed_and_it_is_said(clip, job
     assert 3 < finished.frames == len(finished.track) < 18
 
 
-def test_a_start_past_the_end_says_how_long_the_video_is(clip, job):
-    marks = {50: job.marks[0]}
-    with pytest.raises(StartError, match=f"frame 50 is not in walk.mp4, which has {len(clip)}"):
-        follow(replace(job, marks=marks), QUIET)
-
-
-def test_a_start_that_is_not_marked_says_which_are(job):
-    with pytest.raises(StartError, match=r"frame 50 is not marked .* marked are 0, 1, 2"):
-        prepare(replace(job, start=50))
-
-
 def test_the_first_marked_frame_is_the_start_unless_told(job):
     marks = {t: marked for t, marked in job.marks.items() if t in (2, 7)}
     assert prepare(replace(job, marks=marks)).start.view == prepare(replace(job, start=2)).start.view
-
-
-@pytest.mark.parametrize("shift", [(-1000, 0), (0, 1000), (250, 0)])
-def test_a_start_pose_outside_the_picture_is_refused(job, shift):
-    dx, dy = shift
-    away = {name: replace(mark, x=mark.x + dx, y=mark.y + dy) for name, mark in job.marks[0].items()}
-    with pytest.raises(StartError, match="start pose of frame 0 lies outside the picture of 480 x 270 px"):
-        prepare(replace(job, marks={0: away}))
 
 
 def test_a_start_pose_may_leave_the_picture_but_not_with_its_hip(job):
@@ -320,19 +300,6 @@ def test_a_start_pose_that_cannot_be_right_is_refused_with_the_frame_and_the_rea
 def test_a_figure_taken_to_face_the_wrong_way_is_told_of_facing(job):
     with pytest.raises(StartError, match=r"frame 0: .* more than a body can.*; or give --facing right"):
         prepare(replace(job, facing=-1))
-
-
-def test_a_start_pose_without_a_joint_that_it_needs_is_refused(job):
-    marked = {name: mark for name, mark in job.marks[0].items() if name != "neck"}
-    with pytest.raises(PoseError, match="lacks neck"):
-        prepare(replace(job, marks={0: marked}))
-
-
-def test_what_cannot_be_opened_is_said_before_the_work(job, tmp_path):
-    with pytest.raises(VideoError, match="no video at"):
-        prepare(replace(job, video=tmp_path / "absent.mp4"))
-    with pytest.raises(ModelError, match=r"no model 'swim' ships; there are .*walk-run"):
-        prepare(replace(job, model="swim"))
 
 
 @pytest.mark.parametrize("facing", [1, -1, None])

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from kinematics.figure_file import WALKER
 from tests.tracker.clips import FPS, write_video
 from tracker.clip import follow as follow_module
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow, scene_behind
 from tracker.clip.job import Job
 from tracker.clip.pictures import Reel, Toned
-from tracker.clip.plan import footless, heading, prepare
+from tracker.clip.plan import heading, prepare, untold
 from tracker.clip.start import marked_start
 from tracker.progress import Progress
 from tracker.settings import Settings
@@ -54,11 +55,20 @@ def test_a_figure_faces_the_way_it_goes_whichever_way_its_start_was_taken(taken,
     assert heading(images, left, FPS, Settings()) == -1
 
 
-def test_nothing_tells_where_knees_bend_to_without_an_ankle(clip, marks):
-    image = clip.images[0]
-    assert footless(start_of(without(marks, FEET), 1, image))
-    for ankle in ("near_ankle", "far_ankle"):
-        assert not footless(start_of(without(marks, set(FEET) - {ankle}), 1, image))
+@pytest.mark.parametrize(
+    ("missing", "want"),
+    [
+        ([], False),
+        (["near_toe", "far_toe"], False),  # both knees bend
+        (["near_ankle", "near_toe", "far_toe"], True),
+        (["near_ankle", "near_toe"], True),
+        (FEET, True),
+    ],
+)
+def test_without_all_toes_or_the_bend_of_both_legs_the_facing_is_untold(missing, want, clip, marks):
+    job = Job(clip.video, without(marks, missing), "cv")
+    assert untold(job, WALKER) == want
+    assert not untold(replace(job, facing=1), WALKER)
 
 
 def test_a_job_whose_marks_lack_the_feet_faces_as_the_film_shows(clip, marks, mirrored, tmp_path):

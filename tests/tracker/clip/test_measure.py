@@ -217,14 +217,6 @@ def test_without_templates_and_points_there_is_nothing_to_follow(clip):
     assert "give --measure FILE" in said
 
 
-def test_a_file_of_points_that_is_not_there_or_none_is_one_clear_line(clip, tmp_path):
-    words = ("track", clip.video, "--keypoints", clip.keypoints, "--out", tmp_path / "out", "--measure")
-    assert "no file" in refused(*words, tmp_path / "absent.csv")
-    (tmp_path / "p.csv").write_text("a,b\n1,2\n")
-    assert "none of the files that marks are taken from" in refused(*words, tmp_path / "p.csv")
-    assert not (tmp_path / "out").exists()
-
-
 def test_results_do_not_replace_the_folder_that_holds_the_points(clip, true_points, tmp_path):
     out = tmp_path / "out"
     words = ("track", clip.video, "--keypoints", clip.keypoints, "--model", "cv", "--stop", 1, "--out", out)

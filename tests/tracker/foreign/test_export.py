@@ -216,24 +216,6 @@ def test_what_is_there_is_replaced_only_when_asked(run, tmp_path, to):
     assert everything(tmp_path) != before
 
 
-def test_a_folder_of_something_else_is_never_replaced(run, tmp_path):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.txt").write_text("years of work")
-    said = refused(run, "--to", "openpose", "--out", tmp_path / "out", "--overwrite")
-    assert "holds files" in said
-    assert "is a folder" in refused(run, "--to", "dlc", "--out", tmp_path / "out", "--overwrite")
-    assert "is a file" in refused(run, "--to", "openpose", "--out", run / "pose.csv", "--overwrite")
-    assert (tmp_path / "out" / "thesis.txt").read_text() == "years of work"
-    assert refused(run, "--to", "openpose", "--out", run, "--overwrite")
-    assert (run / "pose.csv").is_file()
-
-
-def test_what_is_no_run_is_refused(run, tmp_path):
-    assert "holds no complete run" in refused(tmp_path / "absent", "--to", "dlc")
-    assert "holds no complete run" in refused(run / "pose.csv", "--to", "dlc")
-    assert "give one of the runs in it, walk-track" in refused(run.parent, "--to", "dlc")
-
-
 @pytest.mark.parametrize(
     "words",
     [

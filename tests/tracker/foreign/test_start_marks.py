@@ -9,7 +9,7 @@ from tests.tracker.people import WALKER, mirrored, moved
 from tracker.foreign.names import CROWN
 from tracker.foreign.start_marks import read_marks, read_start
 from tracker.foreign.text_files import ForeignError
-from tracker.tables.keypoints import KEYPOINTS, KeypointsError, Mark, points
+from tracker.tables.keypoints import KEYPOINTS, Mark, points
 
 LEGS = {
     f"{ours}_{part}": WALKER[f"{theirs}_{part}"]
@@ -189,17 +189,6 @@ def test_marks_are_every_frame_of_a_table_of_ours(tmp_path):
     assert read_marks(path, 2, None, 0, None) == (wanted, "")
 
 
-def test_marks_of_neither_are_refused_as_tables_are(tmp_path):
-    with pytest.raises(KeypointsError, match="no keypoints file"):
-        read_marks(tmp_path / "a.csv", None, None, 0, None)
-    (tmp_path / "a.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(KeypointsError, match="column 'frame' is missing"):
-        read_marks(tmp_path / "a.csv", None, None, 0, None)
-    (tmp_path / "a.json").write_text('{"mine": 1}')
-    with pytest.raises(ForeignError, match="none of the files"):
-        read_marks(tmp_path / "a.json", None, None, 0, None)
-
-
 def test_the_only_frame_of_a_file_stands_for_any_that_is_asked_for(tmp_path):
     path = people.labelme(tmp_path / "a.json", [WALKER], image="walk_0012.png")
     assert read_start(path).frame == 12
@@ -212,23 +201,3 @@ def test_a_frame_without_anybody_is_refused_with_those_that_have_somebody(tmp_pa
     path = people.dlc(tmp_path / "a.csv", {"3": WALKER, "5": WALKER})
     with pytest.raises(ForeignError, match=r"frame 4 .* somebody in 3, 5"):
         read_start(path, frame=4)
-
-
-@pytest.mark.parametrize(
-    "content", ["", "{}", "[]", "3", "frame,keypoint,x,y\n0,hip,1,2\n", '{"people": 3}', "\x00"]
-)
-def test_another_kind_of_file_is_refused_in_words(tmp_path, content):
-    path = tmp_path / "a.json"
-    path.write_text(content)
-    with pytest.raises(ForeignError, match=r"none of the files|no JSON file"):
-        read_start(path)
-
-
-def test_files_that_cannot_be_opened_are_refused_in_words(tmp_path):
-    with pytest.raises(ForeignError, match="check its name"):
-        read_start(tmp_path / "none.json")
-    (tmp_path / "a.json").write_bytes(b"\xff\xfe\x00\x80")
-    with pytest.raises(ForeignError, match="cannot read"):
-        read_start(tmp_path / "a.json")
-    with pytest.raises(ForeignError, match="no files NAME_"):
-        read_start(tmp_path)

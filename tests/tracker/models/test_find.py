@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.motion.rate import at_rate
-from dynamics.store import ModelError, load_shipped, save
+from dynamics.store import load_shipped, save
 from kinematics.mocap import POSE_COLUMNS
 from tests.kinematics.figures import ARMS
 from tests.tracker.models.made import learned
@@ -97,13 +97,6 @@ def test_constant_velocity_knows_no_playback_speeds():
     slds, slow = find_model("cv", 30.0, FULL), find_model("cv", 30.0, FULL, 0.5)
     assert slds.K == slow.K == 1
     assert_array_equal(slow.Q, slds.Q)
-
-
-def test_a_name_that_means_no_model_is_refused_with_what_there_is():
-    with pytest.raises(ModelError, match=r"no model 'hop' ships; there are .*walk-run.* also cv"):
-        find_model("hop", 30.0, FULL)
-    with pytest.raises(ModelError, match=r"no model file hop\.npz"):
-        find_model("hop.npz", 30.0, FULL)
 
 
 def test_constant_velocity_carries_poses_on_as_they_moved(rng):

@@ -195,28 +195,6 @@ def test_the_models_that_ship_are_learned_with_settings_that_can_be_read(name):
     assert read_toml(MODELS / f"{name}.toml", Further, "") == wanted
 
 
-def test_settings_of_learning_are_not_written_over(trials, tmp_path):
-    file = settings(tmp_path, "rounds = 1")
-    assert "is what the work reads" in refused(*learn(trials, file, "--overwrite", settings=file))
-
-
-def test_no_sequences_left_is_said_with_the_label(trials, tmp_path):
-    line = refused(*learn(trials, tmp_path / "m.npz", "--label", "walk", "--label", "swim"))
-    assert "leaves no sequences of 'swim'; check --label, --exclude-subjects and the licences" in line
-    line = refused(*learn(trials, tmp_path / "m.npz", "--exclude-subjects", "s2"))
-    assert "leaves no sequences of 'run'" in line
-
-
-def test_a_model_of_that_name_is_kept_unless_told(trials, tmp_path):
-    (tmp_path / "m.npz").write_text("old")
-    assert "m.npz exists; choose another --out, or replace it" in refused(*learn(trials, tmp_path / "m.npz"))
-    line = refused(*learn(trials, tmp_path / "m.npz", "--label", "swim", "--overwrite"))
-    assert "no sequences" in line
-    assert (tmp_path / "m.npz").read_text() == "old"
-    assert figtrack(*learn(trials, tmp_path / "m.npz", "--overwrite")).exit_code == 0
-    assert load(tmp_path / "m.npz").K == 4
-
-
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(trials, tmp_path, monkeypatch):
     def never(*_, **__):
         raise AssertionError("the work began")

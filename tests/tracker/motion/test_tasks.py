@@ -114,18 +114,6 @@ def test_sequences_that_say_nothing_of_a_motion_are_refused_by_name(rng):
 # Forecasts
 
 
-def test_a_forecast_knows_nothing_of_later_frames(rng):
-    y, horizon = gait("walk", 50, rng), 5
-    changed = y.copy()
-    changed[40:] += rng.normal(size=(10, 8))
-    one, other = forecast_all(gait_model(), [sequence(y), sequence(changed)], horizon)
-    assert len(one.mean) == 50 + horizon
-    assert_array_equal(one.mean[: 40 + horizon], other.mean[: 40 + horizon])
-    assert np.abs(one.mean[40 + horizon] - other.mean[40 + horizon]).max() > 0.01
-    assert np.isnan(one.mean[:horizon]).all()
-    assert np.isfinite(one.mean[horizon:]).all()
-
-
 def test_forecasts_follow_the_gait_and_its_place(rng):
     y = gait("walk", 80, rng) + OFFSET
     (found,) = forecast_all(gait_model(), [sequence(y)], 3)
@@ -134,18 +122,6 @@ def test_forecasts_follow_the_gait_and_its_place(rng):
     assert (away.mean(0)[4:] < 0.6 * unchanged.mean(0)[4:]).all()
     assert away[:, 0].mean() < 0.05
     assert away[:, NECK].mean() < np.radians(4.0)
-
-
-def test_forecasts_grow_used_to_the_noise_of_the_table(rng, monkeypatch):
-    """Noise of ten times what the model was learned at, on angles and root."""
-    y = gait("walk", 90, rng, noise=0.0)
-    noisy = y + rng.normal(scale=[0.03] * 2 + [np.radians(5.0)] * 6, size=y.shape)
-    (found,) = forecast_all(gait_model(), [sequence(noisy)], 1)
-    monkeypatch.setattr("dynamics.motion.tasks.at_noise", lambda slds, *_: slds)
-    (deaf,) = forecast_all(gait_model(), [sequence(noisy)], 1)
-    error, without = (np.abs(mean[16:90] - y[16:])[:, 2:].mean() for mean in (found.mean, deaf.mean))
-    assert error < 0.7 * without
-    assert_allclose(found.mean[2:6], deaf.mean[2:6], atol=1e-6)  # nothing known of it yet
 
 
 def test_a_place_is_forecast_once_it_was_measured(rng):

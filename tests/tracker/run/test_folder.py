@@ -130,13 +130,6 @@ def test_runs_comparisons_and_demos_are_ours_to_replace(tmp_path, marker, text):
     assert "pose.csv" in names(tmp_path / "out")
 
 
-def test_a_file_in_its_place_is_kept(tmp_path):
-    (tmp_path / "out").write_text("mine")
-    with pytest.raises(FolderError, match="out is a file; --out wants a folder"):
-        write_run_into(tmp_path / "out", overwrite=True)
-    assert (tmp_path / "out").read_text() == "mine"
-
-
 def test_a_place_that_cannot_be_written_is_said_before_the_work(tmp_path):
     (tmp_path / "file").write_text("")
     for out in (tmp_path / "file" / "out", tmp_path / "file" / "deeper" / "out", tmp_path / ("x" * 250)):

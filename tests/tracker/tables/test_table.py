@@ -59,32 +59,6 @@ def test_a_row_is_known_by_its_line_also_after_a_cell_of_several_lines(path):
     ]
 
 
-UNREADABLE = r"cannot read .*t\.csv as a UTF-8 CSV table \(.*\); save it as one$"
-
-
-@pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (b"\xff\xfek\x00", r"\(byte 0 is no UTF-8\)"),
-        (b"a,b\n\xe9,1\n", r"\(byte 4 is no UTF-8\)"),
-        (b"\x89PNG\r\n\x1a\n\x00\xff" * 20, UNREADABLE),
-        (b"9" * 200_000, r"\(field larger than field limit \(131072\)\); save it as one$"),
-        (b"frame;keypoint\n0;hip\n", r"t\.csv has semicolons between its columns; write commas, and points"),
-        (b"frame\tkeypoint\n0\thip\n", r"t\.csv has tabs between its columns; write commas"),
-        (b"", r"t\.csv is no .*: column '\w+' is missing; the header is "),
-        (b"cow,horns;hooves\n", r"column '\w+' is missing"),
-        (b"a\0b", r"\(line 1 contains NUL\); save it as one$"),
-    ],
-    ids=["UTF-16", "Latin-1", "picture", "huge", "semicolons", "tabs", "empty", "other", "binary"],
-)
-def test_what_is_no_such_table_is_refused_in_one_line(path, layout, content, said):
-    path.write_bytes(content)
-    with pytest.raises(layout.error, match=said) as caught:
-        list(layout.rows(path))
-    assert "\n" not in str(caught.value)
-
-
 @pytest.mark.parametrize("layout", LAYOUTS.values(), ids=LAYOUTS)
 def test_each_column_is_needed_that_is_said_to_be_and_none_is_read_twice(path, layout):
     for column in layout.needed:
@@ -95,22 +69,6 @@ def test_each_column_is_needed_that_is_said_to_be_and_none_is_read_twice(path, l
         path.write_text(",".join([*layout.known, column]))
         with pytest.raises(layout.error, match=f"has two columns '{column}'; name one of them otherwise"):
             list(layout.rows(path))
-
-
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("keypoints", r"no keypoints file .*absent\.csv; mark the joints and give the table's name"),
-        ("poses", r"no pose table .*absent\.csv; check its name"),
-        ("jobs", r"no table of jobs .*absent\.csv; check its name"),
-    ],
-)
-def test_a_table_that_is_not_there_is_said_and_a_folder_is_none(tmp_path, name, said):
-    layout = LAYOUTS[name]
-    with pytest.raises(layout.error, match=said):
-        list(layout.rows(tmp_path / "absent.csv"))
-    with pytest.raises(layout.error, match=r"as a UTF-8 CSV table \(Is a directory\); save it as one"):
-        list(layout.rows(tmp_path))
 
 
 def test_cells_beyond_the_header_are_a_misfit_or_left_unread(path):
