@@ -155,12 +155,10 @@ def resample(y: Array, fps_from: float, fps_to: float) -> Array:
     T, whole = len(y), round(ratio)
     if T < 2 or (whole >= 1 and abs(ratio - whole) < 1e-9):
         return y[:: max(whole, 1)].copy()
+    from scipy.interpolate import CubicHermiteSpline  # slow to import, and tracking does without
+
     slopes = np.gradient(y, axis=0, edge_order=2 if T > 2 else 1)
-    i = np.minimum(times.astype(np.intp), T - 2)
-    u = (times - i)[:, None]
-    step = y[i + 1] - y[i]
-    bend = (1.0 - u) * (slopes[i] - step) - u * (slopes[i + 1] - step)
-    return np.asarray(y[i] + u * step + u * (1.0 - u) * bend)
+    return np.asarray(CubicHermiteSpline(np.arange(T), y, slopes)(times))
 
 
 def _read_trial(path: Path, line: int, row: dict[str, str | None]) -> Trial:

@@ -84,14 +84,14 @@ def draw(
     *,
     scale: int = 1,
 ) -> Image:
-    r"""Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
+    """Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
 
     Neighbours in `segments` of one colour share one dark outline, so a leg reads as one shape and
     still parts from the leg it crosses.
 
     Args:
         image: (H, W, 3) uint8 RGB; stays as it is.
-        caption: a line or two of text ("\\n" between them) for the top left corner.
+        caption: a line of text for the top left corner.
         scale: enlarges frame and drawing; worth 2 for frames less than 300 pixels high.
 
     Returns:
@@ -147,12 +147,6 @@ def as_hex(color: Color) -> str:
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 
-def text_size(text: str, height: float) -> tuple[int, int]:
-    """(width, height) in pixels of one line whose capitals are `height` pixels high."""
-    (width, above), below = cv2.getTextSize(_plain(text), FONT, height / FONT_HEIGHT, _pen(height))
-    return width, above + below
-
-
 def put_text(canvas: Image, text: str, left: float, base: float, height: float, color: Color) -> None:
     """Write one line onto the canvas itself.
 
@@ -162,12 +156,6 @@ def put_text(canvas: Image, text: str, left: float, base: float, height: float, 
     """
     at = (round(left), round(base))
     cv2.putText(canvas, _plain(text), at, FONT, height / FONT_HEIGHT, color, _pen(height), cv2.LINE_AA)
-
-
-def fitted(texts: Sequence[str], height: float, width: float) -> float:
-    """The capital height, at most `height`, at which every text fits in `width` pixels."""
-    widest = max((text_size(text, height)[0] for text in texts), default=0)
-    return height * min(1.0, width / max(widest, 1))
 
 
 def _line(canvas: Image, segment: Segment, color: Color, scale: int, extra: int) -> None:
@@ -183,16 +171,19 @@ def _outline(canvas: Image, ellipse: Ellipse, color: Color, scale: int, thicknes
 
 
 def _caption(canvas: Image, caption: str) -> None:
+    """One line, smaller where the canvas is too narrow for it."""
     height, width = canvas.shape[:2]
-    lines = caption.split("\n")
-    margin = max(4, round(height / 60))
-    size = fitted(lines, max(9.0, height / 32), width - 2 * margin)
-    step = 1.9 * size
-    bottom = min(height, round(2 * margin + size + step * (len(lines) - 1)) + 1)
-    right = min(width, max(text_size(line, size)[0] for line in lines) + 2 * margin)
+    margin, size = max(4, round(height / 60)), max(9.0, height / 32)
+    size *= min(1.0, (width - 2 * margin) / max(_text_width(caption, size), 1))
+    bottom = min(height, round(2 * margin + size) + 1)
+    right = min(width, _text_width(caption, size) + 2 * margin)
     canvas[:bottom, :right] = (0.35 * canvas[:bottom, :right]).astype(np.uint8)
-    for number, line in enumerate(lines):
-        put_text(canvas, line, margin, margin + size + step * number, size, (255, 255, 255))
+    put_text(canvas, caption, margin, margin + size, size, (255, 255, 255))
+
+
+def _text_width(text: str, height: float) -> int:
+    (width, _), _ = cv2.getTextSize(_plain(text), FONT, height / FONT_HEIGHT, _pen(height))
+    return int(width)
 
 
 def _enlarged(point: Array, scale: int) -> Array:

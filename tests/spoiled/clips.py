@@ -63,7 +63,6 @@ VIDEO = [
         "annotate", "walk.mp4", ("cut", cut(0.3), "walk.mp4"), ("absent", removed, "no video at walk.mp4")
     ),
     *cases("correct", "run/run.json", ("cut", cut(0.5), "is no run of figtrack")),
-    *cases("correct", "run/keypoints.csv", ("cut", cut(0.5), "is damaged")),
     *cases("correct", "run/start.keypoints.csv", ("absent", removed, "does not say how it was made")),
     *refusals(
         ("video's name has a line break", f"track 'no\nwalk.mp4' {FOLLOWED}", "no video at no"),

@@ -40,7 +40,6 @@ READ = (
     ("compare-runs run run2 --overwrite --out new.html", "run2/gait.json", True),
     ("dlc", "run/run.json", True),
     ("openpose", "run/track.npz", False),
-    ("myogait", "run/pose.csv", True),
     ("classify", "m.npz", False),
     ("predict", "m.npz", False),
     ("interpolate", "m.npz", False),

@@ -27,8 +27,6 @@ READ = {
     "trials.csv": "learn captures",
     "c0.bvh": "learn captures",
     "run/run.json": "myogait",
-    "run/keypoints.csv": "dlc",
-    "run/pose.csv": "mot",
     "run/track.npz": "trc",
 }
 

@@ -57,7 +57,7 @@ def gait_hmm():
 @cache
 def gait_stride():
     """Harmonic strides of the same."""
-    return learn_strides(_captures(), fps=30.0, rounds=3)
+    return learn_strides(_captures(), fps=30.0, options=Options(rounds=3))
 
 
 def saved(path, model):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw, fitted, put_text, text_size
+from videos.overlay import FAR, NEAR, TRUNK, Ellipse, Segment, draw, put_text
 
 GREY = 128
 
@@ -125,9 +125,9 @@ def test_near_far_and_trunk_differ_for_every_kind_of_colour_vision():
 
 
 def test_a_caption_is_light_on_a_dark_strip_in_the_top_left_corner():
-    out = draw(np.full((360, 640, 3), 200, np.uint8), caption="frame 57  1.90 s\nwalk")
+    out = draw(np.full((360, 640, 3), 200, np.uint8), caption="frame 57  1.90 s")
     assert out[0, 0].max() < 80
-    assert out[:60, :200].max() == 255
+    assert out[:60, :200].max() > 240
     assert (out[60:] == 200).all()
     assert (out[:, 400:] == 200).all()
 
@@ -142,8 +142,9 @@ def test_captions_grow_with_the_frame_and_never_leave_it(height, width):
 
 
 def test_letters_that_cannot_be_drawn_are_replaced():
-    assert text_size("Säge", 10) == text_size("Sage", 10)
-    assert text_size("走", 10) == text_size("?", 10)
+    image = np.full((120, 160, 3), 200, np.uint8)
+    for one, other in (("Säge", "Sage"), ("走", "?")):
+        assert_array_equal(draw(image, caption=one), draw(image, caption=other))
 
 
 def test_text_stands_on_its_base_and_is_as_high_as_asked():
@@ -152,11 +153,6 @@ def test_text_stands_on_its_base_and_is_as_high_as_asked():
     rows = np.nonzero(canvas.any((1, 2)))[0]
     # A pen of 3 pixels overhangs half its width above and below, and its smooth rim one more.
     assert_allclose([rows[0], rows[-1]], [20, 50], atol=3)
-
-
-def test_fitted_text_fits_and_short_text_keeps_its_size():
-    assert fitted(["ok"], 12, 500) == 12
-    assert text_size("a long label", fitted(["a long label"], 40, 90))[0] <= 92  # letters are whole pixels
 
 
 def test_a_covariance_that_is_none_is_an_error():

@@ -1,6 +1,5 @@
 """A marking session from the command's options to its last line."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
 
@@ -9,8 +8,10 @@ from tracker.annotate.correction import Correction
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session
+from tracker.annotate.wanted import Request
 from tracker.clip.asked import suggestion_path
 from tracker.clip.found import TURNED, people
+from tracker.clip.job import towards
 from tracker.clip.naming import marks_of, nearer, sure_of_leg
 from tracker.foreign.start_marks import Taken, read_start
 from tracker.outline.person import Person
@@ -24,33 +25,7 @@ CHECK = "check every joint, and which leg is nearer"
 UNSURE = " (not sure)"
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the command was asked for.
-
-    frame  : shown first; None for the first that is marked or taken
-    source : another program's file to take the marks of one frame from
-    facing : +1 right, -1 left, None to see it from those marks
-    figure : that is marked: one that ships, or a TOML file
-    port   : 0 for any that is free
-    browser: whether to open the page
-    empty  : whether to suggest nothing where nothing is marked
-    """
-
-    video: Path
-    table: Path
-    frame: int | None
-    source: Path | None
-    facing: int | None
-    port: int
-    browser: bool
-    overwrite: bool
-    empty: bool
-    progress: Progress
-    figure: str = "walker"
-
-
-def mark(request: Request) -> None:
+def mark(request: Request, progress: Progress) -> None:
     """Serve the page until it is closed or Ctrl-C is pressed, and say what came of it.
 
     Raises:
@@ -62,25 +37,25 @@ def mark(request: Request) -> None:
             raise FolderError(f"{given} is what the work reads; choose another --out")
     figure = load_figure(request.figure)
     table = Table(request.table, overwrite=request.overwrite, figure=figure)
-    taken = None
+    taken, facing = None, towards(request.facing)
     if request.source is not None:
-        taken = read_start(request.source, request.frame, request.facing, figure=figure)
+        taken = read_start(request.source, request.frame, facing, figure=figure)
         print(taken.told)
     marked = min(table.marks, default=0)
     first = request.frame if request.frame is not None else taken.frame if taken else marked
-    session = Session(request.video, table, first, taken, request.facing, request.figure)
+    session = Session(request.video, table, first, taken, facing, request.figure)
     with Server(session, request.port) as server:
         if taken is None and not table.marks and not request.empty and figure.outline:
-            _suggest(request, session)
-        _serve(server, "mark the joints", request.browser)
+            _suggest(request, session, progress)
+        _serve(server, "mark the joints", not request.no_browser)
     frames = "1 frame" if len(table.marks) == 1 else f"{len(table.marks)} frames"
     print(f"{frames} marked in {table.path}")
     print(f"next: {session.next_command()}")
 
 
 def correct(folder: Path, frame: int | None, port: int, browser: bool, progress: Progress) -> None:
-    """Serve the page of a finished run, of the frame that it started from unless told; port, browser as of a
-    `Request`.
+    """Serve the page of a finished run, of the frame that it started from unless told; `port` is 0 for any
+    that is free.
 
     Raises:
         RunError, VideoError, FolderError: a folder or file that cannot be used, or the port is taken.
@@ -112,9 +87,9 @@ def _serve(server: Server, what: str, browser: bool) -> None:
         server.shutdown()
 
 
-def _suggest(request: Request, session: Session) -> None:
+def _suggest(request: Request, session: Session, progress: Progress) -> None:
     """Let the page open with a suggestion, if there is one of the frame that is asked for."""
-    taken = suggested(request.video, session.table, request.progress)
+    taken = suggested(request.video, session.table, progress)
     if taken is None:
         print("nobody was found who walks through the film; the page opens without marks")
     elif request.frame not in (None, taken.frame):

@@ -178,7 +178,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
             "frame-ancestors 'none'"
         )
-        text = "".join(page.compose(opening, {"title": ["figtrack"]}, nonce))
+        text = "".join(page.compose(opening, nonce, title="figtrack"))
         kind = "text/html; charset=utf-8"
         self.send(HTTPStatus.OK, text.encode("utf-8"), kind, {"Content-Security-Policy": policy})
 

@@ -4,8 +4,8 @@ import hashlib
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,15 +52,13 @@ class BatchError(ValueError):
 
 @dataclass(frozen=True)
 class Ending:
-    """How a row ended: done, skipped or failed; what its folder says, or one line of error."""
+    """How a row ended: done, skipped or failed.
+
+    cells : of the summary, by column: what its folder says, or one line of error; empty ones are left out
+    """
 
     status: str
-    frames: int | None = None
-    outcomes: str = ""
-    rate: float | None = None
-    warnings: str = ""
-    error: str = ""
-    gait: tuple[str, ...] = ()
+    cells: Mapping[str, str]
 
 
 Ended = list[tuple[Row, Ending]]
@@ -107,13 +105,27 @@ def run_batch(
             raise FolderError(f"{path} is of something else and would be replaced; choose another --out")
     # The summary's place is tried first: a batch takes long, and would be lost on a place that cannot be.
     with fresh_file(summary, overwrite=True) as aside:
-        outs, processes = [row.out for row in rows], min(workers or _processors(), len(rows))
-        with swept(outs), _cluster(scheduler, tls, processes) as client:
+        most = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        cluster = (
+            local_cluster(min(workers or most, len(rows)))
+            if scheduler is None
+            else cluster_at(scheduler, tls)
+        )
+        with swept(row.out for row in rows), cluster as client:
             ended = list(zip(rows, _run_all(client, rows, overwrite, table.name, progress), strict=True))
         write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
     with fresh_file(overview, overwrite=True) as aside:
-        write_overview(aside, place, [_shown(row, ending) for row, ending in ended])
+        shown = [
+            Shown(row.video.name, None if ending.status == FAILED else row.out, told(ending))
+            for row, ending in ended
+        ]
+        write_overview(aside, place, shown)
     return ended
+
+
+def told(ending: Ending) -> str:
+    """The error of a row, or its frames by outcome."""
+    return ending.cells.get("error") or ending.cells.get("outcomes", "")
 
 
 def run_row(row: Row, overwrite: bool) -> Ending:
@@ -131,7 +143,7 @@ def run_row(row: Row, overwrite: bool) -> Ending:
         said = fault(error)
         if said is None:
             raise
-        return Ending(FAILED, error=_one_line(said))
+        return _failed(said)
 
 
 def job_key(job: Job) -> str:
@@ -148,29 +160,14 @@ def job_key(job: Job) -> str:
     return digest.hexdigest()
 
 
-def _shown(row: Row, ending: Ending) -> Shown:
-    done = ending.status != FAILED
-    return Shown(row.video.name, row.out if done else None, ending.outcomes if done else ending.error)
+def _failed(said: str) -> Ending:
+    return Ending(FAILED, {"error": " ".join(said.split())})
 
 
 def summary_cells(row: Row, ending: Ending) -> list[str]:
     """A row of summary.csv."""
-    return [
-        str(row.video),
-        row.how.model,
-        str(row.out),
-        ending.status,
-        "" if ending.frames is None else str(ending.frames),
-        ending.outcomes,
-        "" if ending.rate is None else f"{ending.rate:g}",
-        ending.warnings,
-        ending.error,
-        *(ending.gait or [""] * (2 + len(GAIT))),
-    ]
-
-
-def _cluster(scheduler: str | None, tls: Path | None, workers: int) -> AbstractContextManager["Client"]:
-    return local_cluster(workers) if scheduler is None else cluster_at(scheduler, tls)
+    ours = {"video": row.video, "model": row.how.model, "out": row.out, "status": ending.status}
+    return [str(ours.get(column) or ending.cells.get(column, "")) for column in COLUMNS]
 
 
 def _run_all(
@@ -202,40 +199,34 @@ def _ending_of(answer: object) -> Ending:
         return answer
     error = answer[1] if isinstance(answer, tuple) else answer  # Dask gives its type and traceback too
     if isinstance(error, KilledWorker):
-        return Ending(FAILED, error="its process died again and again; is there enough memory?")
+        return _failed("its process died again and again; is there enough memory?")
     if isinstance(error, NoWorkerError):
-        return Ending(FAILED, error="no process was left to do it; the same batch again goes on here")
-    return Ending(FAILED, error=_one_line(f"{type(error).__name__}: {error}"))
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
+        return _failed("no process was left to do it; the same batch again goes on here")
+    return _failed(f"{type(error).__name__}: {error}")
 
 
 def _ending(status: str, folder: Path) -> Ending:
     record = read_run(folder)
     counts = Counter(outcome or "not followed" for outcome in record.outcome)
-    return Ending(
-        status,
-        frames=len(record),
-        outcomes=", ".join(f"{count} {outcome}" for outcome, count in counts.items()),
-        rate=record.news.rate,
-        warnings="; ".join(record.news.warnings),
-        gait=_gait(folder),
-    )
+    cells = {
+        "frames": str(len(record)),
+        "outcomes": ", ".join(f"{count} {outcome}" for outcome, count in counts.items()),
+        "rate": "" if record.news.rate is None else f"{record.news.rate:g}",
+        "warnings": "; ".join(record.news.warnings),
+    }
+    return Ending(status, cells | _gait(folder))
 
 
-def _gait(folder: Path) -> tuple[str, ...]:
-    """Motion, figures and unit of length by gait.json; () without one."""
+def _gait(folder: Path) -> dict[str, str]:
+    """Motion, figures and unit of length by gait.json; none without one."""
     try:
         news = json.loads((folder / "gait.json").read_text(encoding="utf-8"))
     except FileNotFoundError:
-        return ()
-    found = []
-    for measure, legs in GAIT.values():
-        value = news["measures"].get(measure, {}).get(legs)
-        found.append("" if value is None else f"{value['mean']:.4g}")
-    return news["motion"], *found, "m" if news["metres_in_leg"] else "leg lengths"
+        return {}
+    found = {column: news["measures"].get(measure, {}).get(legs) for column, (measure, legs) in GAIT.items()}
+    figures = {column: f"{value['mean']:.4g}" for column, value in found.items() if value is not None}
+    unit = "m" if news["metres_in_leg"] else "leg lengths"
+    return {"motion": news["motion"], **figures, "length_unit": unit}
 
 
 def _key_in(folder: Path) -> str:
@@ -256,7 +247,3 @@ def _is_summary(path: Path) -> bool:
     with suppress(OSError), path.open("rb") as file:
         return file.readline().startswith(",".join(SUMMARY).encode())
     return False
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -195,14 +195,14 @@ def _show(ended: "Ended", place: Path) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from tracker.batch.run_all import told
+
     table = Table(box=None, pad_edge=False)
     for name in ("video", "out", "status", "frames", "outcome"):
         table.add_column(name, overflow="fold", justify="right" if name == "frames" else "left")
     for row, ending in ended:
-        said = ending.error or ending.outcomes
-        frames = "" if ending.frames is None else str(ending.frames)
-        folder = os.path.relpath(row.out, place)
-        table.add_row(row.video.name, folder, ending.status, frames, said)
+        folder, frames = os.path.relpath(row.out, place), ending.cells.get("frames", "")
+        table.add_row(row.video.name, folder, ending.status, frames, told(ending))
     console = Console(markup=False, highlight=False, soft_wrap=False)
     console.print(table)
     counts = Counter(ending.status for _, ending in ended)

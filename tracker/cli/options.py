@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from enum import StrEnum
 from functools import wraps
 from inspect import Parameter, Signature, signature
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
 
-from tracker.clip.job import About, Facing
+from tracker.clip.job import About
 
 if TYPE_CHECKING:
     from tracker.progress import Progress
@@ -39,9 +39,6 @@ Keypoints = Annotated[
         "or a folder), COCO keypoints JSON, labelme JSON or TRC in pixels, of which the best frame is taken "
         "unless --start names one [default: the walker is found].",
     ),
-]
-FacingOption = Annotated[
-    Facing | None, typer.Option(help="Which way the figure faces [default: seen from the marks].")
 ]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace complete results once the new ones are complete.")
@@ -150,6 +147,7 @@ def _parameter(name: str, hint: Any, default: Any) -> Parameter:
         hint = Annotated[
             get_args(hint)[0], typer.Option(flag, help=about.text, min=about.least, max=about.most)
         ]
+    default = Parameter.empty if default is MISSING else default
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 

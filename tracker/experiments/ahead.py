@@ -1,6 +1,7 @@
 """Forecasts of people left out, against constant velocity at its best and the hidden Markov model."""
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -13,7 +14,7 @@ from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
 from tracker.experiments.measures import ANGLES, NOISES, Errors, centred, noisy, rootless
-from tracker.experiments.section import Claim, Heading, Section, Table, pooled_and_range, share_verdict
+from tracker.experiments.section import Claim, Heading, Section, Table, share_verdict
 from tracker.experiments.study import Recipe, Study
 
 HEADING = Heading("prediction", "Where next?", "2000, section 1; 1999, section 4.2")
@@ -23,9 +24,9 @@ FIRST = max(HORIZONS)  # before, not every horizon is forecast; all are judged o
 HIDDEN = 4  # states a motion of the hidden Markov model
 NAMES = {"slds": "SLDS", "kalman": "constant velocity", "hmm": "hidden Markov model"}
 
-Key = tuple[str, int]
-Found = dict[str, dict[Key, list[Errors]]]
-Total = dict[str, dict[Key, float]]
+Key = tuple[str, int]  # motion and horizon
+Found = Mapping[str, Mapping[Key, list[Errors]]]
+Total = Mapping[str, Mapping[Key, float]]
 
 
 def model(study: Study, held: frozenset[str]) -> Recipe:
@@ -36,36 +37,31 @@ def model(study: Study, held: frozenset[str]) -> Recipe:
 
 def run(study: Study) -> Section:
     """Errors of every capture by the model that was learned without its subject."""
-    found = _errors(study)
-    keys = [(motion, h) for motion in study.motions for h in _horizons(study)]
-    for motion, h in study.each("constant velocity", keys):
-        captures = study.of(motion)
-        noises = NOISES[:: 10 if study.quick else 1]
-        tried = measures.rival_errors(captures, shown(captures, study.seed), h, FIRST, noises)
-        found["kalman"][motion, h] = tried[measures.best_noises(tried)]
+    keys = list(product(study.motions, HORIZONS[:1] if study.quick else HORIZONS))
+    found = _errors(study, keys)
     total = {name: {key: measures.rms(found[name][key]) for key in keys} for name in NAMES}
-    people = {name: {key: measures.by_person(found[name][key]) for key in keys} for name in NAMES}
-    rows = tuple(
-        (_told(key).removesuffix(" ahead"),
-         *(pooled_and_range(total[name][key], people[name][key]) for name in NAMES),
-         f"{100.0 * (1.0 - total['slds'][key] / total['kalman'][key]):.0f} %")
-        for key in keys
-    )  # fmt: skip
     table = Table(
         "Error of the forecast angles, degrees, root mean square over frames and six angles (least to "
         "greatest over subjects). Constant velocity by its best noise for that motion and horizon, chosen "
         "on these very errors.",
         ("motion, ahead", *NAMES.values(), "SLDS under constant velocity"),
-        rows,
+        [
+            (
+                _told(key).removesuffix(" ahead"),
+                *(measures.told(found[name][key]) for name in NAMES),
+                f"{_gain(total, key, 'kalman'):.0f} %",
+            )
+            for key in keys
+        ],
     )
     return Section(
         HEADING,
         f"The six angles of every capture with {NOISE:g} degrees of white noise; the clean angles up to "
-        f"{max(_horizons(study))} frames ahead are forecast from the noisy ones up to now. People were "
+        f"{keys[-1][1]} frames ahead are forecast from the noisy ones up to now. People were "
         f"{study.unseen}. The SLDS (second order, GPB2 filter, switch by the pose) has the "
         f"states a motion that learning uses by default; the hidden Markov model has {HIDDEN}.",
-        (_against(total, "kalman"), _against(total, "hmm")),
-        (table,),
+        [_against(total, "kalman"), _against(total, "hmm")],
+        [table],
     )
 
 
@@ -90,11 +86,11 @@ def hmm_forecast(hmm: HMM, y: Array, horizon: int) -> Array:
     return means
 
 
-def _errors(study: Study) -> Found:
-    keys = list(product(study.motions, _horizons(study)))
-    found: Found = {name: {key: [] for key in keys} for name in NAMES}
+def _errors(study: Study, keys: Sequence[Key]) -> Found:
+    found: dict[str, dict[Key, list[Errors]]] = {name: defaultdict(list) for name in NAMES}
     for held, (motion, h) in study.each(HEADING.key, list(product(study.held_out, keys))):
-        slds, hmm = study.slds(model(study, held)), study.hmm(_hidden(study, held))
+        slds = study.slds(model(study, held))
+        hmm = study.hmm(Recipe(HIDDEN, 0, NOISE, held, study.motions))
         captures = [c for c in study.tested(held) if c.label == motion]
         ys = shown(captures, study.seed)
         means = {
@@ -103,30 +99,33 @@ def _errors(study: Study) -> Found:
         }
         for name in means:
             found[name][motion, h] += measures.forecast_errors(captures, means[name], FIRST)
+    for motion, h in study.each("constant velocity", keys):
+        captures, noises = study.of(motion), NOISES[:: 10 if study.quick else 1]
+        tried = measures.rival_errors(captures, shown(captures, study.seed), h, FIRST, noises)
+        found["kalman"][motion, h] = tried[measures.best_noises(tried)]
     return found
 
 
-def _hidden(study: Study, held: frozenset[str]) -> Recipe:
-    return Recipe(HIDDEN, 0, NOISE, held, study.motions)
-
-
-def _horizons(study: Study) -> tuple[int, ...]:
-    return HORIZONS[:1] if study.quick else HORIZONS
+def _gain(total: Total, key: Key, rival: str) -> float:
+    """By how many per cent of a rival's error that of the SLDS is lower."""
+    return 100.0 * (1.0 - total["slds"][key] / total[rival][key])
 
 
 def _against(total: Total, rival: str) -> Claim:
-    gains = {key: 100.0 * (1.0 - e / total[rival][key]) for key, e in total["slds"].items()}
+    gains = {key: _gain(total, key, rival) for key in total["slds"]}
     least, most = min(gains, key=lambda k: gains[k]), max(gains, key=lambda k: gains[k])
     papers = {
         "kalman": "A learned SLDS predicts better than constant velocity (there: its tracker lasts longer).",
         "hmm": "The SLDS consistently outperforms the hidden Markov model in one-step prediction.",
     }
-    judged = {key: g for key, g in gains.items() if rival == "kalman" or key[1] == 1}
-    here = f"Its error is lower in {sum(g > 0 for g in judged.values())} of {len(judged)} cases"
-    here += "." if rival == "kalman" else " one frame ahead."
-    here += f" Over all horizons from {_less(gains[most])} ({_told(most)}) "
-    here += f"to {_less(gains[least])} ({_told(least)})."
-    return Claim(papers[rival], share_verdict([g > 0 for g in judged.values()]), here)
+    judged = [gain > 0 for key, gain in gains.items() if rival == "kalman" or key[1] == 1]
+    return Claim(
+        papers[rival],
+        share_verdict(judged),
+        f"Its error is lower in {sum(judged)} of {len(judged)} cases"
+        f"{'' if rival == 'kalman' else ' one frame ahead'}. Over all horizons from {_less(gains[most])} "
+        f"({_told(most)}) to {_less(gains[least])} ({_told(least)}).",
+    )
 
 
 def _less(gain: float) -> str:

@@ -3,25 +3,28 @@
 The papers' inference alone: the switching state's motion, nothing told of the pose or of the noise met.
 """
 
-from collections.abc import Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise, product
+from typing import NamedTuple
 
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMM, HMMPosterior, hmm_all
-from dynamics.motion.tasks import classify_hmm, labelling
+from dynamics.hmm import HMMPosterior, hmm_all
+from dynamics.motion.tasks import Labelling, labelling
 from dynamics.posterior import Posterior, Switching
-from dynamics.slds import SLDS
 from tracker.experiments.measures import ANGLES, noisy, wrong_frames
-from tracker.experiments.panels import SHADES, bars, grid, to_svg
 from tracker.experiments.section import (
     Claim,
     Heading,
     Plot,
     Section,
     Table,
+    as_sequence,
+    as_svg,
     left_out,
     share_verdict,
     spread,
@@ -29,7 +32,8 @@ from tracker.experiments.section import (
 )
 from tracker.experiments.splices import LONGEST, PIECES, SHORTEST, Splice, long_enough, splice
 from tracker.experiments.study import MOTIONS, Recipe, Study
-from tracker.motion.label_plot import patches
+from tracker.motion.choices import Inference
+from tracker.motion.label_plot import draw_labels
 from tracker.motion.tasks import INFERENCES
 
 HEADING = Heading("classification", "Walk or run?", "1999, figure 3; 2000, figure 2 a to d")
@@ -40,14 +44,20 @@ SEQUENCES = 10  # a draw
 DRAWS = 3
 FAR = 10  # frames; further from any joint the splice itself plays no part
 SURE = 0.99
-SEEN, UNSEEN = "seen", "unseen"
-HIDDEN = "hmm"
+SEEN, UNSEEN = "people learned from", "people left out"
+HIDDEN = Inference.HMM
 PAPER = 2.9  # per cent of the frames, 1999, section 4.1
 ALIKE = 0.5  # per cent of the frames; inferences no further apart are taken as alike
-PEOPLE = {SEEN: "people learned from", UNSEEN: "people left out"}
-TOLD = {"viterbi": "Viterbi", "gpb2": "GPB2", "variational": "variational"}
+NAMES = {
+    Inference.VITERBI: "Viterbi",
+    Inference.GPB2: "GPB2",
+    Inference.VARIATIONAL: "variational",
+    HIDDEN: "hidden Markov model",
+}
 
-Key = tuple[int, int, str]
+Inferred = Posterior | Switching | HMMPosterior
+Infer = Callable[[], Sequence[Inferred]]
+Key = tuple[int, int, str]  # states a motion, order (0 for the hidden Markov model), inference
 Means = dict[Key, float]
 
 
@@ -65,47 +75,43 @@ class Draw:
         return [label for s in self.splices for label in s.labels]
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One model by one inference on one draw.
+class Score(NamedTuple):
+    """Per cent of the frames of one draw.
 
-    people, states, order, inference : which; order 0 for the hidden Markov model
-    wrong, far : per cent of the frames with the wrong motion: all, those far from any joint
-    soft       : per cent of the frames in which no state is as good as certain
+    wrong, far : with the wrong motion, of all and of those far from any joint
+    soft       : in which no state is as good as certain
     """
 
-    people: str
-    states: int
-    order: int
-    inference: str
     wrong: float
     far: float
     soft: float
 
 
+Found = Mapping[str, Mapping[Key, Sequence[Score]]]  # by people, a score a draw
+
+
 def run(study: Study) -> Section:
-    """All cells, the claims they answer, a sequence cut by every inference."""
+    """All scores, the claims they answer, a sequence cut by every inference."""
     why = missing(study)
     if why is not None:
         return left_out(HEADING, why)
     tried = draws(study)
-    found: list[Cell] = []
+    found: dict[str, dict[Key, list[Score]]] = defaultdict(lambda: defaultdict(list))
     for draw, n in study.each(HEADING.key, list(product(tried, counts(study)))):
-        found += cells(study, draw, n)
-    people = [who for who in PEOPLE if any(c.people == who for c in found)]
-    frames = {who: sum(len(d.labels) for d in tried if d.people == who) for who in people}
-    few = min(len(d.splices) for d in tried)
+        for key, labels, infer in tries(study, n, draw.ys, held=draw.held):
+            found[draw.people][key].append(score(draw, labels, infer()))
+    frames = {who: sum(len(d.labels) for d in tried if d.people == who) for who in found}
     return Section(
         HEADING,
         f"Sequences spliced from pieces of {SHORTEST} to {LONGEST} frames of the captures, walk or run by "
         "a fair coin, the 4 frames on each side of a joint replaced by a least-squares cubic B-spline, "
-        f"then {NOISE:g} degrees of white noise on all six angles. {_draws_told(tried, few)} Models are "
+        f"then {NOISE:g} degrees of white noise on all six angles. {_draws_told(tried)} Models are "
         "learned with the same noise and the two motions joined (1 in 1000 a frame to change). The error "
         "is the share of frames with the wrong motion; frames: "
-        f"{', '.join(f'{n} of {PEOPLE[who]}' for who, n in frames.items())}.",
-        tuple(claims(found)),
-        tuple(_table(found, who) for who in people),
-        tuple(_cut_plot(study, tried[0], n) for n in {1, max(counts(study))}),
+        f"{', '.join(f'{n} of {who}' for who, n in frames.items())}.",
+        claims(found),
+        [_table(of, who) for who, of in found.items()],
+        [_cut_plot(study, tried[0], n) for n in {1, max(counts(study))}],
     )
 
 
@@ -132,39 +138,43 @@ def counts(study: Study) -> tuple[int, ...]:
     return COUNTS[:2] if study.quick else COUNTS
 
 
-def recipe(states: int, order: int, held: frozenset[str] = frozenset()) -> Recipe:
-    """A model of this experiment."""
-    return Recipe(states, order, NOISE, held)
-
-
-def cells(study: Study, draw: Draw, states: int) -> list[Cell]:
-    """Every order and inference on one draw."""
-    hmm = study.hmm(recipe(states, 0, draw.held))
-    hidden = hmm_all(hmm, [y[:, ANGLES] for y in draw.ys])
-    found = [_cell(draw, (states, 0, HIDDEN), hmm, hidden)]
-    for order in ORDERS:
-        slds = study.slds(recipe(states, order, draw.held))
+def tries(
+    study: Study,
+    states: int,
+    ys: Sequence[Array],
+    orders: Sequence[int] = ORDERS,
+    held: frozenset[str] = frozenset(),
+) -> Iterator[tuple[Key, tuple[str, ...], Infer]]:
+    """Of every inference of some orders, and of the hidden Markov model: the states' labels, and what gives
+    the posteriors."""
+    for order in orders:
+        slds = study.slds(Recipe(states, order, NOISE, held, study.motions))
         for name, infer in INFERENCES.items():
-            found.append(_cell(draw, (states, order, name), slds, infer(slds, draw.ys, None)))
-    return found
+            yield (states, order, name), slds.labels, partial(infer, slds, ys, None)
+    hmm = study.hmm(Recipe(states, 0, NOISE, held, study.motions))
+    yield (states, 0, HIDDEN), hmm.labels, partial(hmm_all, hmm, [y[:, ANGLES] for y in ys])
 
 
-def mean_wrong(found: Iterable[Cell]) -> dict[str, Means]:
-    """Per cent, mean over draws, by people and (states, order, inference)."""
-    rows: dict[str, dict[Key, list[float]]] = {}
-    for c in found:
-        rows.setdefault(c.people, {}).setdefault((c.states, c.order, c.inference), []).append(c.wrong)
-    return {who: {key: float(np.mean(each)) for key, each in of.items()} for who, of in rows.items()}
+def score(draw: Draw, labels: tuple[str, ...], posteriors: Sequence[Inferred]) -> Score:
+    """One model, whose states have these labels, by one inference on one draw."""
+    found = [label for p in posteriors for label in labelling(labels, p.prob, p.path).label]
+    far = np.concatenate([s.far(FAR) for s in draw.splices])
+    _, wrong, away = wrong_frames(found, draw.labels, far)
+    soft = np.concatenate([p.prob for p in posteriors]).max(1) < SURE
+    return Score(wrong, away, 100.0 * float(soft.mean()))
 
 
-def claims(found: Sequence[Cell]) -> list[Claim]:
-    """Claims of the papers about classification, judged by the measured cells."""
-    wrong = mean_wrong(found)
+def claims(found: Found) -> list[Claim]:
+    """Claims of the papers about classification, judged by the scores."""
+    wrong = {
+        who: {key: float(np.mean([s.wrong for s in each])) for key, each in of.items()}
+        for who, of in found.items()
+    }
     slds = {who: {key: e for key, e in means.items() if key[2] != HIDDEN} for who, means in wrong.items()}
     return [
         _papers_error(slds),
-        *(_hmm_worse(wrong[who], slds[who], PEOPLE[who]) for who in wrong),
-        *(_more_is_better(slds[who], PEOPLE[who]) for who in wrong),
+        *(_hmm_worse(wrong[who], slds[who], who) for who in wrong),
+        *(_more_is_better(slds[who], who) for who in wrong),
         _inferences_alike(slds),
         _softness(found),
     ]
@@ -178,21 +188,8 @@ def _draw(study: Study, people: str, held: frozenset[str], number: int) -> Draw:
     return Draw(people, held, made, tuple(noisy(s.y, NOISE, rng) for s in made))
 
 
-def _cell(
-    draw: Draw,
-    which: tuple[int, int, str],
-    model: SLDS | HMM,
-    posteriors: Sequence[Posterior] | Sequence[Switching] | Sequence[HMMPosterior],
-) -> Cell:
-    found = [label for p in posteriors for label in labelling(model.labels, p.prob, p.path).label]
-    far = np.concatenate([s.far(FAR) for s in draw.splices])
-    _, wrong, away = wrong_frames(found, draw.labels, far)
-    soft = np.concatenate([p.prob for p in posteriors]).max(1) < SURE
-    return Cell(draw.people, *which, wrong, away, 100.0 * float(soft.mean()))
-
-
 def _papers_error(slds: dict[str, Means]) -> Claim:
-    multi = {key: e for key, e in slds[SEEN].items() if key[2] == "viterbi" and key[0] > 1}
+    multi = {key: e for key, e in slds[SEEN].items() if key[2] == Inference.VITERBI and key[0] > 1}
     best = min(multi, key=lambda key: multi[key])
     here = (
         f"Here {min(multi.values()):.1f} to {max(multi.values()):.1f} % over {len(multi)} such models; "
@@ -239,23 +236,25 @@ def _more_is_better(slds: Means, people: str) -> Claim:
 
 
 def _inferences_alike(slds: dict[str, Means]) -> Claim:
-    apart: dict[tuple[str, int, int], float] = {}
-    for who, means in slds.items():
-        for n, order in {key[:2] for key in means}:
-            apart[who, n, order] = float(np.ptp([means[n, order, name] for name in INFERENCES]))
+    apart = {
+        (who, n, order): float(np.ptp([means[n, order, name] for name in INFERENCES]))
+        for who, means in slds.items()
+        for n, order, _ in means
+    }
     where = max(apart, key=lambda key: apart[key])
     return Claim(
         "The three inferences give very similar errors.",
         share_verdict([gap <= ALIKE for gap in apart.values()]),
         f"They differ by {np.median(list(apart.values())):.1f} points in the median model and by "
-        f"{apart[where]:.1f} at most ({where[1]} states, order {where[2]}, {PEOPLE[where[0]]}); up to "
+        f"{apart[where]:.1f} at most ({where[1]} states, order {where[2]}, {where[0]}); up to "
         f"{ALIKE} is taken as similar.",
     )
 
 
-def _softness(found: Sequence[Cell]) -> Claim:
+def _softness(found: Found) -> Claim:
     path, full, between = (
-        float(np.mean([c.soft for c in found if c.inference == name])) for name in INFERENCES
+        float(np.mean([s.soft for of in found.values() for key in of if key[2] == name for s in of[key]]))
+        for name in INFERENCES
     )
     return Claim(
         "GPB2 gives soft estimates of the switching state, Viterbi none, variational something in between.",
@@ -265,48 +264,45 @@ def _softness(found: Sequence[Cell]) -> Claim:
     )
 
 
-def _table(found: Sequence[Cell], people: str) -> Table:
+def _table(found: Mapping[Key, Sequence[Score]], people: str) -> Table:
     rows = []
-    for n, order in sorted({(c.states, c.order) for c in found}):
-        mine = [c for c in found if (c.people, c.states, c.order) == (people, n, order)]
-        name = "hidden Markov model" if order == 0 else f"SLDS, order {order}"
-        shown = (HIDDEN, "", "") if order == 0 else tuple(TOLD)
-        each = [spread([c.wrong for c in mine if c.inference == key]) if key else "" for key in shown]
-        far = [f"{np.nanmean([c.far for c in mine if c.inference == shown[0]]):.1f}"]
-        rows.append((f"{n}", name, *each, *far))
+    for n, order in sorted({key[:2] for key in found}):
+        mine = [found[n, order, name] for name in ((HIDDEN,) if order == 0 else INFERENCES)]
+        wrong = [spread([s.wrong for s in each]) for each in mine]
+        far = f"{np.nanmean([s.far for s in mine[0]]):.1f}"
+        name = NAMES[HIDDEN] if order == 0 else f"SLDS, order {order}"
+        rows.append((f"{n}", name, *wrong, *[""] * (len(INFERENCES) - len(wrong)), far))
     return Table(
-        f"{PEOPLE[people].capitalize()}: wrong frames, %, mean (least to greatest over draws). Far: the "
+        f"{people.capitalize()}: wrong frames, %, mean (least to greatest over draws). Far: the "
         f"first of these more than {FAR} frames from any joint.",
-        ("states a motion", "model", *TOLD.values(), "far from joints"),
-        tuple(rows),
+        ("states a motion", "model", *(NAMES[name] for name in INFERENCES), "far from joints"),
+        rows,
     )
 
 
 def _cut_plot(study: Study, draw: Draw, n: int) -> Plot:
     """The first sequence, as figures 2 a and b of the 2000 paper show theirs."""
     first, y = draw.splices[0], draw.ys[0]
-    slds, hmm = study.slds(recipe(n, 2, draw.held)), study.hmm(recipe(n, 0, draw.held))
-    rows = {"true motion": first.labels}
-    for name, infer in INFERENCES.items():
-        [found] = infer(slds, [y], None)
-        rows[TOLD[name]] = labelling(slds.labels, found.prob, found.path).label
-    rows["hidden Markov"] = classify_hmm(hmm, [y[:, ANGLES]])[0].label
-    figure, axes = grid([0.34 * len(rows) + 0.8])
-    bars(axes[0, 0], rows, SHADES)
-    axes[0, 0].vlines(np.array(first.joints) - 0.5, -0.36, 0.36, color="white", linewidth=0.8)
-    figure.legend(handles=patches(SHADES), loc="outside upper right", ncols=2, frameon=False)
+    truth = np.array([[label == motion for motion in MOTIONS] for label in first.labels], float)
+    rows = {"true motion": Labelling(first.labels, truth.argmax(1), MOTIONS, truth)}
+    for (_, _, name), labels, infer in tries(study, n, [y], (2,), draw.held):
+        [found] = infer()
+        rows[NAMES[Inference(name)]] = labelling(labels, found.prob, found.path)
+    sequences = [as_sequence(name, y) for name in rows]
     return Plot(
-        to_svg(figure),
+        as_svg(
+            lambda file: draw_labels(
+                sequences, list(rows.values()), file, "True and found motion", shares=False
+            )
+        ),
         "One spliced sequence: the true motion and what each inference makes of it",
-        f"One sequence of people learned from; {n} state{'s' if n > 1 else ''} a motion, second order. "
-        "White lines: joints.",
+        f"One sequence of people learned from; {n} state{'s' if n > 1 else ''} a motion, second order.",
     )
 
 
-def _draws_told(tried: Sequence[Draw], sequences: int) -> str:
-    seen = sum(d.people == SEEN for d in tried)
-    unseen = len(tried) - seen
+def _draws_told(tried: Sequence[Draw]) -> str:
+    seen, sequences = sum(d.people == SEEN for d in tried), len(tried[0].splices)
     text = f"{seen} draws of {sequences} sequences of everybody, by models learned from everybody"
-    if unseen:
-        return f"{text}; {unseen} groups of subjects left out in turn, {sequences} sequences each."
-    return f"{text}; too few subjects to leave some out."
+    if len(tried) == seen:
+        return f"{text}; too few subjects to leave some out."
+    return f"{text}; {len(tried) - seen} groups of subjects left out in turn, {sequences} sequences each."

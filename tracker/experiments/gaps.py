@@ -1,30 +1,30 @@
 """Walks with frames missing, filled by the SLDS and by what knows nothing of walking (1999, figure 6)."""
 
+from collections import defaultdict
 from functools import partial
 from itertools import product
 
 import numpy as np
 
-from dynamics.gaussian import Array
 from dynamics.slds import SLDS
 from dynamics.viterbi import viterbi
-from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
 from tracker.experiments.ahead import model
 from tracker.experiments.measures import ANGLES, SIDE, Errors, Fill
-from tracker.experiments.panels import GREY, INK, grid, legend_below, to_svg
 from tracker.experiments.section import (
     Claim,
     Heading,
     Plot,
     Section,
     Table,
+    as_sequence,
+    as_svg,
     left_out,
-    pooled_and_range,
     verdict,
 )
 from tracker.experiments.study import Study
+from tracker.motion.plots import draw_forecast
 
 HEADING = Heading("interpolation", "Frames that are missing", "1999, figure 6")
 FIRST, END = 50, 100  # frames missing in the figure
@@ -32,9 +32,9 @@ AROUND = 40  # frames of a side that the figure shows
 GAPS = (10, 25, 50)
 EACH = 2  # captures of a subject, the longest
 BETTER = 0.75  # times the error of knowing nothing, at most
-LINEAR, SPLINE, PATH = "straight line", "cubic spline", "SLDS, best path"
-SHADES = {SPLINE: "#c1272d", PATH: "#0072b2"}
-JOINTS = {"hip_near": "near thigh", "knee_near": "near knee", "knee_far": "far knee"}
+LINEAR, SPLINE, PATH = NAMES = "straight line", "cubic spline", "SLDS, best path"
+
+Key = tuple[str, int]  # what fills, and frames of the gap
 
 
 def run(study: Study) -> Section:
@@ -42,48 +42,43 @@ def run(study: Study) -> Section:
     walks = _walks(study)
     if not walks:
         return left_out(HEADING, f"no walk is {GAPS[0] + 2 * SIDE} frames long")
-    found: dict[tuple[str, int], list[Errors]] = {}
+    found: dict[Key, list[Errors]] = defaultdict(list)
     for walk in study.each(HEADING.key, walks):
         fills = _fills(_model_of(study, walk)).items()
         for gap, (name, fill) in product(GAPS[:2] if study.quick else GAPS, fills):
             if measures.spans(walk.y, gap):
-                found.setdefault((name, gap), []).append(measures.gap_errors(fill, walk, gap))
+                found[name, gap].append(measures.gap_errors(fill, walk, gap))
     total = {key: measures.rms(errors) for key, errors in found.items()}
-    people = {key: measures.by_person(errors) for key, errors in found.items()}
     gaps = [gap for gap in GAPS if (LINEAR, gap) in total]
-    names = (LINEAR, SPLINE, PATH)
     table = Table(
         "Error inside the gap, degrees, root mean square over frames and six angles (least to greatest "
         "over subjects).",
         ("filled by", *(f"{gap} frames" for gap in gaps)),
-        tuple((name, *(pooled_and_range(total[name, g], people[name, g]) for g in gaps)) for name in names),
+        [(name, *(measures.told(found[name, g]) for g in gaps)) for name in NAMES],
     )
     return Section(
         HEADING,
         "All freedoms of some frames in the middle of a walk are blanked, the rest of it shown, and the "
         f"frames between filled. The {EACH} longest walks of each subject; people were {study.unseen}.",
-        (_quality(total, gaps[-1]), *([_sparser(total, gaps)] if len(gaps) > 1 else [])),
-        (table,),
-        (_example(study, max(walks, key=lambda c: len(c.y))),),
+        [_quality(total, gaps[-1]), *([_sparser(total, gaps)] if len(gaps) > 1 else [])],
+        [table],
+        [_example(study, max(walks, key=lambda c: len(c.y)))],
     )
 
 
 def _walks(study: Study) -> list[Capture]:
     """The longest of each subject that span the least gap."""
-    chosen: dict[str, list[Capture]] = {}
+    chosen: dict[str, list[Capture]] = defaultdict(list)
     for walk in sorted(study.of("walk"), key=lambda c: -len(c.y)):
         if measures.spans(walk.y, GAPS[0]):
-            chosen.setdefault(walk.subject, []).append(walk)
+            chosen[walk.subject].append(walk)
     return [walk for theirs in chosen.values() for walk in theirs[: 1 if study.quick else EACH]]
 
 
-def _held(study: Study, walk: Capture) -> frozenset[str]:
-    """Who is left out of the models that this walk is shown to."""
-    return next((fold for fold in study.folds if walk.subject in fold), frozenset[str]())
-
-
 def _model_of(study: Study, walk: Capture) -> SLDS:
-    return study.slds(model(study, _held(study, walk)))
+    """The model that was learned without this walk's subject."""
+    held = next((fold for fold in study.folds if walk.subject in fold), frozenset[str]())
+    return study.slds(model(study, held))
 
 
 def _fills(slds: SLDS) -> dict[str, Fill]:
@@ -94,7 +89,7 @@ def _fills(slds: SLDS) -> dict[str, Fill]:
     }
 
 
-def _quality(total: dict[tuple[str, int], float], gap: int) -> Claim:
+def _quality(total: dict[Key, float], gap: int) -> Claim:
     blind, path = min(total[LINEAR, gap], total[SPLINE, gap]), total[PATH, gap]
     holds = path < BETTER * blind
     here = (
@@ -112,7 +107,7 @@ def _quality(total: dict[tuple[str, int], float], gap: int) -> Claim:
     return Claim(paper, verdict(holds, path < blind), here)
 
 
-def _sparser(total: dict[tuple[str, int], float], gaps: list[int]) -> Claim:
+def _sparser(total: dict[Key, float], gaps: list[int]) -> Claim:
     grows = [total[PATH, g] for g in gaps]
     return Claim(
         "The sparser the measurements, the lower the quality.",
@@ -125,42 +120,18 @@ def _sparser(total: dict[tuple[str, int], float], gaps: list[int]) -> Claim:
 def _example(study: Study, walk: Capture) -> Plot:
     T = len(walk.y)
     first, end = (FIRST, END) if T >= END + 10 else (T // 3, T - T // 3)
-    hole, slds = slice(first, end), _model_of(study, walk)
-    shown, offset = measures.gappy(walk.y, hole)
-    states, M = viterbi(slds, shown).states, walk.y.shape[1]
+    hole, shown = slice(first, end), slice(max(first - AROUND, 0), min(end + AROUND, T))
+    gappy, offset = measures.gappy(walk.y, hole)
+    states, M = viterbi(_model_of(study, walk), gappy).states, walk.y.shape[1]
     mean, sd = states.mean[:, :M], np.sqrt(np.diagonal(states.cov, axis1=-2, axis2=-1))[:, :M]
     y = walk.y - offset
     inside = 100.0 * float((np.abs(mean - y) <= 2.0 * sd)[hole, ANGLES].mean())
-    lines = {PATH: mean, SPLINE: measures.across(3, shown)}
+    filled = np.full_like(y, np.nan)
+    filled[hole] = mean[hole]
+    true = as_sequence(walk.name, y[shown], shown.start)
     return Plot(
-        _curves(y, hole, lines, sd),
-        "Angles over a gap: measured, true, and filled by the SLDS and a spline",
-        f"The longest walk ({walk.name}), frames {first} to {end - 1} missing. {inside:.0f} % of its six "
-        "hidden angles lie within the band of two sigma (95 % if the band were calibrated). A spline that "
-        "leaves the picture goes on outside it.",
+        as_svg(lambda file: draw_forecast(true, filled[shown], sd[shown], file, "", "filled")),
+        "Angles over a gap: measured, and filled by the SLDS",
+        f"The longest walk ({walk.name}), of which frames {first} to {end - 1} were not shown. {inside:.0f} "
+        "% of its six hidden angles lie within the band of two sigma (95 % if the band were calibrated).",
     )
-
-
-def _curves(y: Array, hole: slice, lines: dict[str, Array], sd: Array) -> str:
-    """Three angles about a gap: measured, true, and filled by name, the first with its band of two sigma."""
-    figure, axes = grid([1.9] * len(JOINTS))
-    frames = np.arange(len(y))
-    around = np.r_[max(0, hole.start - AROUND) : hole.start, hole.stop : min(len(y), hole.stop + AROUND)]
-    for ax, (column, told) in zip(axes[:, 0], JOINTS.items(), strict=True):
-        i = POSE_COLUMNS.index(column)
-        true, mean = np.degrees(y[:, i]), np.degrees(next(iter(lines.values()))[hole, i])
-        half = 2.0 * np.degrees(sd[hole, i])
-        ax.fill_between(
-            *(frames[hole], mean - half, mean + half), color=SHADES[PATH], alpha=0.25, lw=0,
-            label="its two sigma",
-        )  # fmt: skip
-        ax.plot(frames[hole], true[hole], ":", color=INK, linewidth=1.8, label="true, hidden")
-        ax.plot(around, true[around], "x", color=GREY, markersize=3.5, label="measured")
-        low, high = ax.get_ylim()
-        for name, line in lines.items():
-            ax.plot(frames[hole], np.degrees(line[hole, i]), color=SHADES[name], linewidth=1.6, label=name)
-        room = 0.35 * (high - low)
-        ax.set(ylabel=f"{told},\ndegrees", ylim=(low - room, high + room))
-    axes[-1, 0].set_xlabel("frame")
-    legend_below(figure, axes[0, 0], 3)
-    return to_svg(figure)

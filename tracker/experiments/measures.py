@@ -20,6 +20,7 @@ from dynamics.viterbi import viterbi
 from kinematics.figure import ROOT
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
+from tracker.experiments.section import spread
 from tracker.experiments.study import FPS
 
 ANGLES = slice(2, None)
@@ -62,6 +63,11 @@ def by_person(every: Iterable[Errors]) -> dict[str, float]:
     return {name: rms(e for e in kept if e.person == name) for name in sorted({e.person for e in kept})}
 
 
+def told(every: Sequence[Errors]) -> str:
+    """Degrees in words: pooled, and the least and the greatest of people."""
+    return spread(by_person(every).values(), pooled=rms(every))
+
+
 def centred(y: Array) -> Array:
     """The poses less the neck's mean over what was measured, and counted from the root's first place."""
     out = from_origin(y, POSE_COLUMNS, ROOT)
@@ -71,8 +77,8 @@ def centred(y: Array) -> Array:
 
 def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
     """White noise on every angle, none on the root."""
-    spread = np.r_[0.0, 0.0, np.full(y.shape[1] - 2, np.radians(degrees))]
-    return np.asarray(y + spread * rng.normal(size=y.shape))
+    noise = np.r_[0.0, 0.0, np.full(y.shape[1] - 2, np.radians(degrees))]
+    return np.asarray(y + noise * rng.normal(size=y.shape))
 
 
 def rootless(y: Array) -> Array:

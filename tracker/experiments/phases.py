@@ -13,11 +13,19 @@ from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments.measures import centred
-from tracker.experiments.panels import STATES, bars, grid, legs, to_svg
-from tracker.experiments.section import Claim, Heading, Plot, Section, Table, left_out, spread, verdict
-from tracker.experiments.study import Recipe, Study
-from tracker.motion.label_plot import patches
-from tracker.motion.sticks import SIDES
+from tracker.experiments.section import (
+    Claim,
+    Heading,
+    Plot,
+    Section,
+    Table,
+    as_svg,
+    left_out,
+    spread,
+    verdict,
+)
+from tracker.experiments.study import FPS, Recipe, Study
+from tracker.motion.plots import draw_synthesis
 
 HEADING = Heading("phases", "Phases inside a jog", "1999, figure 2")
 COUNTS = (2, 3, 4)
@@ -34,20 +42,24 @@ def run(study: Study) -> Section:
         return left_out(HEADING, "the captures show no run or jog")
     shown = max(study.of("run"), key=lambda c: len(c.y))
     cuts = {count: Cut() for count in (COUNTS[:2] if study.quick else COUNTS)}
-    paths: dict[int, NDArray[np.intp]] = {}
+    path = np.zeros(0, np.intp)  # of the jog that is shown, by two states
     for (count, cut), held in study.each(HEADING.key, list(product(cuts.items(), study.held_out))):
         jogs = [c for c in study.tested(held) if c.label == "run"]
         slds = study.slds(Recipe(count, 1, held=held, motions=("run",)))
         found = [p.path for p in viterbi_all(slds, [centred(c.y) for c in jogs])]
         cut.add(jogs, found)
-        names = [c.name for c in jogs]
-        if shown.name in names:
-            paths[count] = found[names.index(shown.name)]
-    rows = tuple(
-        (str(n), spread(list(cut.regular.values()), 0), f"{np.mean(cut.commonest):.0f}",
-         spread(list(cut.leg.values()), 0), spread(cut.switches))
+        if count == 2:
+            path = dict(zip((c.name for c in jogs), found, strict=True)).get(shown.name, path)
+    rows = [
+        (
+            str(n),
+            spread(cut.regular.values(), 0),
+            f"{np.mean(cut.commonest):.0f}",
+            spread(cut.leg.values(), 0),
+            spread(cut.switches),
+        )
         for n, cut in cuts.items()
-    )  # fmt: skip
+    ]
     table = Table(
         "Least to greatest over subjects in brackets; of the changes, over groups left out.",
         (
@@ -65,9 +77,9 @@ def run(study: Study) -> Section:
         f"with Viterbi inference, cut the jogs of people who were {study.unseen}. If the states are phases, "
         f"each {BINS}th of the stride has its usual state; by chance, the commonest of all would be right. A "
         "state tells the leg ahead if one leg is ahead in all of its frames; half is chance.",
-        (claim(cuts),),
-        (table,),
-        (_plot(shown, paths),),
+        [claim(cuts)],
+        [table],
+        [_plot(shown, path)],
     )
 
 
@@ -144,23 +156,10 @@ def claim(cuts: dict[int, Cut]) -> Claim:
     )
 
 
-def _plot(shown: Capture, paths: dict[int, NDArray[np.intp]]) -> Plot:
+def _plot(shown: Capture, path: NDArray[np.intp]) -> Plot:
     T = min(SHOWN, len(shown.y))
-    y = shown.y[:T]
-    figure, axes = grid([1.7, 1.7, 0.35 * len(paths) + 0.9])
-    legs(axes[0, 0], y, "hip")
-    legs(axes[1, 0], y, "knee")
-    axes[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
-    ahead = np.where(y[:, HIPS[0]] > y[:, HIPS[1]], "near", "far").tolist()
-    told = {n: f"state {n + 1}" for n in range(max(paths))}
-    cuts = {f"{count} states": [told[n] for n in path[:T].tolist()] for count, path in paths.items()}
-    states = dict(zip(told.values(), STATES, strict=False))
-    bars(axes[2, 0], {"leg ahead": ahead, **cuts}, SIDES | states)
-    figure.legend(handles=patches(states), loc="outside lower center", ncols=len(states), frameon=False)
     return Plot(
-        to_svg(figure),
-        "Thigh and knee angles of a jog over bars of the leg ahead and of the switching states",
-        f"The longest jog ({shown.name}), {T} frames, 30 a second. Uppermost bar: the leg that is ahead "
-        "(near orange, far blue); below, the states of each model. State numbers of different models have "
-        "nothing in common.",
+        as_svg(lambda file: draw_synthesis(path[:T], ("state",) * 2, shown.y[:T], FPS, file, "")),
+        "Stick figures, thigh and knee angles of a jog over a bar of the switching states",
+        f"The longest jog ({shown.name}), {T} frames, 30 a second, and the states of the two-state model.",
     )

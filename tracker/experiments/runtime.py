@@ -1,17 +1,14 @@
 """How long the inferences take, side by side on the same sequences (2000, section 4.1)."""
 
-from collections.abc import Callable
-from functools import partial
 from timeit import repeat
 
 import numpy as np
 
-from dynamics.hmm import hmm_all
-from tracker.experiments.classify import NOISE, counts
-from tracker.experiments.measures import ANGLES, centred, noisy, rootless
+from tracker.experiments.classify import NAMES, NOISE, counts, tries
+from tracker.experiments.measures import centred, noisy, rootless
 from tracker.experiments.section import Claim, Heading, Section, Table, verdict
-from tracker.experiments.study import Recipe, Study
-from tracker.motion.tasks import INFERENCES
+from tracker.experiments.study import Study
+from tracker.motion.choices import Inference
 
 HEADING = Heading("runtime", "Which inference is quickest?", "2000, section 4.1")
 FRAMES = 2000
@@ -29,23 +26,21 @@ def run(study: Study) -> Section:
             frames += len(capture.y)
     micro: dict[int, dict[str, float]] = {}
     for n in study.each(HEADING.key, counts(study)):
-        slds, hmm = study.slds(_recipe(study, n, 2)), study.hmm(_recipe(study, n, 0))
-        jobs: dict[str, Callable[[], object]] = {
-            name: partial(infer, slds, ys, None) for name, infer in INFERENCES.items()
-        }
-        jobs["hidden Markov model"] = partial(hmm_all, hmm, [y[:, ANGLES] for y in ys])
         micro[n] = {
-            name: 1e6 * min(repeat(job, number=1, repeat=repeats)) / frames for name, job in jobs.items()
+            name: 1e6 * min(repeat(infer, number=1, repeat=repeats)) / frames
+            for (_, _, name), _, infer in tries(study, n, ys, (2,))
         }
-    names = list(next(iter(micro.values())))
-    rows = tuple(
-        (str(n * len(study.motions)), *(f"{by[name]:.0f} ({by[name] / by['viterbi']:.1f})" for name in names))
+    rows = [
+        (
+            str(n * len(study.motions)),
+            *(f"{by[name]:.0f} ({by[name] / by[Inference.VITERBI]:.1f})" for name in NAMES),
+        )
         for n, by in micro.items()
-    )
+    ]
     table = Table(
         f"Microseconds a frame, in brackets times Viterbi's; least of {repeats} runs over {frames} frames, "
         "second order.",
-        ("states in all", *(name.replace("viterbi", "Viterbi").replace("gpb2", "GPB2") for name in names)),
+        ("states in all", *NAMES.values()),
         rows,
     )
     return Section(
@@ -53,8 +48,8 @@ def run(study: Study) -> Section:
         "The captures' own frames with noise, whole sequences side by side, in this very run; learned "
         "models of the classification. The rates depend on the machine and on what else it does, their "
         "ratios less.",
-        (claim(micro),),
-        (table,),
+        [claim(micro)],
+        [table],
     )
 
 
@@ -67,7 +62,3 @@ def claim(micro: dict[int, dict[str, float]]) -> Claim:
         verdict(least >= CLEAR, bool(np.median(ratios) > 1.0)),
         f"The others take {least:.1f} to {greatest:.1f} times as long; {CLEAR} times is taken as clear.",
     )
-
-
-def _recipe(study: Study, states: int, order: int) -> Recipe:
-    return Recipe(states, order, NOISE, motions=study.motions)

@@ -1,19 +1,30 @@
 """One experiment as the file of numbers has it, and the page of all: one file, readable on a phone."""
 
-import html
-from collections.abc import Mapping, Sequence
+import io
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
+import matplotlib
 import numpy as np
+from markupsafe import Markup
 
+from dynamics.gaussian import Array
 from tracker.report.document import STYLES, Document, write_page
 from tracker.report.html_tables import html_table
+from tracker.tables.poses import PoseSequence
 
 TITLE = "The papers' experiments on these captures"
 PAGE = Document("experiments/findings.html", (*STYLES, "experiments/findings.css"))
+SVG: Any = {
+    "savefig.format": "svg",
+    "savefig.transparent": True,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "figtrack",
+}
+INKS = ("#000000", "#111111")  # of which the page has its own, be it light or dark
 
 
 class Verdict(StrEnum):
@@ -23,9 +34,6 @@ class Verdict(StrEnum):
     PARTLY = "holds in part"
     FAILS = "does not hold"
     OPEN = "not tested"
-
-
-MARKS = {Verdict.HOLDS: "yes", Verdict.PARTLY: "partly", Verdict.FAILS: "no", Verdict.OPEN: "open"}
 
 
 @dataclass(frozen=True)
@@ -42,15 +50,15 @@ class Table:
     """Cells in words; the first column names the row."""
 
     caption: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A picture: SVG text, what it shows for who cannot see it, and what is said below it."""
+    """A picture: SVG, what it shows for who cannot see it, and what is said below it."""
 
-    svg: str
+    svg: Markup
     alt: str
     caption: str
 
@@ -70,27 +78,24 @@ class Section:
 
     heading: Heading
     method: str
-    claims: tuple[Claim, ...]
-    tables: tuple[Table, ...] = ()
-    plots: tuple[Plot, ...] = ()
+    claims: Sequence[Claim]
+    tables: Sequence[Table] = ()
+    plots: Sequence[Plot] = ()
 
 
 def left_out(heading: Heading, why: str) -> Section:
     """An experiment that these captures do not allow."""
-    claim = Claim(f"{heading.source} of the papers", Verdict.OPEN, f"Left out: {why}.")
-    return Section(heading, "", (claim,))
+    return Section(heading, "", [Claim(f"{heading.source} of the papers", Verdict.OPEN, f"Left out: {why}.")])
 
 
-def spread(values: Sequence[float], digits: int = 1) -> str:
-    """Their mean and, if there are several, the least and the greatest: 2.3 (1.9 to 2.8)."""
-    return pooled_and_range(float(np.mean(values)), dict(enumerate(values)), digits) if len(values) else "-"
-
-
-def pooled_and_range(pooled: float, each: Mapping[Any, float], digits: int = 1) -> str:
-    """A figure of all and, if there are several, the least and the greatest of each by itself."""
-    if len(each) < 2:
-        return f"{pooled:.{digits}f}"
-    return f"{pooled:.{digits}f} ({min(each.values()):.{digits}f} to {max(each.values()):.{digits}f})"
+def spread(values: Collection[float], digits: int = 1, pooled: float | None = None) -> str:
+    """Their mean, or a `pooled` figure, and, if there are several, the least and the greatest: 2.3 (1.9 to
+    2.8)."""
+    if not values:
+        return "-"
+    middle = f"{np.mean(list(values)) if pooled is None else pooled:.{digits}f}"
+    ends = f" ({min(values):.{digits}f} to {max(values):.{digits}f})"
+    return middle + ends if len(values) > 1 else middle
 
 
 def verdict(holds: bool, partly: bool = False) -> Verdict:
@@ -103,56 +108,39 @@ def share_verdict(cases: Sequence[bool]) -> Verdict:
     return verdict(all(cases), 2 * sum(cases) >= len(cases))
 
 
+def as_svg(draw: Callable[[IO[bytes]], None]) -> Markup:
+    """What a function draws into a file, as an SVG element whose ink is the page's own."""
+    out = io.BytesIO()
+    with matplotlib.rc_context(SVG):
+        draw(out)
+    text = out.getvalue().decode("utf-8")
+    for ink in INKS:
+        text = text.replace(ink, "currentColor")
+    return Markup(text[text.index("<svg") :])
+
+
+def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:
+    """Poses (T, 8), from frame `first` on, as motion pictures take them."""
+    return PoseSequence(name, first, y, ("",) * len(y), (), None)
+
+
 def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str], path: Path) -> None:
     """The page: a sentence about the captures, what was found in short, cautions, then a part for each
     experiment."""
-    parts = {
-        "title": [html.escape(TITLE)],
-        "about": [html.escape(about)],
-        "summary": [_summary(sections)],
-        "notes": [f"<p class='note'>{html.escape(note)}</p>" for note in notes],
-        "sections": map(_section, sections),
-    }
-    write_page(path, PAGE, {}, parts)
-
-
-def _summary(sections: Sequence[Section]) -> str:
+    link, badge = Markup("<a href='#{}'>{}</a>"), Markup("<b>{}</b>")
     rows = [
-        (f"<a href='#{s.heading.key}'>{html.escape(s.heading.title)}</a>", html.escape(c.paper), _badge(c))
+        (link.format(s.heading.key, s.heading.title), c.paper, badge.format(c.verdict.value))
         for s in sections
         for c in s.claims
     ]
-    return html_table(("experiment", "the papers", "here"), rows)
-
-
-def _section(section: Section) -> str:
-    heading = section.heading
-    method = f"<p>{html.escape(section.method)}</p>" if section.method else ""
-    parts = [_claim(claim) for claim in section.claims]
-    parts += [_figure(_table(table), table.caption) for table in section.tables]
-    for plot in section.plots:
-        picture = f"<div class='wide plot' role='img' aria-label='{html.escape(plot.alt)}'>{plot.svg}</div>"
-        parts.append(_figure(picture, plot.caption))
-    return (
-        f"<section id='{heading.key}'><h2>{html.escape(heading.title)}</h2>"
-        f"<p class='soft'>{html.escape(heading.source)}</p>{method}{''.join(parts)}</section>"
+    write_page(
+        path,
+        PAGE,
+        {},
+        title=TITLE,
+        about=about,
+        summary=html_table(("experiment", "the papers", "here"), rows),
+        notes=notes,
+        sections=sections,
+        html_table=html_table,
     )
-
-
-def _claim(claim: Claim) -> str:
-    return (
-        f"<div class='claim {MARKS[claim.verdict]}'><p><b>Papers:</b> {html.escape(claim.paper)}</p>"
-        f"<p>{_badge(claim)}: {html.escape(claim.here)}</p></div>"
-    )
-
-
-def _badge(claim: Claim) -> str:
-    return f"<b>{claim.verdict.value}</b>"
-
-
-def _figure(body: str, caption: str) -> str:
-    return f"<figure>{body}<figcaption>{html.escape(caption)}</figcaption></figure>"
-
-
-def _table(table: Table) -> str:
-    return html_table(table.head, [[html.escape(cell) for cell in row] for row in table.rows])

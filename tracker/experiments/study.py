@@ -6,7 +6,7 @@ Everything is drawn from one seed. People are told apart by the table's `subject
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from dynamics.slds import SLDS
 from dynamics.store import Model
 from kinematics.mocap import CURVE, SHORTEST, read_trials, sequences
 from kinematics.mocap import Sequence as Capture
-from tracker.models.by_motion import STRIDE_ROUNDS, learn_hmms, learn_motions, learn_strides
-from tracker.models.learn import NOISE, STATES, gait_options
+from tracker.models.by_motion import learn_hmms, learn_motions, learn_strides
+from tracker.models.learn import NOISE, STATES
 from tracker.progress import Item, Progress
 
 FPS = 30.0
@@ -115,16 +115,13 @@ class Study:
 
     def _learned(self, recipe: Recipe) -> Model:
         data = [(c.subject, c.label, c.y) for c in self.lessons(recipe)]
-        noise = float(np.radians(recipe.noise))
-        if recipe.states == 0:
-            rounds = QUICK_ROUNDS if self.quick else STRIDE_ROUNDS
-            return learn_strides(data, fps=FPS, noise=noise, seed=self.seed, rounds=rounds)
-        if recipe.order == 0:
-            hidden = Options(states=recipe.states, rounds=ROUNDS, seed=self.seed)
-            return learn_hmms(data, fps=FPS, options=hidden, noise=noise)
-        options = gait_options(states=recipe.states, order=recipe.order, seed=self.seed)
-        options = replace(options, rounds=QUICK_ROUNDS) if self.quick else options
-        return learn_motions(data, fps=FPS, options=options, noise=noise)
+        options = Options(states=recipe.states, order=recipe.order, seed=self.seed)
+        told: Any = {"fps": FPS, "noise": float(np.radians(recipe.noise))}
+        if recipe.states and recipe.order == 0:
+            return learn_hmms(data, options=replace(options, rounds=ROUNDS), **told)
+        if self.quick:
+            options = replace(options, rounds=QUICK_ROUNDS)
+        return (learn_motions if recipe.states else learn_strides)(data, options=options, **told)
 
 
 def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool = False) -> Study:

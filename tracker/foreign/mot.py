@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array
 from tracker.foreign.points import side_seen
 from tracker.foreign.scale import Scale
-from tracker.foreign.text_files import ForeignError
 from tracker.run.read import Record
 
 Frames = NDArray[np.bool_]  # (T,)
@@ -30,12 +29,9 @@ NOTES = (
 
 
 def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> str:
-    """Every tracked frame; says what of the clip is not in it, or not measured. ForeignError: no frame has a
-    pose."""
+    """Every tracked frame; says what of the clip is not in it, or not measured."""
     columns = _columns(record, facing, scale)
     there = np.isfinite(np.sum(list(columns.values()), axis=0))
-    if not there.any():
-        raise ForeignError("no frame of this run has a pose; track the clip again")
     said = _said(record, there, scale)
     table = np.stack([record.times, *columns.values()], axis=1)[there]
     header = (

@@ -1,4 +1,4 @@
-"""Joint angles over the stride: from a foot's strike, at 0 per cent, to its next, at 100.
+"""Joint angles over the stride, as plots take them: from a foot's strike, at 0 per cent, to its next, at 100.
 
 Every stride is read at the same 101 shares of its own length, so strides of any length and frame rate lie
 over each other and have a mean and a standard deviation share by share. What people have is told by norms,
@@ -8,12 +8,18 @@ made from captures by `tests.benchmarks.gait.norms`.
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
+from typing import Any
 
 import numpy as np
 
 from dynamics.gaussian import Array
-from tracker.gait.strides import Stride
+from kinematics.sides import SIDES
+from tracker.gait.figures import Gait
+from tracker.gait.strides import BACKWARDS, Stride
+from tracker.gait.times import STANCE
+from tracker.run.track import Track
 
+Drawn = dict[str, Any]
 SHARES = np.linspace(0.0, 1.0, 101)
 
 
@@ -31,10 +37,50 @@ class Norm:
     people: int
 
 
+def legs_of(track: Track, gait: Gait, joint: str) -> dict[str, Drawn]:
+    """Degrees of each leg that has the joint and whole strides; `off` is when the foot leaves, per cent."""
+    legs: dict[str, Drawn] = {}
+    for side in SIDES:
+        freedom = f"{joint}_{side}"
+        if freedom not in track.figure.freedoms:
+            continue
+        angle = np.degrees(track.q[:, track.figure.index(freedom)])
+        curves = over_strides(angle, gait.strides[side].sound, track.first)
+        if len(curves):
+            sigma, stance = spread(curves), gait.named(STANCE)
+            off = None if stance is None else getattr(stance, side)
+            legs[side] = {
+                "strides": [tenths(curve) for curve in curves],
+                "mean": tenths(curves.mean(axis=0)),
+                "sigma": None if sigma is None else tenths(sigma),
+                "off": None if off is None else round(off.mean, 1),
+            }
+    return legs
+
+
+def norm_of(track: Track, gait: Gait, joint: str) -> Drawn | None:
+    """What people have who walk forwards, or run; None where not enough of them were captured."""
+    norm = read_norms().get(f"{gait.motion}_{joint}")
+    if norm is None or goes_backwards(track):
+        return None
+    return {"mean": tenths(norm.mean), "sigma": tenths(norm.sigma), "people": norm.people}
+
+
+def goes_backwards(track: Track) -> bool:
+    """Whether the figure goes where its back is."""
+    return bool(track.q[-1, 0] - track.q[0, 0] < BACKWARDS)
+
+
+def tenths(values: Array) -> list[float]:
+    """Numbers as the page holds them."""
+    return [round(float(value), 1) for value in values]
+
+
 def over_strides(angle: Array, strides: Iterable[Stride], first: int = 0) -> Array:
     """An angle (T,), from the clip's frame `first` on, over each of some strides within it, (S, 101), in its
     unit."""
-    found = [_over(angle, stride.strike.at - first, stride.end.at - first) for stride in strides]
+    frames = first + np.arange(len(angle))
+    found = [np.interp(s.strike.at + SHARES * (s.end.at - s.strike.at), frames, angle) for s in strides]
     return np.array(found).reshape(-1, len(SHARES))
 
 
@@ -48,7 +94,3 @@ def read_norms() -> dict[str, Norm]:
     source = resources.files("tracker.gait") / "norms.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: Norm(row[1:102], row[102:], int(row[0])) for name, row in stored.items()}
-
-
-def _over(angle: Array, start: float, end: float) -> Array:
-    return np.interp(start + SHARES * (end - start), np.arange(len(angle)), angle)

@@ -49,7 +49,7 @@ def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
 
 def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Sequence[Event]]]:
     """Strikes and leavings of either foot, rows of the track."""
-    weights, fps = read_weights(), _rate(track)
+    weights, fps = read_weights(), 1.0 / float(np.median(np.diff(track.times))) if len(track) > 1 else 1.0
     back = bool(len(track)) and float(track.q[-1, 0] - track.q[0, 0]) < BACKWARDS
     ways = {side: Way.of(track, side) for side in SIDES}
     ways = {side: way.back if back else way for side, way in ways.items()}
@@ -68,10 +68,6 @@ def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Seque
             own = [_turned(events, len(track)) for events in reversed(own)]
         found[side] = own[0], own[1]
     return found
-
-
-def _rate(track: Track) -> float:
-    return 1.0 / float(np.median(np.diff(track.times))) if len(track) > 1 else 1.0
 
 
 def _turned(events: Sequence[Event], T: int) -> tuple[Event, ...]:

@@ -12,7 +12,7 @@ from dynamics.hmm import HMM, combine_hmms
 from dynamics.layout import among
 from dynamics.learning.baum_welch import learn_hmm
 from dynamics.learning.em import anywhere, learn
-from dynamics.learning.options import Options
+from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.selection import choose
 from dynamics.periodic.learn import learn as learn_stride
 from dynamics.posterior import Infer, Posterior
@@ -25,7 +25,6 @@ from kinematics.figure_file import WALKER
 from tracker.models.copies import Labelled
 
 VITERBI = "viterbi"
-STRIDE_ROUNDS = 10  # of EM
 
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
@@ -132,14 +131,13 @@ def learn_strides(
     sequences: Sequence[Labelled],
     *,
     fps: float,
+    options: Options = DEFAULTS,
     figure: Figure = WALKER,
     noise: float = 0.0,
-    rounds: int = STRIDE_ROUNDS,
-    seed: int = 0,
     tick: Callable[[], None] = lambda: None,
 ) -> Stride:
-    """The same with harmonic strides; `tick` is called after each of the rounds of each motion. ValueError:
-    no sequences, or none of a motion that is long enough."""
+    """The same with harmonic strides, by the options' rounds and seed; `tick` is called after each of the
+    rounds of each motion. ValueError: no sequences, or none of a motion that is long enough."""
     models = [
         learn_stride(
             motion.poses[::2],  # a stride's mirror image is known without learning from it
@@ -149,10 +147,10 @@ def learn_strides(
             twins=figure.exchanged[: len(motion.names)],
             fps=fps,
             label=motion.name,
-            rounds=rounds,
+            rounds=options.rounds,
             tick=tick,
         )
-        for motion in _motions(sequences, figure, False, noise, seed)
+        for motion in _motions(sequences, figure, False, noise, options.seed)
     ]
     return combine_strides(models)
 

@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,11 +53,6 @@ class Further(BaseModel):
     restarts: int = Field(1, ge=1, le=100, description="starts to learn from; the best is kept")
 
 
-def gait_options(**changes: Any) -> Options:
-    """How gait is learned: the settings that did best on captured walks and runs of subjects held out."""
-    return replace(Options(states=STATES), **changes)
-
-
 def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progress) -> str:
     """Learn and save; gives a line that says from what.
 
@@ -68,7 +62,8 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         FolderError: a place that cannot be written, or a model of that name is there already.
     """
     with fresh_file(out, overwrite=overwrite, inputs=request.inputs) as aside:
-        further = _further(request.settings)
+        file = request.settings
+        further = Further() if file is None else read_toml(file, Further, "docs/learn.md shows one")
         if request.trials is None:
             data, terms = _read_tables(request)
         else:
@@ -80,10 +75,6 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         )
         save(model, aside, origin)
     return f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
-
-
-def _further(settings: Path | None) -> Further:
-    return Further() if settings is None else read_toml(settings, Further, "docs/learn.md shows one")
 
 
 def _read_captures(
@@ -137,47 +128,34 @@ def _check_labels(data: Data, labels: Sequence[str], source: str, advice: str) -
 
 
 def _learn(data: Data, request: Request, further: Further, progress: Progress) -> Model:
-    noise = float(np.radians(request.noise))
-    states = STATES if request.states is None else request.states
-    if request.inference is Learning.STRIDE:
-        _check_stride(request, further)
-        steps = further.rounds * len({label for _, label, _ in data})
-        with progress.task("learning", steps) as advance:
-            return learn_strides(
-                data,
-                fps=request.fps,
-                figure=request.body,
-                noise=noise,
-                rounds=further.rounds,
-                seed=request.seed,
-                tick=advance,
-            )
-    if request.inference is Learning.HMM:
-        if further.pooled or further.choose or further.slower or further.started:
-            raise ValueError("hidden Markov models are learned per activity, with as many states as told")
-        if request.scheduler is not None:
-            raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
-        hmm_options = Options(states=states, rounds=further.rounds, seed=request.seed)
-        return learn_hmms(data, fps=request.fps, options=hmm_options, figure=request.body, noise=noise)
-    options = gait_options(
-        states=states,
+    options = Options(
+        states=STATES if request.states is None else request.states,
         order=ORDER if request.order is None else request.order,
         rounds=further.rounds,
         restarts=further.restarts,
         seed=request.seed,
     )
+    told: Any = {"fps": request.fps, "options": options, "figure": request.body}
+    told["noise"] = float(np.radians(request.noise))
+    if request.inference is Learning.HMM:
+        if further.pooled or further.choose or further.slower or further.started:
+            raise ValueError("hidden Markov models are learned per activity, with as many states as told")
+        if request.scheduler is not None:
+            raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
+        return learn_hmms(data, **told)
+    if request.inference is Learning.STRIDE:
+        _check_stride(request, further)
     groups = 1 if further.pooled else len({label for _, label, _ in data})
     steps = groups * further.rounds * further.restarts
     with _spread(request) as spread, progress.task("learning", steps) as advance:
+        if request.inference is Learning.STRIDE:
+            return learn_strides(data, tick=advance, **told)
         return learn_motions(
             with_copies(data, further.slower, further.started, request.fps),
-            fps=request.fps,
-            options=options,
-            figure=request.body,
             pooled=further.pooled,
-            noise=noise,
-            choose_from=[n for n in CHOICE if n <= states] if further.choose else (),
+            choose_from=[n for n in CHOICE if n <= options.states] if further.choose else (),
             e_steps=ESteps(request.inference.value, spread, advance),
+            **told,
         )
 
 

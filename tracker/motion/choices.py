@@ -1,6 +1,16 @@
-"""What the user of a motion command chooses from; light, so that the command line can read it."""
+"""What a motion command is asked for; light, so that the command line can read it."""
 
+from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+NoRecurrent = Annotated[
+    bool, typer.Option("--no-recurrent", help="The papers' switch, which does not depend on the pose.")
+]
+Seed = Annotated[int, typer.Option(min=0, help="Of what is drawn at random.")]
 
 
 class Inference(StrEnum):
@@ -17,3 +27,112 @@ class Use(StrEnum):
 
     ANGLES = "angles"
     ALL = "all"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """By which model a table is written, with the picture beside it; BadParameter where two options do not
+    go together."""
+
+    model: Annotated[str, typer.Option(help="A shipped model, or a file from 'figtrack learn'.")] = "gait"
+    fps: Annotated[
+        float | None, typer.Option(min=1.0, max=1000.0, help="Frames a second [default: the model's].")
+    ] = None
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The table to write [default: POSES-COMMAND.csv or MODEL-COMMAND.csv]."),
+    ] = None
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="The picture to write, .png, .pdf or .svg [default: as --out, but .png]."),
+    ] = None
+    no_plot: Annotated[bool, typer.Option("--no-plot", help="Draw no picture.")] = False
+
+    def __post_init__(self) -> None:
+        if self.plot is not None and self.no_plot:
+            raise typer.BadParameter("give either --plot or --no-plot, not both")
+
+    @property
+    def source(self) -> Path:
+        """What the results are named after."""
+        return Path(self.model)
+
+    def places(self, command: str) -> tuple[Path, Path | None]:
+        """The table and the picture that a command writes, None for no picture."""
+        table = self.out or Path(f"{self.source.absolute().stem}-{command}.csv")
+        return table, None if self.no_plot else self.plot or table.with_suffix(".png")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosesTask(Task):
+    """The same from a pose table."""
+
+    poses: Annotated[
+        Path,
+        typer.Argument(
+            help="Pose table: seq,frame,root_x,root_y,torso,neck,hip_near,knee_near,hip_far,knee_far."
+        ),
+    ]
+
+    @property
+    def source(self) -> Path:
+        return self.poses
+
+
+@dataclass(frozen=True, kw_only=True)
+class Classify(PosesTask):
+    """What `figtrack classify` is asked for."""
+
+    inference: Annotated[
+        Inference | None,
+        typer.Option(help="Of the switching states [default: gpb2, or hmm for a hidden Markov model]."),
+    ] = None
+    use: Annotated[
+        Use, typer.Option(help="What tells a motion: the angles, or all columns, the root's too.")
+    ] = Use.ANGLES
+    pose_weight: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            max=10.0,
+            help="Weight of a pose by itself beside its motion; 0 as in the papers [default: 0.5].",
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Predict(PosesTask):
+    """What `figtrack predict` is asked for."""
+
+    horizon: Annotated[int, typer.Option(min=1, max=1000, help="How many frames ahead.")] = 1
+    show: Annotated[
+        str | None, typer.Option(help="The sequence that the picture shows [default: the first].")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interpolate(PosesTask):
+    """What `figtrack interpolate` is asked for."""
+
+    no_recurrent: NoRecurrent = False
+    seed: Seed = 0
+    show: Annotated[
+        str | None,
+        typer.Option(help="The sequence that the picture shows [default: that of the longest gap]."),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Synthesise(Task):
+    """What `figtrack synthesise` is asked for."""
+
+    frames: Annotated[int, typer.Option(min=1, max=100_000, help="How many.")] = 300
+    label: Annotated[
+        str | None, typer.Option(help="The motion, of those the model knows [default: any, as it comes].")
+    ] = None
+    noise: Annotated[
+        float, typer.Option(min=0.01, max=10.0, help="Times as large as learned is what drives the motion.")
+    ] = 1.0
+    no_recurrent: NoRecurrent = False
+    seed: Seed = 0
+    no_clip: Annotated[bool, typer.Option("--no-clip", help="Make no clip, else as --out, but .mp4.")] = False

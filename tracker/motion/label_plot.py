@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import matplotlib
 import numpy as np
@@ -15,6 +15,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot
 from matplotlib.patches import Rectangle
 
+Place = Path | IO[bytes]  # that a picture is written to
 DPI = 110
 MOST_ROWS = 40  # sequences in one picture
 # Green, purple, yellow, sky, red, black; orange and blue are the legs'.
@@ -24,7 +25,7 @@ MOTIONS = ("#009e73", "#9b5fb5", "#e6c700", "#56b4e9", "#c1272d", "#404040")
 def draw_labels(
     sequences: Sequence[PoseSequence],
     labellings: Sequence[Labelling],
-    path: Path,
+    path: Place,
     title: str,
     *,
     shares: bool,
@@ -79,7 +80,7 @@ def patches(colour: Mapping[str, str]) -> list[Rectangle]:
     return [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in colour.items()]
 
 
-def save(figure: Any, path: Path) -> None:
+def save(figure: Any, path: Place) -> None:
     """Write a matplotlib figure to a file and close it."""
     figure.savefig(path)
     pyplot.close(figure)

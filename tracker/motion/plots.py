@@ -1,7 +1,6 @@
 """Pictures of forecasts, filled gaps and synthesis: angles with bands at two sigma, rows of stick figures."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
-from tracker.motion.label_plot import DPI, bar, frame_edges, patches, save
+from tracker.motion.label_plot import DPI, Place, bar, frame_edges, patches, save
 from tracker.motion.sticks import SHADES, SIDES, layers, sticks
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, stretches
 from videos.overlay import INK, as_hex
@@ -33,23 +32,26 @@ Flags = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
 
-def draw_forecast(sequence: PoseSequence, mean: Array, sd: Array, path: Path, title: str) -> None:
-    """What was forecast for each frame, (T + H, 8) in body units, NaN where nothing was, beside what was then
-    measured."""
+def draw_forecast(
+    sequence: PoseSequence, mean: Array, sd: Array, path: Place, title: str, found: str = "forecast"
+) -> None:
+    """What was `found` of each frame, (T + H, 8) in body units, NaN where nothing was, beside what was
+    measured there."""
     shown = slice(max(0, len(mean) - MOST_FRAMES), len(mean))
     rows = 3 + _rooted(sequence)
     figure, grid = pyplot.subplots(rows, 2, figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, sharex=True,
                                    layout="constrained", squeeze=False)  # fmt: skip
     past = np.full((len(mean) - len(sequence), len(POSE_COLUMNS)), np.nan)
     _curves(grid, sequence.first, np.vstack([sequence.y, past]), mean, sd, shown)
-    for axes in grid.ravel():
-        axes.axvline(sequence.first + len(sequence) - 0.5, color=NEUTRAL, linewidth=1, linestyle=":")
-    end = Line2D([], [], color=NEUTRAL, linewidth=1, linestyle=":")
-    _finish(figure, grid, title, "forecast, two sigma", (end, "end of the table"))
+    dotted: Any = {"color": NEUTRAL, "linewidth": 1, "linestyle": ":"}
+    for axes in grid.ravel() if len(past) else ():
+        axes.axvline(sequence.first + len(sequence) - 0.5, **dotted)
+    end = [(Line2D([], [], **dotted), "end of the table")] if len(past) else []
+    _finish(figure, grid, title, f"{found}, two sigma", end)
     save(figure, path)
 
 
-def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Path, title: str) -> None:
+def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Place, title: str) -> None:
     """Measured and filled angles, (T, 8) as `fill.Filled` has them, and the figure across the longest gap."""
     start, stop = longest_gap(sequence)
     shown = _window(len(sequence), (start + stop) // 2)
@@ -66,12 +68,14 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
     for axes, name in zip(grid.ravel(), columns, strict=False):
         _shade(axes, ~sequence.seen[:, POSE_COLUMNS.index(name)], sequence.first, shown)
     gap = Rectangle((0, 0), 1, 1, color=GAP)
-    _finish(below, grid, "", "filled, two sigma", (gap, "not measured"))
+    _finish(below, grid, "", "filled, two sigma", [(gap, "not measured")])
     top.suptitle(title, x=0.01, ha="left", fontsize=12)
     save(figure, path)
 
 
-def draw_synthesis(states: Rows, labels: Sequence[str], y: Array, fps: float, path: Path, title: str) -> None:
+def draw_synthesis(
+    states: Rows, labels: Sequence[str], y: Array, fps: float, path: Place, title: str
+) -> None:
     """The figure at the start, in the middle and at the end, the legs' angles, and the switching states.
 
     Of the states (T,) and poses (T, 8) in body units of each frame, and the motion (K,) of each state.
@@ -138,12 +142,12 @@ def _within_gaps(sequence: PoseSequence, y: Array, sd: Array) -> tuple[Array, Ar
     return np.where(tied, y, np.nan), np.where(tied, np.nan_to_num(sd), np.nan)
 
 
-def _finish(figure: Any, grid: Any, title: str, found: str, last: tuple[Any, str]) -> None:
+def _finish(figure: Any, grid: Any, title: str, found: str, last: list[tuple[Any, str]]) -> None:
     named: list[tuple[Any, str]] = [(Line2D([], [], marker=".", lw=0.4, color="#111111"), "measured")]
     for side, shade in {**SIDES, "trunk and root": NEUTRAL}.items():
         band = Rectangle((0, 0), 1, 1, color=shade, alpha=0.25, linewidth=0)
         named.append(((band, Line2D([], [], color=shade, linewidth=1.6)), f"{found}: {side}"))
-    named.append(last)
+    named += last
     figure.legend(
         [handle for handle, _ in named], [text for _, text in named],
         loc="outside lower center", ncols=len(named), frameon=False,

@@ -24,11 +24,10 @@ POSTS = 3  # leg lengths between posts
 
 def write_clip(y: Array, captions: Sequence[str], fps: float, path: Path, progress: Progress) -> None:
     """An mp4 of poses y (T, 8) in body units, one caption a frame."""
-    ends = sticks(y, fps)
-    with Writer(path, fps, SIZE) as writer, progress.task("drawing the clip", len(y)) as advance:
-        for links, travelled, caption in zip(ends, np.nan_to_num(y[:, 0]), captions, strict=True):
+    frames = zip(sticks(y, fps), np.nan_to_num(y[:, 0]), captions, strict=True)
+    with Writer(path, fps, SIZE) as writer:
+        for links, travelled, caption in progress.through("drawing the clip", frames, len(y)):
             writer.write(_frame(links, float(travelled), caption))
-            advance()
 
 
 def _frame(links: Array, travelled: float, caption: str) -> Image:

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.signal import find_peaks
 
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
@@ -96,15 +97,12 @@ def stride_period(y: Array) -> float | None:
     if len(lags) < 2 or not products[0] > 0:
         return None
     negative = np.flatnonzero(products[lags] < 0)
-    if not len(negative):
+    peaks, _ = find_peaks(products[: lags[-1] + 2], height=0.3 * products[0])
+    later = peaks[peaks > lags[negative[0]]] if len(negative) else peaks[:0]
+    if not len(later):
         return None
-    later = lags[negative[0] :]
-    rises = (products[later] > products[later - 1]) & (products[later] >= products[later + 1])
-    peaks = later[rises & (products[later] > 0.3 * products[0])]
-    if not len(peaks):
-        return None
-    before, at, after = products[peaks[0] - 1 : peaks[0] + 2]
-    return float(peaks[0] + 0.5 * (before - after) / (before - 2.0 * at + after))
+    before, at, after = products[later[0] - 1 : later[0] + 2]
+    return float(later[0] + 0.5 * (before - after) / (before - 2.0 * at + after))
 
 
 def frames_text(n: int) -> str:

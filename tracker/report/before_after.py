@@ -1,6 +1,5 @@
 """Two runs of one person side by side: their gait figures, what changed, and angles over the stride."""
 
-import html
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,14 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from kinematics.sides import SIDES
+from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.values import Value
 from tracker.report.document import STYLES, Document, write_page
 from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_errors, spoken, unit_of
-from tracker.report.over_stride import legs_of, norm_of
 from tracker.run.read import RunError, read_news, read_track
 from tracker.run.track import Track
 from tracker.tables.table import read_text
@@ -73,8 +73,8 @@ class Change:
     def row(self) -> list[str]:
         """The same as HTML, the difference in bold where it is sure."""
         *values, by = (small_errors(spoken(value, self.unit)) for value in self._values())
-        name = f"{html.escape(self.name)} <small>{html.escape(self.unit)}</small>"
-        return [name, *values, f"<b>{by}</b>" if self.sure else by]
+        name = Markup("{} <small>{}</small>").format(self.name, self.unit)
+        return [name, *values, Markup("<b>{}</b>").format(by) if self.sure else by]
 
     def _values(self) -> tuple[Value, Value, Value]:
         return self.before, self.after, self.by
@@ -87,12 +87,14 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
     metres = all(run.known != Known() for run in runs)
     gaits = [run.gait(metres) for run in runs]
     changes = list(_changes(*gaits))
-    parts = {
-        "title": [html.escape(f"{before.name} and {after.name}")],
-        "notes": [f"<p class='note'>{html.escape(text)}</p>" for text in _notes(gaits, metres, runs)],
-        "table": [html_table(COLUMNS, [change.row() for change in changes])],
-    }
-    write_page(page, PAGE, {"cycles": list(_cycles(runs, gaits))}, parts)
+    write_page(
+        page,
+        PAGE,
+        {"cycles": list(_cycles(runs, gaits))},
+        title=f"{before.name} and {after.name}",
+        notes=_notes(gaits, metres, runs),
+        table=html_table(COLUMNS, [change.row() for change in changes]),
+    )
     return in_columns([COLUMNS, *(change.cells() for change in changes)])
 
 

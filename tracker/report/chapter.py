@@ -9,6 +9,7 @@ import numpy as np
 
 from kinematics.sides import SIDES, Side
 from tracker.clip.follow import Run
+from tracker.gait.curves import goes_backwards, legs_of, norm_of, tenths
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.times import STANCE, SWING
@@ -16,7 +17,6 @@ from tracker.gait.values import Measure, Value
 from tracker.loop.outcome import Outcome
 from tracker.report.drawing import figure_numbers
 from tracker.report.html_tables import SIGMAS
-from tracker.report.over_stride import goes_backwards, legs_of, norm_of, tenths
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
 

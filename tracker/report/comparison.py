@@ -33,7 +33,7 @@ def compare_models(
             name; and whatever `clip.follow` raises.
     """
     figure = load_figure(job.figure)
-    jobs = {_name(model): replace(job, model=model) for model in models}
+    jobs = {Path(model).name.removesuffix(".npz"): replace(job, model=model) for model in models}
     if len(jobs) < len(models):
         raise ValueError(f"two of the models {', '.join(models)} have one name; rename a file")
     # What is wrong with the last model or the truth is said before the work, not after it.
@@ -72,10 +72,6 @@ def compare_models(
     summary = {"models": {name: result.summary() for name, result in scores.items()}}
     (folder / "compare.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return "\n".join([text_table(scores), *said])
-
-
-def _name(model: str) -> str:
-    return Path(model).name.removesuffix(".npz")
 
 
 def _anchors_of(job: Job, truth: Marks, start: int) -> set[int]:

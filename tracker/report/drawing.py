@@ -84,14 +84,9 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
     job, track = finished.job, finished.track
     scale = enlargement(finished.size[1])
     width, height = finished.size
-    drawing = progress.task(f"{job.video.name} overlay", len(track))
-    with (
-        drawing as advance,
-        Writer(path, finished.fps, (width * scale, height * scale), quick=True) as writer,
-    ):
-        for frame, moment in followed(finished):
+    with Writer(path, finished.fps, (width * scale, height * scale), quick=True) as writer:
+        for frame, moment in progress.through(f"{job.video.name} overlay", followed(finished), len(track)):
             writer.write(paint(frame.image, track, frame.index, f"{job.model}  "), moment)
-            advance()
 
 
 def write_film(finished: Run, path: Path, progress: Progress) -> Playable:
@@ -100,14 +95,8 @@ def write_film(finished: Run, path: Path, progress: Progress) -> Playable:
     film = None if finished.mended else copied(job.video, path, track.first, track.times, size)
     if film is not None:
         return film
-    with progress.task(f"{job.video.name} film", len(track)) as advance:
-
-        def pictures() -> Iterator[tuple[Image, float]]:
-            for frame, moment in followed(finished):
-                yield frame.image, moment
-                advance()
-
-        return encoded(path, pictures(), finished.fps, size)
+    shown = progress.through(f"{job.video.name} film", followed(finished), len(track))
+    return encoded(path, ((frame.image, moment) for frame, moment in shown), finished.fps, size)
 
 
 def followed(finished: Run) -> Iterator[tuple[Frame, float]]:

@@ -1,7 +1,8 @@
 """The tables of a report: how models compare, and the gait figures."""
 
-import html
 from collections.abc import Iterable, Mapping, Sequence
+
+from markupsafe import Markup
 
 from tracker.gait.figures import Gait
 from tracker.gait.values import Measure, Value
@@ -59,19 +60,19 @@ def in_columns(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(lines)
 
 
-def comparison_table(scores: Mapping[str, Score]) -> str:
+def comparison_table(scores: Mapping[str, Score]) -> Markup:
     """The same as HTML."""
-    return html_table(COLUMNS, [[html.escape(cell) for cell in row] for row in table_rows(scores)])
+    return html_table(COLUMNS, table_rows(scores))
 
 
-def gait_table(gait: Gait) -> str:
+def gait_table(gait: Gait) -> Markup:
     """The gait figures as HTML, each with two standard errors."""
     return html_table(GAIT_COLUMNS, [_gait_row(measure) for measure in gait.measures])
 
 
 def _gait_row(measure: Measure) -> Sequence[str]:
     values = [spoken(value, measure.unit) for value in (measure.near, measure.far, measure.both)]
-    name = f"{measure.name} <small>{unit_of(measure)}</small>"
+    name = Markup("{} <small>{}</small>").format(measure.name, unit_of(measure))
     return (name, *map(small_errors, [*values, spoken(measure.symmetry, "%")]))
 
 
@@ -90,17 +91,19 @@ def spoken(value: Value | None, unit: str) -> str:
     return f"{mean} \N{PLUS-MINUS SIGN} {SIGMAS * value.error:.{places}f}"
 
 
-def small_errors(text: str) -> str:
+def small_errors(text: str) -> Markup:
     """HTML of such a figure."""
     mean, sign, error = text.partition("\N{PLUS-MINUS SIGN}")
-    return f"{mean}<small>{sign}{error}</small>" if sign else mean
+    return Markup("{}<small>{}</small>").format(mean, sign + error) if sign else Markup(mean)
 
 
-def html_table(columns: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
-    """Rows of cells in HTML."""
-    head = "".join(f"<th scope='col'>{html.escape(column)}</th>" for column in columns)
-    body = "".join(
-        f"<tr><th scope='row'>{row[0]}</th>" + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>"
-        for row in rows
+def html_table(columns: Iterable[str], rows: Iterable[Sequence[str]]) -> Markup:
+    """Rows of cells in HTML; text that is no Markup is escaped."""
+    head, cell = Markup("<th scope='col'>{}</th>"), Markup("<td>{}</td>")
+    row = Markup("<tr><th scope='row'>{}</th>{}</tr>")
+    table = Markup("<div class='wide'><table><thead><tr>{}</tr></thead><tbody>{}</tbody></table></div>")
+    nothing = Markup()
+    return table.format(
+        nothing.join(map(head.format, columns)),
+        nothing.join(row.format(first, nothing.join(map(cell.format, rest))) for first, *rest in rows),
     )
-    return f"<div class='wide'><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"

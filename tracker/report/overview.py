@@ -1,14 +1,15 @@
 """The page of a batch: a row a clip, with a picture, its gait in a sentence, its warnings and its report."""
 
 import base64
-import html
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
 import cv2
+from markupsafe import Markup
 
 from tracker.report.document import STYLES, Document, write_page
 from tracker.report.results import OVERLAY, REPORT
@@ -16,7 +17,7 @@ from tracker.run.read import RunError, read_news
 from videos.frames import Video, VideoError
 
 PAGE = Document("report/overview.html", STYLES)
-MADE = '<meta name="generator" content="figtrack batch">'
+MADE = Markup('<meta name="generator" content="figtrack batch">')
 WIDTH = 240  # pixels of a row's picture
 
 
@@ -36,11 +37,8 @@ class Row:
 
 def write_overview(path: Path, place: Path, rows: Sequence[Row]) -> None:
     """The page, whose links are relative to the folder `place` that it will lie in."""
-    table = ["<div class='wide'><table class='overview'><tbody>"]
-    table += (_row(row, place) for row in rows)
-    table.append("</tbody></table></div>")
-    parts = {"title": [html.escape(place.name)], "table": table, "head": [MADE]}
-    write_page(path, PAGE, {}, parts)
+    shown = [_shown(row, place) for row in rows]
+    write_page(path, PAGE, {}, title=place.name, head=MADE, rows=shown)
 
 
 def is_overview(path: Path) -> bool:
@@ -48,30 +46,26 @@ def is_overview(path: Path) -> bool:
     return MADE in path.read_bytes()[:1000].decode("utf-8", errors="replace")
 
 
-def _row(row: Row, place: Path) -> str:
-    name, said = html.escape(row.video), html.escape(row.said)
-    try:
-        news = None if row.run is None else read_news(row.run)
-    except RunError:  # somebody took it away meanwhile
-        news = None
-    if row.run is None or news is None:
-        return f"<tr><td></td><th scope='row'>{name}</th><td><p class='warning'>{said}</p></td></tr>"
-    lines = [f"<p class='headline'>{html.escape(news.headline)}</p><p class='soft'>{said}</p>"]
-    lines += (f"<p class='warning'>{html.escape(text)}</p>" for text in news.warnings)
-    report = row.run / REPORT
-    if report.exists():
-        link = quote(Path(os.path.relpath(report, place)).as_posix())
-        name = f"<a href='{link}'>{name}</a>"
-    picture = "".join(_picture(row.run / OVERLAY))
-    return f"<tr><td>{picture}</td><th scope='row'>{name}</th><td>{''.join(lines)}</td></tr>"
+def _shown(row: Row, place: Path) -> dict[str, object]:
+    """What the page shows of a row: nothing of a run that failed, or that somebody took away meanwhile."""
+    shown: dict[str, object] = {"video": row.video, "said": row.said}
+    with suppress(RunError):
+        if row.run is not None:
+            shown["news"] = read_news(row.run)
+            shown["picture"] = _picture(row.run / OVERLAY)
+            report = row.run / REPORT
+            if report.exists():
+                shown["report"] = quote(Path(os.path.relpath(report, place)).as_posix())
+    return shown
 
 
-def _picture(clip: Path) -> Iterator[str]:
+def _picture(clip: Path) -> str:
+    """The first frame, small, a JPEG in base64; "" where there is none."""
     try:
         image = next(iter(Video(clip))).image
     except (VideoError, StopIteration):
-        return
+        return ""
     height = round(image.shape[0] * WIDTH / image.shape[1])
     small = cv2.resize(image, (WIDTH, height), interpolation=cv2.INTER_AREA)
     _, data = cv2.imencode(".jpg", cv2.cvtColor(small, cv2.COLOR_RGB2BGR))
-    yield f"<img alt='' src='data:image/jpeg;base64,{base64.b64encode(data.tobytes()).decode('ascii')}'>"
+    return base64.b64encode(data.tobytes()).decode("ascii")

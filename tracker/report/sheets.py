@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,21 +11,18 @@ from tracker.report.drawing import paint
 from tracker.run.score import LOST_ERROR, Score, error_curve, parting
 from tracker.run.track import Track
 from videos.frames import Video
-from videos.sheet import sheet
 
 Image = NDArray[np.uint8]
 
+DPI = 130
+GAP, LABEL = 0.1, 0.5  # inches around pictures, and beside them for what each row is
 CROP = 1.1  # leg lengths of picture kept around the marked figure's hip, to either side
 
 
 def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
     """Mean error of every marked frame against time, one line a model."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(figsize=(7.0, 3.2), dpi=130, layout="constrained")
+    pyplot = _pyplot()
+    figure, axes = pyplot.subplots(figsize=(7.0, 3.2), dpi=DPI, layout="constrained")
     for name, result in scores.items():
         frames, errors = error_curve(result)
         (line,) = axes.plot(frames, errors, marker="o", markersize=3, label=name)
@@ -55,8 +53,6 @@ def sheet_frames(scores: Mapping[str, Score], count: int = 4) -> list[int]:
 
 def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, Score], path: Path) -> None:
     """Each model's overlay, a row, at the frames where they part, a column."""
-    import cv2
-
     frames = sheet_frames(scores)
     shown = {frame.index: frame.image for frame in Video(video) if frame.index in frames}
     best = min(scores, key=lambda name: scores[name].mean_error_leg)
@@ -64,9 +60,34 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
         [_cropped(paint(shown[t], track, t), tracks[best], t, shown[t].shape[0]) for t in frames]
         for track in tracks.values()
     ]
-    labels = [f"{name}\n{scores[name].mean_error_leg:.3f} leg" for name in tracks]
-    picture = sheet(rows, labels, [f"frame {t}" for t in frames])
-    cv2.imwrite(str(path), cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+    height, width = np.max([image.shape[:2] for row in rows for image in row], axis=0) / DPI + GAP
+    pyplot = _pyplot()
+    figure, grid = pyplot.subplots(
+        len(rows),
+        len(frames),
+        figsize=(width * len(frames) + LABEL, height * len(rows) + GAP),
+        dpi=DPI,
+        squeeze=False,
+        layout="constrained",
+    )
+    for axes, image in zip(grid.ravel(), (image for row in rows for image in row), strict=True):
+        axes.imshow(image)
+        axes.set(xticks=[], yticks=[], frame_on=False)
+    for axes, t in zip(grid[0], frames, strict=True):
+        axes.set_title(f"frame {t}", fontsize="medium")
+    for axes, name in zip(grid[:, 0], tracks, strict=True):
+        axes.set_ylabel(f"{name}\n{scores[name].mean_error_leg:.3f} leg")
+    figure.savefig(path)
+    pyplot.close(figure)
+
+
+def _pyplot() -> Any:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    return pyplot
 
 
 def _cropped(image: Image, reference: Track, frame: int, height: int) -> Image:

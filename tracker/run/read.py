@@ -1,6 +1,5 @@
-"""A run's folder read back: what its tables and run.json say of a clip, a row a frame."""
+"""A run's folder read back: what track.npz and run.json say of a clip, a row a frame."""
 
-import csv
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -18,11 +17,10 @@ from kinematics.figure_file import WALKER
 from kinematics.spm import View
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
-from tracker.tables.table import by_column, ordinary, read_lines, why
+from tracker.run.write import whole_times
+from tracker.tables.table import ordinary, why
 
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
-POINT_COLUMNS = ("x", "y", "sxx", "sxy", "syy")
-BESIDE = ("seq", "frame", "time_s", "state", "label", "outcome")  # columns of pose.csv that are no freedom
 
 
 class RunError(ValueError):
@@ -58,7 +56,7 @@ class Record:
 
     news    : what run.json says
     times   : (T,) seconds
-    names   : (J,) keypoints, also those that the figure has not
+    names   : (J,) joints of the figure
     places  : (T, J, 2) pixels
     covs    : (T, J, 2, 2) px^2
     freedoms: (M,) names of root and angles
@@ -125,30 +123,38 @@ def read_news(folder: Path) -> News:
 
 
 def read_run(folder: Path) -> Record:
-    """A complete run; RunError: there is none in this folder, or a file in it is damaged."""
+    """A complete run; RunError: there is none in this folder, or its track.npz is damaged."""
     news = read_news(folder)
-    with _sound(folder / "keypoints.csv") as path:
-        names, numbers = _points(path, news.frames)
-    with _sound(folder / "pose.csv") as path:
-        times, freedoms, poses, outcome = _poses(path, news.frames)
     with _sound(folder / "track.npz") as path:
-        shift, unit = _shift(path, news.frames)
-        moving = _archive(path, ())[0]["freedoms"]
-    with _sound(folder / "pose.csv"):
-        if set(freedoms) != set(moving[: moving.index(SCALE)]):
-            raise ValueError(f"its columns are not those of {', '.join(moving[: moving.index(SCALE)])}")
-    return Record(
-        news=news,
-        times=times,
-        names=names,
-        places=numbers[..., :2],
-        covs=numbers[..., [2, 3, 3, 4]].reshape(*numbers.shape[:2], 2, 2),
-        freedoms=freedoms,
-        poses=poses,
-        outcome=outcome,
-        shift=shift,
-        unit=unit,
-    )
+        header, rows = _archive(path, ("times", "q", "outcome", "shift", "joints", "joint_covs"))
+        first, followed, T = header["first"], len(rows["q"]), news.frames
+        if not 0 <= first <= T - followed:
+            raise ValueError(f"it holds frames {first} to {first + followed - 1} of {T}")
+        angles = header["freedoms"][len(ROOT) : header["freedoms"].index(SCALE)]
+        here = slice(first, first + followed)
+        return Record(
+            news=news,
+            times=whole_times(rows["times"], first, T, news.fps),
+            names=tuple(header["joints"]),
+            places=_padded(rows["joints"], here, T),
+            covs=_padded(rows["joint_covs"], here, T),
+            freedoms=(*ROOT, *angles),
+            poses=_padded(rows["q"][:, : len(ROOT) + len(angles)], here, T),
+            outcome=(
+                *[None] * first,
+                *map(Outcome, rows["outcome"].tolist()),
+                *[None] * (T - here.stop),
+            ),
+            shift=_padded(rows["shift"], here, T, 0.0),
+            unit=float(header["view"][2]),
+        )
+
+
+def _padded(values: Array, rows: slice, frames: int, beyond: float = np.nan) -> Array:
+    """Values of some rows among all frames of the clip, in double precision."""
+    whole = np.full((frames, *values.shape[1:]), beyond)
+    whole[rows] = values
+    return whole
 
 
 @contextmanager
@@ -156,36 +162,9 @@ def _sound(path: Path) -> Iterator[Path]:
     """A file that is to be read; RunError if what is in it is not what a run leaves."""
     try:
         yield path
-    except (OSError, ValueError, KeyError, IndexError, TypeError, csv.Error) as error:
+    except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
         lacks = f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else why(error)
         raise RunError(f"{path} is damaged ({lacks}); track the clip again") from error
-
-
-def _points(path: Path, T: int) -> tuple[tuple[str, ...], Array]:
-    """Names (J,) and numbers (T, J, 5) of keypoints.csv."""
-    rows = _rows(path)
-    names = tuple(dict.fromkeys(row["keypoint"] for row in rows))
-    whole = bool(rows) and len(rows) == T * len(names)
-    wanted = ((t, name) for t in range(T) for name in names)
-    if not whole or any(
-        (int(row["frame"]), row["keypoint"]) != one for row, one in zip(rows, wanted, strict=True)
-    ):
-        raise ValueError(f"it should hold every keypoint of {T} frames, in order")
-    return names, _numbers(rows, POINT_COLUMNS).reshape(T, len(names), len(POINT_COLUMNS))
-
-
-def _poses(path: Path, T: int) -> tuple[Array, tuple[str, ...], Array, tuple[Outcome | None, ...]]:
-    """Times (T,), names (M,) and poses (T, M) in body units, and outcomes (T,) of pose.csv."""
-    rows = _rows(path)
-    if len(rows) != T or any(int(row["frame"]) != t for t, row in enumerate(rows)):
-        raise ValueError(f"it should hold {T} frames, in order")
-    times = _numbers(rows, ["time_s"])[:, 0]
-    if not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
-        raise ValueError("time_s should rise from row to row")
-    angles = [name for name in rows[0] if name not in (*BESIDE, *ROOT)]
-    poses = np.hstack([_numbers(rows, ROOT), np.radians(_numbers(rows, angles))])
-    outcome = tuple(Outcome(row["outcome"]) if row["outcome"] else None for row in rows)
-    return times, (*ROOT, *angles), poses, outcome
 
 
 def read_track(folder: Path, mark: float, figure: Figure = WALKER) -> Track:
@@ -208,15 +187,6 @@ def read_track(folder: Path, mark: float, figure: Figure = WALKER) -> Track:
         )
 
 
-def _shift(path: Path, frames: int) -> tuple[Array, float]:
-    """(T, 2), zero in frames that were not followed; and pixels in a leg length."""
-    header, rows = _archive(path, ("shift",))
-    first, followed = header["first"], rows["shift"]
-    shift = np.zeros((frames, 2))
-    shift[first : first + len(followed)] = followed
-    return shift, float(header["view"][2])
-
-
 def _archive(path: Path, names: Sequence[str]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The header and these arrays of track.npz."""
     try:
@@ -226,17 +196,3 @@ def _archive(path: Path, names: Sequence[str]) -> tuple[dict[str, Any], dict[str
         raise
     except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
         raise ValueError("it is no archive that can be read") from error
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    lines = read_lines(path)
-    _, header = next(lines, (0, []))
-    return [by_column(header, cells) for _, cells in lines]
-
-
-def _numbers(rows: list[dict[str, str]], columns: Sequence[str]) -> Array:
-    """(rows, columns), NaN for an empty cell."""
-    numbers = np.array([[float(row[column] or "nan") for column in columns] for row in rows])
-    if np.isinf(numbers).any():
-        raise ValueError("a number is infinite")
-    return numbers

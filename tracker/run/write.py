@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dynamics.gaussian import Array
 from tracker.run.track import Track
 from tracker.tables.poses import pose_cells
 from tracker.tables.table import write_table
@@ -54,9 +55,9 @@ def _keypoints(track: Track, frames: int, fps: float) -> Iterator[tuple[object, 
     places, covs = track.joints(), track.joint_covs()
     column = {name: j for j, name in enumerate(track.figure.joints)}
     names = tuple(dict.fromkeys((*track.figure.marks, *track.figure.joints)))
+    times = whole_times(track.times, track.first, frames, fps)
     for frame in range(frames):
-        t = frame - track.first
-        time = _time(track, t, fps)
+        t, time = frame - track.first, f"{times[frame]:.6f}"
         for name in names:
             if 0 <= t < len(track) and name in column:
                 (x, y), S = places[t, column[name]], covs[t, column[name]]
@@ -68,17 +69,18 @@ def _keypoints(track: Track, frames: int, fps: float) -> Iterator[tuple[object, 
 
 def _poses(track: Track, frames: int, fps: float) -> Iterator[tuple[object, ...]]:
     learned, every = len(track.figure.learned_freedoms), len(track.figure.pose_freedoms)
+    times = whole_times(track.times, track.first, frames, fps)
     for frame in range(frames):
         t = frame - track.first
         pose, said = [""] * every, ("", "", "")
         if 0 <= t < len(track):
             pose = pose_cells(track.q[t, :every])
             said = (str(track.s[t]), track.motions[t], str(track.outcome[t]))
-        yield 0, frame, *pose[:learned], _time(track, t, fps), *said, *pose[learned:]
+        yield 0, frame, *pose[:learned], f"{times[frame]:.6f}", *said, *pose[learned:]
 
 
-def _time(track: Track, t: int, fps: float) -> str:
-    if 0 <= t < len(track):
-        return f"{track.times[t]:.6f}"
-    edge = 0 if t < 0 else len(track) - 1
-    return f"{track.times[edge] + (t - edge) / fps:.6f}"
+def whole_times(times: Array, first: int, frames: int, fps: float) -> Array:
+    """(frames,) seconds of every frame of a clip, of which those from `first` on were followed at `times`."""
+    row = np.arange(frames) - first
+    beyond = np.minimum(row, 0) + np.maximum(row - len(times) + 1, 0)
+    return np.asarray(np.interp(row, np.arange(len(times)), times) + beyond / fps)

@@ -47,16 +47,10 @@ WHITE = np.ones(3, np.float32)  # under parts that bring their own colours
 SOLE = np.array([176.0, 172.0, 164.0], np.float32)
 # What is drawn later hides what was drawn before; a mark is hidden only by a later rank than its own.
 FAR_ARM, FAR_LEG, NEAR_LEG, TRUNK_RANK, NEAR_ARM = range(5)
-MARK_RANKS = {
-    "head_top": TRUNK_RANK,
-    "neck": TRUNK_RANK,
-    "hip": TRUNK_RANK,
-    "near_knee": NEAR_LEG,
-    "near_ankle": NEAR_LEG,
-    "near_toe": NEAR_LEG,
-    "far_knee": FAR_LEG,
-    "far_ankle": FAR_LEG,
-    "far_toe": FAR_LEG,
+MARK_RANKS = dict.fromkeys(("head_top", "neck", "hip"), TRUNK_RANK) | {
+    f"{side}_{joint}": rank
+    for side, rank in (("near", NEAR_LEG), ("far", FAR_LEG))
+    for joint in ("knee", "ankle", "toe")
 }
 
 

@@ -10,7 +10,6 @@ A rendered walk tests correctness. It does not say how well real footage is foll
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
@@ -27,7 +26,8 @@ KEYPOINTS = tuple(MARK_RANKS)
 ARM_JOINTS = ("near_elbow", "near_wrist", "far_elbow", "far_wrist")
 SHUTTER = (-2, 0, 2)  # moments averaged into one frame, of STEPS: open for about half of it
 MARGIN = 0.55  # of a leg, kept free beside the hip at both ends: half a step, and the arms
-STRIDES = (31.0, 37.0)  # frames at 30 a second
+FPS = 30.0
+STRIDES = (31.0, 37.0)  # frames
 SHRUBS = ((0.25, 0.35), (0.6, 0.75))  # where they hide the legs, as shares of the way
 NOISE = 3.2  # of the sensor, grey levels
 QUALITY = 60  # JPEG
@@ -58,25 +58,12 @@ class Scene:
     facing: int
     fps: float
 
-    def __post_init__(self) -> None:
-        arrays: list[NDArray[Any]] = [
-            *self.images,
-            *self.joints.values(),
-            *self.arms.values(),
-            *self.visible.values(),
-            self.pose,
-        ]
-        for array in arrays:
-            array.flags.writeable = False
-
 
 def render(
     seed: int,
     *,
     frames: int = 90,
     size: tuple[int, int] = (640, 360),
-    fps: float = 30.0,
-    quality: int = QUALITY,
     shrubs: bool = True,
     advance: Callable[[], None] = lambda: None,
 ) -> Scene:
@@ -85,10 +72,9 @@ def render(
     Seeds differ in the person, the clothes, the walk, the street, the light and the way the walker faces.
 
     Args:
-        frames: T; `fps` a second, which sets how far the walk gets in a frame.
+        frames: T, FPS a second.
         size: width and height of the pictures, pixels. The walker is about half as tall as the picture.
         shrubs: whether the walker passes behind some.
-        quality: of the JPEG compression, 1 to 100.
         advance: called after every picture.
 
     Raises:
@@ -102,7 +88,7 @@ def render(
 
     half_shutter = max(SHUTTER)
     moments = half_shutter + STEPS * np.arange(frames)
-    stride = rng.uniform(*STRIDES) * fps / 30.0 * STEPS
+    stride = rng.uniform(*STRIDES) * STEPS
     gait = walk(build, int(moments[-1]) + half_shutter + 1, stride, rng)
 
     travel = float(np.ptp(gait.pose[:, 0]))
@@ -138,20 +124,18 @@ def render(
     places = in_pixels(joint_places(build, gait.at(moments)), leg_px, start)
     covered = {name: under(front[..., 3], at) for name, at in places.items()}
     if facing < 0:
-        places = {
-            name: np.array([width - 1, 0.0]) + np.array([-1.0, 1.0]) * at for name, at in places.items()
-        }
+        places = {name: np.array([width - 1, 0.0]) + at * (-1.0, 1.0) for name, at in places.items()}
     pose = gait.pose[moments].copy()
     pose[:, :2] -= pose[0, :2].copy()
     return Scene(
-        images=compress(images, quality),
+        images=compress(images),
         joints={name: places[name] for name in KEYPOINTS},
         arms={name: places[name] for name in ARM_JOINTS},
         visible={name: np.array([now[name] for now in visible]) & ~covered[name] for name in KEYPOINTS},
         pose=pose,
         leg_px=float(leg_px),
         facing=facing,
-        fps=fps,
+        fps=FPS,
     )
 
 
@@ -169,13 +153,7 @@ def compress(images: Sequence[Picture], quality: int = QUALITY) -> list[Picture]
 def truth_table(scene: Scene) -> list[tuple[int, str, float, float, int]]:
     """The rows of the scene's keypoints table: frame, keypoint, x, y in pixels, visible 1 or 0."""
     return [
-        (
-            t,
-            name,
-            float(scene.joints[name][t, 0]),
-            float(scene.joints[name][t, 1]),
-            int(scene.visible[name][t]),
-        )
+        (t, name, *scene.joints[name][t].tolist(), int(scene.visible[name][t]))
         for t in range(len(scene.images))
         for name in KEYPOINTS
     ]

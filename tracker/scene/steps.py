@@ -96,20 +96,9 @@ class Gait:
 def random_build(rng: np.random.Generator) -> Build:
     """An adult's lengths: textbook proportions, each a few per cent longer or shorter."""
     thigh = 0.5 + rng.uniform(-0.012, 0.012)
-    torso, neck, upper_arm, forearm, ankle, toe = np.array([0.63, 0.31, 0.37, 0.31, 0.08, 0.225]) * (
-        1.0 + rng.uniform(-0.04, 0.04, 6)
-    )
-    return Build(
-        thigh=thigh,
-        shank=1.0 - thigh,
-        torso=float(torso),
-        neck=float(neck),
-        upper_arm=float(upper_arm),
-        forearm=float(forearm),
-        ankle=float(ankle),
-        heel=0.075,
-        toe=float(toe),
-    )
+    usual = np.array([0.63, 0.31, 0.37, 0.31, 0.08, 0.225])
+    torso, neck, upper_arm, forearm, ankle, toe = (usual * (1.0 + rng.uniform(-0.04, 0.04, 6))).tolist()
+    return Build(thigh, 1.0 - thigh, torso, neck, upper_arm, forearm, ankle, 0.075, toe)
 
 
 def walk(build: Build, steps: int, stride: float, rng: np.random.Generator) -> Gait:
@@ -132,20 +121,14 @@ def walk(build: Build, steps: int, stride: float, rng: np.random.Generator) -> G
     torso, neck = angle(TORSO, phase, 1.2), angle(NECK, phase, 3.0)
     arms = [angle(series, p, 2.0) for p in (phase, far_phase) for series in (ARM, ELBOW)]
 
-    legs = ((hip_near, knee_near, phase), (hip_far, knee_far, far_phase))
-    ankle_x, drop = np.array(
-        [
-            (
-                build.thigh * np.sin(hip) + build.shank * np.sin(hip - knee),
-                build.thigh * np.cos(hip) + build.shank * np.cos(hip - knee),
-            )
-            for hip, knee, _ in legs
-        ]
-    ).swapaxes(0, 1)
+    thighs = np.array([hip_near, hip_far])
+    shanks = thighs - [knee_near, knee_far]
+    ankle_x = build.thigh * np.sin(thighs) + build.shank * np.sin(shanks)
+    drop = build.thigh * np.cos(thighs) + build.shank * np.cos(shanks)
     height = drop + build.ankle  # (2, S) hip over the floor, were this leg's foot flat on it
     root_y = np.logaddexp(*(WEIGHT_SHARPNESS * height)) / WEIGHT_SHARPNESS
     share = np.exp(WEIGHT_SHARPNESS * (height - root_y))
-    foot = np.array([_foot_pitch(build, root_y - d, p) for d, (_, _, p) in zip(drop, legs, strict=True)])
+    foot = _foot_pitch(build, root_y - drop, np.array([phase, far_phase]))
     on_heel = np.diff(ankle_x + _ahead(-build.heel, build, foot))
     on_toe = np.diff(ankle_x + _ahead(build.toe, build, foot))
     advance = -(share[:, 1:] * np.where(foot[:, 1:] > 0.0, on_heel, on_toe)).sum(axis=0)

@@ -131,16 +131,10 @@ def _door(canvas: Image, x0: int, x1: int, y0: int, y1: int, rng: np.random.Gene
     paint = np.array(DOORS[rng.integers(len(DOORS))]) * rng.uniform(0.9, 1.3)
     _box(canvas, x0 - 8, y0 - 8, x1 + 8, y1, np.full(3, rng.uniform(120.0, 190.0)))
     _box(canvas, x0, y0, x1, y1, paint)
-    inset = (x1 - x0) // 7
+    inset, height = (x1 - x0) // 7, y1 - y0
     for top, bottom in ((0.08, 0.42), (0.5, 0.9)):
-        _box(
-            canvas,
-            x0 + inset,
-            int(y0 + top * (y1 - y0)),
-            x1 - inset,
-            int(y0 + bottom * (y1 - y0)),
-            paint * 0.78,
-        )
+        panel = int(y0 + top * height), x1 - inset, int(y0 + bottom * height)
+        _box(canvas, x0 + inset, *panel, paint * 0.78)
     cv2.circle(canvas, (x1 - inset // 2 - 2, (y0 + y1) // 2), 4, (190.0, 170.0, 90.0), -1)
     _box(canvas, x0 - 14, y1 - 12, x1 + 14, y1, np.full(3, 140.0))
 
@@ -168,9 +162,8 @@ def _pavement(canvas: Image, foot: int, rng: np.random.Generator) -> None:
         spot = int(rng.integers(width)), int(rng.integers(foot + 8, height))
         size = int(rng.integers(2, 7))
         shade = rng.uniform(50.0, 140.0) * np.array([1.1, 1.0, rng.uniform(0.5, 0.9)])
-        cv2.ellipse(
-            canvas, spot, (size, max(1, size // 3)), rng.uniform(-30.0, 30.0), 0, 360, shade.tolist(), -1
-        )
+        axes, turn = (size, max(1, size // 3)), rng.uniform(-30.0, 30.0)
+        cv2.ellipse(canvas, spot, axes, turn, 0, 360, shade.tolist(), -1)
 
 
 def _clutter(canvas: Image, foot: int, echo: Image, rng: np.random.Generator) -> None:

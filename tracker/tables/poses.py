@@ -19,7 +19,7 @@ BESIDE = ("label", "time_s")  # columns that are read beside the pose
 LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a slip of the pen
 GAP = 10_000  # frames that may be left out in a row: minutes of which nothing is known
 LARGEST = 1e9  # in any cell; beyond, numbers swamp one another
-TURN, TURNS = 360.0, 3600.0  # degrees: beyond, an angle is doubted, and refused
+TURNS = 3600.0  # degrees: beyond, an angle is refused
 RADIANS = 3.2  # degrees: no figure that moves keeps every angle below, in radians every figure does
 MOVED = 0.2  # leg lengths that say so, and
 MANY = 15  # measured frames that say so
@@ -131,21 +131,7 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
                 f"is taken at {fps:.4g}; give --fps if that is wrong"
             )
             break
-    doubted = next(filter(None, map(_turned, sequences)), None)
-    return said if doubted is None else [*said, doubted]
-
-
-def _turned(sequence: PoseSequence) -> str | None:
-    """What is said of the first angle of more than a whole turn."""
-    beyond = np.argwhere(np.abs(np.degrees(sequence.y[:, ROOT_COLUMNS:])) > TURN)
-    if not len(beyond):
-        return None
-    t, n = beyond[0]
-    cell = sequence.cells[t][ROOT_COLUMNS + n]
-    return (
-        f"an angle of sequence {sequence.name!r} is {cell} degrees in frame {sequence.first + t}, more than "
-        "a whole turn; correct or empty such cells"
-    )
+    return said
 
 
 def _read_row(

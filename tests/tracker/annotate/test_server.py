@@ -111,7 +111,7 @@ def test_a_name_with_markup_in_it_cannot_leave_its_place_in_the_page(clip, tmp_p
     name = "</script><script>alert(1)</script>{{style}}.csv"
     session = Session(clip.video, Table(tmp_path / name.replace("/", "")), 0)
     with Server(session) as server:
-        page = "".join(PAGE.compose(session.opening(), {"title": ["figtrack"]}, "n"))
+        page = "".join(PAGE.compose(session.opening(), "n", title="figtrack"))
     assert page.count("<script") == 2
     assert "{{style}}" in page
     assert server.address.startswith("http://127.0.0.1:")

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from markupsafe import Markup
 from numpy.testing import assert_allclose
 
 from dynamics.hmm import HMM
@@ -16,11 +17,11 @@ from kinematics.mocap import Sequence as Capture
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
 from tracker.experiments import study as studies
-from tracker.experiments.classify import Cell, Draw
+from tracker.experiments.classify import SEEN, UNSEEN, Draw, Score
 from tracker.experiments.measures import centred
-from tracker.experiments.panels import INK
 from tracker.experiments.reproduce import reproduce
 from tracker.experiments.section import (
+    INKS,
     Claim,
     Heading,
     Plot,
@@ -102,19 +103,19 @@ def walks(tmp_path_factory):
 def test_every_experiment_leaves_a_part_of_the_page_and_its_claims(whole):
     page, news, said = whole
     assert list(news["claims"]) == KEYS
-    assert re.findall(r"<section id='(\w+)'", page) == KEYS
+    assert re.findall(r'<section id="(\w+)"', page) == KEYS
     assert not left_out(news)
     assert said.endswith("out/reproduce.html")
 
 
 def test_the_page_loads_nothing_and_takes_its_ink_from_the_reader(whole):
     page, _, _ = whole
-    assert page.count("role='img'") == 5
+    assert page.count('role="img"') == 5
     assert not re.findall(r"""(?:src|href)=["'](?!#|data:)[^"']*""", page.replace("xlink:", ""))
     assert "@import" not in page
     assert "url(http" not in page
     assert "currentColor" in page
-    assert INK not in page
+    assert not any(ink in page for ink in INKS)
 
 
 def test_every_claim_stands_on_the_page(whole):
@@ -123,7 +124,7 @@ def test_every_claim_stands_on_the_page(whole):
         assert claims
         for claim in claims:
             assert claim["verdict"] in set(Verdict)
-            assert page.count(claim["paper"].replace("'", "&#x27;")) >= 2  # in short, and in its part
+            assert page.count(claim["paper"].replace("'", "&#39;")) >= 2  # in short, and in its part
 
 
 def test_captures_of_one_walker_leave_out_what_needs_runs_and_say_so(walks):
@@ -207,29 +208,25 @@ def test_people_left_out_of_a_model_are_the_only_ones_it_is_shown(monkeypatch):
     monkeypatch.setattr(classify, "splice", spy)
     tried = study()
     for draw in classify.draws(tried):
-        wanted = set(draw.held) if draw.people == "unseen" else set(PEOPLE)
+        wanted = set(draw.held) if draw.people == UNSEEN else set(PEOPLE)
         for _ in draw.splices:
             assert shown.pop(0) == wanted
     assert not shown
 
 
-def test_a_cell_counts_wrong_frames_far_ones_and_unsure_ones():
+def test_a_score_counts_wrong_frames_far_ones_and_unsure_ones():
     made = Splice(np.zeros((60, 8)), ("walk",) * 30 + ("run",) * 30, (30,))
-    draw = Draw("seen", frozenset(), (made,), (made.y,))
+    draw = Draw(SEEN, frozenset(), (made,), (made.y,))
     walks = np.r_[np.ones(35), np.zeros(24), 1.0]  # five late, and one far from the joint
     walks[:15] = 0.9
-    model = SimpleNamespace(labels=("walk", "run"))
     found = SimpleNamespace(prob=np.c_[walks, 1.0 - walks], path=None)
-    cell = classify._cell(draw, (1, 1, "viterbi"), model, [found])
-    assert_allclose([cell.wrong, cell.far, cell.soft], [10.0, 2.5, 25.0])
+    assert_allclose(classify.score(draw, ("walk", "run"), [found]), [10.0, 2.5, 25.0])
 
 
-def cells(hmm, slds, **changes):
+def scores(hmm, slds):
     """Two states a motion: an error for the hidden Markov model, and one by order and inference."""
-    found = [Cell("seen", 2, 0, "hmm", hmm, 0.0, 0.0)]
-    for order, (name, error) in product((1, 2), slds.items()):
-        found.append(Cell("seen", 2, order, name, error, 0.0, changes.get(name, 0.0)))
-    return found
+    found = {(2, order, name): [Score(e, 0.0, 0.0)] for order, (name, e) in product((1, 2), slds.items())}
+    return {SEEN: found | {(2, 0, "hmm"): [Score(hmm, 0.0, 0.0)]}}
 
 
 ALIKE = {"viterbi": 3.0, "gpb2": 3.0, "variational": 3.0}
@@ -240,14 +237,14 @@ ALIKE = {"viterbi": 3.0, "gpb2": 3.0, "variational": 3.0}
     [(4.0, Verdict.HOLDS, "switching"), (2.0, Verdict.FAILS, "hidden Markov")],
 )
 def test_the_better_model_is_named_whichever_it_is(hmm, verdict, winner):
-    claim = classify.claims(cells(hmm, ALIKE))[1]
+    claim = classify.claims(scores(hmm, ALIKE))[1]
     assert claim.verdict is verdict
     assert f"The best {winner} model wins" in claim.here
 
 
 def test_inferences_that_differ_are_not_called_alike():
-    assert classify.claims(cells(4.0, ALIKE))[3].verdict is Verdict.HOLDS
-    apart = classify.claims(cells(4.0, ALIKE | {"gpb2": 5.0}))[3]
+    assert classify.claims(scores(4.0, ALIKE))[3].verdict is Verdict.HOLDS
+    apart = classify.claims(scores(4.0, ALIKE | {"gpb2": 5.0}))[3]
     assert apart.verdict is Verdict.FAILS
     assert "2.0 at most" in apart.here
 
@@ -381,7 +378,7 @@ def test_words_on_the_page_are_text_not_markup(tmp_path):
     claim = Claim("<b>papers</b>", Verdict.PARTLY, "5 < 6 & so on")
     table = Table("caption", ("<i>",), (("a<b",),))
     section = Section(
-        Heading("key", "<title>", "s"), "m", (claim,), (table,), (Plot("<svg></svg>", "it's", "c"),)
+        Heading("key", "<title>", "s"), "m", (claim,), (table,), (Plot(Markup("<svg></svg>"), "it's", "c"),)
     )
     write_findings([section], "<about>", ["<note>"], tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")

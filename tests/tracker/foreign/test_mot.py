@@ -8,7 +8,6 @@ from tests.kinematics.figures import WALKER
 from tests.tracker.records import FIRST, T, made_track, validated, validator, write_folder
 from tracker.foreign.mot import write_mot
 from tracker.foreign.scale import scale_by_height
-from tracker.foreign.text_files import ForeignError
 from tracker.run.read import read_run
 
 
@@ -99,12 +98,3 @@ def test_the_validator_finds_nothing_wrong_and_what_is_spoiled(record, tmp_path)
     check = validator("check_trc.py").check_motion
     path.write_text(path.read_text().replace("nColumns=11", "nColumns=8"))
     assert check(path)[0]
-
-
-def test_a_run_without_a_pose_is_refused(rng, tmp_path):
-    folder = write_folder(made_track(rng), tmp_path / "run")
-    rows = [line.split(",") for line in (folder / "pose.csv").read_text().splitlines()]
-    bare = [rows[0], *([*row[:2], *[""] * 8, *row[10:]] for row in rows[1:])]
-    (folder / "pose.csv").write_text("\n".join(map(",".join, bare)) + "\n")
-    with pytest.raises(ForeignError, match="no frame of this run has a pose"):
-        write_mot(read_run(folder), 1, None, tmp_path / "w.mot")

@@ -1,7 +1,5 @@
 """A run's folder comes back as it was written, and a damaged one is told from a complete one."""
 
-import re
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -23,12 +21,9 @@ def test_a_run_comes_back_as_it_was_written(rng, tmp_path, facing):
     assert list(record.measured) == [False, True, True, True, False, False, True, False]
     assert_allclose(record.times, np.arange(FRAMES) / FPS, atol=1e-6)
     for j, name in enumerate(WALKER.joints):
-        assert_allclose(record.place(name)[rows], track.joints()[:, j], atol=0.5e-3 + 1e-9)
-        assert_allclose(
-            record.covs[rows, record.names.index(name)], track.joint_covs()[:, j], atol=0.5e-4 + 1e-9
-        )
-    # Four decimals of a degree, five of a leg length.
-    assert_allclose(record.poses[rows], track.q[:, :10], atol=6e-6)
+        assert_allclose(record.place(name)[rows], track.joints()[:, j], atol=1e-9)
+        assert_allclose(record.covs[rows, record.names.index(name)], track.joint_covs()[:, j], atol=1e-9)
+    assert_allclose(record.poses[rows], track.q[:, :10])
     assert record.freedoms == WALKER.pose_freedoms
     assert record.unit == track.view.unit
     for numbers in (record.places, record.covs, record.poses):
@@ -64,27 +59,4 @@ def test_in_the_scene_the_camera_s_own_motion_is_gone(rng, tmp_path):
 def test_a_run_json_that_does_not_fit_is_said(rng, tmp_path, changes, words):
     folder = write_folder(made_track(rng), tmp_path / "run", **changes)
     with pytest.raises(RunError, match=words):
-        read_run(folder)
-
-
-@pytest.mark.parametrize(
-    ("name", "spoil"),
-    [
-        ("keypoints.csv", lambda data: data.replace(b"neck", b"n\xffck", 1)),
-        ("keypoints.csv", lambda data: b""),
-        ("pose.csv", lambda data: re.sub(rb"(?<=0,1,)[-.\d]+", b"inf", data)),
-        ("pose.csv", lambda data: data.replace(b"0.080000", b"", 1)),
-        ("pose.csv", lambda data: data.replace(b"0.080000", b"0.01", 1)),
-    ],
-)
-def test_damaged_files_are_said_in_one_line(rng, tmp_path, name, spoil):
-    folder = write_folder(made_track(rng), tmp_path / "run")
-    data = (folder / name).read_bytes()
-    (folder / name).write_bytes(spoil(data))
-    assert (folder / name).read_bytes() != data
-    with pytest.raises(RunError, match=rf"{name} .*; track the clip again$") as caught:
-        read_run(folder)
-    assert "\n" not in str(caught.value)
-    (folder / name).unlink()
-    with pytest.raises(RunError):
         read_run(folder)

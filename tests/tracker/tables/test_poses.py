@@ -128,13 +128,6 @@ def test_another_frame_rate_than_the_tables_own_times_is_suspected(tmp_path):
     assert "time_s of sequence 'a' says 60 frames a second, the model is taken at 30; give --fps" in said
 
 
-@pytest.mark.parametrize(("degrees", "doubted"), [(360, False), (-360.5, True)])
-def test_an_angle_of_more_than_a_whole_turn_is_doubted(tmp_path, degrees, doubted):
-    said = suspicions(read_poses(table(tmp_path, row(4), row(5, angle=degrees))), 30.0)
-    assert bool(said) == doubted
-    assert not said or "an angle of sequence 'a' is -360.5 degrees in frame 5" in said[0]
-
-
 def gait_table(path, label="walk"):
     y = gait(label, 40, np.random.default_rng(1))
     return written(path, sequence(y, labels=(label,) * 40), further=["label"])
