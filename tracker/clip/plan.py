@@ -24,6 +24,7 @@ from tracker.tables.keypoints import points
 from videos.frames import Video
 
 FRAMES = 15  # half a second: a step
+FOUND = 0.04  # leg lengths: error of a joint of a start that nobody marked
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ def prepare(job: Job) -> Plan:
         raise StartError(f"--stop {job.stop} comes before the start frame {frame}; choose a later --stop")
     video = Video(job.video)
     settings = job.settings
+    if job.found is not None:
+        settings = settings.model_copy(update={"mark": max(settings.mark, FOUND)})
     start = _start(job, video, settings)
     slds = find_model(job.model, video.fps, settings, job.rate or 1.0, start.figure)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)

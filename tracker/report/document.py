@@ -13,7 +13,7 @@ from markupsafe import Markup
 COMMON = "report/common"  # style and script of all pages
 STYLES = ("report/style.css",)  # of those that are files
 # A file may show what is in it and the film beside it.
-POLICY = (
+POLICY = Markup(
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; "
     "media-src blob: file: 'self'"
 )

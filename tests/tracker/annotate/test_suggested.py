@@ -24,7 +24,10 @@ from tracker.tables.keypoints import Mark, points, read_keypoints, write_marks
 from videos.frames import Video
 
 QUIET = Progress("quiet")
-FIRST, BEST = 5, 12  # the film begins within a stride; its ankles are farthest apart in frame 12
+FIRST, BEST = (
+    5,
+    11,
+)  # the film begins within a stride; in frame 11 it is seen best with the ankles about farthest apart
 WITHIN = 2.0  # pixels of a leg of 40; people are marked with longer trunks than the walker was painted with
 LEFT = {6: {"hip": Mark(100.0, 90.0), "near_knee": Mark(101.0, 110.0)}}
 

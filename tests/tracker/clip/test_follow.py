@@ -15,8 +15,8 @@ from tracker.clip import follow as follow_module
 from tracker.clip import pictures as reel_module
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow
-from tracker.clip.job import Job
-from tracker.clip.plan import prepare
+from tracker.clip.job import Found, Job, Nearer
+from tracker.clip.plan import FOUND, prepare
 from tracker.clip.start import StartError
 from tracker.progress import Progress
 from tracker.report.results import write_run
@@ -302,11 +302,20 @@ def test_a_figure_taken_to_face_the_wrong_way_is_told_of_facing(job):
         prepare(replace(job, facing=-1))
 
 
+@pytest.mark.parametrize(("asked", "want"), [(0.03, FOUND), (0.08, 0.08)])
+def test_joints_that_nobody_marked_are_less_sure_than_marked_ones(job, asked, want):
+    settings = Settings(mark=asked)
+    found = Found(0, job.marks[0], 1, Nearer.AHEAD, "sure", {}, "walk")
+    assert prepare(replace(job, settings=settings)).tracker.settings.mark == asked
+    assert prepare(replace(job, settings=settings, found=found)).tracker.settings.mark == want
+
+
 @pytest.mark.parametrize("facing", [1, -1, None])
 def test_facing_is_seen_from_the_marks_unless_told(job, facing):
-    straight = {"head_top": 20.0, "neck": 40.0, "hip": 90.0}
-    legs = {f"{side}_{joint}": y for side in ("near", "far") for joint, y in (("knee", 140), ("ankle", 190))}
-    marks = {0: {name: Mark(200.0, y) for name, y in (straight | legs).items()}}
+    upright = {"head_top": (200.0, 20.0), "neck": (200.0, 40.0), "hip": (200.0, 90.0)}
+    bent = {"knee": (203.0, 140.0), "ankle": (200.0, 190.0)}
+    legs = {f"{side}_{joint}": place for side in ("near", "far") for joint, place in bent.items()}
+    marks = {0: {name: Mark(*place) for name, place in (upright | legs).items()}}
     assert prepare(replace(job, marks=marks, facing=facing)).start.view.facing == (facing or 1)
 
 
