@@ -75,8 +75,8 @@ def _serve(server: Server, what: str, browser: bool) -> None:
     if browser:
         server.show()
     answers = Thread(target=server.serve_forever, kwargs={"poll_interval": POLL}, daemon=True)
-    answers.start()
     try:
+        answers.start()
         while answers.is_alive():
             session.work(POLL)
     except KeyboardInterrupt:
@@ -84,7 +84,8 @@ def _serve(server: Server, what: str, browser: bool) -> None:
             raise
         print("stopped; what was not saved is gone")
     finally:
-        server.shutdown()
+        if answers.is_alive():
+            server.shutdown()
 
 
 def _suggest(request: Request, session: Session, progress: Progress) -> None:
