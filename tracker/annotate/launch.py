@@ -70,13 +70,13 @@ def correct(folder: Path, frame: int | None, port: int, browser: bool, progress:
 def _serve(server: Server, what: str, browser: bool) -> None:
     """Answer the page, and do in this thread what it asks for that takes a while, until it is closed."""
     session = server.session
-    print(f"{what} at {server.address}")
-    print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
-    if browser:
-        server.show()
     answers = Thread(target=server.serve_forever, kwargs={"poll_interval": POLL}, daemon=True)
     try:
-        answers.start()
+        answers.start()  # before anybody knows the address, or an interrupt may come while it starts
+        print(f"{what} at {server.address}")
+        print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
+        if browser:
+            server.show()
         while answers.is_alive():
             session.work(POLL)
     except KeyboardInterrupt:
