@@ -175,9 +175,13 @@ def facing_of(marks: Marks, later: Marks | None = None, figure: Figure = WALKER)
 
 
 def facing_told(marks: Marks, figure: Figure = WALKER) -> bool:
-    """Whether the marks of one frame show for certain which way the figure faces."""
+    """Whether the marks of one frame show for certain which way the figure faces.
+
+    So they do where nothing could: the figure has neither joints that lie ahead nor legs that bend.
+    """
     toes, clear, _, _ = _votes(_positions(marks), figure)
-    return toes != 0.0 or clear != 0.0
+    nothing = not figure.ahead and all(len(leg) < 2 for leg in figure.legs)
+    return nothing or toes != 0.0 or clear != 0.0
 
 
 def _votes(seen: Mapping[str, Array], figure: Figure) -> tuple[float, float, float, float]:

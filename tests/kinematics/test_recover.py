@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from kinematics.figure import ROOT, SCALE, STRETCH
-from kinematics.recover import PoseError, facing_of, met, recover, start_pose
+from kinematics.recover import PoseError, facing_of, facing_told, met, recover, start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, marks_of, random_pose, upright
 
@@ -314,6 +314,19 @@ def test_straight_legs_marked_a_pixel_off_leave_facing_to_motion():
     assert facing_of({**marks, "near_knee": (x - 1.5, y)}, later) == 1
     assert facing_of({**marks, "near_knee": (x - 1.5, y)}) == -1
     assert facing_of({**marks, "near_knee": (x - 4.0, y)}, later) == -1
+
+
+def test_facing_is_told_by_all_toes_or_by_the_bend_of_all_legs():
+    bent = marks_of(WALKER, upright(WALKER, knee_near=0.6, knee_far=0.3))
+    assert facing_told(bent)
+    knees = {name: place for name, place in bent.items() if name not in TOES}
+    assert facing_told(knees)
+    assert not facing_told({name: place for name, place in knees.items() if name != "far_ankle"})
+    straight = marks_of(WALKER, upright(WALKER, hip_near=0.2))
+    assert facing_told(straight)
+    assert not facing_told({name: place for name, place in straight.items() if name != "far_toe"})
+    # Of a figure of which nothing could, there is nothing to be asked.
+    assert facing_told({}, replace(WALKER, ahead=(), leg=("torso",)))
 
 
 def test_facing_is_right_where_nothing_tells_and_marks_without_a_position_say_nothing():

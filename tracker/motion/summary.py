@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
@@ -89,6 +88,8 @@ def stride_period(y: Array) -> float | None:
 
     None where nothing repeats, or fewer than STRIDES times.
     """
+    from scipy.signal import find_peaks  # slow to import
+
     apart = y[:, POSE_COLUMNS.index("hip_near")] - y[:, POSE_COLUMNS.index("hip_far")]
     apart = apart - apart.mean()
     T = len(apart)

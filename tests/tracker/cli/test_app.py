@@ -154,7 +154,7 @@ def test_the_command_line_itself_imports_nothing_slow():
 
 def test_before_the_film_is_read_nothing_is_imported_that_marks_do_not_need(clip, tmp_path):
     # Where it would be read the command ends, and says what has been imported so far.
-    ours = ("tracker.outline", "tracker.survey", "tracker.annotate", "tracker.experiments")
+    ours = ("tracker.outline", "tracker.survey", "tracker.annotate.session", "tracker.experiments")
     heavy = (*HEAVY, "scipy.linalg", *ours)
     code = f"""
 import sys, videos.frames
