@@ -26,17 +26,16 @@ def path_of(
         unit: pixels in a leg length.
     """
     reach = LATELY * fps
-
-    def off(path: Path) -> Array:
-        return np.asarray(np.abs(_prolonged(stage, path, fps)[frame] - hip) / unit)
-
-    def rank(path: Path) -> tuple[bool, bool, float]:
-        scene = in_scene(stage, path)
-        away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit
-        return away, not path.first <= frame <= path.last, float(off(path)[0])
-
     here = [path for path in everybody if path.first - reach <= frame <= path.last + reach]
-    return min((path for path in here if (off(path) < [BESIDE, ABOVE]).all()), key=rank, default=None)
+    off = {i: np.abs(_prolonged(stage, path, fps)[frame] - hip) / unit for i, path in enumerate(here)}
+
+    def rank(i: int) -> tuple[bool, bool, float]:
+        path, scene = here[i], in_scene(stage, here[i])
+        away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit
+        return away, not path.first <= frame <= path.last, float(off[i][0])
+
+    own = [i for i in off if (off[i] < [BESIDE, ABOVE]).all()]
+    return here[min(own, key=rank)] if own else None
 
 
 def without_others(stage: Stage, own: Path, everybody: list[Path], fps: float) -> Stage:
