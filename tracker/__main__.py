@@ -17,18 +17,15 @@ OF_TYPER = 130  # its exit status after Ctrl-C while it reads options
 
 def main() -> None:
     """Entry point of the command line; to be interrupted in one line while that is still being imported."""
-    for name in ONE_THREAD:
-        os.environ.setdefault(name, "1")  # read when NumPy is imported
-    atexit.register(
-        gc.freeze
-    )  # a last search for cycles in all that is loaded would take a quarter of a second
-    numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
-    interrupt = _interrupting()
-    # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.
-    for number in numbers:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
-            signal.signal(number, interrupt)
     try:
+        # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.
+        interrupt = _interrupting()
+        for number in _endings():
+            signal.signal(number, interrupt)
+        for name in ONE_THREAD:
+            os.environ.setdefault(name, "1")  # read when NumPy is imported
+        # A last search for cycles in all that is loaded would take a quarter of a second.
+        atexit.register(gc.freeze)
         from tracker.cli.app import main as figtrack
 
         figtrack()
@@ -37,9 +34,14 @@ def main() -> None:
             raise
         sys.exit("error: interrupted; nothing was written")
     finally:
-        for number in numbers:  # Python would complain, while it ends, of an interrupt
-            if signal.getsignal(number) is not signal.SIG_IGN:
-                signal.signal(number, signal.SIG_DFL)
+        for number in _endings():  # Python would complain, while it ends, of an interrupt
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _endings() -> list[int]:
+    """The signals that end a command; not those that are ignored, as nohup has it."""
+    numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
+    return [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
 
 
 def _interrupting() -> Callable[[int, object], None]:

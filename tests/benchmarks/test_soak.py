@@ -93,6 +93,19 @@ def test_only_what_is_killed_outright_may_leave_something(wrong, number, complai
     assert len(wrong(code, Kill(number, 0.5))) == complaints
 
 
+@pytest.mark.parametrize(
+    ("place", "ours"),
+    [
+        ('File "<frozen site>", line 599, in main', False),
+        ('File "tracker/__main__.py", line 30, in main', True),
+    ],
+)
+def test_an_interrupt_while_python_itself_begins_is_not_the_program_s(wrong, place, ours):
+    said = f"Traceback (most recent call last):\n  {place}\nKeyboardInterrupt\n"
+    code = f"sys.stderr.write({said!r}); sys.stderr.flush(); time.sleep(0.6); sys.exit(1)"
+    assert bool(wrong(code, Kill(signal.SIGCONT, 0.5))) == ours
+
+
 def test_films_are_whole_or_damaged_but_always_of_the_same_seed(tmp_path):
     read, drawn = 0, []
     for seed in range(24):

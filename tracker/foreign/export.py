@@ -9,7 +9,7 @@ from tracker.foreign.points import ARMS, HALPE, JOINTS, named_points, of_people
 from tracker.foreign.scale import Scale, scale_by_height, scale_by_pixels, scale_by_points
 from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
-from tracker.run.folder import fresh_file, fresh_folder
+from tracker.run.folder import check_file, check_folder, fresh_file, fresh_folder
 from tracker.run.read import RUN_FILES, Record, read_run
 
 PIXELS = "_px"  # what Sports2D wants in the name of a file in pixels
@@ -61,10 +61,16 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
 
 def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress) -> list[str]:
     """Write the run in every format under its usual name; a line of each, also of one that cannot be written.
-    RunError, FolderError: as `export_run`."""
+    RunError, FolderError: as `export_run`, before anything is written."""
+    places = {to: Path(export_name(folder, to)) for to in FORMATS}
+    for to, place in places.items():
+        if to == "openpose":
+            check_folder(place, overwrite, openpose.holds_frames)
+        else:
+            check_file(place, overwrite)
     lines = []
     for to, its in FORMATS.items():
-        place = Path(export_name(folder, to))
+        place = places[to]
         of = replace(wish, to=to) if its.scaled else Wish(to, facing=wish.facing)
         try:
             lines.append(

@@ -64,7 +64,7 @@ def fresh_folder(
     """
     place = _real(path)
     _sweep(place)
-    _check_folder(path, overwrite, replaceable)
+    check_folder(path, overwrite, replaceable)
     for kept, what in [
         (Path.cwd(), "the folder you are in"),
         *((each, str(each)) for each in inputs if each is not None),
@@ -74,7 +74,7 @@ def fresh_folder(
     with _workshop(place) as workshop:
         new = workshop / "new"
         yield new
-        _check_folder(path, overwrite, replaceable)  # another run may have been quicker
+        check_folder(path, overwrite, replaceable)  # another run may have been quicker
         _exchange(new, place, workshop / "old")
 
 
@@ -91,11 +91,11 @@ def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = (
     _sweep(place)
     if place.exists() and place in [_real(each) for each in inputs if each is not None]:
         raise FolderError(f"{path} is what the work reads; choose another --out")
-    _check_file(path, overwrite)
+    check_file(path, overwrite)
     with _workshop(place) as workshop:
         new = workshop / "new" / place.name
         yield new
-        _check_file(path, overwrite)
+        check_file(path, overwrite)
         if place.exists():
             new.chmod(S_IMODE(place.stat().st_mode))
         new.replace(place)
@@ -117,7 +117,8 @@ def swept(paths: Iterable[Path]) -> Iterator[None]:
             _sweep(place)
 
 
-def _check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool]) -> None:
+def check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool]) -> None:
+    """FolderError where a folder of results cannot be put, as `fresh_folder` has it."""
     if not path.exists():
         return
     if not path.is_dir():
@@ -136,7 +137,8 @@ def _check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], boo
         )
 
 
-def _check_file(path: Path, overwrite: bool) -> None:
+def check_file(path: Path, overwrite: bool) -> None:
+    """FolderError where a file cannot be put, as `fresh_file` has it."""
     if path.is_dir():
         raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
     if path.exists() and not path.is_file():

@@ -72,6 +72,16 @@ def test_all_are_written_as_each_by_itself_and_what_cannot_be_is_said(run, tmp_p
     assert figtrack("export", run, "--to", "all", "--out", tmp_path / "x").exit_code == 2
 
 
+def test_where_one_of_all_cannot_be_replaced_none_is_written(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exported(run, "myogait", "--height", 1.7)
+    before = everything(tmp_path)
+    refused = figtrack("export", run, "--to", "all")
+    assert refused.exit_code == 1
+    assert "walk-track.myogait.json exists; choose another --out" in refused.stderr
+    assert everything(tmp_path) == before
+
+
 def test_all_readers_find_the_run_s_own_pixels(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     record = read_run(run)
