@@ -16,6 +16,7 @@ from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.fit import fitted
 from tracker.outline.others import path_of, without_others
+from tracker.outline.person import seen_figure
 from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
@@ -27,6 +28,7 @@ EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
 EXCHANGED = -1.5  # log odds by how the legs look below which those of the start seem to be exchanged
+USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
 MARKED = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
 
 
@@ -98,12 +100,17 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
 def _shown(plan: Plan, shown: Figure) -> Start:
     """The start as the figure has it whose outline is fitted."""
     start = plan.start
-    if start.figure.joints == shown.joints:
-        return start
-    marks = plan.job.marks[plan.frame]
-    own = {name: mark for name, mark in marks.items() if name in shown.marks}
-    size = (plan.video.width, plan.video.height)
-    return marked_start({plan.frame: own}, plan.frame, start.view.facing, size, shown)
+    if start.figure.joints != shown.joints:
+        marks = plan.job.marks[plan.frame]
+        own = {name: mark for name, mark in marks.items() if name in shown.marks}
+        size = (plan.video.width, plan.video.height)
+        start = marked_start({plan.frame: own}, plan.frame, start.view.facing, size, shown)
+    # Two marks tell a length no better than to know that it is a person's.
+    figure, usual = start.figure, {link.name: link.length for link in seen_figure().links}
+    lengths = [
+        (1.0 - USUAL) * link.length + USUAL * usual.get(link.name, link.length) for link in figure.links
+    ]
+    return replace(start, figure=figure.with_lengths(lengths))
 
 
 def _alone(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> Stage:

@@ -17,7 +17,7 @@ from tracker.survey.surveyed import Survey, survey
 from videos.frames import Image, Video
 
 POINT = 0.05  # spread of an outline's joint at least, leg lengths
-TOGETHER = 2.0  # times what one frame tells: what is wrong in one is wrong in the next
+TOGETHER = 3.0  # times what one frame tells: what is wrong in one is wrong in the next
 FEWEST = 20  # frames: in fewer a walker covers most places in half of them
 
 

@@ -112,19 +112,19 @@ def _less_alike(own: Leg, other: Leg) -> Array:
 def _places(shape: Shape, bones: Skeleton, links: list[int]) -> Array:
     """(T, P, 2) places on links, body coordinates."""
     link, along, share = (each.ravel() for each in np.meshgrid(links, ALONG, ACROSS, indexing="ij"))
-    first, last, start, tip = shape.bars[link].T
+    first, last, start, tip, beside = shape.bars[link].T
     half = start + (tip - start) * (along - first) / (last - first)
-    return surface(bones, link, along, share * half)
+    return surface(bones, link, along, beside + share * half)
 
 
 def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Array:
     """(T, P) how deep places (T, P, 2) lie within the outline of some links, leg lengths."""
     deepest = np.full(places.shape[:2], -np.inf)
     for link in links:
-        first, last, start, tip = shape.bars[link]
+        first, last, start, tip, beside = shape.bars[link]
         off, length = places - bones.start[:, None, link], bones.length[:, None, link]
         u = np.einsum("tpk,tk->tp", off, bones.direction[:, link])
-        v = np.einsum("tpk,tk->tp", off, bones.normal[:, link])
+        v = np.einsum("tpk,tk->tp", off, bones.normal[:, link]) - beside * bones.size[:, None]
         nearest = np.clip(u, first * length, last * length)
         half = bones.size[:, None] * (start + (tip - start) * (nearest / length - first) / (last - first))
         deepest = np.maximum(deepest, half - np.hypot(u - nearest, v))

@@ -17,7 +17,7 @@ from tracker.outline.fit import Outline, fitted
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 
-SEEN = {"torso": 0.67, "head": 0.35}  # leg lengths; captured hip joints lie higher, the neck's base lower
+SEEN = {"torso": 0.7, "head": 0.35}  # leg lengths; captured hip joints lie higher, the neck's base lower
 LARGER = (1.0, 1.25)  # times as large as the mean body is found best, somebody may be
 BEYOND = 1.0  # seconds before and after a path in which who went along it may be seen as well
 AROUND = 25  # frames either way of the best one that tell which way a person faces

@@ -5,7 +5,7 @@ they cover ARM_SHARE of the places, so that R is worth log (1 - share + share e^
 either way.
 """
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -25,20 +25,22 @@ class Bar:
 
     first, last : where its axis begins and ends, shares of the link's length
     start, tip  : its half widths there, leg lengths
+    beside      : how far it lies from the link's axis, leg lengths, to the left of who looks along the link
     """
 
     first: float
     last: float
     start: float
     tip: float
+    beside: float = 0.0
 
 
 BARS = {
-    "torso": Bar(0.0, 0.88, 0.14, 0.14),
-    "head": Bar(0.0, 0.66, 0.075, 0.125),
-    "thigh": Bar(0.0, 1.0, 0.125, 0.085),
-    "shank": Bar(0.0, 1.0, 0.08, 0.05),
-    "foot": Bar(-0.2, 0.86, 0.05, 0.04),
+    "torso": Bar(0.0, 0.88, 0.155, 0.145),
+    "head": Bar(0.0, 0.62, 0.1, 0.135, -0.025),
+    "thigh": Bar(0.0, 1.0, 0.165, 0.1, 0.02),
+    "shank": Bar(0.0, 1.0, 0.1, 0.07, -0.01),
+    "foot": Bar(0.0, 0.86, 0.06, 0.045, -0.035),
 }
 ARMS = Bar(-0.35, 0.85, 0.42, 0.25)  # on the trunk
 
@@ -61,7 +63,7 @@ class Grid:
 class Shape:
     """A figure with its outline.
 
-    bars : (L + 1, 4) first, last, start and tip of each link's `Bar` and, last, of the arms' zone
+    bars : (L + 1, 5) each link's `Bar` and, last, the arms' zone
     trunk: position of the link that the arms hang on
     """
 
@@ -80,8 +82,7 @@ class Shape:
             half = 0.5 * link.width
             kind = link.name.removesuffix("_near").removesuffix("_far")
             found.append(BARS.get(kind, Bar(0.0, 1.0, half, half * link.taper)))
-        rows = [[bar.first, bar.last, bar.start, bar.tip] for bar in (*found, ARMS)]
-        return cls(figure, np.array(rows), names.index(TRUNK))
+        return cls(figure, np.array([astuple(bar) for bar in (*found, ARMS)]), names.index(TRUNK))
 
     def painted(self, q: Array, grid: Grid) -> tuple[Planes, Planes]:
         """(N, *grid.shape) silhouettes of poses (N, D), and the arms' zone beside them."""
@@ -99,16 +100,21 @@ class Shape:
         bars = self._laid(bones)
         moved = np.empty((*bars.shape[:2], 5))
         score = silhouettes(odds, arms, np.asarray(grid.corner), 1.0 / grid.density, bars, moved)
+        # Turned or larger with its link, a bar that lies beside it slides as well.
+        aside = self.bars[:, 4] * bones.size[:, None]
+        moved[..., 3] -= aside * moved[..., 0]
+        moved[..., 4] += aside * moved[..., 1]
         moved[:, self.trunk] += moved[:, -1]
         return score, np.einsum("tlk,tlkd->td", moved[:, :-1], motions(self.figure, bones))
 
     def _laid(self, bones: Skeleton) -> Array:
         """(N, L + 1, BAR) bars as poses lay them, see `tracker.outline.rasters`."""
         link = np.append(np.arange(len(self.figure.links)), self.trunk)
-        first, last, start, tip = self.bars.T
+        first, last, start, tip, beside = self.bars.T
         length, size = bones.length[:, link], bones.size[:, None]
         bars = np.empty((*length.shape, BAR))
-        bars[..., 0:2], bars[..., 2:4] = bones.start[:, link], bones.direction[:, link]
+        aside = (beside * size)[..., None] * bones.normal[:, link]
+        bars[..., 0:2], bars[..., 2:4] = bones.start[:, link] + aside, bones.direction[:, link]
         bars[..., 4], bars[..., 5] = first * length, last * length
         bars[..., 6], bars[..., 7] = start * size, (tip - start) * size / ((last - first) * length)
         bars[..., 8] = SOFT * size

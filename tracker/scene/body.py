@@ -17,12 +17,13 @@ from tracker.scene.steps import Array, Build
 
 # Outlines in legs: place along the part, reach to the front, reach to the back.
 LEG = (
-    (-0.1, 0.125, 0.13),
-    (0.08, 0.135, 0.15),
-    (0.28, 0.112, 0.112),
-    (0.5, 0.085, 0.078),
-    (0.7, 0.072, 0.092),
-    (1.0, 0.066, 0.085),
+    (-0.1, 0.13, 0.135),
+    (0.08, 0.16, 0.152),
+    (0.25, 0.132, 0.114),
+    (0.37, 0.108, 0.096),
+    (0.5, 0.092, 0.088),
+    (0.7, 0.07, 0.092),
+    (1.0, 0.06, 0.078),
 )
 TRUNK = (
     (-0.02, 0.05, 0.06),
@@ -114,11 +115,18 @@ class Painter:
         down = np.array([-forward[1], forward[0]])
         window, at = window_around(ankle[None], 0.34 * px, self.shape)
         f, d = ((at - ankle) @ forward) / px, ((at - ankle) @ down) / px
-        upper = capsule(f, d, (-0.02, 0.0), (0.01, 0.04), 0.058, 0.06)
-        sole = capsule(f, d, (-build.heel + 0.04, 0.042), (build.toe - 0.035, 0.052), 0.046, 0.032)
+        upper = capsule(f, d, (-0.015, 0.0), (0.04, 0.045), 0.062, 0.055)
+        sole = capsule(
+            f,
+            d,
+            (-build.heel + 0.045, build.ankle - 0.05),
+            (build.toe - 0.04, build.ankle - 0.042),
+            0.05,
+            0.042,
+        )
         signed = np.maximum(np.minimum(upper, sole), d - build.ankle)
         tone = 0.8 + 0.2 * np.clip(-d / 0.08 + 0.5, 0.0, 1.0) + 0.14 * (np.abs(f - 0.07) < 0.045) * (d < 0.03)
-        colour = np.where((d > build.ankle - 0.022)[..., None], SOLE, self.wear.shoes * tone[..., None])
+        colour = np.where((d > build.ankle - 0.026)[..., None], SOLE, self.wear.shoes * tone[..., None])
         return self._part(rank, window, WHITE, colour, px * signed)
 
     def _trunk(self, joints: dict[str, Array], sway: float) -> Part:

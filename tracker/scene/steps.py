@@ -66,7 +66,7 @@ class Build:
     ankle: float
     heel: float
     toe: float
-    toe_height: float = 0.03
+    toe_height: float = 0.05
 
     @property
     def stature(self) -> float:
@@ -96,7 +96,7 @@ class Gait:
 def random_build(rng: np.random.Generator) -> Build:
     """An adult's lengths: textbook proportions, each a few per cent longer or shorter."""
     thigh = 0.5 + rng.uniform(-0.012, 0.012)
-    usual = np.array([0.63, 0.31, 0.37, 0.31, 0.08, 0.225])
+    usual = np.array([0.63, 0.31, 0.37, 0.31, 0.1, 0.235])
     torso, neck, upper_arm, forearm, ankle, toe = (usual * (1.0 + rng.uniform(-0.04, 0.04, 6))).tolist()
     return Build(thigh, 1.0 - thigh, torso, neck, upper_arm, forearm, ankle, 0.075, toe)
 

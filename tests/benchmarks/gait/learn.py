@@ -27,7 +27,7 @@ from tracker.run.track import Track
 from tracker.scene.steps import Array, Build, Gait, random_build
 
 WALKER = load_figure("walker")
-FPS = (24.0, 30.0, 50.0)
+FPS = (24.0, 25.0, 30.0, 50.0, 60.0)
 SHORTEST = 1.0  # seconds of a capture
 NOISE, GRAIN, TOGETHER = 1.3, 0.4, 0.08  # degrees of slow and of quick error; seconds that errors go together
 ANGLES = [WALKER.freedoms.index(f"{joint}_{side}") for joint in ("hip", "knee", "ankle") for side in SIDES]

@@ -37,8 +37,8 @@ def a_walk(seed, seconds=6.0, fps=30):
     return replace(track, figure=figure), contacts(gait, build)
 
 
-@pytest.mark.parametrize("feet", [True, False])
-def test_a_walk_that_no_weight_was_learned_from_strikes_and_leaves_when_it_does(feet):
+@pytest.mark.parametrize(("feet", "leaves"), [(True, 0.025), (False, 0.03)])
+def test_a_walk_that_no_weight_was_learned_from_strikes_and_leaves_when_it_does(feet, leaves):
     late = {"strike": [], "off": []}
     for seed in range(6):
         track, truth = a_walk(seed)
@@ -56,7 +56,7 @@ def test_a_walk_that_no_weight_was_learned_from_strikes_and_leaves_when_it_does(
     assert np.median(late["strike"]) < 0.015
     assert np.quantile(late["strike"], 0.9) < 0.025
     # The made-up figure drags its toes: when it leaves the ground is less exact than where it strikes.
-    assert np.median(late["off"]) < 0.025
+    assert np.median(late["off"]) < leaves
 
 
 @pytest.mark.parametrize("side", ["near", "far"])

@@ -225,12 +225,12 @@ def _layer(q, body, cloths):
     places, bones = body[close], skeleton(WALKER, q)
     colours = np.zeros((len(places), 4))
     for i in sorted(range(len(WALKER.links)), key=lambda i: WALKER.links[i].layer):
-        first, last, start, tip = SHAPE.bars[i]
+        first, last, start, tip, beside = SHAPE.bars[i]
         length, (colour, contrast, texture) = bones.length[i], cloths[i]
         middle = places - (bones.start[i] + 0.5 * length * bones.direction[i])
         own = np.flatnonzero(np.einsum("pk,pk->p", middle, middle) < (0.5 * length + 0.2) ** 2)
         off = places[own] - bones.start[i]
-        u, v = off @ bones.direction[i], off @ bones.normal[i]
+        u, v = off @ bones.direction[i], off @ bones.normal[i] - beside
         nearest = np.clip(u, first * length, last * length)
         half = start + (tip - start) * (nearest / length - first) / (last - first)
         cover = np.clip(0.5 + UNIT * (half - np.hypot(u - nearest, v)), 0.0, 1.0)[:, None]

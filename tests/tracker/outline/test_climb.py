@@ -22,7 +22,7 @@ def odds(walk, stage):
 @pytest.fixture(scope="module")
 def path(walk):
     """Poses a little after the true ones."""
-    return poses(WALKER, CYCLES.at(WALK, walk.phase[PART] + 1.5))
+    return poses(WALKER, CYCLES.at(WALK, walk.phase[PART] + 2.5))
 
 
 def score(odds, q):
@@ -63,8 +63,9 @@ def test_a_mark_against_the_outline_moves_what_was_marked_and_hardly_anything_el
     known = np.arange(len(WALKER.freedoms)) == KNEE
     free = climb(odds, SHAPE, path, UNKNOWN).q[HERE]
     held = climb(odds, SHAPE, path, Marked(HERE, free + np.radians(10.0), known)).q[HERE]
-    assert np.radians(5.0) < held[KNEE] - free[KNEE] < np.radians(10.0)
-    assert abs(held - free)[WALKER.index("hip_far")] < np.radians(2.0)
+    moved = held - free
+    assert np.radians(0.5) < moved[KNEE] < np.radians(10.0)
+    assert abs(moved[WALKER.index("hip_far")]) < 0.2 * moved[KNEE]
 
 
 @pytest.mark.parametrize("side", [0, 1])

@@ -10,6 +10,7 @@ from tracker.outline.shape import ARM_SHARE, SOFT, Grid, Shape, arms_worth
 
 WALKER = load_figure()
 SHAPE = Shape.of(WALKER)
+assert SHAPE.bars[:, 4].any()  # some bars lie beside their links
 GRID = Grid((-1.2, 1.2), 24.0, (60, 60))
 
 
@@ -24,10 +25,10 @@ def random_poses(rng, count):
 
 def member(bar, bones, link, place):
     """m of one place and bar, written out."""
-    first, last, start, tip = bar
+    first, last, start, tip, beside = bar
     length, size = bones.length[link], bones.size
     away = place - bones.start[link]
-    u, v = away @ bones.direction[link], away @ bones.normal[link]
+    u, v = away @ bones.direction[link], away @ bones.normal[link] - size * beside
     w = np.clip(u, first * length, last * length)
     half = size * (start + (tip - start) * (w / length - first) / (last - first))
     edge = np.clip((half - np.hypot(u - w, v)) / (SOFT * size), -1.0, 1.0)
