@@ -22,6 +22,7 @@ from tests.benchmarks.evaluation.films import FILMS
 from tests.benchmarks.evaluation.held_out import tune
 from tests.benchmarks.evaluation.robustness import DROPPED, SHOTS, claims
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, spoil, twins
+from tests.benchmarks.evaluation.widths import ACROSS, edges
 from tests.benchmarks.motion import __main__ as motion
 from tests.benchmarks.motion.data import Source
 from tests.benchmarks.motion.synthesis import spectrum, stride
@@ -190,6 +191,12 @@ def test_marks_are_moved_by_three_pixels_and_guessed_to_four(rng):
         x, y = np.array([(mark.x - 50.0, mark.y - 80.0) for mark in after.values()]).T
         assert_allclose([x.std(), y.std()], pixels, rtol=0.04)
         assert {mark.visible for mark in after.values()} == {pixels == 3.0}
+
+
+def test_a_link_is_as_wide_as_half_of_the_frames_show_and_unknown_where_it_does_not_end():
+    shown = np.clip(0.5 + (0.1 - np.abs(ACROSS + 0.03)) / 0.08, 0.0, 1.0)  # from 0.13 right to 0.07 left
+    assert_allclose(edges(shown), (-0.13, 0.07), atol=1e-9)
+    assert np.isnan(edges(np.ones(len(ACROSS)))).all()
 
 
 @pytest.mark.parametrize(("name", "feet"), FEET.items())

@@ -1,5 +1,6 @@
 """The outline of a figure: each link a tapered, rounded bar, the arms a zone round the trunk.
 
+The bars are about as wide as the foreground around marked links (`tests/benchmarks/evaluation/widths.py`).
 Lengths scale with the figure's common scale, those along a link with the link's own length. Where arms may be
 they cover ARM_SHARE of the places, so that R is worth log (1 - share + share e^R) there: it costs little
 either way.
