@@ -28,7 +28,7 @@ PLACE = 0.1  # the same of the hip, leg lengths
 SIZE, LENGTH = 0.05, 0.04  # the same of log lengths
 CHANGE = 1.0 / 3.0  # of a spread by which it may change from frame to frame
 LASTS = 0.1  # the same of lengths
-MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH = float(np.radians(9.0)), 0.06, 0.06  # errors of marks
+MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH = float(np.radians(9.0)), 0.06, 0.06  # marks against outlines
 GIVE = 0.05  # radians by which a joint passes its limit
 
 
