@@ -160,7 +160,8 @@ def _fits(
     for facing, larger in product(ways, LARGER):
         faced, start = replace(part.part(near), facing=facing), _start(figure, path, best, facing, larger)
         outline = fitted(faced, start, best - near.start, fps, cycles, FEW)
-        ahead = AHEAD * (outline.phases.way > 0) * float(np.median(outline.units)) ** 2
+        # The same for whatever size is tried, or the largest would be the likeliest.
+        ahead = AHEAD * (outline.phases.way > 0) * float(np.median(path.units)) ** 2
         trials[facing, larger] = _explained(faced, outline, figure) + ahead
     better, size = max(trials, key=lambda trial: trials[trial])
     other = max((trials[trial] for trial in trials if trial[0] != better), default=-np.inf)
