@@ -7,6 +7,7 @@ import pytest
 
 from tests.tracker.outline.films import CYCLES, FPS, SIZE, UNIT, WALK, WALKER, a_walk
 from tracker.clip.found import TURNED
+from tracker.outline import person as outlines
 from tracker.outline.bodies import Path
 from tracker.outline.cycles import Cycles
 from tracker.outline.person import GOES, person
@@ -129,3 +130,26 @@ def test_exchanged_legs_are_the_same_figure_with_other_names(walk):
     np.testing.assert_array_equal(other.joints[0], one.joints[0])
     assert other.outline.named == -2.5
     np.testing.assert_array_equal(other.exchanged.outline.q, one.outline.q)
+
+
+def test_a_larger_size_is_not_taken_for_walking_ahead_alone(walk, rng, monkeypatch):
+    # All walk ahead; facing right explains a little more than facing left does in the larger size.
+    def explained(stage, outline, figure):
+        right, first = stage.facing > 0, np.median(outline.units) < 1.1 * np.median(path.units)
+        return float(
+            100.0 + (0.01 * UNIT**2 if right and first else 0.0 if not right and not first else -1e4)
+        )
+
+    film = walk.part(slice(8, 20))
+    path = path_of(film)
+    usual = outlines.fitted
+
+    def fitted(stage, start, *others):
+        found = usual(stage, start, *others)
+        ahead = replace(found.phases, way=1)
+        return replace(found, phases=ahead, units=np.full_like(found.units, start.view.unit))
+
+    monkeypatch.setattr(outlines, "fitted", fitted)
+    monkeypatch.setattr(outlines, "_explained", explained)
+    facing, larger, _ = outlines._fits(film.stage(rng), WALKER, path, (1, -1), FPS, FEW)
+    assert (facing, larger) == (1, 1.0)
