@@ -86,10 +86,10 @@ def _start(marked: dict[str, tuple[float, float]], facing: int) -> Start | None:
 def _of_frame(stage: Stage, frame: int, start: Start) -> Iterator[tuple[str, Array]]:
     figure, bones = start.figure, skeleton(start.figure, start.q)
     part, view = stage.part(slice(frame, frame + 1)), start.view
+    along, across = (each.ravel() for each in np.meshgrid(ALONG, ACROSS, indexing="ij"))
     for i, link in enumerate(figure.links):
         if i in figure.twins and np.hypot(*(bones.tip[i] - bones.tip[figure.twins[i]])) < APART:
             continue
-        along, across = (each.ravel() for each in np.meshgrid(ALONG, ACROSS, indexing="ij"))
         places = surface(bones, np.full(len(along), i), along, across)
         odds = part.odds_at(np.array([view.origin]), np.array([view.unit]), places[None])[0]
         yield link.name.removesuffix("_near").removesuffix("_far"), (odds > 0.0).reshape(len(ALONG), -1)
