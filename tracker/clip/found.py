@@ -24,6 +24,7 @@ from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
 TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
+DOUBTED = 0.08  # leg lengths: a spread as great has no right start on 200 rendered films
 CLEARLY = 0.1  # the same, from which nobody is looked at again
 AGAIN = GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
 MOSTLY = 0.5  # of the frames must tell the camera's path, or it may go along with somebody
@@ -162,4 +163,6 @@ def _doubted(one: Person) -> str:
     if one.turned < TURNED:
         return f"it is not sure which way the figure faces in frame {one.frame}; give --facing, or "
     wrong = objections(one.figure, points(marks_of(one)), one.facing)
+    if one.spread > DOUBTED:
+        wrong = [*wrong, "much of what stands out from the scene is not covered by the figure"]
     return f"the pose found in frame {one.frame} may be wrong: {'; '.join(wrong)}; " if wrong else ""

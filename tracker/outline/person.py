@@ -5,6 +5,7 @@ from itertools import product
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinematics.figure import Array, Figure
 from kinematics.figure_file import load_figure
@@ -23,6 +24,7 @@ BEYOND = 1.0  # seconds before and after a path in which who went along it may b
 AROUND = 25  # frames either way of the best one that tell which way a person faces
 FEW = 15  # rounds of climbing that tell it
 AHEAD = 0.04  # nats times square leg lengths a frame by which walking ahead is the likelier beforehand
+ALIKE = 0.1  # log lengths by which trunk and legs differ at most there from what they mostly are
 EXPLAINED = 0.8  # of the median log odds under the outline has a frame to start from
 NEARLY = 0.9  # of the farthest that the ankles come apart in such a frame, they are in that to start from
 GOES = 0.5  # leg lengths over the scene from which it has a direction
@@ -79,6 +81,11 @@ class Person:
         others = hips[shared.start - first : shared.stop - first]
         away = np.hypot(*(self.outline.hips[part] - others).T)
         return float(np.median(away / self.outline.units[part]))
+
+    @property
+    def spread(self) -> float:
+        """Leg lengths by which its joints may be off in the frame to start from."""
+        return float(self.outline.spread[self.frame - self.first])
 
     @property
     def exchanged(self) -> Self:
@@ -206,4 +213,17 @@ def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> in
     if not shown.any():
         return None
     shown &= apart >= NEARLY * apart[shown].max()
+    if (alike := shown & _as_long(outline, figure)).any():
+        shown = alike
     return int(np.where(shown, outline.score, -np.inf).argmax())
+
+
+def _as_long(outline: Outline, figure: Figure) -> NDArray[np.bool_]:
+    """(T,) whether trunk and legs are about as long as they mostly are: not one of them partly unseen."""
+    lines = [
+        ("hip", "neck", "head_top"),
+        *(("hip", f"{side}_knee", f"{side}_ankle") for side in ("near", "far")),
+    ]
+    at = outline.joints[:, [[figure.joints.index(name) for name in line] for line in lines]]
+    length = np.log(np.hypot(*np.moveaxis(np.diff(at, axis=2), -1, 0)).sum(-1))
+    return np.asarray(np.abs(length - np.median(length, axis=0)).max(1) < ALIKE)

@@ -11,7 +11,7 @@ from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
 from tracker.clip.asked import asked
-from tracker.clip.found import AGAIN, TURNED, people, start_of
+from tracker.clip.found import AGAIN, DOUBTED, TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.plan import prepare
@@ -249,6 +249,19 @@ def test_a_pose_that_no_body_has_is_no_start(walk, video):
     with pytest.raises(FoundError, match=r"pose found in frame 16 may be wrong: .*; mark its joints") as said:
         start_of([bent], Following(), video)
     assert MIDDLE in said.value.suggested
+
+
+def test_an_outline_that_leaves_much_uncovered_is_no_start(walk, video):
+    def spread(of):
+        one = walk.person()
+        return replace(one, outline=replace(one.outline, spread=np.full_like(one.outline.spread, of)))
+
+    with pytest.raises(
+        FoundError, match=r"pose found in frame 16 may be wrong: much of what stands out"
+    ) as said:
+        start_of([spread(1.1 * DOUBTED)], Following(), video)
+    assert MIDDLE in said.value.suggested
+    assert start_of([spread(0.9 * DOUBTED)], Following(), video).frame == MIDDLE
 
 
 def test_the_nearer_leg_may_be_given(walk, video):

@@ -59,6 +59,19 @@ def test_a_start_is_taken_only_where_every_joint_is_in_the_picture(walk, rng):
     assert widest[found.frame] > 0.9 * widest[inside].max()
 
 
+def test_a_start_is_a_frame_in_which_the_trunk_is_as_long_as_elsewhere(walk, rng):
+    film = walk.part(slice(8, 28))
+    stage, one = film.stage(rng), found_in(film, rng)
+    hip, *trunk = (WALKER.joints.index(name) for name in ("hip", "neck", "head_top"))
+    best = one.frame - one.first
+    joints = one.outline.joints.copy()
+    joints[best, trunk] -= 0.2 * (joints[best, trunk] - joints[best, hip])  # the head is taken for the scene
+    short = replace(one.outline, joints=joints)
+    found = outlines._clearest(stage, short, WALKER, slice(None))
+    assert found not in (None, best)
+    assert apart(joints)[found] >= 0.9 * apart(joints).max()
+
+
 def test_who_is_never_in_sight_as_a_whole_is_nobody(walk, rng):
     stage = walk.part(slice(8, 28)).stage(rng)
     cut = slice(0, 136)  # of rows: the feet are below
