@@ -15,9 +15,18 @@ from videos.frames import Video
 from videos.writer import Writer
 
 REPEATS = 5
-LENGTHS = (3000, 6000)  # frames of long films
 LONG = 36_000  # frames: 20 minutes at 30 a second
+LENGTHS = (3000, LONG)  # frames of long films
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+# Runs a command and prints its CPU seconds and memory. A process's memory counts from that of the one which
+# started it, so that one must be small.
+LAUNCH = """
+import os, subprocess, sys
+running = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL)
+_, status, used = os.wait4(running.pid, 0)
+print(used.ru_utime + used.ru_stime, used.ru_maxrss)
+sys.exit(status != 0)
+"""
 WAYS = {
     "all files": (),
     "without overlay.mp4": ("--no-overlay",),
@@ -52,12 +61,6 @@ class Command:
         (fewer, more), (short, long) = LENGTHS, self.long
         return 1e3 * (long.seconds - short.seconds) / (more - fewer)
 
-    @property
-    def expected(self) -> float:
-        """Megabytes for LONG frames, if memory goes on growing as it does between the long films."""
-        (fewer, more), (short, long) = LENGTHS, self.long
-        return long.megabytes + max(long.megabytes - short.megabytes, 0.0) * (LONG - more) / (more - fewer)
-
 
 def command(video: Path) -> Command:
     """Medians of several runs from the marks beside the clip; long films are followed once."""
@@ -87,14 +90,14 @@ def _classify(folder: Path) -> Used:
 def _used(*given: object) -> Used:
     """Of one command."""
     words = [*map(str, given), "--quiet"]
-    running = subprocess.Popen(
-        [sys.executable, "-m", "tracker", *words], env=os.environ | ONE_THREAD, stdout=subprocess.DEVNULL
+    running = [sys.executable, "-c", LAUNCH, sys.executable, "-m", "tracker", *words]
+    ended = subprocess.run(
+        running, env=os.environ | ONE_THREAD, stdout=subprocess.PIPE, text=True, check=False
     )
-    _, status, used = os.wait4(running.pid, 0)
-    if status != 0:
+    if ended.returncode != 0:
         raise RuntimeError(f"figtrack {' '.join(words)} failed")
-    megabytes = used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
-    return Used(used.ru_utime + used.ru_stime, megabytes)
+    seconds, most = map(float, ended.stdout.split())
+    return Used(seconds, most / (2**20 if sys.platform == "darwin" else 2**10))
 
 
 def _there_and_back(video: Path, frames: int, folder: Path) -> Path:
