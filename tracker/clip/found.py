@@ -164,5 +164,5 @@ def _doubted(one: Person) -> str:
         return f"it is not sure which way the figure faces in frame {one.frame}; give --facing, or "
     wrong = objections(one.figure, points(marks_of(one)), one.facing)
     if one.spread > DOUBTED:
-        wrong = [*wrong, "much of what stands out from the scene is not covered by the figure"]
+        wrong = [*wrong, "much that stands out is not covered by the figure"]
     return f"the pose found in frame {one.frame} may be wrong: {'; '.join(wrong)}; " if wrong else ""

@@ -257,7 +257,7 @@ def test_an_outline_that_leaves_much_uncovered_is_no_start(walk, video):
         return replace(one, outline=replace(one.outline, spread=np.full_like(one.outline.spread, of)))
 
     with pytest.raises(
-        FoundError, match=r"pose found in frame 16 may be wrong: much of what stands out"
+        FoundError, match=r"pose found in frame 16 may be wrong: much that stands out"
     ) as said:
         start_of([spread(1.1 * DOUBTED)], Following(), video)
     assert MIDDLE in said.value.suggested
