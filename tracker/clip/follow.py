@@ -77,8 +77,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
     with clock.stage("survey"):
         plan = _with_outline(plan, progress)
     span = (job.first, job.stop) if kept is None else kept.span
-    times, estimates = _estimates(plan, span, clock, progress)
-    track = _track(plan, span[0], times, estimates)
+    track = _track(plan, span[0], *_estimates(plan, span, clock, progress))
     if kept is not None:
         track = kept.joined(track)
     rate = _rate(plan, track)

@@ -19,7 +19,8 @@ SAID = ("time_s", "state", "label", "outcome")  # beside a pose
 
 def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
     """keypoints.csv, pose.csv and track.npz; every frame of the clip has its rows."""
-    write_table(folder / "keypoints.csv", KEYPOINTS, _keypoints(track, frames, fps))
+    places, covs = track.joints(), track.joint_covs()
+    write_table(folder / "keypoints.csv", KEYPOINTS, _keypoints(track, places, covs, frames, fps))
     learned = track.figure.learned_freedoms
     columns = ("seq", "frame", *learned, *SAID, *track.figure.pose_freedoms[len(learned) :])
     write_table(folder / "pose.csv", columns, _poses(track, frames, fps))
@@ -46,13 +47,14 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
         motions=np.array(track.motions),
         outcome=np.array(track.outcome),
         shift=track.shift,
-        joints=track.joints(),
-        joint_covs=track.joint_covs(),
+        joints=places,
+        joint_covs=covs,
     )
 
 
-def _keypoints(track: Track, frames: int, fps: float) -> Iterator[tuple[object, ...]]:
-    places, covs = track.joints(), track.joint_covs()
+def _keypoints(
+    track: Track, places: Array, covs: Array, frames: int, fps: float
+) -> Iterator[tuple[object, ...]]:
     column = {name: j for j, name in enumerate(track.figure.joints)}
     names = tuple(dict.fromkeys((*track.figure.marks, *track.figure.joints)))
     times = whole_times(track.times, track.first, frames, fps)
