@@ -95,8 +95,6 @@ def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[
     ankle = track.figure.joints.index(f"{side}_ankle")
     way = 1.0 if track.q[-1, 0] >= track.q[0, 0] else -1.0
     along = way * joints(track.figure, track.q)[:, ankle, 0]
-    row = joint_jacobian(track.figure, track.q)[:, ankle, 0]
-    variances = np.einsum("ti,tij,tj->t", row, track.cov, row)
     found: dict[float, tuple[float, float]] = {}
     for stride in strides.sound:
         stance = stride.off.at - stride.strike.at
@@ -104,7 +102,9 @@ def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[
             rows = _flat(strike.at - track.first, stance)
             if rows.stop <= len(track) and track.measured[rows].all():
                 # Neighbouring frames err alike: a mean of them is taken to be no surer than one.
-                found[strike.at] = float(along[rows].mean()), float(variances[rows].mean())
+                by_pose = joint_jacobian(track.figure, track.q[rows])[:, ankle, 0]
+                variances = np.einsum("ti,tij,tj->t", by_pose, track.cov[rows], by_pose)
+                found[strike.at] = float(along[rows].mean()), float(variances.mean())
     return found
 
 

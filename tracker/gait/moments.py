@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, transpose
 from kinematics.sides import Side
 from kinematics.spm import joint_jacobian, joints
-from tracker.run.track import Track
+from tracker.run.track import Track, blocks
 
 REACH = 0.2  # leg lengths that the ankle swings at least; less is no stride
 PROMINENCE = 0.4  # of that swing, by which an extreme stands out
@@ -74,10 +74,13 @@ class Way:
     def of(cls, track: Track, side: Side) -> "Way":
         names = [f"{side}_{joint}" for joint in ("ankle", "toe") if f"{side}_{joint}" in track.figure.joints]
         chosen = [track.figure.joints.index(name) for name in names]
-        places = joints(track.figure, track.q)
-        J = joint_jacobian(track.figure, track.q)
-        J = (J[:, chosen] - J[:, :1]).reshape(len(track), 2 * len(chosen), -1)
-        return cls((places[:, chosen] - places[:, :1]).reshape(len(track), -1), J @ track.cov @ transpose(J))
+        places, C = joints(track.figure, track.q), 2 * len(chosen)
+        covs = np.empty((len(track), C, C))
+        for some in blocks(len(track)):
+            J = joint_jacobian(track.figure, track.q[some])
+            J = (J[:, chosen] - J[:, :1]).reshape(len(J), C, -1)
+            covs[some] = J @ track.cov[some] @ transpose(J)
+        return cls((places[:, chosen] - places[:, :1]).reshape(len(track), C), covs)
 
     @property
     def back(self) -> "Way":

@@ -1,6 +1,7 @@
 """A figure followed through a clip."""
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,9 +19,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPACE = ("x", "y")
-ALL, BLOCK = slice(None), 512  # frames whose derivatives by the pose are in memory together
+ALL, BLOCK = slice(None), 512  # rows
 WITHIN = 0.1  # leg lengths: what near is
 FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
+
+
+def blocks(T: int) -> Iterator[slice]:
+    """T rows, some at a time: those whose derivatives by the pose are in memory together."""
+    for t in range(0, T, BLOCK):
+        yield slice(t, t + BLOCK)
 
 
 class LibraryError(ImportError):
@@ -91,8 +98,7 @@ class Track:
         """
         q, cov, marked = self.q[rows], self.cov[rows], (self.mark * self.view.unit) ** 2 * np.eye(2)
         out = np.empty((len(q), len(self.figure.joints), 2, 2))
-        for t in range(0, len(q), BLOCK):
-            some = slice(t, t + BLOCK)
+        for some in blocks(len(q)):
             J = joint_jacobian(self.figure, q[some]) * self.view.axes[:, None]
             out[some] = J @ cov[some, None] @ transpose(J) + marked
         if self.misnamed:
