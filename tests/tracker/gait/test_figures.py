@@ -1,5 +1,6 @@
 """Gait figures of walks whose cadence, stance, lengths and ranges are known."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -304,3 +305,15 @@ def test_the_summary_says_what_was_found():
     )
     assert set(news["strides"]["near"][0]) == {"strike", "off", "end"}
     assert (news["motion"], news["metres_in_leg"]) == ("walk", None)
+
+
+def test_a_long_walk_takes_little_more_memory_than_its_poses():
+    track = stroll(seconds=120.0)
+    gait_of(track)  # what is read once stays
+    tracemalloc.start()
+    try:
+        gait_of(track)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 5000 * len(track)
