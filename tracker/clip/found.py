@@ -24,7 +24,7 @@ from videos.frames import Video
 
 WINDOW = 600  # frames that are looked at together: memory is bounded
 TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
-DOUBTED = 0.08  # leg lengths: a spread as great has no right start on 200 rendered films
+DOUBTED = 0.08  # leg lengths: no right start on 200 rendered films had so great a spread
 CLEARLY = 0.1  # the same, from which nobody is looked at again
 AGAIN = GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
 MOSTLY = 0.5  # of the frames must tell the camera's path, or it may go along with somebody

@@ -200,6 +200,8 @@ def _direction(stage: Stage, outline: Outline) -> int:
 def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> int | None:
     """The frame that shows the figure best among those with the ankles about as far apart as they come.
 
+    If it can be one with limbs as long as they mostly are.
+
     Args:
         sure: frames to be taken first.
     """
