@@ -9,7 +9,7 @@ import numpy as np
 
 from kinematics.sides import SIDES, Side
 from tracker.clip.follow import Run
-from tracker.gait.curves import goes_backwards, legs_of, norm_of, tenths
+from tracker.gait.curves import goes_backwards, legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.times import STANCE, SWING
@@ -128,12 +128,12 @@ class Chapter:
         return said
 
     def drawn(self) -> dict[str, Any]:
-        """Curves in degrees, stretches in frames and the figure, as JSON can hold them."""
+        """Curves in degrees, stretches in frames and the figure, as a page holds them."""
         track = self.track
         return {
             "name": self.name,
             "first": track.first,
-            "times": np.round(track.times - track.times[0], 4).tolist(),
+            "times": np.round(track.times - track.times[0], 4),
             "panels": list(self._panels()),
             "motions": [[start, end, track.motions[start]] for start, end in stretches(track.motions)],
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],
@@ -153,8 +153,8 @@ class Chapter:
                 "curves": [
                     {
                         "name": name,
-                        "mean": tenths(np.degrees(self.track.q[:, k])),
-                        "sigma": tenths(np.degrees(self.track.sigma(k))),
+                        "mean": np.round(np.degrees(self.track.q[:, k]), 1),
+                        "sigma": np.round(np.degrees(self.track.sigma(k)), 1),
                     }
                     for name, k in shown.items()
                 ],

@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, FunctionLoader
 from markupsafe import Markup
 
@@ -31,12 +32,14 @@ class Document:
         """The page, piece by piece.
 
         Args:
-            data: what its scripts start with, as JSON can hold it.
+            data: what its scripts start with, as JSON can hold it but for arrays.
             nonce: what the page's policy asks of its own style and scripts.
             shown: what its template names; text that is no Markup is escaped.
         """
         # "</script>" in a file's name would end the element; JSON may spell "<" as it likes.
-        written = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+        written = json.dumps(data, separators=(",", ":"), allow_nan=False, default=listed).replace(
+            "<", "\\u003c"
+        )
         return _PAGES.get_template("report/frame.html").generate(
             page=self.page,
             style=_joined(f"{COMMON}.css", *self.styles),
@@ -52,6 +55,13 @@ def write_page(path: Path, page: Document, data: object, **shown: Any) -> None:
     # A file's name may be no text at all.
     with path.open("w", encoding="utf-8", errors="replace") as file:
         file.writelines(page.compose(data, policy=POLICY, **shown))
+
+
+def listed(values: object) -> object:
+    """An array as JSON can hold it: lists, which take ten times its memory, of one array at a time."""
+    if isinstance(values, np.ndarray):
+        return values.tolist()
+    raise TypeError(f"JSON holds no {type(values).__name__}")
 
 
 def _joined(*names: str) -> Markup:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinematics.figure import Array, Figure
 from kinematics.spm import View, skeleton
@@ -107,7 +108,7 @@ def followed(finished: Run) -> Iterator[tuple[Frame, float]]:
 
 
 def figure_numbers(track: Track) -> dict[str, Any]:
-    """Numbers of T frames, as JSON can hold them; those of a row a frame in tenths, which is shorter.
+    """Numbers of T frames, as a page holds them; those of a row a frame in tenths, which is shorter.
 
     limbs    : in the order they are drawn, each its color and links [point, link]: from a point to the tip of
                the link, which is point 1 + link
@@ -169,6 +170,6 @@ def _sight(track: Track, places: Array) -> tuple[Array, Array]:
     return centre, np.percentile(away, SPAN, axis=0)
 
 
-def _rows(values: Array) -> list[list[int]]:
+def _rows(values: Array) -> NDArray[np.int32]:
     rows = np.clip(values, -FARTHEST, FARTHEST).reshape(len(values), -1)
-    return np.rint(10.0 * rows).astype(int).tolist()  # type: ignore[no-any-return]
+    return np.rint(10.0 * rows).astype(np.int32)

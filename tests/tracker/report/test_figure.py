@@ -12,6 +12,7 @@ from kinematics.figure_file import load_figure
 from tests.kinematics.figures import HORSE, WALKER
 from tests.tracker.strolls import stroll
 from tests.tracker.tracks import random_track
+from tracker.report.document import listed
 from tracker.report.drawing import figure_numbers as in_tenths
 from tracker.report.drawing import segments
 from videos.overlay import FARTHEST
@@ -90,12 +91,12 @@ def test_numbers_of_twenty_minutes_stay_small(rng):
     frames, some = 36_000, 300
     track = random_track(rng, some, figure=WALKER)
     track = replace(track, view=replace(track.view, origin=(1234.5, 2345.6)))
-    assert len(json.dumps(in_tenths(track), separators=(",", ":"))) * frames / some < 9e6
+    assert len(json.dumps(in_tenths(track), separators=(",", ":"), default=listed)) * frames / some < 9e6
 
 
 def test_what_is_far_away_is_a_number_all_the_same(track):
     q = track.q.copy()
     q[2, :2] = 1e9
     far = replace(track, q=q)
-    json.dumps(in_tenths(far), allow_nan=False)
+    json.dumps(in_tenths(far), allow_nan=False, default=listed)
     assert np.abs(figure_numbers(far)["points"][2]).max() <= FARTHEST
