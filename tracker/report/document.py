@@ -36,15 +36,11 @@ class Document:
             nonce: what the page's policy asks of its own style and scripts.
             shown: what its template names; text that is no Markup is escaped.
         """
-        # "</script>" in a file's name would end the element; JSON may spell "<" as it likes.
-        written = json.dumps(data, separators=(",", ":"), allow_nan=False, default=listed).replace(
-            "<", "\\u003c"
-        )
         return _PAGES.get_template("report/frame.html").generate(
             page=self.page,
             style=_joined(f"{COMMON}.css", *self.styles),
             scripts=_joined(f"{COMMON}.js", *self.scripts),
-            data=Markup(written),
+            data=_script(data),
             nonce=nonce,
             **shown,
         )
@@ -62,6 +58,12 @@ def listed(values: object) -> object:
     if isinstance(values, np.ndarray):
         return values.tolist()
     raise TypeError(f"JSON holds no {type(values).__name__}")
+
+
+def _script(data: object) -> Markup:
+    # "</script>" in a file's name would end the element; JSON may spell "<" as it likes.
+    written = json.dumps(data, separators=(",", ":"), allow_nan=False, default=listed)
+    return Markup(written.replace("<", "\\u003c"))
 
 
 def _joined(*names: str) -> Markup:
