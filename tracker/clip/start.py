@@ -7,7 +7,7 @@ from kinematics.doubts import beyond_limits, doubts
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from kinematics.recover import Marks as Places
-from kinematics.recover import Start, facing_of, start_pose
+from kinematics.recover import Start, facing_of, facing_told, start_pose
 from tracker.tables.keypoints import Mark, Marks, hidden, points
 
 
@@ -63,9 +63,14 @@ def objections(figure: Figure, places: Places, facing: int, turn: str = "give --
 
 
 def facing_at(marks: Marks, frame: int, figure: Figure = WALKER) -> int:
-    """Which way the figure faces in a marked frame, seen from it and the next: +1 right, -1 left."""
-    later = next((points(marks[f]) for f in sorted(marks) if f > frame), None)
-    return facing_of(points(marks[frame]), later, figure)
+    """Which way the figure faces in a marked frame, seen from it and the next: +1 right, -1 left.
+
+    Where the frame's own marks are too few to tell, it is the way that joints can bend.
+    """
+    here, later = points(marks[frame]), next((points(marks[f]) for f in sorted(marks) if f > frame), None)
+    way = facing_of(here, later, figure)
+    only_back = beyond_limits(figure, here, way) and not beyond_limits(figure, here, -way)
+    return -way if only_back and not facing_told(here, figure) else way
 
 
 def outside(marked: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:

@@ -13,10 +13,10 @@ from tracker.clip.follow import follow, scene_behind
 from tracker.clip.job import Job
 from tracker.clip.pictures import Reel, Toned
 from tracker.clip.plan import heading, prepare, untold
-from tracker.clip.start import marked_start
+from tracker.clip.start import facing_at, marked_start
 from tracker.progress import Progress
 from tracker.settings import Settings
-from tracker.tables.keypoints import read_keypoints
+from tracker.tables.keypoints import Mark, read_keypoints
 
 FEET = ("near_ankle", "near_toe", "far_ankle", "far_toe")
 
@@ -105,3 +105,20 @@ def test_the_scene_is_sought_around_the_start_frame(clip, marks, monkeypatch):
         plan = prepare(replace(whole, start=start))
         assert scene_behind(plan, Toned(Reel(plan.video), np.arange(256, dtype=np.uint8))) is None
     assert asked == [(4, 0), (6, 2), (7, 3)]
+
+
+@pytest.mark.parametrize("facing", [1, -1])
+def test_where_marks_are_few_a_figure_faces_the_way_in_which_its_knee_can_bend(facing):
+    places = {
+        "head_top": (0.0, -95.0),
+        "neck": (0.0, -60.0),
+        "hip": (0.0, 0.0),
+        "near_knee": (15.0, 45.0),
+        "near_ankle": (-20.0, 80.0),
+        "far_knee": (-5.0, 50.0),
+    }
+    here = {name: Mark(200.0 + facing * x, 150.0 + y) for name, (x, y) in places.items()}
+    panned = {
+        name: replace(mark, x=mark.x - 10.0 * facing) for name, mark in here.items()
+    }  # it seems to go back
+    assert facing_at({0: here, 5: panned}, 0) == facing
