@@ -13,6 +13,7 @@ import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 PATIENCE = 30.0  # seconds for anything the browser is asked for
+LEFT = "Inspected target navigated", "Execution context was destroyed"  # how errors of such scripts begin
 MODIFIERS = {"Alt": 1, "Control": 2, "Meta": 4, "Shift": 8}
 KEY_CODES = {"Enter": 13, "Escape": 27, "Delete": 46, "Tab": 9, " ": 32}
 KEY_CODES |= {
@@ -25,6 +26,10 @@ KEY_CODES |= {
     "ArrowRight": 39,
     "ArrowDown": 40,
 }
+
+
+class PageLeftError(AssertionError):
+    """A script of a page that was left for another before it was done."""
 
 
 class Browser:
@@ -45,6 +50,8 @@ class Browser:
         while True:
             message = json.loads(self._socket.recv())
             if message.get("id") == number:
+                if message.get("error", {}).get("message", "").startswith(LEFT):
+                    raise PageLeftError(message)
                 assert "error" not in message, message
                 return message["result"]
             self._heard(message)
@@ -68,9 +75,16 @@ class Browser:
     def wait(self, script):
         """Until a script's value is true."""
         end = time.monotonic() + PATIENCE
-        while not self.value(f"Boolean({script})"):
+        while not self._true(script):
             assert time.monotonic() < end, f"never came true: {script}"
             time.sleep(0.02)
+
+    def _true(self, script):
+        """Whether a script's value is true; nothing is of a page that is just left for another."""
+        try:
+            return self.value(f"Boolean({script})")
+        except PageLeftError:
+            return False
 
     def text(self, selector):
         return self.value(f"document.querySelector({json.dumps(selector)}).innerText")
