@@ -139,6 +139,17 @@ def test_the_slider_moves_clip_cursor_and_numbers_to_one_frame(browser, tmp_path
         assert near == f"near {degrees:.1f}\u00b0 \u00b1 {2.0 * np.degrees(0.002):.1f}"
 
 
+def test_the_figure_goes_to_the_frame_that_is_asked_for_where_no_picture_is_announced(browser, tmp_path):
+    without = "delete HTMLVideoElement.prototype.requestVideoFrameCallback"
+    told = browser.call("Page.addScriptToEvaluateOnNewDocument", source=without)
+    try:
+        report = Report(browser, made(tmp_path, stroll(1.0)))
+        report.slide(7)
+        report.shows(7)
+    finally:
+        browser.call("Page.removeScriptToEvaluateOnNewDocument", **told)
+
+
 def test_frames_of_uneven_length_are_found_one_by_one(browser, tmp_path):
     track = stroll(1.0)
     track = replace(track, times=np.cumsum(np.tile([0.02, 0.05, 0.03], 10)) - 0.02)

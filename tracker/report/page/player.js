@@ -14,6 +14,10 @@ class Player {
   watch(video, i) {
     video.addEventListener("loadedmetadata", () => this.seek(video));
     video.addEventListener("ended", () => this.pause(this.times.length - 1));
+    // Not every browser has a callback for each picture, and one that has may leave a picture out.
+    video.addEventListener("seeked", () => {
+      if (!this.playing) this.seen(i, this.frame);
+    });
     const next = () => video.requestVideoFrameCallback ? video.requestVideoFrameCallback(tick) : requestAnimationFrame(tick);
     const tick = (_, shown) => {
       if (shown || this.playing) this.look(i, this.at(shown ? shown.mediaTime : video.currentTime));
