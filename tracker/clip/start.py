@@ -56,7 +56,7 @@ def objections(figure: Figure, places: Places, facing: int, turn: str = "give --
         turn: how a user says which way the figure faces.
     """
     wrong = doubts(figure, places, facing)
-    if wrong and beyond_limits(figure, places, facing) and not beyond_limits(figure, places, -facing):
+    if wrong and _bends_back(figure, places, facing):
         side = "right" if facing < 0 else "left"
         wrong.append(f"or {turn} {side} if that is where the figure faces")
     return wrong
@@ -69,8 +69,12 @@ def facing_at(marks: Marks, frame: int, figure: Figure = WALKER) -> int:
     """
     here, later = points(marks[frame]), next((points(marks[f]) for f in sorted(marks) if f > frame), None)
     way = facing_of(here, later, figure)
-    only_back = beyond_limits(figure, here, way) and not beyond_limits(figure, here, -way)
-    return -way if only_back and not facing_told(here, figure) else way
+    return -way if not facing_told(here, figure) and _bends_back(figure, here, way) else way
+
+
+def _bends_back(figure: Figure, places: Places, facing: int) -> bool:
+    """Whether joints can bend as they do only where the figure faces the other way."""
+    return bool(beyond_limits(figure, places, facing)) and not beyond_limits(figure, places, -facing)
 
 
 def outside(marked: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:

@@ -118,7 +118,6 @@ def test_where_marks_are_few_a_figure_faces_the_way_in_which_its_knee_can_bend(f
         "far_knee": (-5.0, 50.0),
     }
     here = {name: Mark(200.0 + facing * x, 150.0 + y) for name, (x, y) in places.items()}
-    panned = {
-        name: replace(mark, x=mark.x - 10.0 * facing) for name, mark in here.items()
-    }  # it seems to go back
+    # By the base alone it goes back.
+    panned = {name: replace(mark, x=mark.x - 10.0 * facing) for name, mark in here.items()}
     assert facing_at({0: here, 5: panned}, 0) == facing
