@@ -311,7 +311,7 @@ def _upright(picture: VideoFrame, rgb: VideoReformatter) -> Image:
 
     A frame that reformats itself would hold on to what that takes, which is more than its pixels.
     """
-    image = rgb.reformat(picture, format="rgb24").to_ndarray()
+    image = rgb.reformat(picture, format="rgb24", threads=1).to_ndarray()
     a, b, c, d = display_matrix(picture)
     sideways = abs(b) > abs(a)
     if sideways:

@@ -20,10 +20,11 @@ from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
 from tracker.loop.begin import begin, start_box, start_curve
-from tracker.loop.both_ways import Passage, joined
+from tracker.loop.both_ways import Passage, join
 from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
+from tracker.loop.trail import Trail
 from tracker.picture.backdrop import Backdrop
 from tracker.picture.plate import REACH, plate
 from tracker.progress import Progress
@@ -77,7 +78,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
     with clock.stage("survey"):
         plan = _with_outline(plan, progress)
     span = (job.first, job.stop) if kept is None else kept.span
-    track = _track(plan, span[0], *_estimates(plan, span, clock, progress))
+    track = _track(plan, span[0], *_followed(plan, span, clock, progress))
     if kept is not None:
         track = kept.joined(track)
     rate = _rate(plan, track)
@@ -107,9 +108,9 @@ def _with_outline(plan: Plan, progress: Progress) -> Plan:
     return outlined(plan, progress)
 
 
-def _estimates(
+def _followed(
     plan: Plan, span: tuple[int, int | None], clock: Clock, progress: Progress
-) -> tuple[list[float], list[Estimate]]:
+) -> tuple[list[float], Trail]:
     """Time of every frame up to the last of a span, and estimates of those in it; None is the clip's last."""
     job, frame, (first, last) = plan.job, plan.frame, span
     reel, end = Reel(plan.video, last), plan.total if last is None else last + 1
@@ -122,12 +123,13 @@ def _estimates(
             )
         pictures = Toned(reel, start_curve(plan.tracker, plan.start, marked))
         ways = _Ways(plan, pictures, pictures.shown(marked), clock, advance)
-        behind: list[Estimate] = []
-        belief = None
+        trail, belief = Trail(len(plan.start.q)), None
         if frame > first:
-            behind, belief = ways.followed(-1, pictures.span(frame - 1, first))
-        ahead, _ = ways.followed(1, map(pictures.shown, images), belief)
-    return reel.times, behind[:0:-1] + ahead
+            belief = ways.follow(trail, -1, pictures.span(frame - 1, first))
+            trail.reverse()
+            trail.pop(1)  # the start frame, with which the way ahead begins as well
+        ways.follow(trail, 1, map(pictures.shown, images), belief)
+    return reel.times, trail
 
 
 @dataclass(frozen=True)
@@ -144,10 +146,10 @@ class _Ways:
     clock: Clock
     advance: Callable[[], None]
 
-    def followed(
-        self, way: int, images: Iterable[Image], belief: Belief | None = None
-    ) -> tuple[list[Estimate], Belief | None]:
-        """Estimates from the start frame on, and the belief there from which to go the other way.
+    def follow(
+        self, trail: Trail, way: int, images: Iterable[Image], belief: Belief | None = None
+    ) -> Belief | None:
+        """Append the estimates from the start frame on; the belief there from which to go the other way.
 
         Args:
             way: +1 ahead, -1 back.
@@ -160,14 +162,15 @@ class _Ways:
         if state.templates.strange.any() and state.backdrop is not None:
             state, estimate = begin(tracker, plan.start, self.marked, belief, self._scene)
         run = passage.run(plan.frame, state, estimate, self.clock.timed("read", images))
-        found: list[Estimate] = []
-        turned = None
         tracked = self._counted(way, self.clock.timed("track", run))
-        for estimate in self.clock.timed("smooth", passage.smooth(tracker, tracked)):
-            if len(found) == 1 and plan.job.smooth and estimate.outcome.measured:
+        turned = None
+        for t, estimate in enumerate(self.clock.timed("smooth", passage.smooth(tracker, tracked))):
+            if t == 1 and plan.job.smooth and estimate.outcome.measured:
                 turned = turned_belief(tracker.slds, state.belief, estimate.belief)
-            found.append(estimate.light())
-        return joined(tracker, found), turned
+            trail.append(estimate)
+            if estimate.back:
+                join(tracker, trail, estimate.back)
+        return turned
 
     def _counted(self, way: int, run: Iterable[Estimate]) -> Iterator[Estimate]:
         for t, estimate in enumerate(run):
@@ -195,8 +198,8 @@ def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
     return plate(images, plan.frame - first, start_box(plan.tracker, plan.start), plan.tracker.view.unit)
 
 
-def _track(plan: Plan, first: int, times: Sequence[float], estimates: Sequence[Estimate]) -> Track:
-    labels, s = plan.slds.labels, np.array([estimate.s for estimate in estimates])
+def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Track:
+    labels = plan.slds.labels
     return Track(
         figure=plan.start.figure,
         view=plan.start.view,
@@ -204,12 +207,12 @@ def _track(plan: Plan, first: int, times: Sequence[float], estimates: Sequence[E
         labels=labels,
         first=first,
         times=np.array(times[first:]) - times[0],
-        q=np.stack([estimate.pose.mean for estimate in estimates]),
-        cov=np.stack([estimate.pose.cov for estimate in estimates]),
-        s=s,
-        motions=tuple(labels[k] for k in s),
-        outcome=tuple(estimate.outcome for estimate in estimates),
-        shift=np.stack([estimate.shift for estimate in estimates]),
+        q=trail.mean,
+        cov=trail.cov,
+        s=np.array(trail.s),
+        motions=tuple(labels[k] for k in trail.s),
+        outcome=tuple(trail.outcome),
+        shift=trail.shift,
         mark=plan.tracker.settings.mark,
         misnamed=plan.misnamed,
     )

@@ -17,6 +17,7 @@ from tracker.loop.anchors import FAR, Anchor, anew, passed
 from tracker.loop.detections import Detections
 from tracker.loop.estimate import Estimate, State
 from tracker.loop.tracker import Tracker
+from tracker.loop.trail import Trail
 from tracker.picture.pyramid import Image
 
 
@@ -72,16 +73,14 @@ class Passage:
                 there, estimate = self._step(other, there, frame - t * self.way, picture)
                 yield estimate
 
-        return tuple(estimate.light() for estimate in self.smooth(other, run()))[-2:0:-1]
+        return tuple(estimate.light for estimate in self.smooth(other, run()))[-2:0:-1]
 
 
-def joined(tracker: Tracker, estimates: Sequence[Estimate]) -> list[Estimate]:
-    """The estimates of a passage, between two anchors joined with those of the way back."""
-    done = list(estimates)
-    for t, estimate in enumerate(estimates):
-        stretch = slice(t - len(estimate.back), t)
-        done[stretch] = between_anchors(tracker, done[stretch], estimate.back)
-    return done
+def join(tracker: Tracker, trail: Trail, back: Sequence[Estimate]) -> None:
+    """Join the frames before a trail's last one, an anchor, with those of the way back from it."""
+    anchor = trail.pop(1)
+    trail.extend(between_anchors(tracker, trail.pop(len(back)), back))
+    trail.extend(anchor)
 
 
 def between_anchors(

@@ -1,7 +1,7 @@
 """What a frame came to, and what the loop carries to the next."""
 
 from dataclasses import dataclass, replace
-from typing import Self, cast
+from typing import Self
 
 import numpy as np
 
@@ -39,10 +39,10 @@ class Estimate:
     began: bool = False
     back: tuple[Self, ...] = ()
 
+    @property
     def light(self) -> Self:
-        """The same without its hypotheses, which take forty times the memory; the covariance in float32."""
-        cov = cast("Array", self.pose.cov.astype(np.float32))
-        return replace(self, pose=Gaussian(self.pose.mean, cov), belief=NOTHING)
+        """The same without its hypotheses, which take forty times the memory."""
+        return replace(self, belief=NOTHING)
 
 
 @dataclass(frozen=True)

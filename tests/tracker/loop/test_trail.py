@@ -1,0 +1,82 @@
+"""Columns of estimates hold what the estimates held, in half the memory."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from dynamics.gaussian import Gaussian
+from tracker.loop.estimate import NOTHING, Estimate
+from tracker.loop.outcome import Outcome
+from tracker.loop.trail import Trail
+
+D = 17
+
+
+def estimates(rng, T):
+    outcomes = rng.choice(np.array(Outcome), T)
+    covs = rng.normal(size=(T, D, D)).astype(np.float32)  # what single precision holds, it returns
+    return [
+        Estimate(Gaussian(rng.normal(size=D), cov), t % 3, Outcome(at), NOTHING, rng.normal(size=2), 0.5 * t)
+        for t, (cov, at) in enumerate(zip(covs, outcomes, strict=True))
+    ]
+
+
+def trail_of(rows):
+    trail = Trail(D)
+    trail.extend(rows)
+    return trail
+
+
+def same(trail, rows):
+    """Whether columns hold these rows; read both as columns and row by row."""
+    assert len(trail) == len(rows)
+    assert_array_equal(trail.mean, [row.pose.mean for row in rows])
+    assert_array_equal(trail.cov, [row.pose.cov for row in rows])
+    assert_array_equal(trail.shift, [row.shift for row in rows])
+    assert trail.s == [row.s for row in rows]
+    assert trail.outcome == [row.outcome for row in rows]
+
+
+def test_columns_hold_what_was_appended(rng):
+    rows = estimates(rng, 7)
+    same(trail_of(rows), rows)
+
+
+def test_frames_that_are_taken_off_come_back_whole(rng):
+    rows = estimates(rng, 7)
+    trail = trail_of(rows)
+    found = trail.pop(3)
+    same(trail, rows[:4])
+    same(trail_of(found), rows[4:])
+    assert [row.misfit for row in found] == [row.misfit for row in rows[4:]]
+    assert trail.pop(0) == []
+    trail.extend(found)
+    same(trail, rows)
+
+
+def test_a_trail_turns_round(rng):
+    rows = estimates(rng, 6)
+    trail = trail_of(rows)
+    trail.reverse()
+    same(trail, rows[::-1])
+    assert trail.pop(1)[0].misfit == rows[0].misfit
+
+
+@pytest.mark.parametrize("column", ["mean", "cov", "shift"])
+def test_a_column_that_is_held_is_not_moved_by_another_frame(column, rng):
+    trail = trail_of(estimates(rng, 2))
+    held = getattr(trail, column)
+    with pytest.raises(BufferError):
+        trail.append(estimates(rng, 1)[0])
+    assert len(held) == 2
+
+
+def test_a_frame_takes_little_more_than_its_numbers(rng):
+    (row,) = estimates(rng, 1)
+    tracemalloc.start()
+    trail = trail_of([row] * 2000)
+    used, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert used / len(trail) < 1.2 * (4 * D * D + 8 * D + 3 * 8 + 2 * 8)
