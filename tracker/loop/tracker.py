@@ -28,7 +28,7 @@ from kinematics.recover import Start
 from kinematics.spm import View, joints
 from tracker.loop.detections import Detections, Detector, Likelihood
 from tracker.loop.estimate import Estimate, State
-from tracker.loop.judging import LEAST_INSIDE, inside, judged, judged_by_points
+from tracker.loop.judging import LEAST_INSIDE, denied, inside, judged, judged_by_points
 from tracker.loop.outcome import Outcome
 from tracker.picture.pyramid import Box, Image, Level, pyramid
 from tracker.registration.align import align, reach, sought
@@ -79,7 +79,7 @@ class Tracker:
             proposed = here.detected(proposed, detections)
         misfit = 0.0
         if self.settings.templates:
-            state, found = here._registered(state, image, proposed)
+            state, found = here._registered(state, image, proposed, detections)
             misfit = float(found.misfit)
         else:
             pose = self.pose(proposed.merged()).mean
@@ -111,7 +111,9 @@ class Tracker:
         each = zip(given.states.mean, given.states.cov, given.cost, strict=True)
         return either([replace(belief, states=Gaussian(*of), cost=cost) for *of, cost in each])
 
-    def _registered(self, state: State, image: Image, proposed: Belief) -> tuple[State, Registration]:
+    def _registered(
+        self, state: State, image: Image, proposed: Belief, detections: Detections | None
+    ) -> tuple[State, Registration]:
         """The state after the templates were laid on the picture, and where they settled at the best."""
         priors = self.pose(proposed.states)
         field = self.field(state, image, priors)
@@ -120,6 +122,8 @@ class Tracker:
         fused = self.conditioned(proposed, priors, found).levelled()
         best = found[fused.best]
         outcome = judged(field, state.outcome, priors.mean[proposed.best], best, image.shape[:2])
+        if outcome.measured and detections is not None and denied(self._detector, detections, best.q):
+            outcome = Outcome.LOST
         if outcome.measured:
             state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
         else:

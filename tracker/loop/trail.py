@@ -69,7 +69,7 @@ class Trail:
         """The other way in time."""
         for column, width in self._columns:
             rows = np.frombuffer(column, column.typecode).reshape(-1, width)
-            rows[:] = rows[::-1].copy()
+            rows[:] = rows[::-1]
         self.s.reverse()
         self.outcome.reverse()
 

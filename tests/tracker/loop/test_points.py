@@ -11,7 +11,7 @@ from dynamics.kalman import update
 from kinematics.recover import start_pose
 from kinematics.spm import joint_jacobian, joints
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, filled, median, spoil
-from tests.kinematics.figures import WALKER
+from tests.kinematics.figures import WALKER, upright
 from tests.tracker.loop.test_detections import detected
 from tests.tracker.loop.test_tracker import begun
 from tests.tracker.painted import STRIDE
@@ -20,7 +20,7 @@ from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import smoothed
-from tracker.loop.tracker import make_tracker
+from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import find_model
 from tracker.scene.film import render
 from tracker.settings import Settings
@@ -253,3 +253,19 @@ def test_nearly_sure_names_leave_the_filter_of_the_joints_as_told(rng):
     # The points are where they are foreseen to a thousandth of a leg; the linearisation is off by its square.
     assert_allclose(after.states.mean, states.mean, atol=2e-5)
     assert_allclose(after.states.cov, states.cov, atol=2e-5)
+
+
+def test_templates_that_match_where_hardly_a_point_is_lie_on_something_else(rng, monkeypatch):
+    painted, tracker, state, _ = begun(rng)
+    monkeypatch.setattr(Tracker, "detected", lambda self, belief, detections: belief)  # points judge alone
+    image, elsewhere = painted.picture(STRIDE), STRIDE + upright(WALKER, root_x=1.0)
+
+    def judged(pose, **without):
+        after, estimate = tracker.step(state, image, detected(pose, **without))
+        return estimate.outcome, after.templates is state.templates
+
+    assert judged(STRIDE) == ("ok", False)
+    assert judged(elsewhere) == ("lost", True)
+    assert judged(elsewhere, without=WALKER.joints[:3]) == ("ok", False)  # too few to tell
+    bent = STRIDE + upright(WALKER, knee_near=0.8, knee_far=0.8)
+    assert judged(bent) == ("ok", False)  # some points are where the joints are
