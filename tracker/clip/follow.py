@@ -199,7 +199,7 @@ def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
 
 
 def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Track:
-    labels = plan.slds.labels
+    labels, s = plan.slds.labels, trail.column("s")
     return Track(
         figure=plan.start.figure,
         view=plan.start.view,
@@ -207,12 +207,12 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         labels=labels,
         first=first,
         times=np.array(times[first:]) - times[0],
-        q=trail.mean,
-        cov=trail.cov,
-        s=np.array(trail.s),
-        motions=tuple(labels[k] for k in trail.s),
+        q=trail.column("mean"),
+        cov=trail.column("cov"),
+        s=s,
+        motions=tuple(labels[k] for k in s),
         outcome=tuple(trail.outcome),
-        shift=trail.shift,
+        shift=trail.column("shift"),
         mark=plan.tracker.settings.mark,
         misnamed=plan.misnamed,
     )

@@ -106,7 +106,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
         trail.append(each)
         if each.back:
             join(passage.tracker, trail, each.back)
-    extra = trail.mean[:, 0] - frames
+    extra = trail.column("mean")[:, 0] - frames
     # Shares of the way back: a third and two thirds of 100, then quarters; nothing after the last anchor.
     assert_allclose(extra, [0, 100 / 3, 200 / 3, 0, 25, 50, 75, 0, 0, 0], atol=1e-9)
     assert seen == ["anchor 3", "anchor 0", "anchor 7", "anchor 3"]
