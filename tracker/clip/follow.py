@@ -20,7 +20,7 @@ from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
 from tracker.loop.begin import begin, start_box, start_curve
-from tracker.loop.both_ways import Passage, join
+from tracker.loop.both_ways import Passage, prolong
 from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
@@ -167,9 +167,7 @@ class _Ways:
         for t, estimate in enumerate(self.clock.timed("smooth", passage.smooth(tracker, tracked))):
             if t == 1 and plan.job.smooth and estimate.outcome.measured:
                 turned = turned_belief(tracker.slds, state.belief, estimate.belief)
-            trail.append(estimate)
-            if estimate.back:
-                join(tracker, trail, estimate.back)
+            prolong(tracker, trail, estimate)
         return turned
 
     def _counted(self, way: int, run: Iterable[Estimate]) -> Iterator[Estimate]:

@@ -76,11 +76,11 @@ class Passage:
         return tuple(estimate.light for estimate in self.smooth(other, run()))[-2:0:-1]
 
 
-def join(tracker: Tracker, trail: Trail, back: Sequence[Estimate]) -> None:
-    """Join the frames before a trail's last one, an anchor, with those of the way back from it."""
-    anchor = trail.pop(1)
-    trail.extend(between_anchors(tracker, trail.pop(len(back)), back))
-    trail.extend(anchor)
+def prolong(tracker: Tracker, trail: Trail, estimate: Estimate) -> None:
+    """Append a frame; before an anchor the frames since the last are joined with those of the way back."""
+    if back := estimate.back:
+        trail.extend(between_anchors(tracker, trail.pop(len(back)), back))
+    trail.append(estimate)
 
 
 def between_anchors(

@@ -10,7 +10,7 @@ from dynamics.gaussian import Gaussian
 from tests.kinematics.figures import WALKER, upright
 from tests.tracker.painted import STRIDE
 from tracker.loop import both_ways as passage_module
-from tracker.loop.both_ways import Passage, between_anchors, join
+from tracker.loop.both_ways import Passage, between_anchors, prolong
 from tracker.loop.estimate import NOTHING, Estimate
 from tracker.loop.trail import Trail
 from tracker.registration.modes import mode_of
@@ -103,9 +103,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
     assert places(raw) == frames
     trail = Trail(D)
     for each in raw:
-        trail.append(each)
-        if each.back:
-            join(passage.tracker, trail, each.back)
+        prolong(passage.tracker, trail, each)
     extra = trail.column("mean")[:, 0] - frames
     # Shares of the way back: a third and two thirds of 100, then quarters; nothing after the last anchor.
     assert_allclose(extra, [0, 100 / 3, 200 / 3, 0, 25, 50, 75, 0, 0, 0], atol=1e-9)

@@ -28,8 +28,7 @@ def trail_of(rows):
     return trail
 
 
-def same(trail, rows):
-    """Whether columns hold these rows."""
+def assert_holds(trail, rows):
     assert len(trail) == len(rows)
     assert_array_equal(trail.column("mean"), [row.pose.mean for row in rows])
     assert_array_equal(trail.column("cov"), [row.pose.cov for row in rows])
@@ -41,26 +40,26 @@ def same(trail, rows):
 
 def test_columns_hold_what_was_appended(rng):
     rows = estimates(rng, 7)
-    same(trail_of(rows), rows)
+    assert_holds(trail_of(rows), rows)
 
 
 def test_frames_that_are_taken_off_come_back_whole(rng):
     rows = estimates(rng, 7)
     trail = trail_of(rows)
     found = trail.pop(3)
-    same(trail, rows[:4])
-    same(trail_of(found), rows[4:])
+    assert_holds(trail, rows[:4])
+    assert_holds(trail_of(found), rows[4:])
     assert [row.misfit for row in found] == [row.misfit for row in rows[4:]]
     assert trail.pop(0) == []
     trail.extend(found)
-    same(trail, rows)
+    assert_holds(trail, rows)
 
 
 def test_a_trail_turns_round(rng):
     rows = estimates(rng, 6)
     trail = trail_of(rows)
     trail.reverse()
-    same(trail, rows[::-1])
+    assert_holds(trail, rows[::-1])
     assert trail.pop(1)[0].misfit == rows[0].misfit
 
 
@@ -69,7 +68,7 @@ def test_what_was_read_of_a_trail_stays_as_it_grows(rng):
     trail = trail_of(rows[:2])
     read = trail.column("mean")
     trail.extend(rows[2:])
-    same(trail, rows)
+    assert_holds(trail, rows)
     assert_array_equal(read, [row.pose.mean for row in rows[:2]])
 
 
