@@ -146,6 +146,8 @@ def test_the_figure_goes_to_the_frame_that_is_asked_for_where_no_picture_is_anno
         report = Report(browser, made(tmp_path, stroll(1.0)))
         report.slide(7)
         report.shows(7)
+        browser.value(f"document.querySelector('video').currentTime += {5 / FPS}")  # not by the page itself
+        browser.wait("document.querySelector('.screen svg').dataset.frame === '12'")
     finally:
         browser.call("Page.removeScriptToEvaluateOnNewDocument", **told)
 

@@ -15,8 +15,9 @@ class Player {
     video.addEventListener("loadedmetadata", () => this.seek(video));
     video.addEventListener("ended", () => this.pause(this.times.length - 1));
     // Not every browser has a callback for each picture, and one that has may leave a picture out.
+    // At its very end a clip shows its last picture.
     video.addEventListener("seeked", () => {
-      if (!this.playing) this.seen(i, this.frame);
+      if (!this.playing) this.seen(i, this.at(Math.min(video.currentTime, video.duration - 2 * this.slack)));
     });
     const next = () => video.requestVideoFrameCallback ? video.requestVideoFrameCallback(tick) : requestAnimationFrame(tick);
     const tick = (_, shown) => {
