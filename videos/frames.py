@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import cast
 
@@ -27,7 +28,7 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from videos.recall import held, recalled
-from videos.times import Growing
+from videos.times import FASTEST, Growing, rate_of
 
 Image = NDArray[np.uint8]
 
@@ -38,6 +39,7 @@ FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts"
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
 UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # early or late frames up to which nothing is said
+TIMED = 250  # packets whose times tell a rate that no container knows
 FEWEST_FIELDS = 3  # frames of two fields, from which a pass tells
 
 
@@ -270,6 +272,9 @@ def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, i
     """Frames per second, and about how many frames the container promises."""
     rate = stream.average_rate or stream.guessed_rate or stream.base_rate
     fps = float(rate) if rate else FOLDER_FPS
+    if fps > FASTEST:
+        told = [(packet.pts, packet.time_base) for packet in islice(container.demux(stream), TIMED)]
+        fps = rate_of(float(tick * unit) for tick, unit in told if tick is not None) or FOLDER_FPS
     seconds = None
     if stream.duration and stream.time_base:
         seconds = float(stream.duration * stream.time_base)

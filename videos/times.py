@@ -1,10 +1,21 @@
 """Times of frames that grow, whatever a file says: joined recordings begin anew, screen recordings repeat."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
 
+FASTEST = 1000.0  # frames a second; where a container knows no rate, more than that is the rate of its clock
 LATE = 0.5  # nominal frames by which one comes early or late
 APART = 2.0  # nominal frames back that are another recording's beginning and no slip
+
+
+def rate_of(times: Iterable[float]) -> float | None:
+    """Frames a second by the median step of times in any order, seconds; None where they tell none."""
+    grown = sorted(set(times))
+    step = median([after - before for before, after in pairwise(grown)] or [0.0])
+    return 1.0 / step if step * FASTEST >= 1.0 - 1e-9 else None
 
 
 @dataclass

@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from videos import frames as frames_module
 from videos import recall
 from videos.frames import Frame, Video, VideoError
-from videos.times import Growing
+from videos.times import FASTEST, Growing, rate_of
 
 WIDTH, HEIGHT = 96, 64
 # Flat patches at crf 10: quantisation and the way to yuv420p and back move a mean by a few grey levels.
@@ -214,6 +214,25 @@ def test_times_that_repeat_are_put_between_those_that_stand(tmp_path):
 def test_of_a_file_whose_times_all_are_one_the_times_grow():
     growing = Growing(0.04)
     assert np.diff([growing.next(3.0) for _ in range(50)]).min() > 0.019
+
+
+def test_a_clocks_rate_is_not_taken_for_the_frames(tmp_path):
+    ticks = [0, 33, 66, 133, 140, 147, 180, 187, 220]
+    path = make_clip(tmp_path / "cut.ts", [picture(t) for t in range(9)], ticks=ticks, format="mpegts")
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        assert stream.average_rate is None
+        assert stream.guessed_rate > FASTEST
+    assert Video(path).fps == pytest.approx(1000.0 / 33.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("times", [[], [0.5], [0.5, 0.5], [0.0, 1e-5, 2e-5, 3e-5]])
+def test_times_that_no_camera_keeps_tell_no_rate(times):
+    assert rate_of(times) is None
+
+
+def test_times_in_any_order_tell_the_rate_of_their_median_step():
+    assert rate_of([0.3, 0.0, 0.2, 0.1, 0.9]) == pytest.approx(10.0)
 
 
 def test_frames_without_times_follow_each_other_at_the_nominal_rate(tmp_path):
