@@ -99,12 +99,7 @@ def skeleton(figure: Figure, q: Array) -> Skeleton:
 
 def joints(figure: Figure, q: Array) -> Array:
     """(..., 1 + L, 2) body coordinates of the base and of each link's tip, as `figure.joints` names them."""
-    return joints_of(skeleton(figure, q), q)
-
-
-def joints_of(bones: Skeleton, q: Array) -> Array:
-    """The same of links as the poses lay them."""
-    return np.concatenate([q[..., None, :2], bones.tip], axis=-2)
+    return np.concatenate([q[..., None, :2], skeleton(figure, q).tip], axis=-2)
 
 
 def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:

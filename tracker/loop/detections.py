@@ -19,14 +19,13 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES
-from kinematics.spm import View, joints, joints_of
-from tracker.registration.chain_rule import damped_steps, laid_out, normal_equations, pinned
+from kinematics.spm import View, joints
+from tracker.registration.chain_rule import Points, Search, Tail, settled
 from tracker.settings import Settings
 
 FREEDOM = 4.0
-ITERATIONS = 20
-SMALL_STEP = 1e-4  # radians or leg lengths
-LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
+# A step is longest where the linearisation has long ended.
+SEARCH = Search(steps=20, small=1e-4, longest=0.5)
 PULLS = 0.1  # share of the full weight: six standard deviations off
 EXCHANGED = 1  # among the ways to name the legs
 
@@ -110,7 +109,7 @@ class Detector:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
         ways, prices = zip(*self._ways(found), strict=True)
-        told = replace(self, doubt=found.doubt)._climb(
+        told = replace(self, doubt=found.doubt)._settled(
             np.stack([way.joint for way in ways]), found.pixels, priors
         )
         return replace(told, cost=told.cost + np.array(prices)[:, None])
@@ -149,42 +148,16 @@ class Detector:
         rare = [settings.exchange, settings.one_leg / 2.0, settings.one_leg / 2.0]
         return list(zip(ways, -np.log([1.0 - sum(rare), *rare]), strict=True))
 
-    def _climb(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> Likelihood:
-        """Gauss-Newton steps from each of H priors' means to a mode of its posterior, for each of W namings.
+    def _settled(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> Likelihood:
+        """The mode that each of H priors climbs to, for each of W namings.
 
         Args:
             joint: (W, J) of the points.
             pixels: (J, 2) of them.
         """
-        precision: Array = np.asarray(np.linalg.inv(priors.cov), dtype=np.float64)
-        q, on = np.tile(priors.mean, (len(joint), 1, 1)), np.arange(len(joint))
-        D = q.shape[-1]
-        for _ in range(ITERATIONS):
-            information, gradient, _ = self._normal_equations(joint[on], pixels, q[on])
-            slope = gradient + apply(precision, q[on] - priors.mean)
-            information += precision
-            undamped = np.zeros(slope.shape[0] * slope.shape[1])
-            step = damped_steps(information.reshape(-1, D, D), slope.reshape(-1, D), undamped, LONGEST_STEP)
-            step = step.reshape(slope.shape)
-            q[on] += step
-            on = on[np.abs(step).max((1, 2)) >= SMALL_STEP]
-            if not len(on):
-                break
-        information, gradient, cost = self._normal_equations(joint, pixels, q)
-        return Likelihood(q, information, apply(information, q) - gradient, cost)
-
-    def _normal_equations(
-        self, joint: NDArray[np.intp], pixels: Array, q: Array
-    ) -> tuple[Array, Array, Array]:
-        """J'WJ (W, H, D, D) and J'Wr (W, H, D) of the points at poses (W, H, D), and their cost (W, H)."""
-        W, H, D = q.shape
-        poses, own = q.reshape(W * H, D), np.repeat(joint, H, axis=0)
-        bones = laid_out(self.figure.layout, poses)
-        away = self._away(own, pixels, joints_of(bones, poses))
-        weight = (FREEDOM + 2.0) / (FREEDOM + self._squares(away)) / self._spread**2
-        found = normal_equations(self.figure.layout, bones, *pinned(bones, own, away, weight))
-        information, gradient = (each.reshape(W, H, *each.shape[1:]) for each in found)
-        return information, gradient, self._cost(away).reshape(W, H)
+        points, tail = Points(joint, self.view.to_body(pixels)), Tail(FREEDOM, self._spread)
+        q, information, gradient, away = settled(self.figure.layout, priors, points, tail, SEARCH)
+        return Likelihood(q, information, apply(information, q) - gradient, self._cost(away))
 
     def _cost(self, away: Array) -> Array:
         """(...) minus the log likelihood of points (..., J, 2) away from their joints, nats."""

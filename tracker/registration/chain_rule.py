@@ -7,12 +7,12 @@ weight f residual over what is measured on it,
     information = sum_l M_l' m_l M_l,    gradient = sum_l M_l' p_l.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, Gaussian
 from kinematics.figure import Layout
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled
@@ -22,6 +22,47 @@ Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.regi
 LEAST = 1e-9  # added to a diagonal
 
 COMPILED = compiled(error_model="numpy")
+
+
+class Points(NamedTuple):
+    """Where joints are said to be.
+
+    joint : (W, J) what each point is of by W namings: 0 the base, i + 1 the tip of link i
+    place : (J, 2) body coordinates
+    """
+
+    joint: NDArray[np.intp]
+    place: Array
+
+
+class Tail(NamedTuple):
+    """The Student t by which points err: its degrees of freedom, and its spread in leg lengths."""
+
+    freedom: float
+    spread: float
+
+
+class Search(NamedTuple):
+    """Steps at most; the step that ends a climb, and the longest one, radians, leg lengths or log units."""
+
+    steps: int
+    small: float
+    longest: float
+
+
+class Settled(NamedTuple):
+    """Where W namings of the points took H priors, and the points' likelihood there, linearised.
+
+    q           : (W, H, D)
+    information : (W, H, D, D)
+    gradient    : (W, H, D) of minus the log likelihood
+    away        : (W, H, J, 2) from the points to their joints, leg lengths
+    """
+
+    q: Array
+    information: Array
+    gradient: Array
+    away: Array
 
 
 def laid_out(tree: Layout, q: Array) -> Skeleton:
@@ -59,17 +100,22 @@ def damped_steps(information: Array, slope: Array, damping: Array, longest: floa
     return steps
 
 
-def pinned(bones: Skeleton, joint: NDArray[np.intp], away: Array, weight: Array) -> tuple[Array, Array]:
-    """The sums of `normal_equations` for joints (H, J), 0 the base, i + 1 the tip of link i.
+def settled(tree: Layout, priors: Gaussian, points: Points, tail: Tail, search: Search) -> Settled:
+    """Climb from each of H priors' means to a mode of its posterior given points, for each of W namings.
+
+    Undamped Gauss-Newton steps, each point with the weight that a Student t gives it where the pose is
+    (Lange, Little and Taylor, 1989).
 
     Args:
-        away: (H, J, 2) from where each is to be.
-        weight: (H, J) of each.
+        priors: mean (H, D), cov (H, D, D).
     """
-    H, L = bones.length.shape
-    moments, pull = np.zeros((H, L, 5, 5)), np.zeros((H, L, 5))
-    _pin((bones.direction, bones.length), (joint, away, weight), (moments, pull))
-    return moments, pull
+    (W, J), (H, D) = points.joint.shape, priors.mean.shape
+    q = np.repeat(priors.mean[None], W, axis=0)
+    found = Settled(q, np.empty((W, H, D, D)), np.empty((W, H, D)), np.empty((W, H, J, 2)))
+    precision = np.ascontiguousarray(np.linalg.inv(priors.cov))
+    about = np.ascontiguousarray(priors.mean), precision
+    _settle(tuple(tree), about, tuple(points), tuple(tail), tuple(search), tuple(found))
+    return found
 
 
 @COMPILED
@@ -98,6 +144,56 @@ def _solve(systems: Parts, longest: float, steps: Array) -> None:
                 x[i] -= root[k, i] * x[k]
             x[i] /= root[i, i]
         x *= longest / max(np.max(np.abs(x)), longest)
+
+
+@COMPILED
+def _settle(of_tree: Parts, priors: Parts, points: Parts, tail: Parts, search: Parts, found: Parts) -> None:
+    """Gauss-Newton steps of every naming and prior, one by one."""
+    mean, precision = priors
+    joint, place = points
+    steps, small, longest = search
+    q, information, gradient, away = found
+    H, D = mean.shape
+    bent, slope, step, undamped = np.empty((1, D, D)), np.empty((1, D)), np.empty((1, D)), np.zeros(1)
+    for w in range(len(joint)):
+        for h in range(H):
+            pose, own = q[w, h : h + 1], (joint[w : w + 1], place)
+            there = information[w, h : h + 1], gradient[w, h : h + 1], away[w, h : h + 1]
+            for _ in range(steps):
+                _linearise(of_tree, pose, own, tail, there)
+                for a in range(D):
+                    slope[0, a] = gradient[w, h, a]
+                    for b in range(D):
+                        slope[0, a] += precision[h, a, b] * (pose[0, b] - mean[h, b])
+                        bent[0, a, b] = information[w, h, a, b] + precision[h, a, b]
+                _solve((bent, slope, undamped), longest, step)
+                pose += step
+                if np.max(np.abs(step)) < small:
+                    break
+            _linearise(of_tree, pose, own, tail, there)
+
+
+@COMPILED
+def _linearise(of_tree: Parts, q: Array, points: Parts, tail: Parts, found: Parts) -> None:
+    """Information, gradient and distances of the points at one pose (1, D) into found."""
+    joint, place = points
+    freedom, spread = tail
+    information, gradient, away = found
+    L, J = len(Layout(*of_tree).rest), joint.shape[1]
+    start, direction, length, size = np.empty((1, L, 2)), np.empty((1, L, 2)), np.empty((1, L)), np.empty(1)
+    moments, pull, weight = np.zeros((1, L, 5, 5)), np.zeros((1, L, 5)), np.empty((1, J))
+    _lay_out(of_tree, q, (start, direction, length, size))
+    for k in range(J):
+        i = joint[0, k] - 1
+        for x in range(2):
+            at = start[0, i, x] + length[0, i] * direction[0, i, x] if i >= 0 else q[0, x]
+            away[0, k, x] = at - place[k, x]
+        squares = (away[0, k, 0] ** 2 + away[0, k, 1] ** 2) / spread**2
+        weight[0, k] = (freedom + 2.0) / (freedom + squares) / spread**2
+    _pin((direction, length), (joint, away, weight), (moments, pull))
+    information[:] = 0.0
+    gradient[:] = 0.0
+    _sum_up(of_tree, (start, direction, length), (moments, pull), (information, gradient))
 
 
 @COMPILED

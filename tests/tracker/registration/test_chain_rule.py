@@ -4,9 +4,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from kinematics.spm import joint_jacobian, motions, skeleton
+from dynamics.gaussian import Gaussian
+from kinematics.spm import joint_jacobian, joints, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
-from tracker.registration.chain_rule import damped_steps, laid_out, normal_equations, pinned
+from tracker.registration.chain_rule import (
+    Points,
+    Search,
+    Tail,
+    damped_steps,
+    laid_out,
+    normal_equations,
+    settled,
+)
 
 
 @pytest.fixture(params=[WALKER, HORSE], ids=lambda figure: figure.name)
@@ -35,15 +44,24 @@ def test_normal_equations_are_those_of_the_links_by_the_chain_rule(figure, poses
 
 
 def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, poses, rng):
-    joint = rng.integers(0, 1 + len(figure.links), (4, 6))
+    joint = rng.integers(0, 1 + len(figure.links), (3, 6))
     joint[:, 0], joint[:, 1] = 0, joint[:, 2]  # the base, and one joint twice
-    away, weight = rng.normal(size=(4, 6, 2)), rng.uniform(0.5, 2.0, (4, 6))
-    bones, tree = skeleton(figure, poses), figure.layout
-    information, gradient = normal_equations(tree, bones, *pinned(bones, joint, away, weight))
-    for h, q in enumerate(poses):
-        J = joint_jacobian(figure, q)[joint[h]]
-        assert_allclose(information[h], np.einsum("jcd,j,jce->de", J, weight[h], J), rtol=1e-9, atol=1e-9)
-        assert_allclose(gradient[h], np.einsum("jcd,j,jc->d", J, weight[h], away[h]), rtol=1e-9, atol=1e-9)
+    places, tail = rng.normal(size=(6, 2)), Tail(freedom=3.0, spread=0.4)
+    priors = Gaussian(poses, np.repeat(np.eye(poses.shape[1])[None], len(poses), axis=0))
+    told = settled(figure.layout, priors, Points(joint, places), tail, Search(0, 1e-4, 0.5))
+    for w, names in enumerate(joint):
+        for h, q in enumerate(poses):
+            away = joints(figure, q)[names] - places
+            weight = 5.0 / (3.0 + (away**2).sum(1) / 0.16) / 0.16
+            J = joint_jacobian(figure, q)[names]
+            assert_allclose(told.q[w, h], q, rtol=0.0)
+            assert_allclose(told.away[w, h], away, rtol=1e-9, atol=1e-12)
+            assert_allclose(
+                told.information[w, h], np.einsum("jcd,j,jce->de", J, weight, J), rtol=1e-9, atol=1e-9
+            )
+            assert_allclose(
+                told.gradient[w, h], np.einsum("jcd,j,jc->d", J, weight, away), rtol=1e-9, atol=1e-9
+            )
 
 
 def test_damped_steps_solve_the_damped_system_and_none_goes_too_far(rng):
