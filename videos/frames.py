@@ -271,10 +271,8 @@ def video_stream(container: InputContainer, path: Path) -> VideoStream:
 def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, int | None]:
     """Frames per second, and about how many frames the container promises."""
     rate = stream.average_rate or stream.guessed_rate or stream.base_rate
-    fps = float(rate) if rate else FOLDER_FPS
-    if fps > FASTEST:
-        told = [(packet.pts, packet.time_base) for packet in islice(container.demux(stream), TIMED)]
-        fps = rate_of(float(tick * unit) for tick, unit in told if tick is not None) or FOLDER_FPS
+    known = float(rate) if rate and rate <= FASTEST else None
+    fps = known or rate_of(_told(container, stream)) or FOLDER_FPS
     seconds = None
     if stream.duration and stream.time_base:
         seconds = float(stream.duration * stream.time_base)
@@ -283,6 +281,13 @@ def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, i
     # A clip trimmed on the phone keeps its full count and shortens its duration, hence the lesser.
     counts = [stream.frames or None, round(seconds * fps) if seconds else None]
     return fps, min((count for count in counts if count), default=None)
+
+
+def _told(container: InputContainer, stream: VideoStream) -> Iterator[float]:
+    """Times of the first packets, seconds, up to the first damage."""
+    with suppress(av.FFmpegError):
+        packets = islice(container.demux(stream), TIMED)
+        yield from (float(each.pts * each.time_base) for each in packets if each.pts is not None)
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:

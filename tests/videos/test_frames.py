@@ -3,6 +3,7 @@
 import gc
 import wave
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -224,6 +225,21 @@ def test_a_clocks_rate_is_not_taken_for_the_frames(tmp_path):
         assert stream.average_rate is None
         assert stream.guessed_rate > FASTEST
     assert Video(path).fps == pytest.approx(1000.0 / 33.0, rel=1e-6)
+
+
+def test_a_clocks_rate_is_seen_through_where_the_file_is_damaged(tmp_path):
+    ticks = [0, 33, 66, 133, 140, 147, 180, 187, 220]
+    path = make_clip(tmp_path / "cut.ts", [picture(t) for t in range(9)], ticks=ticks, format="mpegts")
+
+    def damaged_at_last(stream):
+        yield from islice(container.demux(stream), 8)
+        raise av.InvalidDataError(1, "damage")
+
+    with av.open(str(path)) as container:
+        damaged = SimpleNamespace(demux=damaged_at_last, duration=None)
+        assert frames_module._announced(damaged, container.streams.video[0])[0] == pytest.approx(
+            1000.0 / 33.0, rel=1e-6
+        )
 
 
 @pytest.mark.parametrize("times", [[], [0.5], [0.5, 0.5], [0.0, 1e-5, 2e-5, 3e-5]])

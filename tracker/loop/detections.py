@@ -20,7 +20,7 @@ from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES
 from kinematics.spm import View, joints
-from tracker.registration.chain_rule import Points, Search, Tail, settled
+from tracker.registration.chain_rule import Pins, Search, Tail, settled
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -155,8 +155,8 @@ class Detector:
             joint: (W, J) of the points.
             pixels: (J, 2) of them.
         """
-        points, tail = Points(joint, self.view.to_body(pixels)), Tail(FREEDOM, self._spread)
-        q, information, gradient, away = settled(self.figure.layout, priors, points, tail, SEARCH)
+        pins, tail = Pins(joint, self.view.to_body(pixels)), Tail(FREEDOM, self._spread)
+        q, information, gradient, away = settled(self.figure.layout, priors, pins, tail, SEARCH)
         return Likelihood(q, information, apply(information, q) - gradient, self._cost(away))
 
     def _cost(self, away: Array) -> Array:

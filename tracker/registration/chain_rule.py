@@ -24,7 +24,7 @@ LEAST = 1e-9  # added to a diagonal
 COMPILED = compiled(error_model="numpy")
 
 
-class Points(NamedTuple):
+class Pins(NamedTuple):
     """Where joints are said to be.
 
     joint : (W, J) what each point is of by W namings: 0 the base, i + 1 the tip of link i
@@ -100,7 +100,7 @@ def damped_steps(information: Array, slope: Array, damping: Array, longest: floa
     return steps
 
 
-def settled(tree: Layout, priors: Gaussian, points: Points, tail: Tail, search: Search) -> Settled:
+def settled(tree: Layout, priors: Gaussian, points: Pins, tail: Tail, search: Search) -> Settled:
     """Climb from each of H priors' means to a mode of its posterior given points, for each of W namings.
 
     Undamped Gauss-Newton steps, each point with the weight that a Student t gives it where the pose is

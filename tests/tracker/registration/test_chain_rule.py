@@ -8,7 +8,7 @@ from dynamics.gaussian import Gaussian
 from kinematics.spm import joint_jacobian, joints, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
 from tracker.registration.chain_rule import (
-    Points,
+    Pins,
     Search,
     Tail,
     damped_steps,
@@ -48,7 +48,7 @@ def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, pose
     joint[:, 0], joint[:, 1] = 0, joint[:, 2]  # the base, and one joint twice
     places, tail = rng.normal(size=(6, 2)), Tail(freedom=3.0, spread=0.4)
     priors = Gaussian(poses, np.repeat(np.eye(poses.shape[1])[None], len(poses), axis=0))
-    told = settled(figure.layout, priors, Points(joint, places), tail, Search(0, 1e-4, 0.5))
+    told = settled(figure.layout, priors, Pins(joint, places), tail, Search(0, 1e-4, 0.5))
     for w, names in enumerate(joint):
         for h, q in enumerate(poses):
             away = joints(figure, q)[names] - places
