@@ -217,9 +217,14 @@ def test_of_a_file_whose_times_all_are_one_the_times_grow():
     assert np.diff([growing.next(3.0) for _ in range(50)]).min() > 0.019
 
 
-def test_a_clocks_rate_is_not_taken_for_the_frames(tmp_path):
+def uneven(folder):
+    """A clip whose container knows no rate but its clock's; most of its frames are 33 ms apart."""
     ticks = [0, 33, 66, 133, 140, 147, 180, 187, 220]
-    path = make_clip(tmp_path / "cut.ts", [picture(t) for t in range(9)], ticks=ticks, format="mpegts")
+    return make_clip(folder / "cut.ts", [picture(t) for t in range(9)], ticks=ticks, format="mpegts")
+
+
+def test_a_clocks_rate_is_not_taken_for_the_frames(tmp_path):
+    path = uneven(tmp_path)
     with av.open(str(path)) as container:
         stream = container.streams.video[0]
         assert stream.average_rate is None
@@ -228,8 +233,7 @@ def test_a_clocks_rate_is_not_taken_for_the_frames(tmp_path):
 
 
 def test_a_clocks_rate_is_seen_through_where_the_file_is_damaged(tmp_path):
-    ticks = [0, 33, 66, 133, 140, 147, 180, 187, 220]
-    path = make_clip(tmp_path / "cut.ts", [picture(t) for t in range(9)], ticks=ticks, format="mpegts")
+    path = uneven(tmp_path)
 
     def damaged_at_last(stream):
         yield from islice(container.demux(stream), 8)
@@ -237,9 +241,8 @@ def test_a_clocks_rate_is_seen_through_where_the_file_is_damaged(tmp_path):
 
     with av.open(str(path)) as container:
         damaged = SimpleNamespace(demux=damaged_at_last, duration=None)
-        assert frames_module._announced(damaged, container.streams.video[0])[0] == pytest.approx(
-            1000.0 / 33.0, rel=1e-6
-        )
+        fps, _ = frames_module._announced(damaged, container.streams.video[0])
+    assert fps == pytest.approx(1000.0 / 33.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("times", [[], [0.5], [0.5, 0.5], [0.0, 1e-5, 2e-5, 3e-5]])
