@@ -84,15 +84,18 @@ def update_information(prior: Gaussian, C: Array, information: Array, vector: Ar
     """Condition on a likelihood exp(-q'Lq / 2 + h'q) of q = C x, C (M, N); L (..., M, M) may be singular, h
     (..., M) lies in its range.
 
-    The same posterior as `update` with R = L^-1 and y = L^-1 h where those exist: L = F F', so the
-    measurement is F'q with unit noise, and directions that L does not see measure nothing.
+    The same posterior as `update` with R = L^-1 and y = L^-1 h where those exist; directions that L does not
+    see measure nothing. With S = C P C' and W = (I + S L)^-1 C P, the mean moves by W' (h - L C mean) and the
+    covariance is (I - W' L C) P (I - W' L C)' + W' L W.
     """
-    strength, axes = np.linalg.eigh(symmetric(information))
-    told = strength > 1e-12 * np.maximum(strength[..., -1:], 1e-300)
-    root = np.sqrt(np.where(told, strength, 1.0))
-    factor = np.where(told[..., None, :], axes * root[..., None, :], 0.0)
-    y = np.where(told, apply(transpose(axes), vector) / root, 0.0)
-    return condition(prior, *innovation(prior, y, transpose(factor) @ C, np.eye(y.shape[-1])))
+    L, cross = symmetric(information), C @ prior.cov
+    S = cross @ transpose(C)
+    gain = transpose(np.linalg.solve(np.eye(S.shape[-1]) + S @ L, cross))
+    back = gain @ L
+    left = prior.cov - back @ cross
+    cov = left - (left @ transpose(C) - gain) @ transpose(back)
+    surprising = vector - apply(L, apply(C, prior.mean))
+    return Gaussian(prior.mean + apply(gain, surprising), symmetric(cov))
 
 
 def smooth(filtered: Gaussian, later: Gaussian, A: Array, b: Array, Q: Array) -> tuple[Gaussian, Array]:

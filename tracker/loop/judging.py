@@ -43,9 +43,10 @@ def judged(
         return Outcome.LOST
     if not before.measured:
         return Outcome.FOUND
-    visible = inner & (found.match > 0)
-    share = [visible[inner & (templates.link == i)].mean() for i in np.unique(templates.link[inner])]
-    return Outcome.HIDDEN if min(share) < LEAST_VISIBLE else Outcome.OK
+    number = np.bincount(templates.link[inner])
+    visible = np.bincount(templates.link[inner & (found.match > 0)], minlength=len(number))
+    hidden = (visible < LEAST_VISIBLE * number).any()
+    return Outcome.HIDDEN if hidden else Outcome.OK
 
 
 def denied(detector: Detector, detections: Detections, q: Array) -> bool:

@@ -14,7 +14,7 @@ from tracker.compiled import compiled
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.smooth import smooth
-from tracker.outline.stage import Stage
+from tracker.outline.stage import Stage, blurred
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING, UNITS
 
@@ -81,11 +81,11 @@ def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
     low = np.floor(corners.min((0, 2))) - 2.0
     width, height = (np.ceil(corners.max((0, 2))) + 2.0 - low).astype(int).tolist()
     to_map = np.array([[by, 0.0, -low[0]], [0.0, by, -low[1]], [0.0, 0.0, 1.0]])
-    blur = max(round(unit / stage.up[0, 0] / DENSITY), 1)
+    pixels = round(unit / stage.up[0, 0] / DENSITY)
     found = np.empty((len(stage), height, width), np.float32)
     for t, odds in enumerate(stage.odds):
         way = to_map @ stage.places[t] @ stage.up
-        cut = cv2.warpAffine(cv2.blur(odds, (blur, blur)), way[:2], (width, height), borderValue=NOTHING)
+        cut = cv2.warpAffine(blurred(odds, pixels), way[:2], (width, height), borderValue=NOTHING)
         found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
     return found, to_map
 

@@ -43,15 +43,14 @@ class Stage:
             units: (T,) pixels in a leg length.
         """
         down, found = np.linalg.inv(self.up), np.empty((len(self), *grid.shape), np.float32)
-        blur = round(float(np.median(units)) / self.up[0, 0] / grid.density)
+        pixels = round(float(np.median(units)) / self.up[0, 0] / grid.density)
         size = grid.shape[::-1]
         for t, (hip, unit) in enumerate(zip(hips, units, strict=True)):
             step = unit / grid.density
             x, y = hip[0] + self.facing * unit * grid.corner[0], hip[1] - unit * grid.corner[1]
             way = down @ np.array([[self.facing * step, 0.0, x], [0.0, step, y], [0.0, 0.0, 1.0]])
-            source = self.odds[t] if blur < 2 else cv2.blur(self.odds[t], (blur, blur))
             how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-            cut = cv2.warpAffine(source, way[:2], size, flags=how, borderValue=NOTHING)
+            cut = cv2.warpAffine(blurred(self.odds[t], pixels), way[:2], size, flags=how, borderValue=NOTHING)
             found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
         return found
 
@@ -84,6 +83,16 @@ class Stage:
     def in_frames(self, pixels: Array) -> Array:
         """(T, 2) pixels of the first frame as each frame's own."""
         return np.asarray(np.einsum("tij,tj->ti", np.linalg.inv(self.places)[:, :2], _with_one(pixels)))
+
+
+def blurred(image: Image, size: int) -> Image:
+    """The means over squares of so many pixels; where that is even, pixels at their edges count by half."""
+    if size < 2:
+        return image
+    box = np.full(size + 1 - size % 2, 1.0 / size)
+    if size % 2 == 0:
+        box[[0, -1]] *= 0.5
+    return np.asarray(cv2.sepFilter2D(image, -1, box, box), dtype=np.uint8)
 
 
 def _with_one(pixels: Array) -> Array:

@@ -7,10 +7,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.compiled import compiled
+
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Planes = NDArray[np.float32]
 Box = tuple[float, float, float, float]
+FAR = 3.0  # standard deviations that a blur reaches
 LEAST = 4  # pixels that a gradient between pixels takes
 
 
@@ -36,7 +39,7 @@ def pyramid(
     Channels are CIE Lab, or three times the lightness where colour is off.
     """
     H, W = image.shape[:2]
-    margin = int(np.ceil(3.0 * max(sigmas))) + 2
+    margin = int(np.ceil(FAR * max(sigmas))) + 2
     x0, y0 = max(box[0] - margin, 0), max(box[1] - margin, 0)
     x1, y1 = min(max(box[2] + margin, x0 + LEAST), W), min(max(box[3] + margin, y0 + LEAST), H)
     x0, y0 = min(x0, x1 - LEAST), min(y0, y1 - LEAST)
@@ -48,17 +51,24 @@ def pyramid(
 
 def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Bilinear values (P, 3) at (P, 2) pixels, and whether each lies in the frame's part (P,)."""
-    h, w = level.planes.shape[:2]
     place = pixels - np.asarray(level.corner)
-    inside = within(place, (h, w))
-    x = np.clip(place[:, 0], 0, w - 1.001)
-    y = np.clip(place[:, 1], 0, h - 1.001)
-    i, j = y.astype(np.intp), x.astype(np.intp)
-    fy, fx = y - i, x - j
-    corners = (i * w + j) + np.array([[0], [1], [w], [w + 1]])
-    shares = np.stack([(1 - fy) * (1 - fx), (1 - fy) * fx, fy * (1 - fx), fy * fx])
-    around = level.planes.reshape(h * w, 3).take(corners, axis=0)
-    return np.einsum("kp,kpc->pc", shares, around), inside
+    values = np.empty((len(place), 3))
+    _between(level.planes, place, values)
+    return values, within(place, level.planes.shape)
+
+
+@compiled()
+def _between(planes: Planes, place: Array, values: Array) -> None:
+    """Bilinear values (P, 3) at (P, 2) pixels of the planes; beyond their edge, those at it."""
+    h, w = planes.shape[:2]
+    for p in range(len(place)):
+        x, y = min(max(place[p, 0], 0.0), w - 1.001), min(max(place[p, 1], 0.0), h - 1.001)
+        i, j = int(y), int(x)
+        fy, fx = y - i, x - j
+        for c in range(3):
+            upper = (1.0 - fx) * planes[i, j, c] + fx * planes[i, j + 1, c]
+            lower = (1.0 - fx) * planes[i + 1, j, c] + fx * planes[i + 1, j + 1, c]
+            values[p, c] = (1.0 - fy) * upper + fy * lower
 
 
 def within(pixels: Array | Planes, shape: Sequence[int]) -> NDArray[np.bool_]:
@@ -68,4 +78,5 @@ def within(pixels: Array | Planes, shape: Sequence[int]) -> NDArray[np.bool_]:
 
 
 def _blurred(lab: Planes, sigma: float) -> Planes:
-    return cv2.GaussianBlur(lab, (0, 0), sigma).astype(np.float32, copy=False) if sigma > 0 else lab
+    size = 2 * int(np.ceil(FAR * sigma)) + 1
+    return np.asarray(cv2.GaussianBlur(lab, (size, size), sigma), dtype=np.float32) if sigma > 0 else lab

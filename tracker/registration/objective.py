@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import Skeleton
 from tracker.picture.backdrop import FRONT, NOISE, UNKNOWN
+from tracker.picture.pyramid import Level
 from tracker.registration.chain_rule import laid_out, normal_equations
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay
@@ -57,8 +58,10 @@ class Fit:
 
     def take(self, other: Self, mine: Sequence[int] | NDArray[np.intp], rows: NDArray[np.intp]) -> None:
         """Put rows of another in the place of mine."""
+        pairs = list(zip(mine, rows, strict=True))
         for part, theirs in zip(self._parts, other._parts, strict=True):
-            part[mine] = theirs[rows]
+            for own, row in pairs:  # few, which is faster one by one
+                part[own] = theirs[row]
 
     @property
     def _parts(self) -> tuple[NDArray[Any], ...]:
@@ -74,15 +77,11 @@ class Objective:
         self.field, self.mode = field, mode_of(settings)
         self.mean = priors.mean
         self.precision = self.mode.precision(priors.cov, figure)
-        # Of densities of grey levels, with one sigma in the figure and another in the scene.
-        against = np.float32(np.log(NOISE / settings.noise))
-        self.differs, self.around = field.scenery.differs + against, field.scenery.around + against
-        self.unknown = float(UNKNOWN + against)
         self.layout = layout = figure.layout
         self.shape = Shape(layout.layer, layout.width, layout.taper)
         # A foot, which does not breathe, is too small to stand out for certain.
-        levels, self.strange = field.levels, templates.strange & self.mode.learns & layout.breathes
-        self.fronts = [field.scenery.front(level) if self.strange.any() else NO_FRONT for level in levels]
+        self.strange = templates.strange & self.mode.learns & layout.breathes
+        self.pictures = [self._picture(level) for level in field.levels]
         self.points = [self._points_at(number) for number in range(len(templates.colours))]
         self.noise = Noise(
             variance=settings.noise**2,
@@ -99,42 +98,47 @@ class Objective:
     def _points_at(self, number: int) -> Points:
         """The templates' points with their colours at one blur, of the coarser ones a part."""
         templates = self.field.templates
-        finest = number == len(templates.colours) - 1
-        kept = np.arange(0, len(templates.link), 1 if finest else self.mode.coarse)
-        strange = self.strange[templates.link[kept]]
+        every = 1 if number == len(templates.colours) - 1 else self.mode.coarse
+        link, weight = templates.link[::every].copy(), templates.weight[::every].copy()
+        strange = self.strange[link]
         return Points(
-            np.searchsorted(templates.link[kept], np.arange(len(self.field.figure.links) + 1)),
-            templates.along[kept],
-            templates.across[kept],
-            templates.weight[kept],
-            np.where(strange[:, None], STANDING_OUT, templates.colours[number][kept]),
-            templates.known[kept] | (strange & (templates.weight[kept] == 1.0)),
+            np.searchsorted(link, np.arange(len(self.field.figure.links) + 1)),
+            templates.along[::every].copy(),
+            templates.across[::every].copy(),
+            weight,
+            np.where(strange[:, None], STANDING_OUT, templates.colours[number][::every]),
+            templates.known[::every] | (strange & (weight == 1.0)),
             templates.light,
             self.strange,
         )
 
-    def compare(self, number: int, q: Array) -> Fit:
-        """The templates laid on one level at poses (H, D)."""
-        field, level = self.field, self.field.levels[number]
-        scenery, bones = field.scenery, laid_out(self.layout, q)
-        (x, y), (left, top) = field.view.origin, level.corner
-        axis_x, axis_y = field.view.axes.tolist()
-        picture = Picture(
+    def _picture(self, level: Level) -> Picture:
+        """What templates are laid on at one blur."""
+        field = self.field
+        scenery, view, (left, top) = field.scenery, field.view, level.corner
+        (x, y), (axis_x, axis_y) = view.origin, view.axes.tolist()
+        # Of densities of grey levels, with one sigma in the figure and another in the scene.
+        against = np.float32(np.log(NOISE / field.settings.noise))
+        return Picture(
             planes=level.planes,
             origin_x=x - left,
             origin_y=y - top,
             axis_x=axis_x,
             axis_y=axis_y,
-            front=self.fronts[number],
-            differs=self.differs,
-            around=self.around,
-            unknown=self.unknown,
+            front=scenery.front(level) if self.strange.any() else NO_FRONT,
+            differs=scenery.differs + against,
+            around=scenery.around + against,
+            unknown=float(UNKNOWN + against),
             step=scenery.step,
             corner_x=left,
             corner_y=top,
         )
+
+    def compare(self, number: int, q: Array) -> Fit:
+        """The templates laid on one level at poses (H, D)."""
+        field, level, bones = self.field, self.field.levels[number], laid_out(self.layout, q)
         noise = self.noise._replace(margin=hiding(level, field.view, field.settings))
-        return Fit(q, bones, lay(picture, bones, self.points[number], self.shape, noise))
+        return Fit(q, bones, lay(self.pictures[number], bones, self.points[number], self.shape, noise))
 
     def evidence(self, fit: Fit) -> Array:
         """(H,) E, nats."""

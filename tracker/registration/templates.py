@@ -88,19 +88,17 @@ class Templates:
             new: (P,) which of the points not known yet are seen.
             place: (P, 2) where the points are in the scene, leg lengths.
         """
-        first = self.alike == 0
-        new = new & (first | (((place - self.place) ** 2).sum(axis=-1) > ELSEWHERE**2))
-        again = ~first & (((seen[-1] - self.colours[-1]) ** 2).mean(axis=-1) < ALIKE**2)
-        alike = np.where(new, np.where(again, self.alike + 1, 1), self.alike)
-        share = np.where(new, 1.0 / np.maximum(alike, 1), 0.0)
-        colours = self.colours + share[None, :, None] * (seen - self.colours)
-        return replace(
-            self,
-            colours=colours.astype(np.float32),
-            known=self.known | (new & (alike >= ENOUGH)),
-            alike=alike,
-            place=np.where(new[:, None], place, self.place),
-        )
+        at = np.flatnonzero(new)
+        elsewhere = ((place[at] - self.place[at]) ** 2).sum(axis=-1) > ELSEWHERE**2
+        at = at[(self.alike[at] == 0) | elsewhere]
+        alike, places, known = self.alike.copy(), self.place.copy(), self.known.copy()
+        colours = self.colours.copy()
+        again = ((seen[-1, at] - colours[-1, at]) ** 2).mean(axis=-1) < ALIKE**2
+        alike[at] = np.where(again & (alike[at] > 0), alike[at] + 1, 1)
+        colours[:, at] += (seen[:, at] - colours[:, at]) / alike[at, None]
+        places[at] = place[at]
+        known[at] |= alike[at] >= ENOUGH
+        return replace(self, colours=colours, known=known, alike=alike, place=places)
 
     def completed(self, figure: Figure, reach: float) -> Self:
         """A link of which nothing is known is taken to look as its twin does, no further off than reach."""

@@ -18,14 +18,16 @@ def ramp(across, down):
     return across * np.arange(120) + down * np.arange(80)[:, None] + 10
 
 
+@pytest.mark.parametrize("density", [20.0, 9.0, 6.0, 4.4])  # small pictures blurred by 1 to 4 pixels
 @pytest.mark.parametrize("facing", [1, -1])
-def test_log_odds_around_a_hip_are_those_of_the_pixels_that_the_grid_lies_on(facing):
+def test_log_odds_around_a_hip_are_those_of_the_pixels_that_the_grid_lies_on(facing, density):
     odds = np.stack([ramp(1, 1), ramp(0, 3)]).astype(np.uint8)
     stage = Stage(odds, odds, UP, np.tile(np.eye(3), (2, 1, 1)), facing)
-    found = stage.around(HIPS, UNITS_SEEN, GRID)
+    grid = replace(GRID, density=density, shape=(5, 5))
+    found = stage.around(HIPS, UNITS_SEEN, grid)
     for t, (across, down) in enumerate([(1, 1), (0, 3)]):
-        for i, j in np.ndindex(GRID.shape):
-            x, y = GRID.corner[0] + j / GRID.density, GRID.corner[1] - i / GRID.density
+        for i, j in np.ndindex(grid.shape):
+            x, y = grid.corner[0] + j / density, grid.corner[1] - i / density
             pixel = HIPS[t] + UNITS_SEEN[t] * np.array([facing * x, -y])
             column, row = 0.5 * pixel - 0.25  # of a picture half as large
             want = (across * column + down * row + 10.0 - NOTHING) / UNITS
