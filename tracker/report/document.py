@@ -1,9 +1,10 @@
 """Pages as one document each: style, scripts and data are written into it, and nothing is fetched."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import resources
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from jinja2 import Environment, FunctionLoader
 from markupsafe import Markup
 
+ROWS = 1000  # of an array that are lists at a time
 COMMON = "report/common"  # style and script of all pages
 STYLES = ("report/style.css",)  # of those that are files
 # A file may show what is in it and the film beside it.
@@ -53,17 +55,43 @@ def write_page(path: Path, page: Document, data: object, **shown: Any) -> None:
         file.writelines(page.compose(data, policy=POLICY, **shown))
 
 
-def listed(values: object) -> object:
-    """An array as JSON can hold it: lists, which take ten times its memory, of one array at a time."""
-    if isinstance(values, np.ndarray):
-        return values.tolist()
-    raise TypeError(f"JSON holds no {type(values).__name__}")
+def written(data: object) -> Iterator[str]:
+    """Data as JSON, piece by piece: lists take ten times an array's memory, so no long one becomes a list.
+
+    Raises:
+        ValueError: a number is not finite.
+        TypeError: JSON holds nothing of some type.
+    """
+    if isinstance(data, dict):
+        parts: Iterator[Iterator[str]] = (
+            chain([f"{_dumped(str(key))}:"], written(data[key])) for key in data
+        )
+        yield from _between("{}", parts)
+    elif isinstance(data, list | tuple):
+        yield from _between("[]", map(written, data))
+    elif isinstance(data, np.ndarray) and len(data):
+        rows = (data[first : first + ROWS].tolist() for first in range(0, len(data), ROWS))
+        yield from _between("[]", (iter([_dumped(some)[1:-1]]) for some in rows))
+    else:
+        yield _dumped([] if isinstance(data, np.ndarray) else data)
 
 
-def _script(data: object) -> Markup:
+def _between(brackets: str, parts: Iterable[Iterator[str]]) -> Iterator[str]:
+    yield brackets[0]
+    for number, part in enumerate(parts):
+        if number:
+            yield ","
+        yield from part
+    yield brackets[1]
+
+
+def _dumped(value: object) -> str:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+
+def _script(data: object) -> Iterator[Markup]:
     # "</script>" in a file's name would end the element; JSON may spell "<" as it likes.
-    written = json.dumps(data, separators=(",", ":"), allow_nan=False, default=listed)
-    return Markup(written.replace("<", "\\u003c"))
+    return (Markup(piece.replace("<", "\\u003c")) for piece in written(data))
 
 
 def _joined(*names: str) -> Markup:
