@@ -6,7 +6,6 @@ container's own frame count is only a hint; what counts is what decodes. Pixels 
 not.
 """
 
-import io
 import os
 import re
 from collections import Counter
@@ -15,25 +14,19 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import cast
 
 import av
-import cv2
 import numpy as np
 from av.container import InputContainer
-from av.sidedata.sidedata import SideDataContainer
 from av.video.frame import VideoFrame
 from av.video.reformatter import VideoReformatter
 from av.video.stream import VideoStream
-from numpy.typing import NDArray
 
 from videos.recall import held, recalled
 from videos.times import FASTEST, Growing, rate_of
-
-Image = NDArray[np.uint8]
+from videos.upright import Image, decoded, upright
 
 FOLDER_FPS = 30.0
-PNG = b"\x89PNG\r\n\x1a\n"
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
@@ -180,7 +173,7 @@ class Video:
                 if picture is None:
                     return
                 if picture.pts is not None and picture.pts >= tick:
-                    yield _upright(picture, rgb)
+                    yield upright(picture, rgb)
 
     @property
     def held(self) -> bool:
@@ -190,7 +183,7 @@ class Video:
     def picked(self, frames: Iterable[int]) -> Iterator[Image]:
         """Pictures of some frames of a video that is held; none of another."""
         pictures, rgb = held(self.path), VideoReformatter()
-        return (_upright(pictures[frame], rgb) for frame in frames if frame < len(pictures))
+        return (upright(pictures[frame], rgb) for frame in frames if frame < len(pictures))
 
     def _folder_frames(self) -> Iterator[Frame]:
         for index, path in enumerate(self._images):
@@ -207,7 +200,7 @@ class Video:
             fields += picture.interlaced_frame
             mended += picture.is_corrupt
             self._times, self._fields, self.mended = times, fields, max(mended, self.mended)
-            yield Frame(index, time, _upright(picture, rgb), picture.pts)
+            yield Frame(index, time, upright(picture, rgb), picture.pts)
             index += 1
         self.cut_short = self._shortfall(index, damaged)
 
@@ -316,49 +309,11 @@ def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFr
         yield None
 
 
-def _upright(picture: VideoFrame, rgb: VideoReformatter) -> Image:
-    """The picture as RGB, turned or mirrored by the nearest right angle of its display matrix.
-
-    A frame that reformats itself would hold on to what that takes, which is more than its pixels.
-    """
-    image = rgb.reformat(picture, format="rgb24", threads=1).to_ndarray()
-    a, b, c, d = display_matrix(picture)
-    sideways = abs(b) > abs(a)
-    if sideways:
-        image = image.swapaxes(0, 1)
-    right, down = (c, b) if sideways else (a, d)
-    image = image[:: -1 if down < 0 else 1, :: -1 if right < 0 else 1]
-    return np.ascontiguousarray(image)
-
-
-def display_matrix(picture: VideoFrame) -> tuple[int, int, int, int]:
-    """(a, b, c, d) of how a picture is to be shown: a pixel goes to (a x + c y, b x + d y), in 65536ths."""
-    # A frame's own side data refers back to it, so that frames would pile up until the garbage is collected.
-    matrix = SideDataContainer(picture).get("DISPLAYMATRIX")  # type: ignore[call-arg]
-    if matrix is None:
-        return 65536, 0, 0, 65536
-    a, b, _, c, d = np.frombuffer(cast("bytes", matrix), np.int32, count=5).tolist()  # row by row, of 3 x 3
-    return a, b, c, d
-
-
 def _read_image(path: Path) -> Image:
     try:
-        return _decoded_image(path.read_bytes())
-    except (OSError, av.FFmpegError, cv2.error, ValueError) as error:
+        return decoded(path.read_bytes())
+    except (OSError, ValueError, av.FFmpegError) as error:
         raise VideoError(f"cannot read {path} as an image; replace it or remove it") from error
-
-
-def _decoded_image(stored: bytes) -> Image:
-    """A picture as RGB, upright; FFmpegError, cv2.error or ValueError for what is none."""
-    if stored.startswith(PNG):
-        # OpenCV would have libpng print its own complaints of a damaged one.
-        with av.open(io.BytesIO(stored), mode="r", format="png_pipe") as container:
-            for picture in container.decode(video=0):
-                return _upright(picture, VideoReformatter())
-    image = cv2.imdecode(np.frombuffer(stored, np.uint8), cv2.IMREAD_COLOR) if stored else None
-    if image is None:
-        raise ValueError("no picture")
-    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8)
 
 
 def _numbered_images(folder: Path) -> list[Path]:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from videos.frames import Image
+from videos.upright import Image
 
 Array = NDArray[np.float64]
 Color = tuple[int, int, int]

@@ -17,7 +17,8 @@ from av.packet import Packet
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from videos.frames import Image, display_matrix, opened, video_stream
+from videos.frames import opened, video_stream
+from videos.upright import Image, display_matrix
 from videos.writer import Writer
 
 Array = NDArray[np.float64]

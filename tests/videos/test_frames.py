@@ -1,6 +1,7 @@
 """Clips are made here, small, and then cut, turned or spoiled."""
 
 import gc
+import io
 import wave
 from fractions import Fraction
 from itertools import islice
@@ -10,6 +11,7 @@ from types import SimpleNamespace
 import av
 import cv2
 import numpy as np
+import PIL.Image
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -466,6 +468,50 @@ def test_a_png_is_rgb_whatever_its_channels_and_its_name(tmp_path, rng, channels
     wanted = stored[..., [2, 1, 0]] if channels > 1 else stored.repeat(3, axis=2)
     for frame in Video(tmp_path):
         assert_array_equal(frame.image, wanted)
+
+
+def jpeg(stored, orientation=1, sampling="4:4:4"):
+    """A JPEG picture with the orientation that a camera notes."""
+    notes, file = PIL.Image.Exif(), io.BytesIO()
+    notes[0x0112] = orientation
+    image = PIL.Image.fromarray(stored)
+    image.save(file, "jpeg", quality=95, subsampling=sampling, exif=notes)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(("orientation", "turns"), [(1, 0), (3, 2), (6, 3), (8, 1)])
+def test_a_jpeg_is_as_it_was_stored_and_upright(tmp_path, orientation, turns):
+    stored = picture(3)
+    (tmp_path / "1.jpg").write_bytes(jpeg(stored, orientation))
+    (frame,) = Video(tmp_path)
+    wanted = np.rot90(stored, turns)
+    assert frame.image.shape == wanted.shape
+    assert np.abs(frame.image.astype(int) - wanted).mean() < 3.0
+
+
+def test_a_damaged_jpeg_is_shown_as_far_as_it_goes_or_refused_and_nobody_prints_of_it(tmp_path, rng, capfd):
+    whole = jpeg(rng.integers(0, 256, (64, 96, 3), dtype=np.uint8))
+    middle = len(whole) // 2
+    (tmp_path / "1.jpg").write_bytes(whole[:middle] + bytes(40) + whole[middle + 40 :])
+    assert [frame.image.shape for frame in Video(tmp_path)] == [(64, 96, 3)]
+    (tmp_path / "1.jpg").write_bytes(whole[:middle])
+    with pytest.raises(VideoError, match=r"cannot read .*1\.jpg as an image; replace it or remove it"):
+        list(Video(tmp_path))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_motion_jpeg_with_a_cameras_notes_is_read(tmp_path):
+    stored = picture(3)
+    with av.open(str(tmp_path / "clip.avi"), "w") as container:
+        stream = container.add_stream("mjpeg", rate=30)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuvj444p"
+        for t in range(3):
+            packet = av.Packet(jpeg(stored))
+            packet.stream, packet.pts, packet.dts, packet.time_base = stream, t, t, Fraction(1, 30)
+            container.mux(packet)
+    frames = list(Video(tmp_path / "clip.avi"))
+    assert len(frames) == 3
+    assert np.abs(frames[0].image.astype(int) - stored).mean() < 3.0
 
 
 def test_sound_alone_is_an_error(tmp_path):

@@ -31,7 +31,7 @@ from tracker.progress import Progress
 from tracker.run.track import FREE, Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import hidden, points
-from videos.frames import Image
+from videos.upright import Image
 
 
 @dataclass(frozen=True)

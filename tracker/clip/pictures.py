@@ -8,7 +8,8 @@ from zlib import adler32
 import numpy as np
 
 from tracker.picture.tone import Curve, toned
-from videos.frames import Image, Video
+from videos.frames import Video
+from videos.upright import Image
 
 HELD = 32 * 2**20  # bytes of pictures that are kept
 BLOCK = 4  # times as many while going back, since each block is decoded from a key frame on

@@ -14,7 +14,8 @@ from tracker.progress import Progress
 from tracker.survey.evidence import USUAL, Expected
 from tracker.survey.small import SIDE
 from tracker.survey.surveyed import Survey, survey
-from videos.frames import Image, Video
+from videos.frames import Video
+from videos.upright import Image
 
 POINT = 0.05  # spread of an outline's joint at least, leg lengths
 TOGETHER = 3.0  # times what one frame tells: what is wrong in one is wrong in the next

@@ -22,7 +22,7 @@ from tracker.picture.pyramid import Planes
 GRID = Grid((-1.3, 1.2), 32.0, (76, 84))
 WEIGHT = 80.0  # nats for a square leg length of log odds
 ROUNDS = 40
-SMALL_GAIN = 5e-5  # of a round, as a share of the cost: the climb ends
+SMALL_GAIN = 2e-4  # of a round, as a share of the cost: the climb ends
 ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread about the path's
 PLACE = 0.1  # the same of the hip, leg lengths
 SIZE, LENGTH = 0.05, 0.04  # the same of log lengths

@@ -12,19 +12,22 @@ mode and E's own linearisation there, so that the filter adds the prior once.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply
+from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import joints, surface
 from tracker.picture.pyramid import within
-from tracker.registration.chain_rule import damped_steps
+from tracker.registration.chain_rule import descend
 from tracker.registration.field import Field, Registration
 from tracker.registration.objective import Fit, Objective
+from tracker.registration.records import Climbs, Damping
 
-SMALL_STEP = 2e-3  # radians or leg lengths: well under a tenth of a pixel
-SMALL_GAIN = 1e-2  # nats
-LONGEST_STEP = 0.5  # radians, leg lengths or log units: where the linearisation has long ended
-FIRST_DAMPING, HEAVIEST = 1e-3, 10.0  # beyond the heaviest no step helps
+DAMPING = Damping(
+    first=1e-3,
+    heaviest=10.0,
+    small_step=2e-3,  # well under a tenth of a pixel
+    small_gain=1e-2,
+    longest=0.5,  # where the linearisation has long ended
+)
 STEP = 0.1  # leg lengths: within the reach of the coarsest blur
 SPREADS = 2.0  # standard deviations of the root either way
 FARTHEST = np.array([1.5, 0.3])  # leg lengths at most, ahead and up
@@ -90,45 +93,16 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
 
 
 def _climb(objective: Objective, number: int, q: Array) -> Fit:
-    """Levenberg-Marquardt at one blur, all poses side by side."""
-    fit = found = objective.compare(number, q.copy())
-    rows, damping = np.arange(len(q)), np.full(len(q), FIRST_DAMPING)
-    cost = _cost(objective, fit, rows)
-    for _ in range(objective.field.settings.iterations):
-        step = _step(objective, fit, rows, damping)
-        trial = objective.compare(number, fit.q + step)
-        gain = cost - _cost(objective, trial, rows)
-        better = gain > 0.0
-        if not better.all():
-            worse = np.flatnonzero(~better)
-            trial.take(fit, worse, worse)
-        fit, cost = trial, cost - np.maximum(gain, 0.0)
-        damping = np.where(better, 0.3 * damping, np.maximum(10.0 * damping, 1e-2))
-        small = (gain < SMALL_GAIN) | (np.abs(step).max(1) < SMALL_STEP)
-        ended = np.where(better, small, damping > HEAVIEST)
-        if ended.any():
-            done, on = np.flatnonzero(ended), np.flatnonzero(~ended)
-            found.take(fit, rows[done], done)
-            rows, damping, cost, fit = rows[on], damping[on], cost[on], fit[on]
-        if not len(rows):
+    """Levenberg-Marquardt at one blur, all poses (H, D) side by side."""
+    fit = objective.begin(number, np.repeat(q, 2, axis=0))
+    climbs, weights = Climbs.begin(len(q), DAMPING), objective.weights(fit)
+    for _ in range(objective.field.settings.iterations + 1):
+        objective.lay(number, fit, (climbs.own ^ 1)[climbs.on])
+        priors = objective.mean, objective.precision
+        descend(objective.layout, fit.links, weights, priors, climbs, DAMPING)
+        if not climbs.on.any():
             break
-    found.take(fit, rows, np.arange(len(rows)))
-    return found
-
-
-def _cost(objective: Objective, fit: Fit, rows: NDArray[np.intp]) -> Array:
-    """(H,) what climbs in some rows lower, nats."""
-    away = fit.q - objective.mean[rows]
-    return np.asarray(objective.evidence(fit) + 0.5 * (away * apply(objective.precision[rows], away)).sum(1))
-
-
-def _step(objective: Objective, fit: Fit, rows: NDArray[np.intp], damping: Array) -> Array:
-    """Damped Gauss-Newton steps (H, D) of a fit of some rows."""
-    H, gradient = objective.slope(fit)
-    precision = objective.precision[rows]
-    H += precision
-    slope = gradient + apply(precision, fit.q - objective.mean[rows])
-    return damped_steps(H, slope, damping, LONGEST_STEP)
+    return fit[climbs.own]
 
 
 def _share_seen(field: Field, poses: Array) -> Array:

@@ -16,10 +16,16 @@ from dynamics.gaussian import Array, Gaussian
 from kinematics.figure import Layout
 from kinematics.spm import Skeleton
 from tracker.compiled import compiled
+from tracker.registration.records import Climbs, Damping, Laying, Weights
 
 Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.registration.kernel`
 
 LEAST = 1e-9  # added to a diagonal
+LIGHTER, HEAVIER, LEAST_HEAVY = (
+    0.3,
+    10.0,
+    1e-2,
+)  # damping after a step that helped, and after one that did not
 
 COMPILED = compiled(error_model="numpy")
 
@@ -73,31 +79,25 @@ def laid_out(tree: Layout, q: Array) -> Skeleton:
     return bones
 
 
-def normal_equations(tree: Layout, bones: Skeleton, moments: Array, pull: Array) -> tuple[Array, Array]:
-    """Information (H, D, D) and gradient (H, D) of poses from what is measured of their links.
+def weighed(tree: Layout, fit: Laying, weights: Weights) -> tuple[Array, Array, Array]:
+    """E (H,), its Gauss-Newton matrix (H, D, D) and its derivative (H, D) by the pose."""
+    H, D = fit[0].shape
+    found = np.empty(H), np.empty((H, D, D)), np.empty((H, D))
+    q, start, direction, length, _, *links = fit
+    _weigh(tuple(tree), q, (start, direction, length), tuple(links), tuple(weights), found)
+    return found
+
+
+def descend(
+    tree: Layout, fit: Laying, weights: Weights, priors: tuple[Array, Array], climbs: Climbs, damping: Damping
+) -> None:
+    """Take what was tried where it is better, and lay out what is tried next in its place.
 
     Args:
-        moments: (H, L, 5, 5) sums of weight * f f', f as of `tracker.registration.kernel`.
-        pull: (H, L, 5) sums of weight * f residual.
+        fit: of 2 H rows, see `Climbs`.
+        priors: means (H, D) and precisions (H, D, D) on which the climbs lean.
     """
-    H, D = len(moments), tree.scale + 1 + int(tree.breathes.sum())
-    information, gradient = np.zeros((H, D, D)), np.zeros((H, D))
-    parts = bones.start, bones.direction, bones.length
-    _sum_up(tuple(tree), parts, (moments, pull), (information, gradient))
-    return information, gradient
-
-
-def damped_steps(information: Array, slope: Array, damping: Array, longest: float) -> Array:
-    """(H, D) -(information + damping diag(information))^-1 slope, no freedom further than `longest`.
-
-    Args:
-        information: (H, D, D) positive semidefinite.
-        slope: (H, D).
-        damping: (H,) shares of the diagonal.
-    """
-    steps = np.empty_like(slope)
-    _solve((information, slope, damping), longest, steps)
-    return steps
+    _descend(tuple(tree), fit, tuple(weights), priors, tuple(climbs), tuple(damping))
 
 
 def settled(tree: Layout, priors: Gaussian, points: Pins, tail: Tail, search: Search) -> Settled:
@@ -144,6 +144,81 @@ def _solve(systems: Parts, longest: float, steps: Array) -> None:
                 x[i] -= root[k, i] * x[k]
             x[i] /= root[i, i]
         x *= longest / max(np.max(np.abs(x)), longest)
+
+
+@COMPILED
+def _weigh(of_tree: Parts, q: Array, bones: Parts, links: Parts, weights: Parts, found: Parts) -> None:
+    """E and its derivatives into found."""
+    moments, pull, lost = links
+    per_lost, per_pull, low, high, stiffness = weights
+    cost, information, gradient = found
+    information[:] = 0.0
+    gradient[:] = 0.0
+    _sum_up(of_tree, bones, (moments, pull), (information, gradient))
+    for h in range(len(q)):
+        cost[h] = per_lost * lost[h]
+        for k in range(q.shape[1]):
+            gradient[h, k] *= per_pull
+            for j in range(q.shape[1]):
+                information[h, k, j] *= per_pull
+            excess = max(q[h, k] - high[k], 0.0) + min(q[h, k] - low[k], 0.0)
+            if excess != 0.0:
+                cost[h] += 0.5 * stiffness * excess * excess
+                gradient[h, k] += stiffness * excess
+                information[h, k, k] += stiffness
+
+
+@COMPILED
+def _lower(of_tree: Parts, fit: Parts, row: int, weights: Parts, prior: Parts, found: Parts) -> None:
+    """What a climb lowers in one row, E and the prior, and the derivatives, into found (1, ...)."""
+    q, start, direction, length, _, moments, pull, lost = fit
+    mean, precision = prior
+    cost, information, gradient = found
+    one = slice(row, row + 1)
+    bones, links = (start[one], direction[one], length[one]), (moments[one], pull[one], lost[one])
+    _weigh(of_tree, q[one], bones, links, weights, found)
+    for a in range(len(mean)):
+        leans = 0.0
+        for b in range(len(mean)):
+            leans += precision[a, b] * (q[row, b] - mean[b])
+            information[0, a, b] += precision[a, b]
+        gradient[0, a] += leans
+        cost[0] += 0.5 * (q[row, a] - mean[a]) * leans
+
+
+@COMPILED
+def _descend(
+    of_tree: Parts, fit: Parts, weights: Parts, priors: Parts, climbs: Parts, of_damping: Parts
+) -> None:
+    """One round of Levenberg-Marquardt of each climb that goes on."""
+    q, start, direction, length, size = fit[:5]
+    mean, precision = priors
+    own, on, cost, damping = climbs
+    _, heaviest, small_step, small_gain, longest = of_damping
+    H, D = mean.shape
+    slope, step, damped = np.empty((1, D)), np.empty((1, D)), np.empty(1)
+    bent, there = np.empty((1, D, D)), np.empty(1)
+    for h in range(H):
+        if not on[h]:
+            continue
+        row = own[h] ^ 1
+        _lower(of_tree, fit, row, weights, (mean[h], precision[h]), (there, bent, slope))
+        gain, first = cost[h] - there[0], cost[h] == np.inf
+        if gain > 0.0:
+            moved = np.max(np.abs(q[row] - q[own[h]]))
+            on[h] = first or (gain >= small_gain and moved >= small_step)
+            damping[h] *= 1.0 if first else LIGHTER
+            own[h], cost[h] = row, there[0]
+        else:
+            damping[h] = max(HEAVIER * damping[h], LEAST_HEAVY)
+            on[h] = damping[h] <= heaviest
+            _lower(of_tree, fit, own[h], weights, (mean[h], precision[h]), (there, bent, slope))
+        if on[h]:
+            row, damped[0] = own[h] ^ 1, damping[h]
+            _solve((bent, slope, damped), longest, step)
+            q[row] = q[own[h]] + step[0]
+            one = slice(row, row + 1)
+            _lay_out(of_tree, q[one], (start[one], direction[one], length[one], size[one]))
 
 
 @COMPILED

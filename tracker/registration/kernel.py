@@ -28,24 +28,35 @@ COMPILED = compiled(error_model="numpy", fastmath={"contract"})
 ANY_ORDER = compiled(error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
 
 
-def lay(picture: Picture, bones: Skeleton, points: Points, shape: Shape, noise: Noise) -> Laid:
-    """Lay the templates on one level at H poses."""
-    (H, L), P = bones.length.shape, len(points.along)
-    laid = Laid(
-        moments=np.zeros((H, L, WAYS, WAYS)),
-        pull=np.zeros((H, L, WAYS)),
-        cost=np.zeros(H),
-        mean=np.zeros(H),
-        shown=np.zeros(H),
-        match=np.zeros((H, P)),
-        offset=np.zeros((H, L, 3)),
-        inside=np.zeros((H, P), np.bool_),
+def room(links: tuple[int, ...], P: int) -> Laid:
+    """Room for H poses of L links (H, L) and P points."""
+    H, L = links
+    return Laid(
+        moments=np.empty((H, L, WAYS, WAYS)),
+        pull=np.empty((H, L, WAYS)),
+        cost=np.empty(H),
+        mean=np.empty(H),
+        shown=np.empty(H),
+        match=np.empty((H, P)),
+        offset=np.empty((H, L, 3)),
+        inside=np.empty((H, P), np.bool_),
     )
+
+
+def lay(
+    picture: Picture,
+    bones: Skeleton,
+    points: Points,
+    shape: Shape,
+    noise: Noise,
+    rows: NDArray[np.intp],
+    laid: Laid,
+) -> None:
+    """Lay the templates on one level at some of H poses, the rows of `laid` that are filled."""
     # Plain tuples, and nothing returned: to take a named one or to give back an array compiled code runs
     # Python, where an interrupt crashes it.
     parts = bones.start, bones.direction, bones.length, bones.size
-    _fill(tuple(picture), parts, tuple(points), tuple(shape), tuple(noise), tuple(laid))
-    return laid
+    _fill(tuple(picture), parts, tuple(points), tuple(shape), tuple(noise), rows, tuple(laid))
 
 
 @COMPILED
@@ -55,15 +66,17 @@ def _fill(
     of_points: tuple[Any, ...],
     of_shape: tuple[Any, ...],
     of_noise: tuple[Any, ...],
+    rows: NDArray[np.intp],
     of_laid: tuple[Any, ...],
 ) -> None:
     start, direction, length, size = bones
     picture, points, shape = Picture(*of_picture), Points(*of_points), Shape(*of_shape)
     noise, laid = Noise(*of_noise), Laid(*of_laid)
-    H, L = length.shape
+    L = length.shape[1]
     within = float(np.sum(points.known & (points.weight == 1.0)))
     row = _empty_row(np.max(np.diff(points.first)))
-    for h in range(H):
+    for h in rows:
+        laid.moments[h], laid.pull[h], laid.offset[h], laid.match[h], laid.cost[h] = 0.0, 0.0, 0.0, 0.0, 0.0
         total, count, clear = 0.0, 0.0, 0.0
         pose = start[h], direction[h], length[h], size[h]
         for i in range(L):

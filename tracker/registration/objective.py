@@ -20,9 +20,7 @@ of a hypothesis is E. Held fixed in the derivative are what jumps: which points 
 them, and the brightness offset o, a median that stays near its optimum, where E is flat in it.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +29,11 @@ from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import Skeleton
 from tracker.picture.backdrop import FRONT, NOISE, UNKNOWN
 from tracker.picture.pyramid import Level
-from tracker.registration.chain_rule import laid_out, normal_equations
+from tracker.registration.chain_rule import laid_out, weighed
 from tracker.registration.field import Field
-from tracker.registration.kernel import lay
+from tracker.registration.kernel import lay, room
 from tracker.registration.modes import mode_of
-from tracker.registration.records import Laid, Noise, Picture, Points, Shape
+from tracker.registration.records import Laid, Laying, Noise, Picture, Points, Shape, Weights
 from tracker.registration.templates import hiding
 
 FEWEST = 6  # points of a link that an offset of light is worked out from
@@ -53,20 +51,16 @@ class Fit:
 
     def __getitem__(self, rows: NDArray[np.intp]) -> "Fit":
         """Those of some poses."""
-        q, *parts = (part[rows] for part in self._parts)
-        return Fit(q, Skeleton(*parts[:4]), Laid(*parts[4:]))
-
-    def take(self, other: Self, mine: Sequence[int] | NDArray[np.intp], rows: NDArray[np.intp]) -> None:
-        """Put rows of another in the place of mine."""
-        pairs = list(zip(mine, rows, strict=True))
-        for part, theirs in zip(self._parts, other._parts, strict=True):
-            for own, row in pairs:  # few, which is faster one by one
-                part[own] = theirs[row]
+        return Fit(self.q[rows], Skeleton(*(each[rows] for each in self._bones)), self.laid.of(rows))
 
     @property
-    def _parts(self) -> tuple[NDArray[Any], ...]:
-        bones = self.bones
-        return self.q, bones.start, bones.direction, bones.length, bones.size, *self.laid
+    def _bones(self) -> tuple[Array, Array, Array, Array]:
+        return self.bones.start, self.bones.direction, self.bones.length, self.bones.size
+
+    @property
+    def links(self) -> Laying:
+        """What the chain rule takes of it."""
+        return self.q, *self._bones, self.laid.moments, self.laid.pull, self.laid.cost
 
 
 class Objective:
@@ -136,31 +130,33 @@ class Objective:
 
     def compare(self, number: int, q: Array) -> Fit:
         """The templates laid on one level at poses (H, D)."""
-        field, level, bones = self.field, self.field.levels[number], laid_out(self.layout, q)
-        noise = self.noise._replace(margin=hiding(level, field.view, field.settings))
-        return Fit(q, bones, lay(self.pictures[number], bones, self.points[number], self.shape, noise))
+        fit = self.begin(number, q)
+        self.lay(number, fit, np.arange(len(q)))
+        return fit
+
+    def begin(self, number: int, q: Array) -> Fit:
+        """Poses (H, D) with room for what `lay` finds."""
+        bones = laid_out(self.layout, q)
+        return Fit(q, bones, room(bones.length.shape, len(self.points[number].along)))
+
+    def lay(self, number: int, fit: Fit, rows: NDArray[np.intp]) -> None:
+        """Lay the templates on one level at some of the poses."""
+        field = self.field
+        noise = self.noise._replace(margin=hiding(field.levels[number], field.view, field.settings))
+        lay(self.pictures[number], fit.bones, self.points[number], self.shape, noise, rows, fit.laid)
 
     def evidence(self, fit: Fit) -> Array:
         """(H,) E, nats."""
-        excess, stiffness = self._beyond(fit.q)
-        return np.asarray(self._scale(fit) * fit.laid.cost + 0.5 * (stiffness * excess**2).sum(1))
+        return weighed(self.layout, fit.links, self.weights(fit))[0]
 
     def slope(self, fit: Fit) -> tuple[Array, Array]:
         """Gauss-Newton matrix (H, D, D) and derivative (H, D) of E by the pose."""
-        scale = self._scale(fit) / (3.0 * self.noise.variance)
-        information, gradient = normal_equations(self.layout, fit.bones, fit.laid.moments, fit.laid.pull)
-        information *= scale
-        excess, stiffness = self._beyond(fit.q)
-        np.einsum("hii->hi", information)[...] += stiffness
-        return information, scale * gradient + stiffness * excess
+        return weighed(self.layout, fit.links, self.weights(fit))[1:]
 
-    def _scale(self, fit: Fit) -> float:
-        """What a point of weight 1 counts, where each that is looked at stands for others."""
-        templates, looked_at = self.field.templates, fit.laid.match.shape[1]
-        return float(self.field.settings.tempering * len(templates.link) / looked_at)
-
-    def _beyond(self, q: Array) -> tuple[Array, Array]:
-        """How far each freedom is beyond its limits (H, D), and the stiffness that pulls it back, else 0."""
+    def weights(self, fit: Fit) -> Weights:
+        """How what is measured on the fit's level adds up to E."""
+        settings, templates, looked_at = self.field.settings, self.field.templates, fit.laid.match.shape[1]
+        # What a point of weight 1 counts, where each that is looked at stands for others.
+        nats = float(settings.tempering * len(templates.link) / looked_at)
         low, high = self.field.figure.limits
-        excess = np.maximum(q - high, 0.0) + np.minimum(q - low, 0.0)
-        return excess, self.mode.stiffness * (excess != 0.0)
+        return Weights(nats, nats / (3.0 * self.noise.variance), low, high, self.mode.stiffness)

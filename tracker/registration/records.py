@@ -1,12 +1,15 @@
 """What registration's inner loop takes, works on and gives: template points, links, pictures, their sums."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
+
+# Of H poses: q (H, D); their links' start, direction, length and size; moments, pull and cost of `Laid`.
+Laying = tuple[Array, Array, Array, Array, Array, Array, Array, Array]
 
 
 class Points(NamedTuple):
@@ -125,3 +128,54 @@ class Laid(NamedTuple):
     match: Array
     offset: Array
     inside: NDArray[np.bool_]
+
+    def of(self, rows: NDArray[np.intp]) -> "Laid":
+        """Some of the poses."""
+        return self._replace(**{name: each[rows] for name, each in self._asdict().items()})
+
+
+class Weights(NamedTuple):
+    """How what is measured of links and joint limits add up to E of `tracker.registration.objective`.
+
+    lost, pulled : nats of a unit of the links' cost, and of their pull and moments
+    low, high    : (D,) the limits
+    stiffness    : per radian squared, beyond them
+    """
+
+    lost: float
+    pulled: float
+    low: Array
+    high: Array
+    stiffness: float
+
+
+class Damping(NamedTuple):
+    """Of Levenberg-Marquardt: at first, and beyond which no step helps; a climb ends with a step or gain as
+    small as these, radians or leg lengths and nats; the longest step."""
+
+    first: float
+    heaviest: float
+    small_step: float
+    small_gain: float
+    longest: float
+
+
+class Climbs(NamedTuple):
+    """H climbs side by side, each with two rows of what is laid out: 2 h and 2 h + 1.
+
+    own     : (H,) the row of the best pose so far; the other one, own ^ 1, is tried
+    on      : (H,) whether a climb goes on
+    cost    : (H,) of the best pose, nats
+    damping : (H,)
+    """
+
+    own: NDArray[np.intp]
+    on: NDArray[np.bool_]
+    cost: Array
+    damping: Array
+
+    @classmethod
+    def begin(cls, H: int, damping: Damping) -> Self:
+        """Climbs of which nothing is known yet, that try their even rows first."""
+        odd = 2 * np.arange(H) + 1
+        return cls(odd, np.ones(H, bool), np.full(H, np.inf), np.full(H, damping.first))

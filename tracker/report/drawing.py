@@ -14,7 +14,7 @@ from tracker.clip.follow import Run
 from tracker.loop.outcome import Outcome
 from tracker.progress import Progress
 from tracker.run.track import Track
-from videos.frames import Frame, Image, Video
+from videos.frames import Frame, Video
 from videos.overlay import (
     FAR,
     FARTHEST,
@@ -29,6 +29,7 @@ from videos.overlay import (
     limbs,
 )
 from videos.playable import Playable, copied, encoded
+from videos.upright import Image
 from videos.writer import Writer
 
 SMALL = 300  # frames lower than this are drawn twice as large

@@ -24,7 +24,7 @@ from tests.tracker.painted import (
 from tracker.loop.judging import LEAST_INSIDE
 from tracker.picture.backdrop import MOST, UNKNOWN, UNSEEN, Scenery, first_backdrop
 from tracker.picture.pyramid import Level, pyramid, sample
-from tracker.registration.align import FIRST_DAMPING, LONGEST_STEP, align, scan
+from tracker.registration.align import DAMPING, align, scan
 from tracker.registration.field import Field, Registration
 from tracker.registration.modes import COARSE, LIMIT_GIVE, mode_of
 from tracker.registration.templates import cut
@@ -306,8 +306,8 @@ def test_the_first_step_is_the_damped_gauss_newton_step(rng):
     held = settled(templates, levels, Gaussian(STRIDE, 1e-14 * WEAK), settings)
     gradient = held.information @ held.q - held.vector
     H = held.information + np.linalg.inv(WEAK)  # the prior has no slope at its own mean
-    step = -np.linalg.solve(H + FIRST_DAMPING * np.diag(np.diag(H)), gradient)
-    assert 0.02 < np.abs(step).max() < LONGEST_STEP
+    step = -np.linalg.solve(H + DAMPING.first * np.diag(np.diag(H)), gradient)
+    assert 0.02 < np.abs(step).max() < DAMPING.longest
     found = settled(templates, levels, Gaussian(STRIDE, WEAK), settings)
     assert_allclose(found.q - STRIDE, step, atol=1e-6)  # held to within 1e-7
 

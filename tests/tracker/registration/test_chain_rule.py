@@ -7,15 +7,8 @@ from numpy.testing import assert_allclose
 from dynamics.gaussian import Gaussian
 from kinematics.spm import joint_jacobian, joints, motions, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose
-from tracker.registration.chain_rule import (
-    Pins,
-    Search,
-    Tail,
-    damped_steps,
-    laid_out,
-    normal_equations,
-    settled,
-)
+from tracker.registration.chain_rule import Pins, Search, Tail, descend, laid_out, settled, weighed
+from tracker.registration.records import Climbs, Damping, Weights
 
 
 @pytest.fixture(params=[WALKER, HORSE], ids=lambda figure: figure.name)
@@ -34,13 +27,39 @@ def test_links_are_laid_out_as_the_scaled_prismatic_model_has_them(figure, poses
         assert_allclose(getattr(got, name), getattr(want, name), rtol=1e-12, atol=1e-12)
 
 
-def test_normal_equations_are_those_of_the_links_by_the_chain_rule(figure, poses, rng):
-    bones, tree = skeleton(figure, poses), figure.layout
-    root, pull = rng.normal(size=(4, len(figure.links), 7, 5)), rng.normal(size=(4, len(figure.links), 5))
-    moments, M = np.swapaxes(root, -1, -2) @ root, motions(figure, bones)
-    information, gradient = normal_equations(tree, bones, moments, pull)
-    assert_allclose(information, np.einsum("hlvd,hlvw,hlwe->hde", M, moments, M), rtol=1e-9, atol=1e-9)
-    assert_allclose(gradient, np.einsum("hlwd,hlw->hd", M, pull), rtol=1e-9, atol=1e-9)
+def laying(figure, q, rng):
+    """Poses (H, D) with links that measured something."""
+    bones, L = skeleton(figure, q), len(figure.links)
+    root, pull = rng.normal(size=(len(q), L, 7, 5)), rng.normal(size=(len(q), L, 5))
+    moments = np.swapaxes(root, -1, -2) @ root
+    return q, bones.start, bones.direction, bones.length, bones.size, moments, pull, rng.normal(size=len(q))
+
+
+def free(D, lost=1.0, pulled=1.0):
+    """Weights without limits."""
+    return Weights(lost, pulled, np.full(D, -np.inf), np.full(D, np.inf), 1.0)
+
+
+def test_links_add_up_by_the_chain_rule(figure, poses, rng):
+    fit, M = laying(figure, poses, rng), motions(figure, skeleton(figure, poses))
+    cost, information, gradient = weighed(figure.layout, fit, free(poses.shape[1], 3.0, 0.5))
+    want = 0.5 * np.einsum("hlvd,hlvw,hlwe->hde", M, fit[5], M)
+    assert_allclose(cost, 3.0 * fit[7])
+    assert_allclose(information, want, rtol=1e-9, atol=1e-9)
+    assert_allclose(gradient, 0.5 * np.einsum("hlwd,hlw->hd", M, fit[6]), rtol=1e-9, atol=1e-9)
+
+
+def test_a_limit_pulls_what_is_beyond_it_back_as_a_spring_does(figure, poses, rng):
+    fit, inner = laying(figure, poses, rng), free(poses.shape[1])
+    low, high = poses.min(0) + 0.05, poses.max(0) - 0.02
+    beyond = np.maximum(poses - high, 0.0) - np.maximum(low - poses, 0.0)
+    bound = weighed(figure.layout, fit, inner._replace(low=low, high=high, stiffness=7.0))
+    cost, information, gradient = (
+        a - b for a, b in zip(bound, weighed(figure.layout, fit, inner), strict=True)
+    )
+    assert_allclose(cost, 3.5 * (beyond**2).sum(1), atol=1e-9)
+    assert_allclose(gradient, 7.0 * beyond, atol=1e-9)
+    assert_allclose(information, 7.0 * (beyond != 0.0)[..., None] * np.eye(poses.shape[1]), atol=1e-9)
 
 
 def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, poses, rng):
@@ -64,18 +83,84 @@ def test_joints_pull_by_their_own_jacobian_two_at_one_place_as_well(figure, pose
             )
 
 
-def test_damped_steps_solve_the_damped_system_and_none_goes_too_far(rng):
-    root, slope, damping = rng.normal(size=(3, 9, 6)), rng.normal(size=(3, 6)), np.array([0.0, 0.1, 2.0])
-    H = np.swapaxes(root, -1, -2) @ root
-    want = [
-        -np.linalg.solve(A + d * np.diag(np.diag(A)), g) for A, g, d in zip(H, slope, damping, strict=True)
-    ]
-    assert_allclose(damped_steps(H, slope, damping, 10.0), want, rtol=1e-6)
-    got = damped_steps(H, 1e3 * slope, damping, 0.5)
-    assert_allclose(np.abs(got).max(axis=1), 0.5)
-    assert_allclose(got, [0.5 * x / np.abs(x).max() for x in want], rtol=1e-6)
+SEARCH = Damping(first=0.1, heaviest=10.0, small_step=1e-3, small_gain=1e-2, longest=100.0)
 
 
-def test_a_freedom_without_information_takes_no_step(rng):
-    H, slope = np.diag([2.0, 0.0, 4.0])[None], np.array([[1.0, 0.0, 2.0]])
-    assert_allclose(damped_steps(H, slope, np.array([1e-3]), 9.0), [[-0.5, 0.0, -0.5]], rtol=2e-3)
+def climbing(figure, poses, rng, damping=SEARCH):
+    """Two rows for each pose, the first of which is tried, weights and priors, and climbs."""
+    D = poses.shape[1]
+    root = rng.normal(size=(len(poses), 2 * D, D))
+    priors = poses + 0.1 * rng.normal(size=poses.shape), np.swapaxes(root, -1, -2) @ root
+    fit = laying(figure, np.repeat(poses, 2, axis=0), rng)
+    return fit, free(D), priors, Climbs.begin(len(poses), damping)
+
+
+def lowered(figure, fit, weights, priors, rows):
+    """What climbs lower in some rows, with its derivatives."""
+    cost, information, gradient = (each[rows] for each in weighed(figure.layout, fit, weights))
+    away = fit[0][rows] - priors[0]
+    leans = np.einsum("hde,he->hd", priors[1], away)
+    return cost + 0.5 * (away * leans).sum(1), information + priors[1], gradient + leans
+
+
+def test_what_is_tried_next_is_a_damped_gauss_newton_step_away_laid_out(figure, poses, rng):
+    fit, weights, priors, climbs = climbing(figure, poses, rng)
+    cost, H, gradient = lowered(figure, fit, weights, priors, slice(0, None, 2))
+    damped = H + 0.1 * np.einsum("hij,ij->hij", H, np.eye(H.shape[-1]))
+    descend(figure.layout, fit, weights, priors, climbs, SEARCH)
+    assert_allclose(climbs.own, 2 * np.arange(len(poses)))
+    assert_allclose(climbs.cost, cost)
+    step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
+    assert_allclose(fit[0][1::2], poses + step, rtol=1e-6)
+    assert_allclose(fit[0][0::2], poses, rtol=0.0)
+    bones = skeleton(figure, fit[0][1::2])
+    for got, want in zip(fit[1:5], (bones.start, bones.direction, bones.length, bones.size), strict=True):
+        assert_allclose(got[1::2], want, rtol=1e-9, atol=1e-12)
+
+
+def test_no_step_is_longer_than_the_longest(figure, poses, rng):
+    fit, weights, priors, climbs = climbing(figure, poses, rng)
+    descend(figure.layout, fit, weights, priors, climbs, SEARCH._replace(longest=1e-3))
+    assert_allclose(np.abs(fit[0][1::2] - poses).max(axis=1), 1e-3)
+
+
+def test_a_trial_is_taken_only_if_it_is_better_and_damping_follows(figure, poses, rng):
+    fit, weights, priors, climbs = climbing(figure, poses, rng)
+    descend(figure.layout, fit, weights, priors, climbs, SEARCH)
+    fit[7][1::2] += np.where(np.arange(len(poses)) % 2 == 0, 1e4, -1e4)  # what the trials cost
+    before = climbs.cost.copy()
+    tried = lowered(figure, fit, weights, priors, slice(1, None, 2))[0]
+    better = tried < before
+    assert better.any()
+    assert not better.all()
+    descend(figure.layout, fit, weights, priors, climbs, SEARCH)
+    assert_allclose(climbs.own, 2 * np.arange(len(poses)) + better)
+    assert_allclose(climbs.cost, np.where(better, tried, before))
+    assert_allclose(climbs.damping, np.where(better, 0.03, 1.0))
+    assert climbs.on.all()
+
+
+def test_a_climb_ends_with_a_small_gain_a_small_step_or_when_no_step_helps(figure, poses, rng):
+    enough = SEARCH._replace(heaviest=0.5)
+    for gain, search in ((5e-3, SEARCH), (1.0, SEARCH._replace(small_step=1e3)), (-1.0, enough)):
+        fit, weights, priors, climbs = climbing(figure, poses, rng)
+        descend(figure.layout, fit, weights, priors, climbs, search)
+        tried = lowered(figure, fit, weights, priors, slice(1, None, 2))[0]
+        fit[7][1::2] += climbs.cost - gain - tried
+        descend(figure.layout, fit, weights, priors, climbs, search)
+        assert not climbs.on.any()
+        rows = [each.copy() for each in (fit[0], climbs.own, climbs.cost)]
+        descend(figure.layout, fit, weights, priors, climbs, search)
+        for got, want in zip((fit[0], climbs.own, climbs.cost), rows, strict=True):
+            assert_allclose(got, want, rtol=0.0)
+
+
+def test_a_freedom_that_nothing_measures_takes_no_step(figure, poses, rng):
+    fit, weights, priors, climbs = climbing(figure, poses, rng)
+    nothing = poses[0] * 0.0, np.zeros_like(priors[1])
+    for each in fit[5:7]:
+        each[:, -1] = 0.0  # the last link, which nothing hangs on
+    (freedom,) = np.flatnonzero(figure.layout.angle == figure.layout.angle[-1])[-1:]
+    descend(figure.layout, fit, weights, (np.tile(nothing[0], (len(poses), 1)), nothing[1]), climbs, SEARCH)
+    column = figure.layout.angle[freedom]
+    assert_allclose(fit[0][1::2, column], poses[:, column], atol=1e-9)

@@ -16,7 +16,7 @@ from kinematics.spm import View, covering, joints, motions, skeleton, surface
 from tests.kinematics.figures import HORSE, WALKER, random_pose, upright
 from tests.oracles import central_difference
 from tracker.picture.pyramid import pyramid
-from tracker.registration.kernel import lay
+from tracker.registration.kernel import lay, room
 from tracker.registration.records import Laid, Noise, Picture, Points, Shape
 
 ROOT = Path(__file__).parents[3]
@@ -82,7 +82,10 @@ def laid(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
     layout, (x, y), (axis_x, axis_y) = figure.layout, view.origin, view.axes
     shape = Shape(layout.layer, layout.width, layout.taper)
     picture = behind._replace(planes=planes, origin_x=x, origin_y=y, axis_x=axis_x, axis_y=axis_y)
-    return lay(picture, skeleton(figure, q), points, shape, noise)
+    bones = skeleton(figure, q)
+    found = room(bones.length.shape, len(points.along))
+    lay(picture, bones, points, shape, noise, np.arange(len(q)), found)
+    return found
 
 
 def between(plane, x, y):
