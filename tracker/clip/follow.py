@@ -13,7 +13,7 @@ from tracker.clip.again import Kept
 from tracker.clip.clock import Clock
 from tracker.clip.job import Job
 from tracker.clip.measure import Judged
-from tracker.clip.pictures import Reel, Toned
+from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare, untold
 from tracker.clip.playback import motions_at, playback_rate
 from tracker.clip.start import StartError
@@ -121,14 +121,13 @@ def _followed(
             raise StartError(
                 f"frame {frame} is not in {job.video.name}, which has {len(reel.times)}; mark another frame"
             )
-        pictures = Toned(reel, start_curve(plan.tracker, plan.start, marked))
-        ways = _Ways(plan, pictures, pictures.shown(marked), clock, advance)
+        ways = _Ways(plan, reel, marked, clock, advance)
         trail, belief = Trail(len(plan.start.q)), None
         if frame > first:
-            belief = ways.follow(trail, -1, pictures.span(frame - 1, first))
+            belief = ways.follow(trail, -1, reel.span(frame - 1, first))
             trail.reverse()
             trail.pop(1)  # the start frame, with which the way ahead begins as well
-        ways.follow(trail, 1, map(pictures.shown, images), belief)
+        ways.follow(trail, 1, images, belief)
     return reel.times, trail
 
 
@@ -141,7 +140,7 @@ class _Ways:
     """
 
     plan: Plan
-    pictures: Toned
+    reel: Reel
     marked: Image
     clock: Clock
     advance: Callable[[], None]
@@ -182,18 +181,20 @@ class _Ways:
         marks = plan.job.marks if plan.job.anchors else {plan.frame: plan.job.marks[plan.frame]}
         anchors = {t: Anchor.of(plan.start.figure, points(each), hidden(each)) for t, each in marks.items()}
         smooth = smoothed if plan.job.smooth else as_first_known
-        return Passage(here, other, anchors, way, self.pictures.span, smooth, plan.points)
+        return Passage(here, other, anchors, way, self.reel.span, smooth, plan.points)
 
     @cached_property
     def _scene(self) -> Backdrop | None:
-        return scene_behind(self.plan, self.pictures)
+        return scene_behind(
+            self.plan, self.reel, start_curve(self.plan.tracker, self.plan.start, self.marked)
+        )
 
 
-def scene_behind(plan: Plan, pictures: Toned) -> Backdrop | None:
-    """What lies behind the figure in the start frame, as the frames around show it."""
+def scene_behind(plan: Plan, reel: Reel, curve: Image) -> Backdrop | None:
+    """What lies behind the figure in the start frame, as the frames around show it through a tone curve."""
     first = max(plan.frame - REACH, plan.job.first)
-    images = pictures.span(first, plan.frame + REACH)
-    return plate(images, plan.frame - first, start_box(plan.tracker, plan.start), plan.tracker.view.unit)
+    images, box = reel.span(first, plan.frame + REACH), start_box(plan.tracker, plan.start)
+    return plate(images, plan.frame - first, box, plan.tracker.view.unit, curve)
 
 
 def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Track:

@@ -14,10 +14,10 @@ import numpy as np
 from kinematics.figure import Array, Figure
 from tracker.clip.job import Following, Found, Nearer
 from tracker.clip.outlines import outlined
-from tracker.clip.pictures import Reel, Toned
+from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare
 from tracker.clip.staged import detections
-from tracker.loop.begin import begin, start_curve
+from tracker.loop.begin import begin
 from tracker.outline.near import NEARER, in_standard_errors
 from tracker.outline.person import Person
 from tracker.picture.pyramid import Image
@@ -74,11 +74,9 @@ def _misfits(one: Person, video: Video) -> Array:
     reel = Reel(video, one.frame + around)
     images = reel.ahead()
     marked = next(islice(images, one.frame, None))
-    pictures = Toned(reel, start_curve(plans[0].tracker, plans[0].start, marked))
-    start = pictures.shown(marked)
-    found = _one_way(plans, 1, start, map(pictures.shown, images))
+    found = _one_way(plans, 1, marked, images)
     if one.frame > 0:
-        found += _one_way(plans, -1, start, pictures.span(one.frame - 1, max(one.frame - around, 0)))
+        found += _one_way(plans, -1, marked, reel.span(one.frame - 1, max(one.frame - around, 0)))
     return np.array(found).reshape(-1, 2)
 
 

@@ -1,13 +1,11 @@
 """A clip's pictures ahead and back, a bounded part of them in memory."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import islice
 from zlib import adler32
 
 import numpy as np
 
-from tracker.picture.tone import Curve, toned
 from videos.frames import Video
 from videos.upright import Image
 
@@ -80,19 +78,3 @@ class Reel:
 
 def _sum(image: Image) -> int:
     return adler32(image.data)
-
-
-@dataclass(frozen=True)
-class Toned:
-    """The pictures of a reel through one tone curve."""
-
-    reel: Reel
-    curve: Curve
-
-    def shown(self, image: Image) -> Image:
-        """A picture of the reel."""
-        return toned(image, self.curve)
-
-    def span(self, first: int, last: int) -> Iterator[Image]:
-        """As `Reel.span`."""
-        return map(self.shown, self.reel.span(first, last))

@@ -13,12 +13,11 @@ from kinematics.recover import Start, facing_told
 from tracker.clip.job import Job
 from tracker.clip.measure import Measured, read_measured
 from tracker.clip.start import StartError, marked_start
-from tracker.loop.begin import begin, start_curve
+from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
 from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, find_model
 from tracker.picture.pyramid import Image
-from tracker.picture.tone import toned
 from tracker.settings import Settings
 from tracker.tables.keypoints import points
 from videos.frames import Video
@@ -124,11 +123,9 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     """
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
     frames = iter(images)
-    first = next(frames)
-    curve = start_curve(tracker, start, first)
-    state, estimate = begin(tracker, start, toned(first, curve))
+    state, estimate = begin(tracker, start, next(frames))
     for image in frames:
-        state, estimate = tracker.step(state, toned(image, curve))
+        state, estimate = tracker.step(state, image)
     ahead = estimate.pose.mean[0] >= start.q[0]
     return start.view.facing if ahead else -start.view.facing
 

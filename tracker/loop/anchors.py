@@ -154,7 +154,7 @@ def _settled(
 ) -> tuple[State, Estimate]:
     """The state at an anchor, its templates freshened from what the marks show."""
     pose = tracker.pose(belief.merged())
-    now = tracker.templates_at(pose.mean, image)
+    now = tracker.templates_at(pose.mean, image, state.curve)
     ends = anchor.joint - 1
     # A limb whose end is not marked may lie anywhere: of its look nothing new is taken.
     told = ~np.isin(now.link, ends[~anchor.visible]) & (state.templates.known | np.isin(now.link, ends))

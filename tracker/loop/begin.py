@@ -15,7 +15,7 @@ from tracker.loop.tracker import Tracker
 from tracker.picture.backdrop import Backdrop, first_backdrop
 from tracker.picture.camera import first_camera
 from tracker.picture.pyramid import Box, Image
-from tracker.picture.tone import Curve, tone_curve
+from tracker.picture.tone import tone_curve
 from tracker.registration.templates import Templates
 
 # Errors of the marks: leg lengths of the hip, radians of the angles, log lengths.
@@ -37,11 +37,13 @@ def begin(
         scene: what lies behind the figure in that frame, if that is known.
     """
     settings, box, behind = tracker.settings, start_box(tracker, start), tracker.mode.backdrop
+    curve = start_curve(tracker, start, image)
     state = State(
         belief or start_belief(tracker, start),
-        _templates(tracker, start, image),
+        _templates(tracker, start, image, curve),
+        curve,
         first_camera(image, box) if settings.camera else None,
-        first_backdrop(image, box, tracker.view.unit) if behind else None,
+        first_backdrop(image, box, tracker.view.unit, curve) if behind else None,
     )
     if behind and scene is not None:
         scene = scene.compared(image, box)
@@ -59,7 +61,7 @@ def start_box(tracker: Tracker, start: Start) -> Box:
     return tracker.box(start.q[None])
 
 
-def start_curve(tracker: Tracker, start: Start, image: Image) -> Curve:
+def start_curve(tracker: Tracker, start: Start, image: Image) -> Image:
     """What spreads the grey levels around the marked figure; in the papers' mode they stay as filmed."""
     return tone_curve(image, start_box(tracker, start), tracker.mode.contrast)
 
@@ -77,15 +79,15 @@ def start_belief(tracker: Tracker, start: Start) -> Belief:
     return first_belief(tracker.slds, y, np.diag(noise**2))
 
 
-def _templates(tracker: Tracker, start: Start, image: Image) -> Templates:
+def _templates(tracker: Tracker, start: Start, image: Image, curve: Image) -> Templates:
     if not tracker.mode.learns:
-        return tracker.templates_at(start.q, image)
+        return tracker.templates_at(start.q, image, curve)
     layout = tracker.figure.layout
     # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
     turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
     turned &= ~_guessed(tracker, start)
     placed = np.array([turned[chain].all() for chain in tracker.figure.chain])
-    return tracker.templates_at(start.q, image, placed).completed(
+    return tracker.templates_at(start.q, image, curve, placed).completed(
         tracker.figure, 2.0 * tracker.settings.spacing
     )
 

@@ -10,6 +10,7 @@ from dynamics.gaussian import Array, Gaussian
 from tracker.loop.outcome import Outcome
 from tracker.picture.backdrop import UNSEEN, Backdrop, Scenery
 from tracker.picture.camera import Camera
+from tracker.picture.pyramid import Image
 from tracker.registration.templates import Templates
 
 NOTHING = Belief(
@@ -49,6 +50,7 @@ class Estimate:
 class State:
     """What the loop carries from frame to frame.
 
+    curve    : (256,) what grey levels become
     camera   : None where it is taken for still
     backdrop : None where what lies behind the figure is left out of account
     outcome  : of the last frame
@@ -56,6 +58,7 @@ class State:
 
     belief: Belief
     templates: Templates
+    curve: Image
     camera: Camera | None
     backdrop: Backdrop | None
     outcome: Outcome = Outcome.OK

@@ -64,9 +64,12 @@ class Tracker:
         """How it registers."""
         return mode_of(self.settings)
 
-    def templates_at(self, q: Array, image: Image, placed: NDArray[np.bool_] | None = None) -> Templates:
+    def templates_at(
+        self, q: Array, image: Image, curve: Image, placed: NDArray[np.bool_] | None = None
+    ) -> Templates:
         """Templates as a pose (D,) lays them on a picture, see `tracker.registration.templates.cut`."""
-        return cut(self.figure, self.view, q, self._levels(image, self.box(q[None])), self.settings, placed)
+        levels = self._levels(image, curve, self.box(q[None]))
+        return cut(self.figure, self.view, q, levels, self.settings, placed)
 
     def step(
         self, state: State, image: Image, detections: Detections | None = None
@@ -133,7 +136,7 @@ class Tracker:
 
     def field(self, state: State, image: Image, priors: Gaussian) -> Field:
         """What poses around the priors are compared with in a frame that was `looked` at."""
-        levels = self._levels(image, self._around(priors))
+        levels = self._levels(image, state.curve, self._around(priors))
         return Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
 
     def proposed(self, belief: Belief) -> Belief:
@@ -201,12 +204,13 @@ class Tracker:
         (x0, y0), (x1, y1) = pixels.min(0) - margin, pixels.max(0) + margin
         return float(x0), float(y0), float(x1), float(y1)
 
-    def _levels(self, image: Image, around: Box) -> list[Level]:
+    def _levels(self, image: Image, curve: Image, around: Box) -> list[Level]:
         H, W = image.shape[:2]
         low = np.clip(around[:2], 0, (W - 2, H - 2)).astype(int)
         high = np.clip(around[2:], low + 2, (W, H)).astype(int)
         box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
-        return pyramid(image, box, [blur * self.view.unit for blur in self.settings.blurs], self.mode.colour)
+        sigmas = [blur * self.view.unit for blur in self.settings.blurs]
+        return pyramid(image, box, sigmas, self.mode.colour, curve)
 
 
 def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.compiled import compiled
-from tracker.picture.pyramid import Array, Box, Image, Level, Planes
+from tracker.picture.pyramid import AS_FILMED, Array, Box, Image, Level, Planes
 
 STEP = 0.03  # leg lengths from one place of the scene to the next
 NOISE = 8.0  # of a match, grey levels
@@ -91,12 +91,14 @@ class Backdrop:
     known   : (h, w) whether it has been seen
     place   : (2,) whole steps by which the camera has shifted it since the first frame
     scenery : how the frame differed from it
+    curve   : (256,) what grey levels become
     """
 
     scene: Planes
     known: NDArray[np.bool_]
     place: tuple[int, int]
     scenery: Scenery
+    curve: Image
 
     def follow(self, image: Image, box: Box, shift: Array) -> Self:
         """One frame on.
@@ -107,7 +109,7 @@ class Backdrop:
             shift: (2,) pixels by which the camera has shifted the scene since the first frame.
         """
         step = self.scenery.step
-        now, area = small(image, step), _area(box, step, self.known.shape)
+        now, area = small(image, step, self.curve), _area(box, step, self.known.shape)
         x, y = np.rint(shift / step).astype(int).tolist()
         scene, known = self._at(x, y)
         scenery = Scenery(_difference(now, scene, known, area), step)
@@ -115,7 +117,7 @@ class Backdrop:
         seen[area] = False
         share = np.where(known, BLEND, np.float32(1.0)) * seen
         scene = scene + share[..., None] * (now - scene)
-        return type(self)(scene, known | seen, (x, y), scenery)
+        return type(self)(scene, known | seen, (x, y), scenery, self.curve)
 
     def replaced(self, scene: Planes, known: NDArray[np.bool_]) -> Self:
         """With another scene (h, w, 3) where that is known (h, w); elsewhere nothing is known any more."""
@@ -130,7 +132,7 @@ class Backdrop:
     def compared(self, image: Image, box: Box) -> Self:
         """With how the first frame itself differs from the scene; image and box as of `follow`."""
         step, area = self.scenery.step, _area(box, self.scenery.step, self.known.shape)
-        differs = _difference(small(image, step), self.scene, self.known, area)
+        differs = _difference(small(image, step, self.curve), self.scene, self.known, area)
         return replace(self, scenery=Scenery(differs, step))
 
     def _at(self, x: int, y: int) -> tuple[Planes, NDArray[np.bool_]]:
@@ -144,13 +146,14 @@ class Backdrop:
         return np.asarray(scene, dtype=np.float32), known > 0
 
 
-def first_backdrop(image: Image, box: Box, unit: float) -> Backdrop:
+def first_backdrop(image: Image, box: Box, unit: float, curve: Image = AS_FILMED) -> Backdrop:
     """What the marked frame shows beside the figure, a leg of which is unit pixels; see `Backdrop.follow`."""
     step = step_of(unit)
-    scene = small(image, step)
+    scene = small(image, step, curve)
     known = np.ones(scene.shape[:2], dtype=bool)
     known[_area(box, step, known.shape)] = False
-    return Backdrop(scene, known, (0, 0), Scenery(np.full(known.shape, UNKNOWN, np.float32), step))
+    scenery = Scenery(np.full(known.shape, UNKNOWN, np.float32), step)
+    return Backdrop(scene, known, (0, 0), scenery, curve)
 
 
 def step_of(unit: float) -> int:
@@ -158,12 +161,12 @@ def step_of(unit: float) -> int:
     return max(round(STEP * unit), 1)
 
 
-def small(image: Image, step: int) -> Planes:
-    """The frame's Lab grey levels (h, w, 3), one mean for each step by step pixels."""
+def small(image: Image, step: int, curve: Image = AS_FILMED) -> Planes:
+    """The frame's Lab grey levels (h, w, 3), one mean for each step by step pixels, through a tone curve."""
     H, W = image.shape[:2]
     whole = cv2.copyMakeBorder(image, 0, -H % step, 0, -W % step, cv2.BORDER_REPLICATE)
     less = cv2.resize(whole, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.cvtColor(less, cv2.COLOR_RGB2Lab), dtype=np.float32)
+    return np.asarray(cv2.cvtColor(cv2.LUT(less, curve), cv2.COLOR_RGB2Lab), dtype=np.float32)
 
 
 def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tuple[slice, slice]) -> Planes:

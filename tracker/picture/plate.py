@@ -13,14 +13,16 @@ import numpy as np
 
 from tracker.picture.backdrop import NOISE, Backdrop, first_backdrop, small, step_of
 from tracker.picture.camera import first_camera
-from tracker.picture.pyramid import Array, Box, Image, Planes
+from tracker.picture.pyramid import AS_FILMED, Array, Box, Image, Planes
 
 REACH = 150  # frames either way: five seconds
 EVERY = 4  # so manieth frame is kept
 FEWEST = 5  # frames that must show a place
 
 
-def plate(images: Iterable[Image], frame: int, box: Box, unit: float) -> Backdrop | None:
+def plate(
+    images: Iterable[Image], frame: int, box: Box, unit: float, curve: Image = AS_FILMED
+) -> Backdrop | None:
     """The scene of one frame; None if there is no such frame.
 
     Args:
@@ -28,6 +30,7 @@ def plate(images: Iterable[Image], frame: int, box: Box, unit: float) -> Backdro
         frame: of them.
         box: (x0, y0, x1, y1) pixels that the figure may cover in that frame.
         unit: pixels in a leg length.
+        curve: (256,) what grey levels become.
     """
     step, camera = step_of(unit), None
     kept: list[tuple[Array, Planes]] = []
@@ -37,13 +40,13 @@ def plate(images: Iterable[Image], frame: int, box: Box, unit: float) -> Backdro
         if t == frame:
             here = camera.shift, image
         if t % EVERY == 0:
-            kept.append((camera.shift, small(image, step)))
+            kept.append((camera.shift, small(image, step, curve)))
     if here is None:
         return None
     shift, marked = here
     views = np.stack([_moved(view, (shift - there) / step) for there, view in kept])
     scene, spread, number = _middle(views)
-    return first_backdrop(marked, box, unit).replaced(scene, (number >= FEWEST) & (spread < NOISE))
+    return first_backdrop(marked, box, unit, curve).replaced(scene, (number >= FEWEST) & (spread < NOISE))
 
 
 def _moved(view: Planes, steps: Array) -> Planes:

@@ -14,6 +14,8 @@ Image = NDArray[np.uint8]
 Planes = NDArray[np.float32]
 Box = tuple[float, float, float, float]
 FAR = 3.0  # standard deviations that a blur reaches
+LEVELS = 256  # of grey
+AS_FILMED: Image = np.arange(LEVELS, dtype=np.uint8)  # a tone curve that changes nothing
 LEAST = 4  # pixels that a gradient between pixels takes
 
 
@@ -32,18 +34,24 @@ class Level:
 
 
 def pyramid(
-    image: Image, box: tuple[int, int, int, int], sigmas: Sequence[float], colour: bool
+    image: Image,
+    box: tuple[int, int, int, int],
+    sigmas: Sequence[float],
+    colour: bool,
+    curve: Image = AS_FILMED,
 ) -> list[Level]:
     """Levels of the part of an RGB frame within `box` (x0, y0, x1, y1), in the order of `sigmas`.
 
-    Channels are CIE Lab, or three times the lightness where colour is off.
+    Channels are CIE Lab, or three times the lightness where colour is off, of grey levels through a tone
+    curve (256,).
     """
     H, W = image.shape[:2]
     margin = int(np.ceil(FAR * max(sigmas))) + 2
     x0, y0 = max(box[0] - margin, 0), max(box[1] - margin, 0)
     x1, y1 = min(max(box[2] + margin, x0 + LEAST), W), min(max(box[3] + margin, y0 + LEAST), H)
     x0, y0 = min(x0, x1 - LEAST), min(y0, y1 - LEAST)
-    lab = cv2.cvtColor(np.ascontiguousarray(image[y0:y1, x0:x1]), cv2.COLOR_RGB2Lab).astype(np.float32)
+    part = cv2.LUT(np.ascontiguousarray(image[y0:y1, x0:x1]), curve)
+    lab = cv2.cvtColor(part, cv2.COLOR_RGB2Lab).astype(np.float32)
     if not colour:
         lab = np.repeat(lab[..., :1], 3, axis=-1)
     return [Level(_blurred(lab, sigma), (x0, y0), sigma) for sigma in sigmas]

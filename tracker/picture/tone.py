@@ -8,17 +8,13 @@ the figure's looks.
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from tracker.picture.pyramid import Box, Image
+from tracker.picture.pyramid import LEVELS, Box, Image
 
-Curve = NDArray[np.uint8]
-
-LEVELS = 256
 SMOOTH = 17  # levels that one is counted with: a flat background is not worth them all
 
 
-def tone_curve(image: Image, box: Box, share: float) -> Curve:
+def tone_curve(image: Image, box: Box, share: float) -> Image:
     """(256,) the grey level that each becomes.
 
     Args:
@@ -34,8 +30,3 @@ def tone_curve(image: Image, box: Box, share: float) -> Curve:
     equal = (LEVELS - 1) * number.cumsum() / number.sum()
     mixed = (1.0 - share) * np.arange(LEVELS) + share * equal
     return np.asarray(np.rint(mixed), dtype=np.uint8)
-
-
-def toned(image: Image, curve: Curve) -> Image:
-    """The image (H, W, 3) with every channel through the curve."""
-    return np.asarray(cv2.LUT(image, curve), dtype=np.uint8)

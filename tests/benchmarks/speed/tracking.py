@@ -139,7 +139,9 @@ def by_points(job: Job) -> Growth:
         search = Objective(field, prior)
         q = np.repeat(prior.mean, 4, 0)
         sizes.append(len(field.templates.link))
-        times.append(_best(lambda search=search, q=q: [search.compare(n, q) for n in range(len(field.levels))]))
+        times.append(
+            _best(lambda search=search, q=q: [search.compare(n, q) for n in range(len(field.levels))])
+        )
     return Growth(tuple(sizes), tuple(times))
 
 
@@ -170,7 +172,7 @@ def _field(job: Job, settings: Settings) -> tuple[Field, Gaussian]:
     state, _ = begin(tracker, plan.start, images[0])
     priors = tracker.pose(state.belief.states)[:1]
     state = tracker.looked(state, images[1], priors)
-    levels = tracker._levels(images[1], tracker.box(priors.mean))
+    levels = tracker._levels(images[1], state.curve, tracker.box(priors.mean))
     return Field(state.templates, levels, plan.start.figure, tracker.view, settings, state.scenery), priors
 
 

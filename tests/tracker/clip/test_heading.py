@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from kinematics.figure_file import WALKER
@@ -11,9 +10,10 @@ from tracker.clip import follow as follow_module
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow, scene_behind
 from tracker.clip.job import Job
-from tracker.clip.pictures import Reel, Toned
+from tracker.clip.pictures import Reel
 from tracker.clip.plan import heading, prepare, untold
 from tracker.clip.start import facing_at, marked_start
+from tracker.picture.pyramid import AS_FILMED
 from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
@@ -95,7 +95,7 @@ def test_a_job_with_a_foot_marked_is_not_asked_of_the_film(clip, marks, monkeypa
 def test_the_scene_is_sought_around_the_start_frame(clip, marks, monkeypatch):
     asked = []
 
-    def watched(images, frame, box, unit):
+    def watched(images, frame, box, unit, curve):
         asked.append((len(list(images)), frame))
 
     monkeypatch.setattr(follow_module, "plate", watched)
@@ -103,7 +103,7 @@ def test_the_scene_is_sought_around_the_start_frame(clip, marks, monkeypatch):
     whole = Job(clip.video, marks, "cv")
     for start in (0, 2, 6):
         plan = prepare(replace(whole, start=start))
-        assert scene_behind(plan, Toned(Reel(plan.video), np.arange(256, dtype=np.uint8))) is None
+        assert scene_behind(plan, Reel(plan.video), AS_FILMED) is None
     assert asked == [(4, 0), (6, 2), (7, 3)]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tracker.clip import pictures
-from tracker.clip.pictures import Reel, Toned
+from tracker.clip.pictures import Reel
 
 
 class Counted:
@@ -113,10 +113,3 @@ def test_what_is_held_is_bounded_by_the_size_of_the_pictures():
     large.width, large.height = 1920, 1080
     assert Reel(small).held > 500
     assert 5 <= Reel(large).held <= 10
-
-
-def test_toned_pictures_are_those_of_the_reel_through_the_curve(reel):
-    toned = Toned(reel, np.arange(255, -1, -1).astype(np.uint8))
-    assert levels(map(toned.shown, reel.ahead())) == [255 - t for t in range(10)]
-    assert levels(toned.span(9, 0)) == [255 - t for t in range(9, -1, -1)]
-    assert levels(toned.span(2, 5)) == [253, 252, 251, 250]

@@ -167,7 +167,7 @@ def test_half_of_what_an_anchor_shows_goes_into_the_templates(begun):
     tracker, state, image = begun
     bright = (image // 2 + 100).astype(np.uint8)
     after, estimate = passed(tracker, state, anchor_of(STRIDE), bright)
-    now = tracker.templates_at(estimate.pose.mean, bright)
+    now = tracker.templates_at(estimate.pose.mean, bright, state.curve)
     both = now.known & state.templates.known
     assert both.sum() > 300
     halfway = 0.5 * (state.templates.colours + now.colours)

@@ -45,6 +45,14 @@ def test_values_are_the_blurred_lab_colours_between_pixels(image, pixels):
             assert_allclose(values[:, channel], between(soft, pixels), atol=0.005)
 
 
+def test_every_channel_goes_through_the_tone_curve(image):
+    curve = np.arange(255, -1, -1).astype(np.uint8)
+    (found,), (want,) = (pyramid(*of, [1.0], True) for of in ((image, WHOLE), (255 - image, WHOLE)))
+    (toned,) = pyramid(image, WHOLE, [1.0], True, curve)
+    assert_array_equal(toned.planes, want.planes)
+    assert np.abs(found.planes - want.planes).max() > 10.0
+
+
 def test_a_blur_of_nothing_keeps_the_frame_itself(image):
     rows, columns = np.mgrid[: H - 1, : W - 1]
     pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(float)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tracker.picture.tone import tone_curve, toned
+from tracker.picture.tone import tone_curve
 
 EVERYWHERE = (0.0, 0.0, 63.0, 63.0)
 
@@ -47,9 +47,3 @@ def test_a_figure_at_the_edge_has_a_curve_too(haze, box):
     curve = tone_curve(haze, box, 0.5)
     assert curve.shape == (256,)
     assert (np.diff(curve.astype(int)) >= 0).all()
-
-
-def test_every_channel_goes_through_the_curve():
-    curve = np.arange(255, -1, -1).astype(np.uint8)
-    image = np.random.default_rng(1).integers(0, 256, (5, 7, 3)).astype(np.uint8)
-    assert_array_equal(toned(image, curve), 255 - image)
