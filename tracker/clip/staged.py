@@ -19,6 +19,7 @@ from videos.upright import Image
 
 POINT = 0.05  # spread of an outline's joint at least, leg lengths
 TOGETHER = 3.0  # times what one frame tells: what is wrong in one is wrong in the next
+MOST = 3.0  # times POINT, where a figure stands out: arms and shadows beside it do as well
 FEWEST = 20  # frames: in fewer a walker covers most places in half of them
 
 
@@ -79,6 +80,6 @@ def detections(outline: Outline, first: int, video: Video) -> dict[int, Detectio
     for t in np.flatnonzero(outline.seen).tolist():
         inside = within(outline.joints[t], (video.height, video.width)) & outline.shown[t]
         if inside.any():
-            doubt = max(TOGETHER * float(outline.spread[t]) / POINT, 1.0)
+            doubt = min(max(TOGETHER * float(outline.spread[t]) / POINT, 1.0), MOST)
             found[first + t] = Detections(number[inside], outline.joints[t][inside], doubt)
     return found

@@ -105,8 +105,8 @@ def as_if(monkeypatch):
     return fit
 
 
-@pytest.mark.parametrize(("spread", "doubt"), [(0.01, 1.0), (0.03, 1.8), (0.2, 12.0)])
-def test_points_are_doubted_as_the_outline_is_but_no_less_than_usual(job, as_if, spread, doubt):
+@pytest.mark.parametrize(("spread", "doubt"), [(0.01, 1.0), (0.03, 1.8), (0.2, 3.0)])
+def test_points_are_doubted_as_the_outline_is_within_bounds(job, as_if, spread, doubt):
     as_if(spread=spread)
     points = outlined(prepare(job), QUIET).points
     assert [each.doubt for each in points.values()] == pytest.approx([doubt] * len(points))
