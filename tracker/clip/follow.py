@@ -115,14 +115,15 @@ def _followed(
     job, frame, (first, last) = plan.job, plan.frame, span
     reel, end = Reel(plan.video, last), plan.total if last is None else last + 1
     images = reel.ahead()
-    with progress.task(f"{job.video.name} with {job.model}", end and end - first) as advance:
+    foreseen = end and end - first
+    with progress.task(f"{job.video.name} with {job.model}", foreseen) as advance:
         marked = next(islice(clock.timed("read", images), frame, None), None)
         if marked is None:
             raise StartError(
                 f"frame {frame} is not in {job.video.name}, which has {len(reel.times)}; mark another frame"
             )
         ways = _Ways(plan, reel, marked, clock, advance)
-        trail, belief = Trail(len(plan.start.q)), None
+        trail, belief = Trail(len(plan.start.q), foreseen or 0), None
         if frame > first:
             belief = ways.follow(trail, -1, reel.span(frame - 1, first))
             trail.reverse()

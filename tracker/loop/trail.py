@@ -11,21 +11,25 @@ from tracker.loop.estimate import NOTHING, Estimate
 from tracker.loop.outcome import Outcome
 
 ROOM = 512  # frames at first, then twice as many whenever they are too few
+MOST = 2**17  # that are foreseen at most: containers may announce anything
 
 
 class Trail:
     """Estimates frame by frame, without their hypotheses; covariances in single precision.
 
+    Where their number is foreseen, room that is not needed is never touched, and none is copied to grow.
+
     outcome : of every frame
     """
 
-    def __init__(self, freedoms: int) -> None:
+    def __init__(self, freedoms: int, foreseen: int = ROOM) -> None:
+        room = min(max(foreseen, ROOM), MOST)
         self._columns: dict[str, NDArray[Any]] = {
-            "mean": np.empty((ROOM, freedoms)),
-            "cov": np.empty((ROOM, freedoms, freedoms), np.float32),
-            "s": np.empty(ROOM, np.intp),
-            "shift": np.empty((ROOM, 2)),
-            "misfit": np.empty(ROOM),
+            "mean": np.empty((room, freedoms)),
+            "cov": np.empty((room, freedoms, freedoms), np.float32),
+            "s": np.empty(room, np.intp),
+            "shift": np.empty((room, 2)),
+            "misfit": np.empty(room),
         }
         self.outcome: list[Outcome] = []
 

@@ -3,6 +3,7 @@
 import tracemalloc
 
 import numpy as np
+import pytest
 from numpy.testing import assert_array_equal
 
 from dynamics.gaussian import Gaussian
@@ -41,6 +42,21 @@ def assert_holds(trail, rows):
 def test_columns_hold_what_was_appended(rng):
     rows = estimates(rng, 7)
     assert_holds(trail_of(rows), rows)
+
+
+@pytest.mark.parametrize("foreseen", [-1, 0, 3, 600, 10**12])
+def test_more_or_fewer_frames_may_come_than_were_foreseen(rng, foreseen):
+    rows = estimates(rng, ROOM + 5)
+    trail = Trail(D, foreseen)
+    trail.extend(rows)
+    assert_holds(trail, rows)
+
+
+def test_a_foreseen_number_of_frames_is_never_moved_to_a_larger_place(rng):
+    rows, trail = estimates(rng, 3), Trail(D, 3 * ROOM)
+    place = trail.column("cov").__array_interface__["data"]
+    trail.extend(rows * ROOM)
+    assert trail.column("cov").__array_interface__["data"] == place
 
 
 def test_frames_that_are_taken_off_come_back_whole(rng):
