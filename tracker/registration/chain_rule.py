@@ -5,6 +5,8 @@ hundred times a second: with M_l how the pose moves link l, and m_l and p_l its 
 weight f residual over what is measured on it,
 
     information = sum_l M_l' m_l M_l,    gradient = sum_l M_l' p_l.
+
+Climbs by them are compiled as well: Levenberg-Marquardt to templates, Gauss-Newton to points.
 """
 
 from typing import Any, NamedTuple
@@ -21,11 +23,8 @@ from tracker.registration.records import Climbs, Damping, Laying, Weights
 Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.registration.kernel`
 
 LEAST = 1e-9  # added to a diagonal
-LIGHTER, HEAVIER, LEAST_HEAVY = (
-    0.3,
-    10.0,
-    1e-2,
-)  # damping after a step that helped, and after one that did not
+LIGHTER = 0.3  # times the damping after a step that helped
+HEAVIER, LEAST_HEAVY = 10.0, 1e-2  # after one that did not: so many times, this at least
 
 COMPILED = compiled(error_model="numpy")
 
