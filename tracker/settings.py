@@ -42,7 +42,7 @@ class Settings(BaseModel):
         1.0, ge=0, le=10, description="how far beyond its outline a link hides others, blurs"
     )
     blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
-        (0.05, 0.0175), min_length=1, description="coarse to fine, leg lengths"
+        (0.05, 0.025, 0.015), min_length=1, description="coarse to fine, leg lengths"
     )
     iterations: int = Field(4, ge=1, le=100, description="steps at each blur at most")
     noise: float = Field(6.0, ge=0.1, le=255, description="of a pixel's match, grey levels")
