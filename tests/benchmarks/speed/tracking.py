@@ -139,9 +139,8 @@ def by_points(job: Job) -> Growth:
         search = Objective(field, prior)
         q = np.repeat(prior.mean, 4, 0)
         sizes.append(len(field.templates.link))
-        times.append(
-            _best(lambda search=search, q=q: [search.compare(n, q) for n in range(len(field.levels))])
-        )
+        levels = range(len(field.levels))
+        times.append(_best(lambda search=search, q=q, levels=levels: [search.compare(n, q) for n in levels]))
     return Growth(tuple(sizes), tuple(times))
 
 
