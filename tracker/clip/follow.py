@@ -186,9 +186,8 @@ class _Ways:
 
     @cached_property
     def _scene(self) -> Backdrop | None:
-        return scene_behind(
-            self.plan, self.reel, start_curve(self.plan.tracker, self.plan.start, self.marked)
-        )
+        plan = self.plan
+        return scene_behind(plan, self.reel, start_curve(plan.tracker, plan.start, self.marked))
 
 
 def scene_behind(plan: Plan, reel: Reel, curve: Image) -> Backdrop | None:

@@ -96,10 +96,10 @@ def _climb(objective: Objective, number: int, q: Array) -> Fit:
     """Levenberg-Marquardt at one blur, all poses (H, D) side by side."""
     fit = objective.begin(number, np.repeat(q, 2, axis=0))
     climbs, weights = Climbs.begin(len(q), DAMPING), objective.weights(fit)
+    links, priors = fit.links, (objective.mean, objective.precision)
     for _ in range(objective.field.settings.iterations + 1):
         objective.lay(number, fit, (climbs.own ^ 1)[climbs.on])
-        priors = objective.mean, objective.precision
-        descend(objective.layout, fit.links, weights, priors, climbs, DAMPING)
+        descend(objective.layout, links, weights, priors, climbs, DAMPING)
         if not climbs.on.any():
             break
     return fit[climbs.own]

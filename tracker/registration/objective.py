@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import Skeleton
 from tracker.picture.backdrop import FRONT, NOISE, UNKNOWN
-from tracker.picture.pyramid import Level
+from tracker.picture.pyramid import Level, Planes
 from tracker.registration.chain_rule import laid_out, weighed
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay, room
@@ -75,7 +75,10 @@ class Objective:
         self.shape = Shape(layout.layer, layout.width, layout.taper)
         # A foot, which does not breathe, is too small to stand out for certain.
         self.strange = templates.strange & self.mode.learns & layout.breathes
-        self.pictures = [self._picture(level) for level in field.levels]
+        # Of densities of grey levels, with one sigma in the figure and another in the scene.
+        against = np.float32(np.log(NOISE / settings.noise))
+        behind = (field.scenery.differs + against, field.scenery.around + against, float(UNKNOWN + against))
+        self.pictures = [self._picture(level, *behind) for level in field.levels]
         self.points = [self._points_at(number) for number in range(len(templates.colours))]
         self.noise = Noise(
             variance=settings.noise**2,
@@ -106,13 +109,11 @@ class Objective:
             self.strange,
         )
 
-    def _picture(self, level: Level) -> Picture:
-        """What templates are laid on at one blur."""
+    def _picture(self, level: Level, differs: Planes, around: Planes, unknown: float) -> Picture:
+        """What templates are laid on at one blur, see `Picture` for what tells of the scene."""
         field = self.field
         scenery, view, (left, top) = field.scenery, field.view, level.corner
         (x, y), (axis_x, axis_y) = view.origin, view.axes.tolist()
-        # Of densities of grey levels, with one sigma in the figure and another in the scene.
-        against = np.float32(np.log(NOISE / field.settings.noise))
         return Picture(
             planes=level.planes,
             origin_x=x - left,
@@ -120,9 +121,9 @@ class Objective:
             axis_x=axis_x,
             axis_y=axis_y,
             front=scenery.front(level) if self.strange.any() else NO_FRONT,
-            differs=scenery.differs + against,
-            around=scenery.around + against,
-            unknown=float(UNKNOWN + against),
+            differs=differs,
+            around=around,
+            unknown=unknown,
             step=scenery.step,
             corner_x=left,
             corner_y=top,
