@@ -1,15 +1,18 @@
 """`figtrack`, and `python -m tracker`."""
 
+import _thread
 import atexit
 import gc
 import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from types import FrameType
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
 AGAIN = 3.0  # seconds
+LATER = 0.01  # seconds
+COMPILER = f"{os.sep}llvmlite{os.sep}"  # in the paths of its files
 # Matrices are small here: threads of one multiplication wait for each other longer than they work.
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 OF_TYPER = 130  # its exit status after Ctrl-C while it reads options
@@ -19,9 +22,10 @@ def main() -> None:
     """Entry point of the command line; to be interrupted in one line while that is still being imported."""
     try:
         # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.
-        interrupt = _interrupting()
+        interrupt = Interrupt()
         for number in _endings():
             signal.signal(number, interrupt)
+        sys.unraisablehook = interrupt.lost
         for name in ONE_THREAD:
             os.environ.setdefault(name, "1")  # read when NumPy is imported
         # A last search for cycles in all that is loaded would take a quarter of a second.
@@ -44,17 +48,51 @@ def _endings() -> list[int]:
     return [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
 
 
-def _interrupting() -> Callable[[int, object], None]:
+class Interrupt:
     """A handler that ends what is done; what comes within AGAIN does not disturb what is then cleaned up."""
-    last = -AGAIN
 
-    def interrupt(number: int, frame: object) -> None:
-        nonlocal last
-        before, last = last, time.monotonic()
-        if last - before >= AGAIN:
+    def __init__(self) -> None:
+        self.last = -AGAIN
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        if _of_compiler(frame):
+            _once_more(signal.Signals(number))
+            return
+        before, self.last = self.last, time.monotonic()
+        if self.last - before >= AGAIN:
             raise KeyboardInterrupt
 
-    return interrupt
+    def lost(self, unraisable: "sys.UnraisableHookArgs") -> None:
+        """Told of an exception that had nobody to go to, as in a finalizer; an interrupt comes once more."""
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+            sys.__unraisablehook__(unraisable)
+            return
+        self.last = -AGAIN
+        _once_more(signal.SIGINT)
+
+
+def _of_compiler(frame: FrameType | None) -> bool:
+    """Whether the compiler is at work: LLVM calls Python back, and crashes where that raises."""
+    while frame is not None:
+        if COMPILER in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _once_more(number: signal.Signals) -> None:
+    """Let a signal come again to this thread, the main one, a little later."""
+    main = _thread.get_ident()
+
+    def come() -> None:
+        time.sleep(LATER)
+        if hasattr(signal, "pthread_kill"):
+            signal.pthread_kill(main, number)  # wakes it from a wait
+        else:
+            _thread.interrupt_main(number)
+
+    # No lock is taken, as `threading` would: a handler may have interrupted whoever holds it.
+    _thread.start_new_thread(come, ())
 
 
 if __name__ == "__main__":  # processes that a batch starts read this file too

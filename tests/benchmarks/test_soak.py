@@ -98,6 +98,7 @@ def test_only_what_is_killed_outright_may_leave_something(wrong, number, complai
     [
         ('File "<frozen site>", line 599, in main', False),
         ('File "tracker/__main__.py", line 30, in main', True),
+        ('File "tracker/__main__.py", line 62, in __call__', True),
     ],
 )
 def test_an_interrupt_while_python_itself_begins_is_not_the_program_s(wrong, place, ours):

@@ -104,6 +104,57 @@ figtrack.main()"""
     assert (ran.returncode, ran.stderr) == (1, "error: interrupted; nothing was written\n")
 
 
+ANSWERED_BACK = {
+    "a finalizer": """
+import weakref
+
+class Work:
+    pass
+
+def work():
+    done = Work()
+    weakref.finalize(done, signal.raise_signal, signal.SIGTERM)
+    del done""",
+    "the compiler": """
+import llvmlite.binding, numba
+from llvmlite.binding.executionengine import ExecutionEngine
+
+find = ExecutionEngine._find_module_ptr
+
+def interrupted(self, module):
+    signal.raise_signal(signal.SIGTERM)
+    return find(self, module)
+
+ExecutionEngine._find_module_ptr = interrupted
+
+@numba.njit
+def one():
+    return 1
+
+def work():
+    one()""",
+}
+
+
+@pytest.mark.parametrize("place", ANSWERED_BACK)
+def test_an_interrupt_where_nothing_can_be_raised_comes_once_more(place):
+    code = f"""
+import signal, sys, time, types
+import tracker.__main__ as figtrack
+{ANSWERED_BACK[place]}
+
+def command():
+    work()
+    time.sleep(60)
+
+sys.modules["tracker.cli.app"] = types.SimpleNamespace(main=command)
+figtrack.main()"""
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=AT_HOME, timeout=50
+    )
+    assert (ran.returncode, ran.stderr) == (1, "error: interrupted; nothing was written\n")
+
+
 def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder):
     images = [frame.image for frame in Video(folder / "walk.mp4")]
     write_video(folder / "long.mp4", images * 60)

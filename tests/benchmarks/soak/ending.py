@@ -26,7 +26,7 @@ FIGTRACK = (sys.executable, "-m", "tracker")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 # What Python, its libraries or FFmpeg say of themselves.
 JARGON = re.compile(r"Traceback|Exception ignored|Segmentation|core dumped|@ 0x|Warning:|Fatal Python")
-OF_MAIN = re.compile(r'__main__\.py", line \d+, in main$', re.MULTILINE)
+OURS = re.compile(r'__main__\.py", line \d+, in (main|__call__)$', re.MULTILINE)
 KEPT = re.compile(r"\.suggested\.keypoints\.csv$")  # a refusal leaves it on purpose
 
 
@@ -171,9 +171,9 @@ def _of_process(ending: Ending) -> Iterator[str]:
 
 
 def _of_python(ending: Ending) -> bool:
-    """Whether Python itself was interrupted, before `main` began or while it tidied up after an import."""
-    own = not OF_MAIN.search(ending.errors) or "_get_module_lock" in ending.errors
-    return ending.kill is not None and "KeyboardInterrupt" in ending.errors and own
+    """Whether Python itself was interrupted, before `main` began and took signals into its own hands."""
+    interrupted = ending.kill is not None and "KeyboardInterrupt" in ending.errors
+    return interrupted and not OURS.search(ending.errors)
 
 
 def _of_words(ending: Ending) -> Iterator[str]:
