@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 SUMS = """
 import numpy as np
 from tracker.compiled import tell_unkept
-from tracker.outline.place import best_path
+from tracker.outline.viterbi import best_path
 from tracker.progress import Progress
 print(best_path(np.eye(3, dtype=np.float32)[:, :, None, None], 1.0, 0.1, 1).tolist())
 for _ in range(2):

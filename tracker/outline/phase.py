@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from tracker.compiled import compiled
 from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.outline.stage import Stage
+from tracker.outline.viterbi import best_phases
 
 DENSITY = 16.0  # places in a leg length
 GRID = Grid((-1.25, 1.1875), DENSITY, (38, 41))
@@ -160,49 +160,3 @@ def _finer(score: Array, fine: int) -> Array:
     low = np.floor(at).astype(int)
     share = at - low
     return np.ascontiguousarray((1.0 - share) * score[:, low] + share * score[:, (low + 1) % score.shape[1]])
-
-
-@compiled()
-def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tuple[float, NDArray[np.intp]]:
-    """The path of the largest sum of `score`, less the costs of its steps.
-
-    A step goes by the speed after it, rounded, or one more or less.
-
-    Args:
-        score: (T, P) nats of every phase; phases go round.
-        speeds: (S,) phases a frame.
-        change: for the next speed up or down, nats.
-        slip: spread of a step about its speed, phases.
-
-    Returns:
-        The sum, and (T, 2) speed and phase.
-    """
-    T, P = score.shape
-    S = len(speeds)
-    value = np.empty((S, P))
-    value[:] = score[0]
-    before = np.zeros((T, S, P), np.int32)
-    for t in range(1, T):
-        now = np.full((S, P), -np.inf)
-        for s in range(S):
-            for other in range(max(s - 1, 0), min(s + 2, S)):
-                for off in range(-1, 2):
-                    step = int(np.rint(speeds[s])) + off
-                    cost = 0.5 * ((speeds[s] - step) / slip) ** 2
-                    if other != s:
-                        cost += change
-                    here = -step % P
-                    for p in range(P):
-                        if value[other, here] - cost > now[s, p]:
-                            now[s, p] = value[other, here] - cost
-                            before[t, s, p] = other * P + here
-                        here = here + 1 if here + 1 < P else 0
-            now[s] += score[t]
-        value = now
-    path = np.empty((T, 2), np.intp)
-    place = value.argmax()
-    best = value.max()
-    for t in range(T - 1, -1, -1):
-        path[t, 0], path[t, 1] = place // P, place % P
-        place = before[t, path[t, 0], path[t, 1]]
-    return best, path

@@ -7,14 +7,13 @@ change of place and size costs, is largest.
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from kinematics.figure import SCALE, Array
-from tracker.compiled import compiled
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.smooth import smooth
 from tracker.outline.stage import Stage, blurred
+from tracker.outline.viterbi import best_path
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING, UNITS
 
@@ -110,61 +109,3 @@ def _sums(odds: Planes, kernels: list[list[Planes]]) -> Planes:
 
     sums = [np.max([sums_of(each) for each in own], axis=0) for own in kernels]
     return np.asarray(np.stack(sums) * (WEIGHT / DENSITY**2), dtype=np.float32)
-
-
-@compiled()
-def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[np.intp]:
-    """The path of the largest sum of `score`, less the costs of its steps.
-
-    Args:
-        score: (T, S, h, w) nats.
-        step: for a step of one column, nats; it grows with the square. A row counts as two columns.
-        resize: for one size up or down, nats.
-        reach: columns in a step at most; half as many rows.
-
-    Returns:
-        (T, 3) size, row and column.
-    """
-    T, S, h, w = score.shape
-    across, wide, high = reach // 2, 2 * reach + 1, 2 * (reach // 2) + 1
-    value = score[0].astype(np.float64)
-    before = np.empty((T, S, h, w), np.int16)  # sizes, rows and columns back, as one number
-    for t in range(1, T):
-        now = np.empty((S, h, w))
-        for s in range(S):
-            sized, size = np.empty((h, w)), np.empty((h, w), np.int32)
-            for y in range(h):
-                for x in range(w):
-                    sized[y, x], size[y, x] = value[s, y, x], s
-                    for other in (s - 1, s + 1):
-                        if 0 <= other < S and value[other, y, x] - resize > sized[y, x]:
-                            sized[y, x], size[y, x] = value[other, y, x] - resize, other
-            moved, column = np.empty((h, w)), np.empty((h, w), np.int32)
-            for y in range(h):
-                for x in range(w):
-                    moved[y, x], column[y, x] = sized[y, x], x
-                    for other in range(max(x - reach, 0), min(x + reach + 1, w)):
-                        found = sized[y, other] - step * (other - x) ** 2
-                        if found > moved[y, x]:
-                            moved[y, x], column[y, x] = found, other
-            for y in range(h):
-                for x in range(w):
-                    best, row = moved[y, x], y
-                    for other in range(max(y - across, 0), min(y + across + 1, h)):
-                        found = moved[other, x] - 4.0 * step * (other - y) ** 2
-                        if found > best:
-                            best, row = found, other
-                    now[s, y, x] = best + score[t, s, y, x]
-                    from_x = column[row, x]
-                    sizes, rows, columns = size[row, from_x] - s + 1, row - y + across, from_x - x + reach
-                    before[t, s, y, x] = (sizes * high + rows) * wide + columns
-        value = now
-    path = np.empty((T, 3), np.intp)
-    place = value.argmax()
-    s, y, x = place // (h * w), place // w % h, place % w
-    for t in range(T - 1, 0, -1):
-        path[t, 0], path[t, 1], path[t, 2] = s, y, x
-        back = before[t, s, y, x]
-        s, y, x = s + back // (high * wide) - 1, y + back // wide % high - across, x + back % wide - reach
-    path[0, 0], path[0, 1], path[0, 2] = s, y, x
-    return path

@@ -1,5 +1,4 @@
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import pytest
@@ -15,24 +14,6 @@ def off(found, seen):
     hips, units = found
     away = np.hypot(*(hips - seen.hips).T) / seen.units
     return away.max(), np.abs(np.log(units / seen.units)).max()
-
-
-@pytest.mark.parametrize("reach", [1, 2, 3])
-def test_the_best_path_is_that_of_the_largest_sum_of_all(reach, rng):
-    score, step, resize = rng.normal(size=(3, 2, 3, 4)).astype(np.float32), 0.3, 0.5
-    places = list(np.ndindex(score.shape[1:]))
-
-    def cost(one, other):
-        sizes, rows, columns = np.abs(np.subtract(one, other))
-        if rows > reach // 2 or columns > reach:
-            return np.inf
-        return resize * sizes + step * (columns**2 + 4.0 * rows**2)
-
-    def worth(path):
-        return sum(s[place] for s, place in zip(score, path, strict=True)) - sum(map(cost, path, path[1:]))
-
-    want = max(product(places, repeat=3), key=worth)
-    assert place.best_path(score, step, resize, reach).tolist() == [list(each) for each in want]
 
 
 @pytest.mark.parametrize("frame", [0, FRAMES - 1])

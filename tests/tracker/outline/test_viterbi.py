@@ -3,12 +3,12 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 
-from tracker.outline.phase import best_phases
-from tracker.outline.place import best_path
+from tracker.outline.viterbi import best_path, best_phases
 
 
-def test_the_best_path_of_places_is_that_of_all_paths(rng):
-    T, S, h, w, step, resize, reach = 3, 2, 2, 3, 0.7, 0.4, 2
+@pytest.mark.parametrize("reach", [1, 2, 3])
+def test_the_best_path_of_places_is_that_of_all_paths(reach, rng):
+    T, S, h, w, step, resize = 3, 2, 3, 4, 0.3, 0.5
     score = rng.normal(size=(T, S, h, w)).astype(np.float32)
     states = list(product(range(S), range(h), range(w)))
 

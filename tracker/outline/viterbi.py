@@ -1,0 +1,127 @@
+"""Best paths through places and sizes, and through phases and phase speeds (Viterbi 1967).
+
+Every step that is allowed is tried in turn, from all values at once, which lie in a row: so a processor works
+on several at a time. Why what is compiled stands in one file: see `tracker.outline.rasters`.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.figure import Array
+from tracker.compiled import compiled
+from tracker.picture.pyramid import Planes
+
+WAYS = 3  # one size down, none, one up
+
+
+@compiled()
+def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[np.intp]:
+    """The path of the largest sum of `score`, less the costs of its steps.
+
+    Args:
+        score: (T, S, h, w) nats.
+        step: for a step of one column, nats; it grows with the square. A row counts as two columns.
+        resize: for one size up or down, nats.
+        reach: columns in a step at most; half as many rows.
+
+    Returns:
+        (T, 3) size, row and column.
+    """
+    T, S, h, w = score.shape
+    across, columns = reach // 2, 2 * reach + 1
+    # The rows of a map lie in one, with nothing to come from between them and at both ends.
+    W = w + reach
+    N = h * W
+    value = np.full((S, N), -np.inf)
+    value.reshape((S, h, W))[:, :, :w] = score[0]
+    before = np.empty((T, S, h, w), np.int16)  # the number of a step: its size, columns and rows
+    start = np.zeros(N, np.int32)
+    sized, resized = np.full(N + 2 * reach, -np.inf), np.zeros(N + 2 * reach, np.int32)
+    moved, column = np.full(N + 2 * across * W, -np.inf), np.zeros(N + 2 * across * W, np.int32)
+    for t in range(1, T):
+        now, number = np.full((S, N), -np.inf), np.zeros(N, np.int32)
+        for s in range(S):
+            inner = slice(reach, reach + N)
+            sized[inner] = -np.inf
+            for other in range(max(s - 1, 0), min(s + 2, S)):
+                cost = resize * abs(other - s)
+                _carry(sized[inner], resized[inner], value[other], start, cost, other - s + 1)
+            inside = slice(across * W, across * W + N)
+            moved[inside] = -np.inf
+            for far in range(-reach, reach + 1):
+                there = slice(reach + far, reach + far + N)
+                steps = WAYS * (far + reach)
+                _carry(moved[inside], column[inside], sized[there], resized[there], step * far**2, steps)
+            for far in range(-across, across + 1):
+                there = slice((across + far) * W, (across + far) * W + N)
+                steps = WAYS * columns * (far + across)
+                _carry(now[s], number, moved[there], column[there], 4.0 * step * far**2, steps)
+            here = now[s].reshape((h, W))
+            here[:, :w] += score[t, s]
+            here[:, w:] = -np.inf
+            before[t, s] = number.reshape((h, W))[:, :w]
+        value = now
+    path = np.empty((T, 3), np.intp)
+    place = value.argmax()
+    s, y, x = place // N, place // W % h, place % W
+    for t in range(T - 1, 0, -1):
+        path[t, 0], path[t, 1], path[t, 2] = s, y, x
+        back = before[t, s, y, x]
+        s += back % WAYS - 1
+        x += back // WAYS % columns - reach
+        y += back // (WAYS * columns) - across
+    path[0, 0], path[0, 1], path[0, 2] = s, y, x
+    return path
+
+
+@compiled()
+def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tuple[float, NDArray[np.intp]]:
+    """The path of the largest sum of `score`, less the costs of its steps.
+
+    A step goes by the speed after it, rounded, or one more or less.
+
+    Args:
+        score: (T, P) nats of every phase; phases go round.
+        speeds: (S,) phases a frame.
+        change: for the next speed up or down, nats.
+        slip: spread of a step about its speed, phases.
+
+    Returns:
+        The sum, and (T, 2) speed and phase.
+    """
+    T, P = score.shape
+    S = len(speeds)
+    value = np.empty((S, P))
+    value[:] = score[0]
+    before = np.empty((T, S, P), np.int32)  # speed and phase, as one number
+    twice, phase = np.empty(2 * P), (np.arange(2 * P) % P).astype(np.int32)
+    for t in range(1, T):
+        now = np.full((S, P), -np.inf)
+        for other in range(S):
+            twice[:P], twice[P:] = value[other], value[other]
+            for s in range(max(other - 1, 0), min(other + 2, S)):
+                for off in range(-1, 2):
+                    step = int(np.rint(speeds[s])) + off
+                    cost = 0.5 * ((speeds[s] - step) / slip) ** 2 + (change if other != s else 0.0)
+                    here = slice(-step % P, -step % P + P)
+                    _carry(now[s], before[t, s], twice[here], phase[here], cost, other * P)
+        value = now + score[t]
+    path = np.empty((T, 2), np.intp)
+    place = value.argmax()
+    for t in range(T - 1, -1, -1):
+        path[t, 0], path[t, 1] = place // P, place % P
+        place = before[t, path[t, 0], path[t, 1]]
+    return value.max(), path
+
+
+@compiled()
+def _carry(
+    value: Array, number: NDArray[np.int32], old: Array, old_number: NDArray[np.int32], cost: float, add: int
+) -> None:
+    """Where an old value less the cost is better take that, and its number and what is added to it."""
+    more = np.int32(add)
+    for i in range(len(value)):
+        found = old[i] - cost
+        better = found > value[i]
+        value[i] = found if better else value[i]
+        number[i] = old_number[i] + more if better else number[i]
