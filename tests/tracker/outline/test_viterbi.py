@@ -6,11 +6,13 @@ import pytest
 from tracker.outline.viterbi import best_path, best_phases
 
 
+# Frames, sizes, rows and columns; the last may lead from the end of a row to the next one's beginning.
+@pytest.mark.parametrize("shape", [(3, 2, 3, 4), (6, 1, 2, 2)])
 @pytest.mark.parametrize("reach", [1, 2, 3])
-def test_the_best_path_of_places_is_that_of_all_paths(reach, rng):
-    T, S, h, w, step, resize = 3, 2, 3, 4, 0.3, 0.5
-    score = rng.normal(size=(T, S, h, w)).astype(np.float32)
-    states = list(product(range(S), range(h), range(w)))
+def test_the_best_path_of_places_is_that_of_all_paths(reach, shape, rng):
+    step, resize = 0.3, 0.5
+    score = 3.0 * rng.normal(size=shape).astype(np.float32)
+    states = list(product(*map(range, shape[1:])))
 
     def worth(path):
         total = sum(float(score[t, s, y, x]) for t, (s, y, x) in enumerate(path))
@@ -20,7 +22,7 @@ def test_the_best_path_of_places_is_that_of_all_paths(reach, rng):
             total -= resize * (s0 != s1) + step * (x0 - x1) ** 2 + 4.0 * step * (y0 - y1) ** 2
         return total
 
-    best = max(product(states, repeat=T), key=worth)
+    best = max(product(states, repeat=len(score)), key=worth)
     found = [tuple(each) for each in best_path(score, step, resize, reach).tolist()]
     assert worth(found) == pytest.approx(worth(best), abs=1e-6)
 
