@@ -167,12 +167,22 @@ def _workshop(place: Path) -> Iterator[Path]:
             ) from error
         yield workshop
     finally:
-        shutil.rmtree(workshop, ignore_errors=True)
-        if lock is not None:
-            os.close(lock)
-        for parent in made:
-            with suppress(OSError):
-                parent.rmdir()
+        try:
+            _removed(workshop, made)
+        except KeyboardInterrupt:  # what comes within seconds of it does not disturb this
+            _removed(workshop, made)
+            raise
+        finally:
+            if lock is not None:
+                os.close(lock)
+
+
+def _removed(workshop: Path, made: list[Path]) -> None:
+    """Remove the folder, and of the parents made for it those that hold nothing."""
+    shutil.rmtree(workshop, ignore_errors=True)
+    for parent in made:
+        with suppress(OSError):
+            parent.rmdir()
 
 
 def _locked(workshop: Path) -> int | None:

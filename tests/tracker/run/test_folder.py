@@ -1,6 +1,7 @@
 """Results appear whole or not at all, and replace nothing that they should not."""
 
 import os
+import shutil
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -237,6 +238,20 @@ def test_ctrl_c_at_the_very_moment_when_the_folder_aside_is_made_leaves_nothing(
     with pytest.raises(KeyboardInterrupt), fresh_folder(tmp_path / "a" / "run", overwrite=False):
         pytest.fail("it went on")
     assert names(tmp_path) == []
+
+
+def test_ctrl_c_while_the_folder_aside_is_removed_leaves_nothing_but_the_result(tmp_path, monkeypatch):
+    remove = shutil.rmtree
+
+    def interrupted(path, **how):
+        monkeypatch.setattr(shutil, "rmtree", remove)
+        remove(path / "new", **how)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(shutil, "rmtree", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_file_into(tmp_path / "gait.npz")
+    assert names(tmp_path) == ["gait.npz"]
 
 
 def stop_between_the_renames(place):
