@@ -14,8 +14,7 @@ LEAST_INSIDE = 0.3  # of the joints lie in the picture, or the figure is outside
 LEAST_MATCH = 0.25  # mean robust weight of what is in sight, or it is lost
 DOUBTFUL_MATCH = 0.5  # the same where what lies behind explains the picture better
 BARE = 0.5  # of it shows just what lies behind: it is lost
-LEAST_AGREED = 0.15  # of the points meets its joint, or templates that match lie on something else
-MOST_SEEN = 0.75  # of the joints have a point, for the points to tell that
+DENIED = 16.0  # nats of points far from their joints, or templates that match lie on something else
 LEAST_VISIBLE = 0.3  # of every link is in sight, or the figure is hidden
 
 
@@ -50,9 +49,9 @@ def judged(
 
 
 def denied(detector: Detector, detections: Detections, q: Array) -> bool:
-    """Whether most joints were detected, and almost all of them elsewhere than in a pose (D,)."""
-    most = len(detections.joint) >= MOST_SEEN * len(detector.figure.joints)
-    return most and detector.agreement(detections, q)[0] < LEAST_AGREED
+    """Whether what was detected lies elsewhere than in a pose (D,); the fewer joints, the farther off."""
+    agreed = detector.agreement(detections, q)[0]
+    return bool(len(detections.joint) * -np.log(max(agreed, 1e-9)) > DENIED)
 
 
 def judged_by_points(detector: Detector, detections: Detections, q: Array, before: Outcome) -> Outcome:

@@ -258,14 +258,18 @@ def test_nearly_sure_names_leave_the_filter_of_the_joints_as_told(rng):
 def test_templates_that_match_where_hardly_a_point_is_lie_on_something_else(rng, monkeypatch):
     painted, tracker, state, _ = begun(rng)
     monkeypatch.setattr(Tracker, "detected", lambda self, belief, detections: belief)  # points judge alone
-    image, elsewhere = painted.picture(STRIDE), STRIDE + upright(WALKER, root_x=1.0)
+    image = painted.picture(STRIDE)
+    beside, elsewhere = (STRIDE + upright(WALKER, root_x=away) for away in (0.25, 1.0))
 
     def judged(pose, **without):
         after, estimate = tracker.step(state, image, detected(pose, **without))
         return estimate.outcome, after.templates is state.templates
 
     assert judged(STRIDE) == ("ok", False)
-    assert judged(elsewhere) == ("lost", True)
-    assert judged(elsewhere, without=WALKER.joints[:3]) == ("ok", False)  # too few to tell
+    assert judged(beside) == judged(elsewhere) == ("lost", True)
+    # The fewer there are, the farther off they must be to tell.
+    assert judged(beside, without=WALKER.joints[:3]) == ("ok", False)
+    assert judged(elsewhere, without=WALKER.joints[:3]) == ("lost", True)
+    assert judged(elsewhere, without=WALKER.joints[:6]) == ("ok", False)
     bent = STRIDE + upright(WALKER, knee_near=0.8, knee_far=0.8)
     assert judged(bent) == ("ok", False)  # some points are where the joints are
