@@ -40,28 +40,20 @@ class Hypothesis:
     stretch: Stretch
     fit: Fit
 
-    @property
-    def label(self) -> str:
-        return self.stretch.stride.labels[self.stretch.k]
-
 
 @dataclass(frozen=True)
 class Filling:
     """The frames of one gap.
 
     rows         : (m,) frames of the sequence
-    window       : the frames that were looked at
-    poses        : mean (m, M), cov (m, M, M) without measurement noise, given what was measured in the window
-    log_evidence : of frames of the window SPACING seconds apart by the most probable hypothesis, at the noise
+    poses        : mean (m, M), cov (m, M, M) without measurement noise, given what was measured around it
+    log_evidence : of frames around it SPACING seconds apart by the most probable hypothesis, at the noise
                    that makes these most probable, nats; every motion as probable
-    label        : the motion of the most probable hypothesis
     """
 
     rows: NDArray[np.intp]
-    window: slice
     poses: Gaussian
     log_evidence: float
-    label: str
 
 
 def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
@@ -88,7 +80,7 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
     each = [_poses(found[i], y[window], rows - window.start) for i in kept]
     together = Gaussian(np.stack([g.mean for g in each], 1), np.stack([g.cov for g in each], 1))
     poses = collapse(np.tile(share[kept] / share[kept].sum(), (len(rows), 1)), together)
-    return Filling(rows, window, poses, _spaced_evidence(found[0], fps), found[0].label)
+    return Filling(rows, poses, _spaced_evidence(found[0], fps))
 
 
 def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
