@@ -5,6 +5,9 @@ ends elsewhere, above all with another count of strides across the gap, is a hyp
 its evidence; the answer has the moments of their mixture. A long run of frames that lack single freedoms is
 cut into pieces.
 
+The search of phase, phase speed and its bend begins at the peaks of a grid, judged by the mean stride: the
+frames count as SHARE of independent ones, and a person's own manner as noise.
+
 Whether a gap is one of gait is told by the evidence of frames SPACING seconds apart. Between them there is as
 much to bridge as in a short gap, which the next frame of a smooth motion never asks.
 """
@@ -17,8 +20,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, collapse
 from dynamics.periodic.fit import Fit, Stretch
-from dynamics.periodic.starts import starts
-from dynamics.stride import Stride
+from dynamics.stride import Stride, harmonics
 
 CONTEXT = 2.0  # seconds of measured frames that are looked at on either side
 SPACING = 0.2  # seconds between the frames whose evidence is told
@@ -31,6 +33,13 @@ NOISES = (0.02, 0.04, 0.07, 0.12, 0.2)  # deviations that are tried beyond the l
 PLACE_NOISE = 0.3  # of a freedom that travels beside that of an angle, leg lengths a radian
 DOUBT = 0.3  # power of the evidence that weighs: a person not learned from differs from the population
 FAINT = 1e-3  # share of a hypothesis that is left out
+# Of the grid that the search begins on:
+SPEEDS, PHASES = 24, 24
+REACH = 2.8  # deviations of the phase speed either way
+BENDS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # deviations
+SHARE = 0.15
+TABLE = 120  # phases at which the mean stride is tabled
+SLOWEST = 2.0  # radians a second
 
 
 @dataclass(frozen=True)
@@ -109,13 +118,35 @@ def hypotheses(stride: Stride, t: Array, y: Array) -> list[Hypothesis]:
     rough = []
     for k in range(len(stride.labels)):
         stretch = Stretch(stride, k, t, y)
-        for s in starts(stride, k, t, y, STARTS):
-            rough.append(Hypothesis(stretch, stretch.fit(s.phase, s.speed, s.bend, ROUGH)))
+        for start in starts(stride, k, t, y):
+            rough.append(Hypothesis(stretch, stretch.fit(*start, ROUGH)))
     best = max(h.fit.log_evidence for h in rough)
     near = [h for h in rough if h.fit.log_evidence > best - BEHIND]
     climbed = _sorted([Hypothesis(h.stretch, h.stretch.fit_from(h.fit)) for h in near])
     noise = _likeliest_noise(climbed[0])
     return _distinct(_sorted([_at_noise(h, noise) for h in climbed]) if noise > 0.0 else climbed)
+
+
+def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, float, float]]:
+    """Phase at the origin (radians), phase speed and its bend of the STARTS best peaks of the grid for motion
+    k, the best first.
+
+    At times t (T,) seconds from the origin; NaN entries of y (T, M) were not measured. Freedoms that travel
+    are not looked at.
+    """
+    centre, deviation = _speed(stride, k)
+    speeds = np.linspace(centre - REACH * deviation, centre + REACH * deviation, SPEEDS)
+    speeds = speeds[speeds > SLOWEST]
+    phases = 2.0 * np.pi * np.arange(PHASES) / PHASES
+    bends = np.array(BENDS)
+    rows = np.flatnonzero(np.isfinite(y[:, ~stride.travels]).any(1))
+    d = t[rows]
+    phase = phases[:, None] + speeds[:, None, None, None] * d + (bends * stride.bend[k])[:, None, None] * d**2
+    score = SHARE * _fits(stride, k, phase, y[rows])
+    score -= 0.5 * (((speeds - centre) / deviation) ** 2)[:, None, None] + 0.5 * bends[:, None] ** 2
+    best = score.max(1)
+    peaks = sorted(_peaks(best), key=lambda peak: -best[peak])[:STARTS]
+    return [(phases[j], speeds[i], bends[score[i, :, j].argmax()] * stride.bend[k]) for i, j in peaks]
 
 
 def _spaced_evidence(h: Hypothesis, fps: float) -> float:
@@ -173,3 +204,36 @@ def _same(one: Array, other: Array) -> bool:
     apart = one - other
     turns = 2.0 * np.pi * np.round(apart.mean() / (2.0 * np.pi))
     return bool(np.abs(apart - turns).max() < APART)
+
+
+def _speed(stride: Stride, k: int) -> tuple[float, float]:
+    """Mean and deviation of the phase speed over the population."""
+    at = len(stride.names) * stride.basis
+    return float(stride.mean[k, at]), float(np.linalg.norm(stride.root[k, at]))
+
+
+def _fits(stride: Stride, k: int, phase: Array, y: Array) -> Array:
+    """(...) log density of poses (T, M) at phases (..., T), as if frames and freedoms were independent."""
+    size = stride.basis
+    table = harmonics(2.0 * np.pi * np.arange(TABLE) / TABLE, size)
+    at = np.round(phase * (TABLE / (2.0 * np.pi))).astype(np.intp) % TABLE
+    spread = np.diagonal(stride.quick[k] + stride.slow[k] + stride.R[k])
+    total = np.zeros(phase.shape[:-1])
+    for m in np.flatnonzero(~stride.travels):
+        own = slice(m * size, (m + 1) * size)
+        manner = ((table @ stride.root[k, own]) ** 2).sum(1).mean()
+        apart = y[:, m] - (table @ stride.mean[k, own])[at]
+        total -= 0.5 * np.nansum(apart**2, axis=-1) / (manner + spread[m])
+    return total
+
+
+def _peaks(score: Array) -> list[tuple[int, int]]:
+    """Entries (speed, phase) that none of their eight neighbours exceeds; phases are a circle."""
+    padded = np.pad(score, ((1, 1), (0, 0)), constant_values=-np.inf)
+    around = [
+        np.roll(padded[1 + i : len(padded) - 1 + i], j, axis=1)
+        for i in (-1, 0, 1)
+        for j in (-1, 0, 1)
+        if (i, j) != (0, 0)
+    ]
+    return [(int(i), int(j)) for i, j in np.argwhere(score >= np.max(around, axis=0))]
