@@ -12,7 +12,6 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -96,37 +95,32 @@ def cluster_at(address: str, tls: Path | None = None) -> Iterator["Client"]:
         yield client
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """Turns an E-step into one whose batches go to the processes of a cluster.
+def spread_over(client: "Client", make: Callable[[], Infer], batches: Batches) -> Infer:
+    """The E-step of `make` whose batches go to the processes of a cluster; each keeps what it remembers from
+    call to call.
 
     The batches are those in which the E-step works by itself, so its answer is the same to the last bit
     where the machines round alike.
     """
+    turns: list[Any] = []  # a Turn each, or the future of one
 
-    client: "Client"
+    def infer(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
+        chosen = batches(slds, ys)
+        if len(turns) != len(chosen):
+            turns[:] = [([], make()) for _ in chosen]
+        turns[:] = [
+            client.submit(_turn, turn, slds, [ys[n] for n in batch], pure=False)
+            for turn, batch in zip(turns, chosen, strict=True)
+        ]
+        found = client.gather(client.map(itemgetter(0), turns, pure=False))
+        by_number = {
+            n: posterior
+            for batch, posteriors in zip(chosen, found, strict=True)
+            for n, posterior in zip(batch, posteriors, strict=True)
+        }
+        return [by_number[n] for n in range(len(ys))]
 
-    def __call__(self, make: Callable[[], Infer], batches: Batches) -> Infer:
-        """The E-step of `make`, one for each batch, which keeps what it remembers from call to call."""
-        turns: list[Any] = []  # a Turn each, or the future of one
-
-        def infer(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
-            chosen = batches(slds, ys)
-            if len(turns) != len(chosen):
-                turns[:] = [([], make()) for _ in chosen]
-            turns[:] = [
-                self.client.submit(_turn, turn, slds, [ys[n] for n in batch], pure=False)
-                for turn, batch in zip(turns, chosen, strict=True)
-            ]
-            found = self.client.gather(self.client.map(itemgetter(0), turns, pure=False))
-            by_number = {
-                n: posterior
-                for batch, posteriors in zip(chosen, found, strict=True)
-                for n, posterior in zip(batch, posteriors, strict=True)
-            }
-            return [by_number[n] for n in range(len(ys))]
-
-        return infer
+    return infer
 
 
 def _ignore_interrupts() -> None:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -178,10 +179,10 @@ def _spread(request: Request) -> Iterator[Spread | None]:
     if request.scheduler is None:
         yield None
         return
-    from tracker.models.cluster import Cluster, cluster_at
+    from tracker.models.cluster import cluster_at, spread_over
 
     with cluster_at(request.scheduler, request.tls) as client:
-        yield Cluster(client)
+        yield partial(spread_over, client)
 
 
 def _described(model: Model) -> str:

@@ -18,7 +18,7 @@ from dynamics.viterbi import viterbi_all
 from tests.oracles import random_slds
 from tests.tracker.clips import figtrack, refused
 from tests.tracker.gaits import both, sequence, write_poses
-from tracker.models.cluster import Cluster, ClusterError, _uninterrupted, cluster_at, local_cluster
+from tracker.models.cluster import ClusterError, _uninterrupted, cluster_at, local_cluster, spread_over
 
 pytestmark = pytest.mark.whole
 
@@ -53,7 +53,7 @@ def test_an_e_step_on_a_cluster_is_the_same_to_the_last_bit(cluster, problem, in
     make, cut = STEPS[inference]
     sldss, ys = problem
     assert len(cut(sldss[0], ys)) > 1
-    here, there = make(), Cluster(cluster)(make, cut)
+    here, there = make(), spread_over(cluster, make, cut)
     for slds in sldss:  # variational inference begins a round from the last one's answer
         for one, other in zip(here(slds, ys), there(slds, ys), strict=True):
             for wanted, found in zip(numbers(one), numbers(other), strict=True):
@@ -62,7 +62,7 @@ def test_an_e_step_on_a_cluster_is_the_same_to_the_last_bit(cluster, problem, in
 
 def test_a_process_that_dies_between_rounds_changes_nothing(cluster, problem):
     sldss, ys = problem
-    here, there = Variational(), Cluster(cluster)(Variational, variational_batches)
+    here, there = Variational(), spread_over(cluster, Variational, variational_batches)
     here(sldss[0], ys), there(sldss[0], ys)
     pids = cluster.run(os.getpid)
     os.kill(next(iter(pids.values())), signal.SIGKILL)
@@ -85,7 +85,7 @@ def test_a_process_that_dies_is_begun_anew_again_and_again_and_stays_deaf_to_int
 
 def test_what_an_e_step_finds_impossible_is_raised_here(cluster, problem):
     sldss, ys = problem
-    there = Cluster(cluster)(lambda: viterbi_all, batches)
+    there = spread_over(cluster, lambda: viterbi_all, batches)
     with pytest.raises(np.linalg.LinAlgError):
         there(sldss[0], [np.full_like(ys[0], 1e200), *ys])
 
