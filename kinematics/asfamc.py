@@ -10,11 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinematics.bvh import Capture, MotionError, joint_positions, read_lines, read_numbers, rotation
-
-Array = NDArray[np.float64]
+from kinematics.bvh import Array, Capture, MotionError, joint_positions, read_lines, read_numbers, rotation
 
 ROOT = "root"
 
@@ -28,14 +25,6 @@ class _Bone:
     dofs: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class _Skeleton:
-    """Bones by name, parents before children, the root first; parents by index."""
-
-    bones: dict[str, _Bone]
-    parents: list[int]
-
-
 def read_amc(path: str | Path, *, fps: float = 120.0) -> Capture:
     """Read an AMC file and place the ends of the bones of its skeleton (`find_skeleton`).
 
@@ -44,23 +33,23 @@ def read_amc(path: str | Path, *, fps: float = 120.0) -> Capture:
     line.
     """
     lines = read_lines(path)
-    skeleton = _read_skeleton(find_skeleton(path))
-    values = _read_frames(path, lines, skeleton.bones)
+    bones, parents = _read_skeleton(find_skeleton(path))
+    values = _read_frames(path, lines, bones)
     T = len(values[ROOT])
     translations, rotations = [], []
-    for name, bone in skeleton.bones.items():
+    for name, bone in bones.items():
         turns = [n for n, dof in enumerate(bone.dofs) if dof[0] == "r"]
         axes = "".join(bone.dofs[n][1].upper() for n in turns)
         # Listed first means applied first, which is the rightmost factor.
         motion = rotation(axes[::-1], values[name][:, turns[::-1]])
         rotations.append(bone.axes @ motion @ bone.axes.T)
         translations.append(np.broadcast_to(bone.offset, (T, 3)))
-    translations[0] = values[ROOT][:, [skeleton.bones[ROOT].dofs.index(f"t{axis}") for axis in "xyz"]]
+    translations[0] = values[ROOT][:, [bones[ROOT].dofs.index(f"t{axis}") for axis in "xyz"]]
     turned = np.stack(rotations, axis=1)
     # A bone turns before it reaches its end, so each end is placed by its own bone's rotation.
     offsets = np.einsum("tjik,tjk->tji", turned, np.stack(translations, axis=1))
     offsets[:, 0] = translations[0]
-    return Capture(tuple(skeleton.bones), joint_positions(skeleton.parents, offsets, turned), fps)
+    return Capture(tuple(bones), joint_positions(parents, offsets, turned), fps)
 
 
 def find_skeleton(path: str | Path) -> Path:
@@ -72,7 +61,8 @@ def find_skeleton(path: str | Path) -> Path:
     return max(candidates, key=lambda asf: len(asf.stem))
 
 
-def _read_skeleton(path: str | Path) -> _Skeleton:
+def _read_skeleton(path: str | Path) -> tuple[dict[str, _Bone], list[int]]:
+    """Bones by name, parents before children; and each one's parent by position, -1 for the root's."""
     sections: dict[str, list[tuple[int, list[str]]]] = {}
     section = ""
     for n, line in enumerate(read_lines(path), start=1):
@@ -90,7 +80,7 @@ def _read_skeleton(path: str | Path) -> _Skeleton:
     parent_of = _read_parents(path, sections["hierarchy"], bones)
     ordered = {name: bones[name] for name in [ROOT, *parent_of]}
     names = list(ordered)
-    return _Skeleton(ordered, [-1, *(names.index(parent_of[name]) for name in names[1:])])
+    return ordered, [-1, *(names.index(parent_of[name]) for name in names[1:])]
 
 
 def _read_root(path: str | Path, rows: list[tuple[int, list[str]]]) -> _Bone:
