@@ -36,24 +36,19 @@ def innovation(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Array, Ar
 
 def log_likelihood(e: Array, S: Array, seen: Array) -> Array:
     """log N(e; 0, S) in nats over the entries that were measured; `seen` (...,) counts them. LinAlgError: S
-    is not positive definite."""
+    is not positive definite.
+
+    The Cholesky factor of [[S, e], [e', CORNER]] has the one of S, L, and below it (L^-1 e)': one
+    factorisation gives both terms.
+    """
     M = e.shape[-1]
     bordered = np.full((*np.broadcast(e[..., 0], S[..., 0, 0]).shape, M + 1, M + 1), CORNER)
     bordered[..., :M, :M], bordered[..., M, :M] = S, e
-    density: Array = -surprise(bordered) - 0.5 * LOG_2PI * seen
-    return density
-
-
-def surprise(bordered: Array) -> Array:
-    """e' S^-1 e / 2 + log |S| / 2, from the lower triangle of [[S, e], [e', CORNER]], (..., M+1, M+1).
-
-    The Cholesky factor of that has the one of S, L, and below it (L^-1 e)': one factorisation gives both
-    terms.
-    """
     root = np.linalg.cholesky(bordered)
     diagonal = root.diagonal(axis1=-2, axis2=-1)[..., :-1]
-    half: Array = (0.5 * root[..., -1, :-1] ** 2 + np.log(diagonal)).sum(-1)
-    return half
+    surprise = (0.5 * root[..., -1, :-1] ** 2 + np.log(diagonal)).sum(-1)
+    density: Array = -surprise - 0.5 * LOG_2PI * seen
+    return density
 
 
 def update(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Gaussian, Array]:

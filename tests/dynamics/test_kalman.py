@@ -7,12 +7,10 @@ from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import (
-    CORNER,
     log_likelihood,
     predict,
     reverse,
     smooth,
-    surprise,
     update,
     update_information,
 )
@@ -64,15 +62,6 @@ def test_the_innovations_likelihood_is_its_density(rng):
     # What one of the two has more of is shared by the other.
     assert_allclose(log_likelihood(np.stack([e, e]), S, M), [want, want], rtol=1e-12)
     assert_allclose(log_likelihood(e, np.stack([[S], [S]]), M), [[want], [want]], rtol=1e-12)
-
-
-def test_surprise_reads_the_lower_triangle_only(rng):
-    S, e = random_covariance(M, rng), rng.normal(size=M)
-    bordered = np.full((M + 1, M + 1), CORNER)
-    bordered[:M, :M], bordered[M, :M] = np.tril(S) + np.triu(rng.normal(size=(M, M)), 1), e
-    bordered[:M, M] = np.nan
-    want = -multivariate_normal(np.zeros(M), S).logpdf(e) - 0.5 * M * np.log(2.0 * np.pi)
-    assert float(surprise(bordered)) == pytest.approx(want, rel=1e-12)
 
 
 def test_an_innovation_of_any_size_has_a_likelihood(rng):
