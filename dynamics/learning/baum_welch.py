@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from dynamics.chain import split_as
 from dynamics.gaussian import Array, symmetric, transpose
 from dynamics.hmm import HMM, expected, hmm_all
-from dynamics.learning.fill import check_sequences, fill
-from dynamics.learning.initialise import clustered, scaled
+from dynamics.learning.initialise import check_sequences, clustered, fill, scaled
 from dynamics.learning.mstep import shares
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import STILL, inverse_wishart

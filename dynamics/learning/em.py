@@ -14,8 +14,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, Gaussian, symmetric
 from dynamics.layout import Layout, among
-from dynamics.learning.fill import check_sequences, fill
-from dynamics.learning.initialise import first_guess
+from dynamics.learning.initialise import check_sequences, fill, first_guess
 from dynamics.learning.mstep import maximise
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import Prior, changes, data_prior, log_prior

@@ -1,4 +1,8 @@
-"""Initial switching states for EM: k-means clusters of poses and velocities, taken as measured exactly."""
+"""What EM starts from: sequences that can be learned from, and initial switching states.
+
+These are k-means clusters of poses and velocities, which are taken as measured exactly, with their gaps
+filled.
+"""
 
 import warnings
 from collections.abc import Sequence
@@ -9,8 +13,30 @@ from numpy.typing import NDArray
 from dynamics.chain import split_as
 from dynamics.gaussian import Array, Gaussian
 from dynamics.layout import Layout
-from dynamics.learning.fill import fill
 from dynamics.posterior import Posterior
+
+
+def check_sequences(ys: Sequence[Array], names: Sequence[str], least: int) -> None:
+    """ValueError unless there are sequences (T, M) of `least` frames that measured every freedom named."""
+    if not len(ys):
+        raise ValueError("learning needs at least one sequence; got none")
+    for n, y in enumerate(ys):
+        if y.ndim != 2 or y.shape[1] != len(names) or len(y) < least:
+            raise ValueError(f"sequence {n} must be (T, {len(names)}) with T >= {least}; got {y.shape}")
+    never = np.isnan(np.concatenate(ys)).all(0)
+    if never.any():
+        raise ValueError(f"freedom {names[int(never.argmax())]!r} was never measured; leave it out")
+
+
+def fill(ys: Sequence[Array]) -> list[Array]:
+    """The sequences with NaN entries interpolated linearly and ends held.
+
+    A freedom that a sequence never measured takes its mean over the others, or 0.
+    """
+    y = np.concatenate(ys)
+    seen = ~np.isnan(y)
+    mean = np.where(seen, y, 0.0).sum(0) / np.maximum(seen.sum(0), 1)
+    return [_filled(y, mean) for y in ys]
 
 
 def first_guess(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Generator) -> list[Posterior]:
@@ -44,6 +70,15 @@ def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -
     squares = [((points[:, None] - centres) ** 2).sum(-1) for centres in found]
     nearest = min(squares, key=lambda square: float(square.min(1).sum()))
     return np.asarray(nearest.argmin(1))
+
+
+def _filled(y: Array, mean: Array) -> Array:
+    seen, filled = ~np.isnan(y), y.copy()
+    t = np.arange(len(y))
+    for i in np.flatnonzero(~seen.all(0)):
+        at = seen[:, i]
+        filled[:, i] = np.interp(t, t[at], y[at, i]) if at.any() else mean[i]
+    return filled
 
 
 def _features(ys: Sequence[Array], layout: Layout) -> list[Array]:

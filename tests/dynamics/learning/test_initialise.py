@@ -5,8 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.layout import Layout
-from dynamics.learning.fill import fill
-from dynamics.learning.initialise import first_guess
+from dynamics.learning.initialise import fill, first_guess
 
 NAMES = ("x", "hip")
 
