@@ -93,7 +93,6 @@ def learn(
     if not pieces:
         raise ValueError(f"no sequence of {label!r} lasts {LEAST} seconds; a stride needs longer ones")
     stride, begun = _first(pieces, tuple(names), tuple(travelling), twins, fps, label)
-    count = len({p.person for p in pieces})
     for n in range(rounds):
         found = []
         for i, piece in enumerate(pieces):
@@ -101,7 +100,7 @@ def learn(
             fit = stretch.fit(*begun[i])
             begun[i] = _end(stretch, fit)
             found.append(moments(stretch, fit, residual=n >= SETTLED))
-        stride = maximise(stride, pieces, found, twins, count, residual=n >= SETTLED)
+        stride = maximise(stride, pieces, found, twins, residual=n >= SETTLED)
         tick()
     return stride
 
@@ -127,11 +126,11 @@ def maximise(
     pieces: Sequence[Piece],
     found: Sequence[Moments],
     twins: NDArray[np.intp],
-    people: int,
     *,
     residual: bool = True,
 ) -> Stride:
-    """The M-step: `people` is how many the weights stand for."""
+    """The M-step."""
+    people = len({p.person for p in pieces})
     F = mirror_matrix(stride, twins)
     w = np.array([p.weight for p in pieces])
     both = np.concatenate([w, w]) / 2.0
@@ -231,8 +230,7 @@ def _first(
     )  # fmt: skip
     about = np.diag(np.diag(_manner(blank)))
     found = [Moments(one, about, 1.0, (1.0, 1), np.zeros((3, M, M))) for one in z]
-    people = len({p.person for p in pieces})
-    return maximise(blank, pieces, found, twins, people, residual=False), begun
+    return maximise(blank, pieces, found, twins, residual=False), begun
 
 
 def _sinusoid(t: Array, x: Array) -> tuple[float, float]:

@@ -60,10 +60,10 @@ def test_a_round_never_lowers_the_evidence(people):
     stride, pieces, stretches, fits = people
     found = [moments(s, f) for s, f in zip(stretches, fits, strict=True)]
     before = objective(stride, stride, stretches, fits)
-    after = objective(maximise(stride, pieces, found, TWINS, 4), stride, stretches, fits)
+    after = objective(maximise(stride, pieces, found, TWINS), stride, stretches, fits)
     assert after > before + 1.0
     # Each part by itself does not lower it either.
-    whole = maximise(stride, pieces, found, TWINS, 4)
+    whole = maximise(stride, pieces, found, TWINS)
     for names in (("mean", "root"), ("quick",), ("slow",), ("R",), ("bend",), ("drift",)):
         part = replace(stride, **{name: getattr(whole, name) for name in names})
         assert objective(part, stride, stretches, fits) > before - 1e-6, names
@@ -76,8 +76,8 @@ def test_the_mirror_image_of_a_piece_teaches_the_same(people):
     for piece, fit in zip(pieces, fits, strict=True):
         stretch = Stretch(stride, 0, piece.t, piece.y[:, TWINS])
         mirrored.append(moments(stretch, stretch.fit(fit.start + fit.z[Z + 1] + np.pi, fit.z[Z - 2])))
-    one = maximise(stride, pieces, found, TWINS, 4)
-    other = maximise(stride, pieces, mirrored, TWINS, 4)
+    one = maximise(stride, pieces, found, TWINS)
+    other = maximise(stride, pieces, mirrored, TWINS)
     assert_allclose(other.mean, one.mean, atol=2e-3)
     assert_allclose(other.quick, one.quick, atol=1e-5)
     F = mirror_matrix(stride, TWINS)
