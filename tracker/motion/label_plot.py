@@ -4,16 +4,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
-import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
 from tracker.tables.poses import PoseSequence, stretches
-
-matplotlib.use("Agg")
-from matplotlib import pyplot
-from matplotlib.patches import Rectangle
 
 Place = Path | IO[bytes]  # that a picture is written to
 DPI = 110
@@ -37,7 +34,8 @@ def draw_labels(
     known |= dict.fromkeys(label for sequence, _ in rows for label in sequence.labels if label)
     colour = {label: MOTIONS[i % len(MOTIONS)] for i, label in enumerate(known)}
     told = any(any(sequence.labels) for sequence, _ in rows)
-    figure, axes = pyplot.subplots(figsize=(11.0, 1.4 + 0.42 * len(rows)), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(11.0, 1.4 + 0.42 * len(rows)), dpi=DPI, layout="constrained")
+    axes = figure.subplots()
     for i, (sequence, found) in enumerate(rows):
         frames = frame_edges(sequence.first, len(sequence))
         if told:
@@ -55,7 +53,7 @@ def draw_labels(
     left_out = f"; first {MOST_ROWS} of {len(sequences)} sequences" if len(sequences) > MOST_ROWS else ""
     axes.set_title(f"{title}\n({', '.join(parts)}{left_out})", loc="left", fontsize=11)
     figure.legend(handles=patches(colour), loc="outside upper right", ncols=len(colour), frameon=False)
-    save(figure, path)
+    figure.savefig(path)
 
 
 def bar(
@@ -78,12 +76,6 @@ def frame_edges(first: int, frames: int) -> Array:
 def patches(colour: Mapping[str, str]) -> list[Rectangle]:
     """Entries of a legend."""
     return [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in colour.items()]
-
-
-def save(figure: Any, path: Place) -> None:
-    """Write a matplotlib figure to a file and close it."""
-    figure.savefig(path)
-    pyplot.close(figure)
 
 
 def _probabilities(

@@ -5,19 +5,18 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib import patheffects
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
-from tracker.motion.label_plot import DPI, Place, bar, frame_edges, patches, save
+from tracker.motion.label_plot import DPI, Place, bar, frame_edges, patches
 from tracker.motion.sticks import SHADES, SIDES, layers, sticks
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, stretches
 from videos.overlay import INK, as_hex
-
-matplotlib.use("Agg")
-from matplotlib import patheffects, pyplot
-from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
 
 MOST_FRAMES = 300  # in one picture
 FIGURES = 14  # in a row of stick figures
@@ -39,8 +38,8 @@ def draw_forecast(
     measured there."""
     shown = slice(max(0, len(mean) - MOST_FRAMES), len(mean))
     rows = 3 + _rooted(sequence)
-    figure, grid = pyplot.subplots(rows, 2, figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, sharex=True,
-                                   layout="constrained", squeeze=False)  # fmt: skip
+    figure = Figure(figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, layout="constrained")
+    grid = figure.subplots(rows, 2, sharex=True, squeeze=False)
     past = np.full((len(mean) - len(sequence), len(POSE_COLUMNS)), np.nan)
     _curves(grid, sequence.first, np.vstack([sequence.y, past]), mean, sd, shown)
     dotted: Any = {"color": NEUTRAL, "linewidth": 1, "linestyle": ":"}
@@ -48,7 +47,7 @@ def draw_forecast(
         axes.axvline(sequence.first + len(sequence) - 0.5, **dotted)
     end = [(Line2D([], [], **dotted), "end of the table")] if len(past) else []
     _finish(figure, grid, title, f"{found}, two sigma", end)
-    save(figure, path)
+    figure.savefig(path)
 
 
 def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Place, title: str) -> None:
@@ -56,7 +55,7 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
     start, stop = longest_gap(sequence)
     shown = _window(len(sequence), (start + stop) // 2)
     rows = 3 + _rooted(sequence)
-    figure: Any = pyplot.figure(figsize=(13.0, 2.3 * rows + 3.0), dpi=DPI, layout="constrained")
+    figure: Any = Figure(figsize=(13.0, 2.3 * rows + 3.0), dpi=DPI, layout="constrained")
     top, below = figure.subfigures(2, 1, height_ratios=[2.6, 2.3 * rows])
     around = max(6, (stop - start) // 3)
     frames = _spread(max(0, start - around), min(len(sequence), stop + around))
@@ -70,7 +69,7 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
     gap = Rectangle((0, 0), 1, 1, color=GAP)
     _finish(below, grid, "", "filled, two sigma", [(gap, "not measured")])
     top.suptitle(title, x=0.01, ha="left", fontsize=12)
-    save(figure, path)
+    figure.savefig(path)
 
 
 def draw_synthesis(
@@ -83,7 +82,7 @@ def draw_synthesis(
     T, step = len(y), max(1, round(fps / 10.0))
     span = min(T, FIGURES * step)
     begins = sorted({0, (T - span) // 2, T - span})
-    figure: Any = pyplot.figure(figsize=(13.0, 2.0 * len(begins) + 5.4), dpi=DPI, layout="constrained")
+    figure: Any = Figure(figsize=(13.0, 2.0 * len(begins) + 5.4), dpi=DPI, layout="constrained")
     top, below = figure.subfigures(2, 1, height_ratios=[2.0 * len(begins), 5.0])
     for axes, begin in zip(top.subplots(len(begins), 1, squeeze=False).ravel(), begins, strict=True):
         stick_row(axes, y, fps, np.arange(begin, begin + span, step), 0, np.zeros(T, dtype=bool))
@@ -97,13 +96,13 @@ def draw_synthesis(
         axes.spines[["top", "right"]].set_visible(False)
     names = [f"{label} {k}" if len(labels) > 1 else label for k, label in enumerate(labels)]
     used = [names[s] for s in dict.fromkeys(sorted(states.astype(int).tolist()))]
-    shades = pyplot.get_cmap("tab20")
+    shades = matplotlib.colormaps["tab20"]
     colour = {name: matplotlib.colors.to_hex(shades(STATES[names.index(name) % 20])) for name in used}
     bar(strip, frame_edges(0, T), [names[int(s)] for s in states], colour, 0.0, 1.0)
     strip.set(yticks=[], ylabel="state", xlabel="frame", xlim=(-0.5, T - 0.5), ylim=(0, 1))
     below.legend(handles=patches(colour), loc="outside lower center", ncols=8, frameon=False)
     top.suptitle(title, x=0.01, ha="left", fontsize=12)
-    save(figure, path)
+    figure.savefig(path)
 
 
 def longest_gap(sequence: PoseSequence) -> tuple[int, int]:

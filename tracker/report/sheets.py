@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tracker.report.drawing import paint
@@ -21,8 +21,8 @@ CROP = 1.1  # leg lengths of picture kept around the marked figure's hip, to eit
 
 def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
     """Mean error of every marked frame against time, one line a model."""
-    pyplot = _pyplot()
-    figure, axes = pyplot.subplots(figsize=(7.0, 3.2), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(7.0, 3.2), dpi=DPI, layout="constrained")
+    axes = figure.subplots()
     for name, result in scores.items():
         frames, errors = error_curve(result)
         (line,) = axes.plot(frames, errors, marker="o", markersize=3, label=name)
@@ -37,7 +37,6 @@ def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False)
     figure.savefig(path)
-    pyplot.close(figure)
 
 
 def sheet_frames(scores: Mapping[str, Score], count: int = 4) -> list[int]:
@@ -61,15 +60,9 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
         for track in tracks.values()
     ]
     height, width = np.max([image.shape[:2] for row in rows for image in row], axis=0) / DPI + GAP
-    pyplot = _pyplot()
-    figure, grid = pyplot.subplots(
-        len(rows),
-        len(frames),
-        figsize=(width * len(frames) + LABEL, height * len(rows) + GAP),
-        dpi=DPI,
-        squeeze=False,
-        layout="constrained",
-    )
+    size = width * len(frames) + LABEL, height * len(rows) + GAP
+    figure = Figure(figsize=size, dpi=DPI, layout="constrained")
+    grid = figure.subplots(len(rows), len(frames), squeeze=False)
     for axes, image in zip(grid.ravel(), (image for row in rows for image in row), strict=True):
         axes.imshow(image)
         axes.set(xticks=[], yticks=[], frame_on=False)
@@ -78,16 +71,6 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
     for axes, name in zip(grid[:, 0], tracks, strict=True):
         axes.set_ylabel(f"{name}\n{scores[name].mean_error_leg:.3f} leg")
     figure.savefig(path)
-    pyplot.close(figure)
-
-
-def _pyplot() -> Any:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    return pyplot
 
 
 def _cropped(image: Image, reference: Track, frame: int, height: int) -> Image:

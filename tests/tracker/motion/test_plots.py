@@ -3,6 +3,8 @@
 import cv2
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from dynamics.motion.tasks import Labelling
 from tests.tracker.gaits import blanked, both, gait, sequence
@@ -20,11 +22,8 @@ QUIET = Progress("quiet")
 def figures(monkeypatch):
     """The figures that would have been saved."""
     kept = []
-    for module in (label_plot, motion_plots):
-        monkeypatch.setattr(module, "save", lambda figure, path: kept.append(figure))
-    yield kept
-    for figure in kept:
-        label_plot.pyplot.close(figure)
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path: kept.append(figure))
+    return kept
 
 
 def labelling(labels):
@@ -36,7 +35,7 @@ def spans(axes, colour):
     """(start, stop) in frames of every bar of one colour."""
     found = []
     for bars in axes.collections:
-        wanted = np.allclose(bars.get_facecolor()[:, :3], label_plot.matplotlib.colors.to_rgb(colour))
+        wanted = np.allclose(bars.get_facecolor()[:, :3], to_rgb(colour))
         if wanted and bars.get_alpha() is None:
             found += [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in bars.get_paths()]
     return sorted(found)
