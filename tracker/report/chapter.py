@@ -38,22 +38,12 @@ class Chapter:
     """One run, as a report tells it.
 
     name     : of the model
-    video    : what the clip is called
-    frames   : how many frames it has
-    fps      : frames a second
-    rate     : playback speed, as given or found
-    given    : whether the speed was given; only then are times multiplied by it
     gait     : None for a figure without legs
     warnings : of the run, and of its gait figures
     """
 
     name: str
-    video: str
-    track: Track
-    frames: int
-    fps: float
-    rate: float
-    given: bool
+    run: Run
     gait: Gait | None
     warnings: Sequence[str]
 
@@ -63,29 +53,27 @@ class Chapter:
         # A speed that was only found would pull every walker towards the model's own.
         rate = 1.0 if job.rate is None else job.rate
         gait = gait_of(finished.track, rate, Known(job.height, job.scale))
-        return cls(
-            name=job.model,
-            video=job.video.name,
-            track=finished.track,
-            frames=finished.frames,
-            fps=finished.fps,
-            rate=finished.rate,
-            given=job.rate is not None,
-            gait=gait,
-            warnings=[*finished.warnings, *(() if gait is None else gait.warnings)],
-        )
+        warnings = [*finished.warnings, *(() if gait is None else gait.warnings)]
+        return cls(job.model, finished, gait, warnings)
+
+    @property
+    def track(self) -> Track:
+        return self.run.track
+
+    @property
+    def given(self) -> bool:
+        """Whether the playback speed was given; only then are times multiplied by it."""
+        return self.run.job.rate is not None
 
     def facts(self) -> list[tuple[str, str]]:
         counts = Counter(self.track.outcome)
         outcomes = ", ".join(f"{counts[name]} {word}" for name, word in WORDS.items() if counts[name])
         seconds = self.track.times[-1] - self.track.times[0]
-        speed = (
-            f"{self.rate:.3g} \N{MULTIPLICATION SIGN}, {'as given' if self.given else 'as the motion looks'}"
-        )
+        source = "as given" if self.given else "as the motion looks"
         facts = [
             ("Model", self.track.model),
-            ("Frames", f"{self.frames} at {self.fps:.4g} a second, {seconds:.1f} s"),
-            ("Playback speed", speed),
+            ("Frames", f"{self.run.frames} at {self.run.fps:.4g} a second, {seconds:.1f} s"),
+            ("Playback speed", f"{self.run.rate:.3g} \N{MULTIPLICATION SIGN}, {source}"),
             ("Faces", self.track.view.side),
             ("Tracked", outcomes),
         ]
@@ -120,10 +108,10 @@ class Chapter:
             said.append(
                 f"Left out: {self.gait.left_out} strides in which the figure was lost or whose length is odd."
             )
-        if not self.given and not OWN_SPEED[0] <= self.rate <= OWN_SPEED[1]:
+        if not self.given and not OWN_SPEED[0] <= self.run.rate <= OWN_SPEED[1]:
             said.append(
-                f"The motion looks like {self.rate:.3g} times real speed. Times are the film's own: if it is "
-                f"slow or quick motion, track again with --rate {self.rate:.3g}."
+                f"The motion looks like {self.run.rate:.3g} times real speed. Times are the film's own: if "
+                f"it is slow or quick motion, track again with --rate {self.run.rate:.3g}."
             )
         return said
 

@@ -26,7 +26,7 @@ def linked(film: Playable) -> bool:
 
 def write_report(path: Path, chapter: Chapter, film: Playable) -> None:
     """The page of one run."""
-    _write(path, chapter.video, film, [chapter], warnings=chapter.warnings)
+    _write(path, chapter.run.job.video.name, film, [chapter], warnings=chapter.warnings)
 
 
 def write_comparison(
