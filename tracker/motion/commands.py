@@ -123,7 +123,7 @@ def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> s
             title = f"{task.frames} frames of {Path(task.model).name}, seed {task.seed}"
             draw_synthesis(states, model.labels, y, fps, plot, title)
         if film is not None:
-            from tracker.motion.stick_film import write_clip
+            from tracker.motion.sticks import write_clip
 
             drawn = y[:ANIMATED]
             captions = [f"frame {t}  {labels[t]} state {states[t]}" for t in range(len(drawn))]

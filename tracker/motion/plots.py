@@ -158,7 +158,6 @@ def _finish(figure: Any, grid: Any, title: str, found: str, last: list[tuple[Any
 
 def stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing: Flags) -> None:
     """Figures side by side, each with its frame's number, on grey where not all angles were measured."""
-    order = np.argsort(layers(), kind="stable")
     ends = sticks(y, fps)
     highest = max(TALL, float(ends[frames, ..., 1].max()) + 0.1)
     rim = [patheffects.Stroke(linewidth=5.5, foreground=as_hex(INK)), patheffects.Normal()]
@@ -172,15 +171,11 @@ def stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing
             )
         for layer, colour in SHADES.items():
             shade = as_hex(colour)
-            chain = [i for i in order if layers()[i] == layer]
-            if layer == 1:
-                for i in chain:
-                    axes.plot(*links[i].T, color=shade, linewidth=3.5, path_effects=rim,
-                              solid_capstyle="round", zorder=2 + layer)  # fmt: skip
-            else:
-                points = np.concatenate([links[chain[0]], links[chain[1:], 1]])
-                axes.plot(*points.T, color=shade, linewidth=3.5, path_effects=rim,
-                          solid_capstyle="round", solid_joinstyle="round", zorder=2 + layer)  # fmt: skip
+            chain = [i for i, own in enumerate(layers()) if own == layer]
+            leg = np.concatenate([links[chain[0]], links[chain[1:], 1]])
+            for line in links[chain] if layer == 1 else [leg]:
+                axes.plot(*line.T, color=shade, linewidth=3.5, path_effects=rim,
+                          solid_capstyle="round", zorder=2 + layer)  # fmt: skip
         axes.text(SPACING * place, -0.12, str(first + t), ha="center", va="top", fontsize=8)
     axes.axhline(0.0, color=NEUTRAL, linewidth=1, zorder=1)
     axes.set(xlim=(-0.7 * SPACING, SPACING * (len(frames) - 0.3)), ylim=(-0.35, highest), aspect="equal")

@@ -10,7 +10,7 @@ from dynamics.motion.tasks import Labelling
 from tests.tracker.gaits import blanked, both, gait, sequence
 from tracker.motion import label_plot
 from tracker.motion import plots as motion_plots
-from tracker.motion.stick_film import GROUND, MARK, SIZE, UNIT, write_clip
+from tracker.motion.sticks import GROUND, MARK, SIZE, UNIT, write_clip
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS
 from videos.frames import Video
