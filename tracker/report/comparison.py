@@ -12,7 +12,7 @@ from tracker.clip.plan import prepare, start_frame
 from tracker.progress import Progress
 from tracker.report.chapter import Chapter
 from tracker.report.drawing import write_film
-from tracker.report.html_tables import text_table
+from tracker.report.html_tables import SCORE_COLUMNS, in_columns, table_rows
 from tracker.report.page import linked, write_comparison
 from tracker.report.results import FILM, write_run
 from tracker.report.sheets import write_error_plot, write_sheet
@@ -71,7 +71,7 @@ def compare_models(
         films[0].path.unlink()
     summary = {"models": {name: result.summary() for name, result in scores.items()}}
     (folder / "compare.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    return "\n".join([text_table(scores), *said])
+    return "\n".join([in_columns([SCORE_COLUMNS, *table_rows(scores)]), *said])
 
 
 def _anchors_of(job: Job, truth: Marks, start: int) -> set[int]:

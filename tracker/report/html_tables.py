@@ -8,7 +8,7 @@ from tracker.gait.figures import Gait
 from tracker.gait.values import Measure, Value
 from tracker.run.score import Score
 
-COLUMNS = (
+SCORE_COLUMNS = (
     "model",
     "lost at frame",
     "followed",
@@ -46,11 +46,6 @@ def table_rows(scores: Mapping[str, Score]) -> list[tuple[str, ...]]:
     return rows
 
 
-def text_table(scores: Mapping[str, Score]) -> str:
-    """The table as lines of text."""
-    return in_columns([COLUMNS, *table_rows(scores)])
-
-
 def in_columns(rows: Sequence[Sequence[str]]) -> str:
     """Rows of as many cells as lines of text."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -58,11 +53,6 @@ def in_columns(rows: Sequence[Sequence[str]]) -> str:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
     ]
     return "\n".join(lines)
-
-
-def comparison_table(scores: Mapping[str, Score]) -> Markup:
-    """The same as HTML."""
-    return html_table(COLUMNS, table_rows(scores))
 
 
 def gait_table(gait: Gait) -> Markup:

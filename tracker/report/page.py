@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from tracker.report.chapter import Chapter, headline, unusual
 from tracker.report.document import STYLES, Document, write_page
-from tracker.report.html_tables import comparison_table, gait_table
+from tracker.report.html_tables import SCORE_COLUMNS, gait_table, html_table, table_rows
 from tracker.run.score import LOST_ERROR, Score, error_curve
 from videos.playable import Playable
 
@@ -60,7 +60,7 @@ def write_comparison(
         {"models": errors, "lost": LOST_ERROR},
         notes=notes,
         warnings=[f"{chapter.name}: {text}" for chapter in chapters for text in chapter.warnings],
-        scores=comparison_table(scores),
+        scores=html_table(SCORE_COLUMNS, table_rows(scores)),
         joints=_told(chapters[0]),
         lost=LOST_ERROR,
         sheet=_base64(failure),

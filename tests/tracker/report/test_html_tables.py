@@ -8,7 +8,7 @@ import pytest
 from tests.tracker.strolls import stroll
 from tracker.gait.figures import Gait, gait_of
 from tracker.gait.values import Measure, Value
-from tracker.report.html_tables import comparison_table, gait_table, text_table
+from tracker.report.html_tables import SCORE_COLUMNS, gait_table, html_table, in_columns, table_rows
 from tracker.run.score import Score
 
 SCORE = Score(
@@ -32,7 +32,8 @@ def gait(*measures):
 
 def test_the_text_table_has_a_row_a_model_in_columns():
     lost = replace(SCORE, first_failure_frame=7, frames_followed=3, angle_median_deg=None)
-    head, first, second = text_table({"walk-run": SCORE, "cv": lost}).splitlines()
+    rows = table_rows({"walk-run": SCORE, "cv": lost})
+    head, first, second = in_columns([SCORE_COLUMNS, *rows]).splitlines()
     assert re.split(r"  +", first) == [
         "walk-run", "never", "9 of 9", "0.046", "0.031", "99 %", "0", "1.4 deg",
     ]  # fmt: skip
@@ -41,7 +42,7 @@ def test_the_text_table_has_a_row_a_model_in_columns():
 
 
 def test_a_models_name_is_no_html():
-    table = comparison_table({"<b>&": SCORE})
+    table = html_table(SCORE_COLUMNS, table_rows({"<b>&": SCORE}))
     assert "&lt;b&gt;&amp;" in table
     assert "<b>" not in table
 
