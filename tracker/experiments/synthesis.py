@@ -1,7 +1,5 @@
 """A walk of its own."""
 
-from functools import partial
-
 import numpy as np
 
 from dynamics.motion.tasks import synthesise
@@ -43,9 +41,9 @@ def run(study: Study) -> Section:
         ("frames", "out of range, %"),
         [(frames, spread(values, 0)) for frames, values in shares.items()],
     )
-    draw = partial(draw_synthesis, made[0][0], slds.labels, made[0][1], FPS, title="")
+    states, shown = made[0]
     plot = Plot(
-        as_svg(lambda file: draw(path=file)),
+        as_svg(lambda file: draw_synthesis(states, slds.labels, shown, FPS, file, "")),
         "Stick figures, thigh and knee angles and switching states of a synthesised walk",
         "The first run: stick figures at its start, in its middle and at its end, the angles and the "
         "switching state.",
