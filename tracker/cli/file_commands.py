@@ -70,7 +70,7 @@ def export(
     if to is To.ALL and out is not None:
         raise typer.BadParameter("with --to all every file has its usual name; leave out --out")
     points = None if scale_points is None else _scale_points(scale_points)
-    from tracker.foreign.export import Wish, export_all, export_name, export_run, told
+    from tracker.foreign.export import Wish, export_all, export_name, export_run
 
     wish = Wish(to.value, height, points, towards(facing))
     if to is To.ALL:
@@ -78,8 +78,7 @@ def export(
         print("\n".join(every))
         return
     place = out or Path(export_name(folder, to.value))
-    said = export_run(folder, wish, place, overwrite=common.overwrite, progress=common.shown())
-    print(told(folder, place, said))
+    print(export_run(folder, wish, place, overwrite=common.overwrite, progress=common.shown()))
 
 
 def compare_runs(

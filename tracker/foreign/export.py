@@ -32,7 +32,8 @@ class Wish:
 
 
 def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress: Progress) -> str:
-    """Write the run as `out`, a folder for OpenPose and a file for the others; says what is not in it.
+    """Write the run as `out`, a folder for OpenPose and a file for the others; returns a line that says so,
+    and what is not in it.
 
     Raises:
         RunError: no complete run in the folder, or one in which the figure was followed in no frame.
@@ -56,7 +57,7 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
         advance()
         said = FORMATS[wish.to].write(record, wish, wish.facing or record.facing, aside)
         advance()
-    return said
+    return f"wrote {out} from {folder}{f'; {said}' if said else ''}"
 
 
 def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress) -> list[str]:
@@ -73,17 +74,10 @@ def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress)
         place = places[to]
         of = replace(wish, to=to) if its.scaled else Wish(to, facing=wish.facing)
         try:
-            lines.append(
-                told(folder, place, export_run(folder, of, place, overwrite=overwrite, progress=progress))
-            )
+            lines.append(export_run(folder, of, place, overwrite=overwrite, progress=progress))
         except ForeignError as error:
             lines.append(f"left out {place}: {error}")
     return lines
-
-
-def told(folder: Path, place: Path, said: str) -> str:
-    """A line of what was written, with what is to be said of it."""
-    return f"wrote {place} from {folder}{f'; {said}' if said else ''}"
 
 
 def export_name(folder: Path, to: str) -> str:
@@ -148,9 +142,7 @@ def _myogait(record: Record, wish: Wish, facing: int, path: Path) -> str:
         raise ForeignError("run.json does not say how large a frame is; track the clip again")
     if wish.points is not None:
         raise ForeignError("myogait takes the person's height and no other scale; give --height METRES")
-    points, news = named_points(record, myogait.NAMES, facing), record.news
-    tall = wish.height or news.height
-    myogait.write_myogait(points, record.times, news, record.news.size, facing, path, tall)
+    myogait.write_myogait(record, record.news.size, facing, wish.height or record.news.height, path)
     return ""
 
 

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dynamics.gaussian import Array
-from tracker.foreign.points import Points
-from tracker.run.read import News
+from tracker.foreign.points import Points, named_points
+from tracker.run.read import Record
 
 VERSION = "0.9.2"  # of myogait, whose layout this is
 NAMES = {
@@ -23,24 +22,12 @@ NAMES = {
 }
 
 
-def write_myogait(
-    points: Points,
-    times: Array,
-    news: News,
-    size: tuple[int, int],
-    facing: int,
-    path: Path,
-    tall: float | None = None,
-) -> None:
+def write_myogait(record: Record, size: tuple[int, int], facing: int, tall: float | None, path: Path) -> None:
     """Every frame of the clip; landmarks of likelihood 0 are left out.
 
-    Args:
-        points: under `NAMES`.
-        times: (T,) seconds.
-        size: (width, height) of a frame, pixels.
-        facing: +1 right, -1 left.
-        tall: how tall the person is, metres.
+    `size` is (width, height) of a frame in pixels, `facing` +1 right, -1 left, `tall` the person's in metres.
     """
+    points, news = named_points(record, NAMES, facing), record.news
     width, height = size
     table = {
         "myogait_version": VERSION,
@@ -55,7 +42,7 @@ def write_myogait(
         },
         "subject": None if tall is None else {"height_m": tall},
         "extraction": {"model": "slds", "direction_detected": "right" if facing > 0 else "left"},
-        "frames": [_frame(points, t, float(time), size) for t, time in enumerate(times)],
+        "frames": [_frame(points, t, float(time), size) for t, time in enumerate(record.times)],
         "normalization": None,
         "angles": None,
         "events": None,

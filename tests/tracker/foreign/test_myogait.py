@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from tests.tracker.records import FPS, FRAMES, SIZE, made_track, write_folder
 from tracker.foreign.myogait import NAMES, write_myogait
-from tracker.foreign.points import named_points, near_far
+from tracker.foreign.points import near_far
 from tracker.run.read import read_run
 
 
@@ -19,8 +19,7 @@ def record(request, rng, tmp_path):
 
 @pytest.fixture
 def table(record, tmp_path):
-    points = named_points(record, NAMES, record.facing)
-    write_myogait(points, record.times, record.news, SIZE, record.facing, tmp_path / "m.json")
+    write_myogait(record, SIZE, record.facing, None, tmp_path / "m.json")
 
     def no_constants(name):
         raise AssertionError(f"{name} is no JSON")
