@@ -20,10 +20,11 @@ SAID = ("time_s", "state", "label", "outcome")  # beside a pose
 def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
     """keypoints.csv, pose.csv and track.npz; every frame of the clip has its rows."""
     places, covs = track.joints(), track.joint_covs()
-    write_table(folder / "keypoints.csv", KEYPOINTS, _keypoints(track, places, covs, frames, fps))
+    times = whole_times(track.times, track.first, frames, fps)
+    write_table(folder / "keypoints.csv", KEYPOINTS, _keypoints(track, places, covs, times))
     learned = track.figure.learned_freedoms
     columns = ("seq", "frame", *learned, *SAID, *track.figure.pose_freedoms[len(learned) :])
-    write_table(folder / "pose.csv", columns, _poses(track, frames, fps))
+    write_table(folder / "pose.csv", columns, _poses(track, times))
     header = {
         "format": FORMAT,
         "version": VERSION,
@@ -52,14 +53,11 @@ def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
     )
 
 
-def _keypoints(
-    track: Track, places: Array, covs: Array, frames: int, fps: float
-) -> Iterator[tuple[object, ...]]:
+def _keypoints(track: Track, places: Array, covs: Array, times: Array) -> Iterator[tuple[object, ...]]:
     column = {name: j for j, name in enumerate(track.figure.joints)}
     names = tuple(dict.fromkeys((*track.figure.marks, *track.figure.joints)))
-    times = whole_times(track.times, track.first, frames, fps)
-    for frame in range(frames):
-        t, time = frame - track.first, f"{times[frame]:.6f}"
+    for frame, seconds in enumerate(times):
+        t, time = frame - track.first, f"{seconds:.6f}"
         for name in names:
             if 0 <= t < len(track) and name in column:
                 (x, y), S = places[t, column[name]], covs[t, column[name]]
@@ -69,16 +67,15 @@ def _keypoints(
                 yield frame, name, "", "", "", time, "", "", ""
 
 
-def _poses(track: Track, frames: int, fps: float) -> Iterator[tuple[object, ...]]:
+def _poses(track: Track, times: Array) -> Iterator[tuple[object, ...]]:
     learned, every = len(track.figure.learned_freedoms), len(track.figure.pose_freedoms)
-    times = whole_times(track.times, track.first, frames, fps)
-    for frame in range(frames):
+    for frame, seconds in enumerate(times):
         t = frame - track.first
         pose, said = [""] * every, ("", "", "")
         if 0 <= t < len(track):
             pose = pose_cells(track.q[t, :every])
             said = (str(track.s[t]), track.motions[t], str(track.outcome[t]))
-        yield 0, frame, *pose[:learned], f"{times[frame]:.6f}", *said, *pose[learned:]
+        yield 0, frame, *pose[:learned], f"{seconds:.6f}", *said, *pose[learned:]
 
 
 def whole_times(times: Array, first: int, frames: int, fps: float) -> Array:
