@@ -10,7 +10,7 @@ from queue import Empty, Queue
 from threading import Lock
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
@@ -30,10 +30,8 @@ Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=Fal
 Index = Annotated[int, Field(ge=0, le=10**8)]
 
 
-class Placed(BaseModel):
+class Placed(BaseModel, extra="forbid"):
     """One joint as the page sends it."""
-
-    model_config = ConfigDict(extra="forbid")
 
     x: Coordinate
     y: Coordinate
@@ -43,20 +41,18 @@ class Placed(BaseModel):
         return Mark(self.x, self.y, self.visible)
 
 
-class CheckRequest(BaseModel):
+class CheckRequest(BaseModel, extra="forbid"):
     """The marks of one frame, to be judged.
 
     facing : as it was said on the page, None where nothing was
     """
-
-    model_config = ConfigDict(extra="forbid")
 
     frame: Index
     marks: dict[str, Placed]
     facing: Facing | None = None
 
 
-class SaveRequest(BaseModel):
+class SaveRequest(BaseModel, extra="forbid"):
     """All marks of the frames that changed; a frame without any loses those it had.
 
     facing : as it was said on the page, None where nothing was
@@ -64,8 +60,6 @@ class SaveRequest(BaseModel):
     close  : end the session, unless something is still wrong
     anyway : go on all the same
     """
-
-    model_config = ConfigDict(extra="forbid")
 
     frames: dict[Index, dict[str, Placed]]
     facing: Facing | None = None

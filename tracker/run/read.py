@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, PositiveFloat, PositiveInt, ValidationError
+from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT, SCALE, Figure
@@ -27,14 +27,12 @@ class RunError(ValueError):
     """A folder that holds no complete run, or one that cannot be read."""
 
 
-class News(BaseModel):
+class News(BaseModel, allow_inf_nan=False):
     """What run.json says that others read.
 
     size   : width and height of a frame, pixels
     height : of the person, metres; scale: pixels a metre; None where it was not given
     """
-
-    model_config = ConfigDict(allow_inf_nan=False)
 
     figtrack: str
     video: str
