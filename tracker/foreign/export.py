@@ -87,25 +87,24 @@ def export_name(folder: Path, to: str) -> str:
 
 @dataclass(frozen=True)
 class Format:
-    """How a format's files end, what writes one and gives what must be said of it.
+    """How a format's files end, what writes one and gives what must be said of it, if anything.
 
     scaled : whether a scale counts
     people : whether it has names for people's joints only
     """
 
     ending: str
-    write: Callable[[Record, Wish, int, Path], str]
+    write: Callable[[Record, Wish, int, Path], str | None]
     scaled: bool = False
     people: bool = True
 
 
-def _dlc(record: Record, wish: Wish, facing: int, path: Path) -> str:
+def _dlc(record: Record, wish: Wish, facing: int, path: Path) -> None:
     names = JOINTS | ARMS if of_people(record) else {name: name for name in record.names}
     dlc.write_dlc(named_points(record, names, facing), path)
-    return ""
 
 
-def _trc(record: Record, wish: Wish, facing: int, path: Path) -> str:
+def _trc(record: Record, wish: Wish, facing: int, path: Path) -> None:
     scene = record.in_scene()
     scale = _scale(scene, wish, facing)
     if scale is None:
@@ -114,16 +113,14 @@ def _trc(record: Record, wish: Wish, facing: int, path: Path) -> str:
             "or --scale-points x1,y1,x2,y2,METRES"
         )
     trc.write_trc(named_points(scene, HALPE | ARMS, facing), record.times, record.news.fps, scale, path)
-    return ""
 
 
-def _sports2d(record: Record, wish: Wish, facing: int, path: Path) -> str:
+def _sports2d(record: Record, wish: Wish, facing: int, path: Path) -> None:
     if PIXELS not in path.name:
         raise ForeignError(
             f"Sports2D takes a file in pixels only with {PIXELS!r} in its name; got {path.name}"
         )
     trc.write_trc(named_points(record, HALPE | ARMS, facing), record.times, record.news.fps, None, path)
-    return ""
 
 
 def _mot(record: Record, wish: Wish, facing: int, path: Path) -> str:
@@ -131,19 +128,17 @@ def _mot(record: Record, wish: Wish, facing: int, path: Path) -> str:
     return mot.write_mot(scene, facing, _scale(scene, wish, facing), path)
 
 
-def _openpose(record: Record, wish: Wish, facing: int, path: Path) -> str:
+def _openpose(record: Record, wish: Wish, facing: int, path: Path) -> None:
     prefix = Path(record.news.video).stem or "frame"
     openpose.write_openpose(named_points(record, openpose.NAMES | ARMS, facing), path, prefix)
-    return ""
 
 
-def _myogait(record: Record, wish: Wish, facing: int, path: Path) -> str:
+def _myogait(record: Record, wish: Wish, facing: int, path: Path) -> None:
     if record.news.size is None:
         raise ForeignError("run.json does not say how large a frame is; track the clip again")
     if wish.points is not None:
         raise ForeignError("myogait takes the person's height and no other scale; give --height METRES")
     myogait.write_myogait(record, record.news.size, facing, wish.height or record.news.height, path)
-    return ""
 
 
 FORMATS = {
