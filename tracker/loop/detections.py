@@ -58,10 +58,8 @@ class Detections:
 
     def named(self, figure: Figure, other: Figure) -> Self:
         """The points of a figure's joints as another names them; those that it has not are left out."""
-        names = [figure.joints[joint] for joint in self.joint]
-        kept = np.array([name in other.joints for name in names], dtype=bool)
-        joint = [other.joints.index(name) for name in names if name in other.joints]
-        return replace(self, joint=np.array(joint, dtype=np.intp), pixels=self.pixels[kept])
+        names = tuple(figure.joints[joint] for joint in self.joint)
+        return replace(self.of(other, names, self.pixels), doubt=self.doubt)
 
     def exchanged(self, figure: Figure) -> Self:
         """The same with the names of near and far leg exchanged."""
