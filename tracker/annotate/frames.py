@@ -16,10 +16,6 @@ KEPT_BYTES = 128 * 2**20  # of the frames passed last: stepping back a little de
 SMALL_BYTES = 64 * 2**20  # of the small pictures: nor does sliding over what was seen
 
 
-class NoFrameError(VideoError):
-    """A frame beyond the end of the video."""
-
-
 class Frames:
     """A video that is leafed through; one thread at a time is let in.
 
@@ -42,7 +38,7 @@ class Frames:
         self._lock = Lock()
 
     def png(self, index: int) -> bytes:
-        """One frame, losslessly; NoFrameError: the video ends before it, VideoError: it cannot be decoded."""
+        """One frame, losslessly; VideoError: the video ends before it, or it cannot be decoded."""
         quick = [cv2.IMWRITE_PNG_COMPRESSION, 1]
         return cv2.imencode(".png", self._image(index), quick)[1].tobytes()
 
@@ -74,6 +70,6 @@ class Frames:
             if frame.index == index:
                 return frame
         self.count_hint = self._passed[-1].index + 1
-        raise NoFrameError(
+        raise VideoError(
             f"frame {index} is not in {self._video.path.name}, which ends with frame {self.count_hint - 1}"
         )

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from tracker.annotate import frames as module
-from tracker.annotate.frames import Frames, NoFrameError
-from videos.frames import Video
+from tracker.annotate.frames import Frames
+from videos.frames import Video, VideoError
 
 
 def pixels(png):
@@ -45,9 +45,9 @@ def test_small_pictures_that_were_seen_are_not_made_again_and_take_bounded_memor
 
 def test_a_frame_beyond_the_end_is_refused_and_the_others_still_come(clip):
     frames = Frames(clip.video)
-    with pytest.raises(NoFrameError, match=r"frame 10 is not in walk\.mp4, which ends with frame 9"):
+    with pytest.raises(VideoError, match=r"frame 10 is not in walk\.mp4, which ends with frame 9"):
         frames.png(10)
     assert frames.count_hint == 10
     assert frames.png(0)
-    with pytest.raises(NoFrameError):
+    with pytest.raises(VideoError, match=r"frame 100000000 is not in walk\.mp4"):
         frames.png(10**8)
