@@ -130,12 +130,7 @@ class Following:
             settings = Settings() if self.settings is None else read_settings(self.settings)
         return settings if self.templates else settings.model_copy(update={"templates": False})
 
-    def job(
-        self,
-        video: Path,
-        start: "Marks | Found",
-        settings: "Settings | None" = None,
-    ) -> "Job":
+    def job(self, video: Path, start: "Marks | Found", settings: "Settings | None" = None) -> "Job":
         """The job with its marks and settings.
 
         Raises:
