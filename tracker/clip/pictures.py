@@ -39,7 +39,7 @@ class Reel:
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
             if len(self._kept):
                 self._kept[len(self.times) % self.held] = frame.image
-                self._sums.append(_sum(frame.image))
+                self._sums.append(adler32(frame.image.data))
             self.times.append(frame.time)
             self._ticks.append(frame.tick)
             yield frame.image
@@ -66,7 +66,7 @@ class Reel:
         """The pictures of frames first .. last, all of which have been read before."""
         if self._entered:
             images = list(islice(self._video.since(first, self._ticks[first]), last + 1 - first))
-            self._entered = [_sum(image) for image in images] == self._sums[first : last + 1]
+            self._entered = [adler32(image.data) for image in images] == self._sums[first : last + 1]
             if self._entered:
                 return images
             del images
@@ -74,7 +74,3 @@ class Reel:
 
     def _again(self, first: int, last: int) -> Iterator[Image]:
         return (frame.image for frame in islice(self._video, first, last + 1))
-
-
-def _sum(image: Image) -> int:
-    return adler32(image.data)

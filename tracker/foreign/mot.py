@@ -18,8 +18,6 @@ from tracker.foreign.points import side_seen
 from tracker.foreign.scale import Scale
 from tracker.run.read import Record
 
-Frames = NDArray[np.bool_]  # (T,)
-
 NOTES = (
     "Units are S.I. units (second, meters, Newtons, ...)",
     "Angles are in degrees, with the signs of gait2354 and gait2392: hip flexion +, knee flexion -.",
@@ -73,7 +71,7 @@ def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Arra
     return columns
 
 
-def _said(record: Record, there: Frames, scale: Scale | None) -> str:
+def _said(record: Record, there: NDArray[np.bool_], scale: Scale | None) -> str:
     said = []
     if not there.all():
         said.append(f"{int((~there).sum())} frames without a pose are left out")
