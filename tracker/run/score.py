@@ -6,7 +6,7 @@ track is lost at the first of two marked frames in a row with a mean error over 
 third where there is one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -69,45 +69,20 @@ def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
     }
 
 
-@dataclass(frozen=True)
-class Scored:
-    """What a figure is scored by.
-
-    joints : whose places count
-    twins  : of those that are of one side, the same of the other
-    legs   : joints of each leg, from where it begins
-    """
-
-    joints: tuple[str, ...]
-    twins: Mapping[str, str]
-    legs: tuple[tuple[str, ...], ...]
-
-    @classmethod
-    def of(cls, figure: Figure) -> "Scored":
-        names, twin = figure.joints, figure.joint_twins.tolist()
-        twins = {name: names[twin[i]] for i, name in enumerate(names) if twin[i] != i}
-        begins = [figure.parents[leg[0]] + 1 for leg in figure.legs]
-        legs = tuple(
-            (names[begin], *(figure.links[i].joint for i in leg))
-            for begin, leg in zip(begins, figure.legs, strict=True)
-        )
-        return cls(figure.scored, {name: twins[name] for name in figure.scored if name in twins}, legs)
-
-
 def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure = WALKER) -> Score:
     """Errors of a track in every marked frame after the start frame. ValueError: there is none, or no leg
     marked whole."""
-    scored = Scored.of(figure)
+    legs, twins = _legs(figure), _twins(figure)
     frames = [frame for frame in sorted(truth) if frame >= start]
     later = [frame for frame in frames if frame > start]
     if not later:
         raise ValueError(f"the truth marks no frame after frame {start}; mark some or give another --truth")
     leg = leg_length(truth, frames, figure)
-    errors = {frame: _errors(truth[frame], found.get(frame, {}), leg, scored) for frame in later}
+    errors = {frame: _errors(truth[frame], found.get(frame, {}), leg, figure.scored) for frame in later}
     means = {frame: float(np.mean(list(error.values()))) for frame, error in errors.items() if error}
     everything = np.concatenate([list(error.values()) for error in errors.values()])
     failure = _first_failure(means)
-    angles = [angle for frame in later for angle in _angles(truth[frame], found.get(frame, {}), scored)]
+    angles = [angle for frame in later for angle in _angles(truth[frame], found.get(frame, {}), legs)]
     return Score(
         first_failure_frame=failure,
         frames_followed=sum(1 for frame in means if failure is None or frame < failure),
@@ -115,7 +90,7 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
         mean_error_leg=float(np.mean(list(means.values()))),
         median_error_leg=float(np.median(everything)),
         pck_02_leg=float(np.mean(everything < 0.2)),
-        swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg, scored) for frame in later),
+        swaps=sum(_swapped(truth[frame], found.get(frame, {}), leg, twins) for frame in later),
         angle_median_deg=float(np.median(angles)) if angles else None,
         frame_errors=means,
         mark_errors=tuple(everything.tolist()),
@@ -125,18 +100,18 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
 
 def leg_length(truth: Marks, frames: list[int], figure: Figure = WALKER) -> float:
     """A leg in pixels, mean of the legs that the first possible marked frame shows whole."""
-    joints = Scored.of(figure).legs
+    legs = _legs(figure)
     for frame in frames:
         marks = truth[frame]
-        legs = [
+        whole = [
             sum(_apart(marks[one], marks[other]) for one, other in pairwise(leg))
-            for leg in joints
+            for leg in legs
             if set(leg) <= set(marks)
         ]
-        if legs:
-            return float(np.mean(legs))
-    whole = ", ".join(joints[0]) if joints else "none is listed"
-    raise ValueError(f"the truth marks no whole leg ({whole}) in any frame; mark one")
+        if whole:
+            return float(np.mean(whole))
+    wanted = ", ".join(legs[0]) if legs else "none is listed"
+    raise ValueError(f"the truth marks no whole leg ({wanted}) in any frame; mark one")
 
 
 def parting(errors: list[Mapping[int, float]]) -> int | None:
@@ -149,10 +124,24 @@ def parting(errors: list[Mapping[int, float]]) -> int | None:
     return common[int(np.flatnonzero(gaps >= gaps.max() - 1e-12)[0])]
 
 
-def _errors(marks: Mapping[str, Mark], found: Places, leg: float, scored: Scored) -> dict[str, float]:
+def _legs(figure: Figure) -> list[tuple[str, ...]]:
+    """Joints of each leg, from where it begins."""
+    return [
+        (figure.joints[figure.parents[leg[0]] + 1], *(figure.links[i].joint for i in leg))
+        for leg in figure.legs
+    ]
+
+
+def _twins(figure: Figure) -> dict[str, str]:
+    """Of the scored joints that are of one side, the same of the other."""
+    twins = dict(zip(figure.joints, (figure.joints[i] for i in figure.joint_twins), strict=True))
+    return {name: twins[name] for name in figure.scored if twins.get(name, name) != name}
+
+
+def _errors(marks: Mapping[str, Mark], found: Places, leg: float, scored: Sequence[str]) -> dict[str, float]:
     return {
         name: min(_apart(marks[name], Mark(*found[name])) / leg, 1.0) if name in found else 1.0
-        for name in scored.joints
+        for name in scored
         if name in marks
     }
 
@@ -166,8 +155,7 @@ def _first_failure(means: Mapping[int, float]) -> int | None:
     return None
 
 
-def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, scored: Scored) -> bool:
-    twins = scored.twins
+def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, twins: Mapping[str, str]) -> bool:
     if not twins or not all(name in marks and name in found for name in twins):
         return False
     as_named = np.mean([_apart(marks[name], Mark(*found[name])) for name in twins])
@@ -175,10 +163,10 @@ def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, scored: Score
     return bool((as_named - exchanged) / leg > SWAP_GAIN)
 
 
-def _angles(marks: Mapping[str, Mark], found: Places, scored: Scored) -> list[float]:
+def _angles(marks: Mapping[str, Mark], found: Places, legs: Sequence[Sequence[str]]) -> list[float]:
     out = []
-    begins = {leg[0] for leg in scored.legs}  # where legs begin is a guess in any frame
-    for start, end in (link for leg in scored.legs for link in pairwise(leg)):
+    begins = {leg[0] for leg in legs}  # where legs begin is a guess in any frame
+    for start, end in (link for leg in legs for link in pairwise(leg)):
         if not ({start, end} <= set(marks) and {start, end} <= set(found)):
             continue
         if marks[end].visible and (marks[start].visible or start in begins):

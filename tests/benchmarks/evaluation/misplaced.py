@@ -20,7 +20,7 @@ from tracker.clip.follow import follow
 from tracker.clip.job import Following, Job
 from tracker.clip.start import StartError
 from tracker.loop.outcome import Outcome
-from tracker.run.score import Scored, leg_length, places, score
+from tracker.run.score import leg_length, places, score
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark, Marks
 from videos.frames import Video
@@ -158,7 +158,7 @@ def _sure(track: Track, row: Row, frame: int, leg: float) -> bool:
     (at,), (covs,) = track.joints(slice(t, t + 1)), track.joint_covs(slice(t, t + 1))
     column = {name: j for j, name in enumerate(track.figure.joints)}
     outside = []
-    for name in Scored.of(track.figure).joints:
+    for name in track.figure.scored:
         if name in row:
             error = np.array([row[name].x, row[name].y]) - at[column[name]]
             if np.hypot(*error) > AWAY * leg:
