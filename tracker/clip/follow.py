@@ -21,6 +21,7 @@ from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
 from tracker.loop.begin import begin, start_box, start_curve
 from tracker.loop.both_ways import Passage, prolong
+from tracker.loop.detections import Detector
 from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
@@ -207,7 +208,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         first=first,
         times=np.array(times[first:]) - times[0],
         q=trail.column("mean"),
-        cov=trail.column("cov"),
+        cov=_covs(plan, first, trail),
         s=s,
         motions=tuple(labels[k] for k in s),
         outcome=tuple(trail.outcome),
@@ -215,6 +216,17 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         mark=plan.tracker.settings.mark,
         misnamed=plan.misnamed,
     )
+
+
+def _covs(plan: Plan, first: int, trail: Trail) -> Array:
+    """(T, D, D) the estimates' own; wider where the outline shows the figure elsewhere."""
+    covs, view = trail.column("cov"), plan.start.view
+    for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
+        found = None if plan.measured is not None else plan.points.get(first + t)
+        if found is not None:
+            seen = Detector(plan.start.figure, view.shifted(shift), plan.tracker.settings, found.doubt)
+            covs[t] += seen.elsewhere(found, q)
+    return covs
 
 
 def _rate(plan: Plan, track: Track) -> float:

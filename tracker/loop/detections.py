@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.sides import SIDES
-from kinematics.spm import View, joints
+from kinematics.spm import View, joint_jacobian, joints
 from tracker.registration.chain_rule import Pins, Search, Tail, settled
 from tracker.settings import Settings
 
@@ -27,6 +27,7 @@ FREEDOM = 4.0
 # A step is longest where the linearisation has long ended.
 SEARCH = Search(steps=20, small=1e-4, longest=0.5)
 PULLS = 0.1  # share of the full weight: six standard deviations off
+FARTHEST = 0.5  # leg lengths, radians or log units that a freedom may be off: what no point tells stays
 EXCHANGED = 1  # among the ways to name the legs
 
 
@@ -119,13 +120,25 @@ class Detector:
             The mean over the points, 1 where each meets its joint, 0 far off or without points; and whether
             every joint of the figure has a point that pulls at it.
         """
-        ways = [way for way, _ in self._ways(found)]
-        places = joints(self.figure, q)
-        away = [self._away(way.joint, found.pixels, places) for way in ways]
-        matches = [1.0 / (1.0 + self._squares(each) / FREEDOM) for each in away]
-        best = int(np.argmax([match.sum() for match in matches]))
-        whole = len(set(ways[best].joint[matches[best] > PULLS])) == len(self.figure.joints)
-        return float(matches[best].sum()) / max(len(found.joint), 1), whole
+        way, away = self._best_named(found, q)
+        matches = self._matches(away)
+        whole = len(set(way.joint[matches > PULLS])) == len(self.figure.joints)
+        return float(matches.sum()) / max(len(found.joint), 1), whole
+
+    def elsewhere(self, found: Detections, q: Array) -> Array:
+        """(D, D) by how much the covariance of a pose (D,) grows where the points show another.
+
+        With the probability p = 1 - `agreement` the figure is a step d away, where the points show it: the
+        second moment about the pose grows by p d d'. The step is one of Gauss and Newton, legs named as fits
+        best.
+        """
+        if not len(found.joint):
+            return np.zeros((len(q), len(q)))
+        way, away = self._best_named(found, q)
+        wrong = 1.0 - float(self._matches(away).mean())
+        J = joint_jacobian(self.figure, q)[way.joint].reshape(-1, len(q)) / self._spread
+        step = np.linalg.solve(J.T @ J + np.eye(len(q)) / FARTHEST**2, -J.T @ away.ravel() / self._spread)
+        return np.asarray(wrong * np.outer(step, step))
 
     def misnamed(self, found: Detections, q: Array) -> bool:
         """Whether the points fit a pose (D,) best with near and far leg exchanged."""
@@ -135,6 +148,17 @@ class Detector:
             for way, price in self._ways(found)
         ]
         return int(np.argmin(costs)) == EXCHANGED
+
+    def _best_named(self, found: Detections, q: Array) -> tuple[Detections, Array]:
+        """The points with the legs named as fits a pose (D,) best, and (J, 2) how far they are off."""
+        ways, places = [way for way, _ in self._ways(found)], joints(self.figure, q)
+        away = [self._away(way.joint, found.pixels, places) for way in ways]
+        best = int(np.argmax([self._matches(each).sum() for each in away]))
+        return ways[best], away[best]
+
+    def _matches(self, away: Array) -> Array:
+        """(..., J) 1 where a point meets its joint, 0 far off, of (..., J, 2)."""
+        return np.asarray(1.0 / (1.0 + self._squares(away) / FREEDOM))
 
     def _ways(self, found: Detections) -> list[tuple[Detections, float]]:
         """The points as named, with the legs exchanged, all on the near and all on the far leg.

@@ -142,6 +142,16 @@ def test_legs_that_look_exchanged_in_the_marks_are_told(looks, exchanged, job, a
     assert exchanged or finished.track.misnamed == 0.0
 
 
+def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as_if):
+    short = replace(job, stop=20)
+    own = follow(replace(short, settings=short.settings.model_copy(update={"outline": False})), QUIET).track
+    as_if(spread=0.2)  # all joints at the start's hip, in every frame
+    doubted = follow(short, QUIET).track
+    ankle = WALKER.joints.index("near_ankle")
+    wide, narrow = (np.sqrt(np.trace(track.joint_covs()[5, ankle])) / UNIT for track in (doubted, own))
+    assert wide > 2.0 * narrow
+
+
 def test_no_frame_after_the_last_asked_for_has_points(plan, as_if):
     as_if()
     stopped = outlined(replace(plan, job=replace(plan.job, stop=24)), QUIET)

@@ -13,7 +13,7 @@ from kinematics.spm import View
 from tests.kinematics.figures import ARMS, FOOTLESS, WALKER, Puppet, upright
 from tests.oracles import central_difference, condition
 from tests.tracker.painted import FULL, STRIDE, VIEW
-from tracker.loop.detections import FREEDOM, Detections, Detector, Likelihood
+from tracker.loop.detections import FARTHEST, FREEDOM, Detections, Detector, Likelihood
 
 NAMES = ("head_top", "neck", "hip", "near_knee", "near_ankle", "near_toe", "far_knee", "far_ankle", "far_toe")
 D = len(WALKER.freedoms)
@@ -246,6 +246,39 @@ def test_agreement_is_one_where_points_meet_joints_and_little_far_off():
     assert not whole
     far = View((VIEW.origin[0] + VIEW.unit, VIEW.origin[1]), VIEW.unit, 1)
     assert Detector(WALKER, far, FULL).agreement(detected(STRIDE), STRIDE)[0] < 0.02
+
+
+def test_a_covariance_grows_by_the_way_to_where_points_show_the_figure_as_likely_as_they_disagree():
+    moved = upright(WALKER, root_x=0.2, root_y=-0.1)
+    found = detected(STRIDE + moved)
+    wrong = 1.0 - NETWORK.agreement(found, STRIDE)[0]
+    assert 0.5 < wrong < 1.0
+    # The same way is told by moving the root, and hardly by anything else.
+    assert_allclose(
+        NETWORK.elsewhere(found, STRIDE), wrong * np.outer(moved, moved), atol=0.03 * wrong * moved @ moved
+    )
+
+
+def test_the_way_to_the_points_is_the_most_likely_step_where_steps_are_small():
+    found = detected(STRIDE + upright(WALKER, knee_near=0.004, hip_far=-0.002), without=("neck", "far_toe"))
+    names, spread = [WALKER.joints[j] for j in found.joint], FULL.point * VIEW.unit
+
+    def cost(step):
+        at = pixels_of(STRIDE + step)
+        away = np.array([at[name] for name in names]) - found.pixels
+        return (away**2).sum() / spread**2 + (step**2).sum() / FARTHEST**2
+
+    step = minimize(cost, np.zeros(D), method="BFGS", tol=1e-12).x
+    wrong = 1.0 - NETWORK.agreement(found, STRIDE)[0]
+    assert_allclose(
+        NETWORK.elsewhere(found, STRIDE), wrong * np.outer(step, step), atol=0.005 * wrong * step @ step
+    )
+
+
+@pytest.mark.parametrize("swap", [False, True])
+def test_a_covariance_stays_where_points_agree_or_only_name_the_legs_otherwise(swap):
+    assert_allclose(NETWORK.elsewhere(detected(STRIDE, swap=swap), STRIDE), 0.0, atol=1e-12)
+    assert_allclose(NETWORK.elsewhere(detected(STRIDE, names=()), STRIDE), 0.0)
 
 
 def test_points_of_one_figure_are_those_of_another_by_their_names():
