@@ -35,6 +35,13 @@ class Capture:
     positions: Array
     fps: float
 
+    def __post_init__(self) -> None:
+        positions = np.array(self.positions, dtype=np.float64)
+        if positions.ndim != 3 or positions.shape[1:] != (len(self.names), 3):
+            raise ValueError(f"positions must be (T, {len(self.names)}, 3); got {positions.shape}")
+        positions.setflags(write=False)
+        object.__setattr__(self, "positions", positions)
+
     def at(self, name: str) -> Array:
         """Positions (T, 3) of the joint `name`; ValueError when there is none."""
         return np.asarray(self.positions[:, self.names.index(name)])

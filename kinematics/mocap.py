@@ -57,7 +57,16 @@ class Sequence:
     y: Array
     subject: str
     label: str
+    licence: str
     name: str
+
+    def __post_init__(self) -> None:
+        y = np.array(self.y, dtype=np.float64)
+        widths = (len(POSE_COLUMNS), len(POSE_COLUMNS) + len(ARM_COLUMNS))
+        if y.ndim != 2 or y.shape[1] not in widths:
+            raise ValueError(f"y must be (T, {widths[0]}) or (T, {widths[1]}); got {y.shape}")
+        y.setflags(write=False)
+        object.__setattr__(self, "y", y)
 
 
 def read_trials(path: str | Path) -> list[Trial]:
@@ -110,7 +119,7 @@ def sequences(trial: Trial, fps: float, *, curves: bool = False, arms: bool = Fa
             seen = project(body.between(start, stop), curve=CURVE in trial.tags, arms=arms)
             y = resample(seen, trial.fps, fps)
             name = f"{trial.subject}_{trial.trial}:{start}-{stop}"
-            found.append(Sequence(y, trial.subject, trial.activity, name))
+            found.append(Sequence(y, trial.subject, trial.activity, trial.licence, name))
     return found
 
 

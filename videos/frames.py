@@ -56,6 +56,10 @@ class Frame:
     tick: int | None = None
 
     def __post_init__(self) -> None:
+        if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 3:
+            raise ValueError(
+                f"image must be (height, width, 3) uint8, not {self.image.shape} {self.image.dtype}"
+            )
         image = self.image.view()
         image.setflags(write=False)
         object.__setattr__(self, "image", image)

@@ -14,6 +14,7 @@ from kinematics.mocap import (
     FROZEN,
     POSE_COLUMNS,
     SHORTEST,
+    Sequence,
     Trial,
     mirror,
     read_trials,
@@ -90,6 +91,14 @@ def test_resampling_keeps_one_frame_and_refuses_a_rate_of_zero():
     assert_allclose(resample(np.ones((1, 8)), 24.0, 30.0), np.ones((1, 8)))
     with pytest.raises(ValueError, match=r"must be above 0; got 30\.0 and 0\.0"):
         resample(np.ones((9, 8)), 30.0, 0.0)
+
+
+def test_a_sequence_is_read_only_and_eight_wide():
+    sequence = Sequence(np.zeros((9, 8)), "s", "walk", "free", "n")
+    with pytest.raises(ValueError, match="read-only"):
+        sequence.y[0, 0] = 1.0
+    with pytest.raises(ValueError, match=r"y must be \(T, 8\)"):
+        Sequence(np.zeros((9, 7)), "s", "walk", "free", "n")
 
 
 def test_each_segment_is_a_sequence_and_frames_outside_are_dropped(tmp_path):

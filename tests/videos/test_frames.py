@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from videos import frames as frames_module
 from videos import recall
-from videos.frames import Video, VideoError
+from videos.frames import Frame, Video, VideoError
 from videos.times import FASTEST, Growing, rate_of
 
 WIDTH, HEIGHT = 96, 64
@@ -124,6 +124,11 @@ def test_frames_are_read_only(tmp_path):
     frame = next(iter(Video(make_clip(tmp_path / "walk.mp4", [picture(0)]))))
     with pytest.raises(ValueError, match="read-only"):
         frame.image[0, 0] = 0
+
+
+def test_a_frame_refuses_anything_but_rgb_bytes():
+    with pytest.raises(ValueError, match=r"must be \(height, width, 3\) uint8"):
+        Frame(0, 0.0, np.zeros((4, 4), np.uint8))
 
 
 def test_a_variable_frame_rate_keeps_every_frames_own_time(tmp_path):
