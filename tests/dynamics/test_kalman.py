@@ -64,6 +64,13 @@ def test_the_innovations_likelihood_is_its_density(rng):
     assert_allclose(log_likelihood(e, np.stack([[S], [S]]), M), [[want], [want]], rtol=1e-12)
 
 
+def test_the_innovations_likelihood_reads_the_lower_triangle_only(rng):
+    S, e = random_covariance(M, rng), rng.normal(size=M)
+    spoiled = np.tril(S) + np.triu(rng.normal(size=(M, M)), 1)
+    want = multivariate_normal(np.zeros(M), S).logpdf(e)
+    assert float(log_likelihood(e, spoiled, np.array(M))) == pytest.approx(want, rel=1e-12)
+
+
 def test_an_innovation_of_any_size_has_a_likelihood(rng):
     S = random_covariance(M, rng)
     e = 1e50 * rng.normal(size=M)

@@ -221,8 +221,9 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
 def _covs(plan: Plan, first: int, trail: Trail) -> Array:
     """(T, D, D) the estimates' own; wider where the outline shows the figure elsewhere."""
     covs, view = trail.column("cov"), plan.start.view
+    outline = plan.points if plan.measured is None else {}
     for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
-        found = None if plan.measured is not None else plan.points.get(first + t)
+        found = outline.get(first + t)
         if found is not None:
             seen = Detector(plan.start.figure, view.shifted(shift), plan.tracker.settings, found.doubt)
             covs[t] += seen.elsewhere(found, q)

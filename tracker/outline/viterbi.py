@@ -38,15 +38,14 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
     start = np.zeros(N, np.int32)
     sized, resized = np.full(N + 2 * reach, -np.inf), np.zeros(N + 2 * reach, np.int32)
     moved, column = np.full(N + 2 * across * W, -np.inf), np.zeros(N + 2 * across * W, np.int32)
+    inner, inside = slice(reach, reach + N), slice(across * W, across * W + N)
     for t in range(1, T):
         now, number = np.full((S, N), -np.inf), np.zeros(N, np.int32)
         for s in range(S):
-            inner = slice(reach, reach + N)
             sized[inner] = -np.inf
             for other in range(max(s - 1, 0), min(s + 2, S)):
                 cost = resize * abs(other - s)
                 _carry(sized[inner], resized[inner], value[other], start, cost, other - s + 1)
-            inside = slice(across * W, across * W + N)
             moved[inside] = -np.inf
             for far in range(-reach, reach + 1):
                 there = slice(reach + far, reach + far + N)
