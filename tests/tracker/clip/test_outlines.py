@@ -16,6 +16,7 @@ from tracker.clip.job import Job
 from tracker.clip.outlines import EXCHANGE, EXCHANGED, MOST, ONE_LEG, POINT, outlined
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
+from tracker.loop.detections import Detector
 from tracker.progress import Progress
 from tracker.run.track import FREE
 from tracker.settings import Settings
@@ -142,7 +143,7 @@ def test_legs_that_look_exchanged_in_the_marks_are_told(looks, exchanged, job, a
     assert exchanged or finished.track.misnamed == 0.0
 
 
-def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as_if):
+def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as_if, monkeypatch):
     short = replace(job, stop=20)
     own = follow(replace(short, settings=short.settings.model_copy(update={"outline": False})), QUIET).track
     as_if(spread=0.2)  # all joints at the start's hip, in every frame
@@ -150,6 +151,9 @@ def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as
     ankle = WALKER.joints.index("near_ankle")
     wide, narrow = (np.sqrt(np.trace(track.joint_covs()[5, ankle])) / UNIT for track in (doubted, own))
     assert wide > 2.0 * narrow
+    monkeypatch.setattr(Detector, "elsewhere", lambda self, found, q: np.zeros((len(q), len(q))))
+    filtered = np.sqrt(np.trace(follow(short, QUIET).track.joint_covs()[5, ankle])) / UNIT
+    assert wide > 1.1 * filtered
 
 
 def test_no_frame_after_the_last_asked_for_has_points(plan, as_if):
