@@ -9,9 +9,12 @@ labels, fps and `origin` (what it was learned from, in words); and the float64 a
 import dataclasses
 import json
 import math
+from collections.abc import Mapping
+from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -66,14 +69,15 @@ def load(path: str | Path) -> Model:
     return _read(source, str(path))
 
 
-def shipped() -> dict[str, tuple[float, ...]]:
+@cache
+def shipped() -> Mapping[str, tuple[float, ...]]:
     """The models that ship and the frame rates each was learned at; their files are named NAME@FPS.npz."""
     rates: dict[str, list[float]] = {}
     for entry in (resources.files("dynamics") / "models").iterdir():
         if entry.name.endswith(".npz"):
             name, _, fps = entry.name.removesuffix(".npz").rpartition("@")
             rates.setdefault(name, []).append(float(fps))
-    return {name: tuple(sorted(found)) for name, found in sorted(rates.items())}
+    return MappingProxyType({name: tuple(sorted(found)) for name, found in sorted(rates.items())})
 
 
 def load_shipped(name: str, fps: float) -> Model:
@@ -86,7 +90,12 @@ def load_shipped(name: str, fps: float) -> Model:
             "or give a file that ends in .npz"
         )
     nearest = min(rates[name], key=lambda rate: abs(np.log(rate / fps)))
-    return _read(resources.files("dynamics") / "models" / f"{name}@{nearest:g}.npz", name)
+    return _of_package(name, nearest)
+
+
+@cache  # which speed a clip is played at is asked at a dozen rates, a few of them the models' own
+def _of_package(name: str, fps: float) -> Model:
+    return _read(resources.files("dynamics") / "models" / f"{name}@{fps:g}.npz", name)
 
 
 def _kept(kind: type[Model]) -> list[str]:

@@ -109,12 +109,19 @@ def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
     the common scale.
     """
     u, v = along * bones.length.take(link, axis=-1), bones.size[..., None] * across
+    (x, y), ahead = (_of_links(each, link) for each in (bones.start, bones.direction))
     places = np.empty((*u.shape, 2))
-    for i in range(2):  # one by one, as two numbers a point are too few for numpy to be fast
-        of_links = bones.start, bones.direction, bones.normal
-        start, direction, normal = (each[..., i].take(link, axis=-1) for each in of_links)
-        places[..., i] = start + u * direction + v * normal
+    places[..., 0] = x + u * ahead[0] - v * ahead[1]
+    places[..., 1] = y + u * ahead[1] + v * ahead[0]
     return places
+
+
+def _of_links(vectors: Array, link: Index) -> tuple[Array, Array]:
+    """Both coordinates (..., P) of vectors (..., L, 2) of links (P,).
+
+    One by one, as two numbers a point are too few for numpy to be fast.
+    """
+    return vectors[..., 0].take(link, axis=-1), vectors[..., 1].take(link, axis=-1)
 
 
 def motions(figure: Figure, bones: Skeleton) -> Array:
@@ -176,15 +183,11 @@ def covering(
     Links of a point's own layer never cover it; others do as far as `margin` leg lengths beyond their
     outline.
     """
-    layers = np.array([part.layer for part in figure.links])
-    covered = np.zeros(len(points), dtype=bool)
-    for j, part in enumerate(figure.links):
-        below = layers[link] < part.layer
-        offset = points[below] - bones.start[j]
-        along = offset @ bones.direction[j]
-        across = np.abs(offset @ bones.normal[j])
-        share = np.clip(along / bones.length[j], 0.0, 1.0)
-        half = 0.5 * bones.size * part.width * (1.0 + (part.taper - 1.0) * share) + margin
-        inside = (along > -margin) & (along < bones.length[j] + margin) & (across < half)
-        covered[below] |= inside
-    return covered
+    layout = figure.layout
+    away = points[:, None] - bones.start  # (P, L, 2)
+    (x, y), (ahead, up) = np.moveaxis(away, -1, 0), bones.direction.T
+    along, across = x * ahead + y * up, np.abs(y * ahead - x * up)
+    share = np.clip(along / bones.length, 0.0, 1.0)
+    half = 0.5 * bones.size * layout.width * (1.0 + (layout.taper - 1.0) * share) + margin
+    inside = (along > -margin) & (along < bones.length + margin) & (across < half)
+    return np.asarray((inside & (layout.layer[link][:, None] < layout.layer)).any(1))

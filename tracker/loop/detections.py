@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
-from kinematics.sides import SIDES
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.registration.chain_rule import Pins, Search, Tail, settled
 from tracker.settings import Settings
@@ -28,7 +27,7 @@ FREEDOM = 4.0
 SEARCH = Search(steps=20, small=1e-4, longest=0.5)
 PULLS = 0.1  # share of the full weight: six standard deviations off
 FARTHEST = 0.5  # leg lengths, radians or log units that a freedom may be off: what no point tells stays
-EXCHANGED = 1  # among the ways to name the legs
+EXCHANGED = 1  # among `Detections.ways`
 
 
 @dataclass(frozen=True)
@@ -62,14 +61,10 @@ class Detections:
         names = tuple(figure.joints[joint] for joint in self.joint)
         return replace(self.of(other, names, self.pixels), doubt=self.doubt)
 
-    def exchanged(self, figure: Figure) -> Self:
-        """The same with the names of near and far leg exchanged."""
-        return replace(self, joint=figure.joint_twins[self.joint])
-
-    def on_one_leg(self, figure: Figure, side: str) -> Self:
-        """The same with the points of twins named as the one of them that the figure lists first, or last."""
-        one = np.minimum if side == "near" else np.maximum
-        return replace(self, joint=one(self.joint, figure.joint_twins[self.joint]))
+    def ways(self, figure: Figure) -> NDArray[np.intp]:
+        """(W, J) `joint` as named, with the legs exchanged, all on the near leg and all on the far leg."""
+        joint, twin = self.joint, figure.joint_twins[self.joint]
+        return np.stack([joint, twin, np.minimum(joint, twin), np.maximum(joint, twin)])
 
 
 @dataclass(frozen=True)
@@ -102,16 +97,13 @@ class Detector:
     doubt: float = 1.0
 
     def namings(self, found: Detections, priors: Gaussian) -> Likelihood:
-        """The points as each of W namings has them, a leading axis, and what that costs: `_ways`.
+        """The points as each of `Detections.ways` names them, a leading axis, and what that costs.
 
         Args:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
-        ways, prices = zip(*self._ways(found), strict=True)
-        told = replace(self, doubt=found.doubt)._settled(
-            np.stack([way.joint for way in ways]), found.pixels, priors
-        )
-        return replace(told, cost=told.cost + np.array(prices)[:, None])
+        told = replace(self, doubt=found.doubt)._settled(found.ways(self.figure), found.pixels, priors)
+        return replace(told, cost=told.cost + self._prices[:, None])
 
     def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
         """How well the points agree with a pose (D,), legs named as fits best.
@@ -120,9 +112,9 @@ class Detector:
             The mean over the points, 1 where each meets its joint, 0 far off or without points; and whether
             every joint of the figure has a point that pulls at it.
         """
-        way, away = self._best_named(found, q)
+        joint, away = self._best_named(found, q)
         matches = self._matches(away)
-        whole = len(set(way.joint[matches > PULLS])) == len(self.figure.joints)
+        whole = len(set(joint[matches > PULLS])) == len(self.figure.joints)
         return float(matches.sum()) / max(len(found.joint), 1), whole
 
     def elsewhere(self, found: Detections, q: Array) -> Array:
@@ -134,41 +126,33 @@ class Detector:
         """
         if not len(found.joint):
             return np.zeros((len(q), len(q)))
-        way, away = self._best_named(found, q)
+        joint, away = self._best_named(found, q)
         wrong = 1.0 - float(self._matches(away).mean())
-        J = joint_jacobian(self.figure, q)[way.joint].reshape(-1, len(q)) / self._spread
+        J = joint_jacobian(self.figure, q)[joint].reshape(-1, len(q)) / self._spread
         step = np.linalg.solve(J.T @ J + np.eye(len(q)) / FARTHEST**2, -J.T @ away.ravel() / self._spread)
         return np.asarray(wrong * np.outer(step, step))
 
     def misnamed(self, found: Detections, q: Array) -> bool:
         """Whether the points fit a pose (D,) best with near and far leg exchanged."""
-        places = joints(self.figure, q)
-        costs = [
-            self._cost(self._away(way.joint, found.pixels, places)) + price
-            for way, price in self._ways(found)
-        ]
-        return int(np.argmin(costs)) == EXCHANGED
+        away = self._away(found.ways(self.figure), found.pixels, q)
+        return int(np.argmin(self._cost(away) + self._prices)) == EXCHANGED
 
-    def _best_named(self, found: Detections, q: Array) -> tuple[Detections, Array]:
-        """The points with the legs named as fits a pose (D,) best, and (J, 2) how far they are off."""
-        ways, places = [way for way, _ in self._ways(found)], joints(self.figure, q)
-        away = [self._away(way.joint, found.pixels, places) for way in ways]
-        best = int(np.argmax([self._matches(each).sum() for each in away]))
+    def _best_named(self, found: Detections, q: Array) -> tuple[NDArray[np.intp], Array]:
+        """(J,) the joints as fit a pose (D,) best, and (J, 2) how far its own are off the points."""
+        ways = found.ways(self.figure)
+        away = self._away(ways, found.pixels, q)
+        best = int(np.argmax(self._matches(away).sum(-1)))
         return ways[best], away[best]
 
     def _matches(self, away: Array) -> Array:
         """(..., J) 1 where a point meets its joint, 0 far off, of (..., J, 2)."""
         return np.asarray(1.0 / (1.0 + self._squares(away) / FREEDOM))
 
-    def _ways(self, found: Detections) -> list[tuple[Detections, float]]:
-        """The points as named, with the legs exchanged, all on the near and all on the far leg.
-
-        With each, minus the log of its probability, nats.
-        """
-        figure, settings = self.figure, self.settings
-        ways = [found, found.exchanged(figure), *(found.on_one_leg(figure, side) for side in SIDES)]
-        rare = [settings.exchange, settings.one_leg / 2.0, settings.one_leg / 2.0]
-        return list(zip(ways, -np.log([1.0 - sum(rare), *rare]), strict=True))
+    @property
+    def _prices(self) -> Array:
+        """(W,) minus the log of the probability of each of `Detections.ways`, nats."""
+        rare = [self.settings.exchange, self.settings.one_leg / 2.0, self.settings.one_leg / 2.0]
+        return np.asarray(-np.log([1.0 - sum(rare), *rare]))
 
     def _settled(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> Likelihood:
         """The mode that each of H priors climbs to, for each of W namings.
@@ -185,10 +169,9 @@ class Detector:
         """(...) minus the log likelihood of points (..., J, 2) away from their joints, nats."""
         return np.asarray(0.5 * (FREEDOM + 2.0) * np.log1p(self._squares(away) / FREEDOM).sum(-1))
 
-    def _away(self, joint: NDArray[np.intp], pixels: Array, places: Array) -> Array:
-        """(..., J, 2) from points (J, 2) to their joints (..., J) of places (..., 1 + L, 2), leg lengths."""
-        own = np.take_along_axis(places, joint[..., None], axis=-2)
-        return np.asarray(own - self.view.to_body(pixels))
+    def _away(self, joint: NDArray[np.intp], pixels: Array, q: Array) -> Array:
+        """(..., J, 2) from points (J, 2) to the joints (..., J) of a pose (D,), leg lengths."""
+        return np.asarray(joints(self.figure, q)[joint] - self.view.to_body(pixels))
 
     def _squares(self, away: Array) -> Array:
         """(..., J) squared lengths of (..., J, 2), in units of the spread."""

@@ -13,7 +13,7 @@ from kinematics.spm import View
 from tests.kinematics.figures import ARMS, FOOTLESS, WALKER, Puppet, upright
 from tests.oracles import central_difference, condition
 from tests.tracker.painted import FULL, STRIDE, VIEW
-from tracker.loop.detections import FARTHEST, FREEDOM, Detections, Detector, Likelihood
+from tracker.loop.detections import EXCHANGED, FARTHEST, FREEDOM, Detections, Detector, Likelihood
 
 NAMES = ("head_top", "neck", "hip", "near_knee", "near_ankle", "near_toe", "far_knee", "far_ankle", "far_toe")
 D = len(WALKER.freedoms)
@@ -226,8 +226,8 @@ def test_what_the_figure_has_not_and_what_is_not_there_is_left_out():
 
 def test_exchanging_names_twice_leaves_them_and_the_trunk_keeps_its_own():
     found = detected(STRIDE)
-    once = found.exchanged(WALKER)
-    assert_array_equal(once.exchanged(WALKER).joint, found.joint)
+    once = replace(found, joint=found.ways(WALKER)[EXCHANGED])
+    assert_array_equal(once.ways(WALKER)[EXCHANGED], found.joint)
     changed = {NAMES[i]: WALKER.joints[j] for i, j in enumerate(once.joint)}
     assert changed["near_ankle"] == "far_ankle"
     assert changed["far_toe"] == "near_toe"
