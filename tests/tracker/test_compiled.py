@@ -1,4 +1,4 @@
-"""Compiled functions where nothing can be kept: a service user, a container that cannot be written."""
+"""Compiled functions: kept from run to run, and where nothing can be kept, as in a sealed container."""
 
 import os
 import shutil
@@ -20,6 +20,36 @@ for _ in range(2):
 """
 
 
+OUTLINES = """
+import hashlib
+import numpy as np
+from kinematics.figure_file import load_figure
+from tracker.outline.shape import Grid, Shape
+rng, grid = np.random.default_rng(1), Grid((-1.2, 1.2), 24.0, (60, 60))
+figure = load_figure()
+shape = Shape.of(figure)
+q = 0.15 * rng.normal(size=(20, len(figure.freedoms)))
+odds = rng.normal(size=(20, 60, 60)).astype(np.float32)
+found = *shape.painted(q, grid), *shape.under(q, odds, 0.5 * odds, grid)
+print(hashlib.sha256(b"".join(each.tobytes() for each in found)).hexdigest())
+"""
+
+
+def output_of(code, environment, cwd):
+    """What a process of its own prints, and what it says aside."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment | {"PYTHONPATH": str(cwd)},
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout, done.stderr
+
+
 @pytest.fixture
 def sealed(tmp_path):
     """The packages, in which not even root can keep what it compiles."""
@@ -33,15 +63,14 @@ def sealed(tmp_path):
 def test_where_neither_package_nor_home_can_be_written_it_is_compiled_all_the_same_and_said_once(sealed):
     away = {"HOME": os.devnull, "XDG_CACHE_HOME": os.devnull, "LOCALAPPDATA": os.devnull}
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-    done = subprocess.run(
-        [sys.executable, "-c", SUMS],
-        env=environment | away | {"PYTHONPATH": str(sealed)},
-        cwd=sealed,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert (done.returncode, done.stdout) == (0, "[[0, 0, 0], [1, 0, 0], [2, 0, 0]]\n"), done.stderr
-    assert done.stderr.count("NUMBA_CACHE_DIR names a folder that keeps it") == 1
-    assert len(done.stderr.splitlines()) == 1
+    said, aside = output_of(SUMS, environment | away, sealed)
+    assert said == "[[0, 0, 0], [1, 0, 0], [2, 0, 0]]\n"
+    assert aside.count("NUMBA_CACHE_DIR names a folder that keeps it") == 1
+    assert len(aside.splitlines()) == 1
+
+
+@pytest.mark.whole
+def test_outlines_are_the_same_to_the_last_bit_compiled_anew_or_as_kept(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    anew, kept = (output_of(OUTLINES, environment, ROOT)[0] for _ in range(2))
+    assert anew == kept
