@@ -33,7 +33,7 @@ class Belief:
 
     @property
     def weights(self) -> Array:
-        """(H,) probabilities."""
+        """(H,) probabilities of the hypotheses; they sum to 1."""
         w = np.exp(self.cost.min() - self.cost)
         return np.asarray(w / w.sum())
 
@@ -43,7 +43,7 @@ class Belief:
         return int(self.cost.argmin())
 
     def at(self, some: Sequence[int]) -> Self:
-        """Some of the hypotheses, by position."""
+        """The belief of some of its hypotheses alone, given by position."""
         rows = {name: getattr(self, name)[some] for name in ("states", "cost", "s", "parent")}
         return replace(self, **rows)
 

@@ -108,7 +108,7 @@ def _spans(first: list[int], most: int) -> Iterator[tuple[int, int, int]]:
 
 
 def _first(slds: SLDS, C: Array, R: Array, y: Array, hints: Array) -> Step:
-    """The first frame, from the prior."""
+    """The belief after the first frame, from the model's prior."""
     states, log_lik = update(slds.start, y[:, None], C, R)
     log_evidence, log_prob = normalised(slds.log_pi0 + log_lik + hints, axis=-1)
     cov = np.broadcast_to(states.cov, (*states.mean.shape, slds.A.shape[-1]))

@@ -102,7 +102,7 @@ class SLDS:
 
     @property
     def log_pi0(self) -> Array:
-        """(K,) log pi0."""
+        """(K,) log probability of each state in the first frame."""
         with np.errstate(divide="ignore"):
             return np.log(self.pi0)
 

@@ -98,7 +98,7 @@ def harmonics(phase: Array, size: int) -> Array:
 
 
 def slopes(phase: Array, size: int) -> Array:
-    """(..., size) dB/dphi."""
+    """(..., size) derivative of the basis by the phase, dB/dphi."""
     order = np.arange(1, size // 2 + 1)
     out = np.zeros((*np.shape(phase), size))
     out[..., 1::2] = -order * np.sin(phase[..., None] * order)

@@ -198,7 +198,7 @@ class Figure:
 
     @cached_property
     def pose_freedoms(self) -> tuple[str, ...]:
-        """Root and angles."""
+        """Names of the freedoms of a pose: the root and the angles."""
         return self.freedoms[: self.freedoms.index(SCALE)]
 
     @cached_property
@@ -220,7 +220,7 @@ class Figure:
 
     @cached_property
     def layout(self) -> Layout:
-        """The tree as arrays."""
+        """The tree of links as arrays, see `Layout`."""
         links, scale = self.links, self.freedoms.index(SCALE)
         turns = [link.freedom is not None for link in links]
         stretches = [STRETCH + link.name if link.breathes else SCALE for link in links]

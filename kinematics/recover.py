@@ -200,7 +200,7 @@ def _votes(seen: Mapping[str, Array], figure: Figure) -> tuple[float, float, flo
 
 
 def _positions(marks: Marks) -> dict[str, Array]:
-    """The marks that have a position."""
+    """Pixel (2,) of every mark that has a position, by name."""
     points = {name: np.asarray(point, dtype=np.float64) for name, point in marks.items()}
     return {name: point for name, point in points.items() if np.isfinite(point).all()}
 
@@ -281,7 +281,7 @@ def _evened(figure: Figure, q: Array) -> tuple[Figure, Array]:
 
 
 def _leg_length(figure: Figure, lengths: list[float]) -> float:
-    """Pixels: the mean of the legs."""
+    """A leg's length in pixels, the mean over the legs, of the links' lengths (L,)."""
     legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
     own = [i for i, link in enumerate(figure.links) if figure.is_leg(link)]
     parts = {frozenset((i, figure.twins.get(i, i))) for i in own}

@@ -37,7 +37,7 @@ class Body:
         return float(np.median(bones.sum(axis=-1), axis=1).mean())
 
     def between(self, first: int, end: int) -> "Body":
-        """Frames first .. end - 1."""
+        """The body in frames first .. end - 1 alone."""
         part = slice(first, end)
         arms = None if self.arms is None else self.arms[:, part]
         return Body(self.right[part], self.left[part], self.neck[part], self.head[part], arms)

@@ -106,7 +106,7 @@ def _maximise(
 
 
 def _log_prior(hmm: HMM, prior: _Prior) -> float:
-    """Up to a constant."""
+    """Log density of the prior over the parameters, up to a constant."""
     of_covs = sum(inverse_wishart(cov, np.diag(prior.cov), prior.count) for cov in hmm.cov)
     log_Pi, log_pi0 = np.log(np.maximum(hmm.Pi, 1e-300)), np.log(np.maximum(hmm.pi0, 1e-300))
     switches = (prior.Pi * log_Pi).sum() + (prior.pi0 * log_pi0).sum()

@@ -29,7 +29,7 @@ class Ridge:
 
 
 def maximum_likelihood(layout: Layout) -> Ridge:
-    """A prior that says nothing."""
+    """The prior of maximum likelihood, which adds nothing to the moments."""
     return Ridge(np.zeros(layout.steady.shape[1]), np.zeros(len(layout.steady)), 0.0)
 
 

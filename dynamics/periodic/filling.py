@@ -191,7 +191,7 @@ def _poses(h: Hypothesis, y: Array, rows: NDArray[np.intp]) -> Gaussian:
 
 
 def _distinct(found: list[Hypothesis]) -> list[Hypothesis]:
-    """Each course of the phase once."""
+    """The candidate courses of the phase, each of them once."""
     kept: list[Hypothesis] = []
     for h in found:
         if not any(h.stretch is other.stretch and _same(h.fit.phase, other.fit.phase) for other in kept):

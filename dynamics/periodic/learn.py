@@ -129,7 +129,7 @@ def maximise(
     *,
     residual: bool = True,
 ) -> Stride:
-    """The M-step."""
+    """The M-step: the parameters that the moments of the strides make likeliest."""
     people = len({p.person for p in pieces})
     F = mirror_matrix(stride, twins)
     w = np.array([p.weight for p in pieces])

@@ -165,7 +165,7 @@ def _failed(said: str) -> Ending:
 
 
 def summary_cells(row: Row, ending: Ending) -> list[str]:
-    """A row of summary.csv."""
+    """The cells of one job's row in summary.csv."""
     ours = {"video": row.video, "model": row.how.model, "out": row.out, "status": ending.status}
     return [str(ours.get(column) or ending.cells.get(column, "")) for column in COLUMNS]
 

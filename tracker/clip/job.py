@@ -213,7 +213,7 @@ class Option:
 
 
 def options() -> Iterator[Option]:
-    """Those of `Following`, in its order."""
+    """The options of `Following` by name, in its order."""
     hints = get_type_hints(Following, include_extras=True)
     for each in fields(Following):
         kinds, about = get_args(hints[each.name])
@@ -258,7 +258,7 @@ class Job:
 
     @property
     def first(self) -> int:
-        """The first frame that is followed."""
+        """Number of the first frame that is followed."""
         return self.from_ or 0
 
     def asked(self) -> dict[str, Any]:

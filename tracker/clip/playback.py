@@ -104,5 +104,5 @@ def _centred(poses: Array, figure: Figure) -> Array:
 
 
 def _evidence(slds: SLDS, y: Array) -> float:
-    """Of poses, nats."""
+    """Log evidence of poses under a model by GPB2, nats."""
     return float(gpb2_filter(slds, y).log_evidence.sum())

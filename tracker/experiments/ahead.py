@@ -30,7 +30,7 @@ Total = Mapping[str, Mapping[Key, float]]
 
 
 def model(study: Study, held: frozenset[str]) -> Recipe:
-    """The usual model at this noise."""
+    """What the compared models are learned from: the usual recipe, without the subjects held out."""
     usual = Recipe(noise=NOISE, held=held, motions=study.motions)
     return replace(usual, states=2) if study.quick else usual
 

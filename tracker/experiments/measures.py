@@ -46,19 +46,19 @@ class Errors:
 
 
 def errors(person: str, found: Array, wanted: Array) -> Errors:
-    """Of poses found, against those wanted."""
+    """A person's errors: squared differences of the angles of poses found from those wanted."""
     return Errors(person, ((found - wanted)[:, ANGLES] ** 2).sum(0), len(wanted))
 
 
 def rms(every: Iterable[Errors]) -> float:
-    """Degrees, pooled over angles and frames; NaN of none."""
+    """Root mean square error in degrees, pooled over angles and frames; NaN of none."""
     kept = list(every)
     squares = sum(float(e.squares.sum()) for e in kept)
     return float(np.degrees(np.sqrt(squares / sum(6 * e.count for e in kept)))) if kept else float("nan")
 
 
 def by_person(every: Iterable[Errors]) -> dict[str, float]:
-    """Degrees, of every person by themselves."""
+    """Root mean square error of each person in degrees, by name."""
     kept = list(every)
     return {name: rms(e for e in kept if e.person == name) for name in sorted({e.person for e in kept})}
 

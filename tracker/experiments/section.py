@@ -99,7 +99,7 @@ def spread(values: Collection[float], digits: int = 1, pooled: float | None = No
 
 
 def verdict(holds: bool, partly: bool = False) -> Verdict:
-    """The best that is so."""
+    """HOLDS where a claim holds, else PARTLY where it does in part, else FAILS."""
     return Verdict.HOLDS if holds else Verdict.PARTLY if partly else Verdict.FAILS
 
 

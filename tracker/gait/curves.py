@@ -72,7 +72,7 @@ def goes_backwards(track: Track) -> bool:
 
 
 def tenths(values: Array) -> list[float]:
-    """Numbers as the page holds them."""
+    """Numbers to one decimal, as the report's page holds them."""
     return [round(float(value), 1) for value in values]
 
 

@@ -41,7 +41,7 @@ class Value:
         return float(np.sqrt(max(self.error**2 - self.shared**2, 0.0)))
 
     def plain(self) -> dict[str, float | int]:
-        """As gait.json has it."""
+        """The value as a JSON object, as gait.json has it."""
         return {"mean": round(self.mean, 4), "error": round(self.error, 4), "count": self.count}
 
 
@@ -65,7 +65,7 @@ class Measure:
         return cls(name, unit, near, far, _both(near, far), _symmetry(near, far))
 
     def plain(self) -> dict[str, object]:
-        """As gait.json has it."""
+        """The measure as a JSON object, as gait.json has it."""
         kinds = {"near": self.near, "far": self.far, "both": self.both, "symmetry": self.symmetry}
         return {"unit": self.unit} | {k: None if v is None else v.plain() for k, v in kinds.items()}
 

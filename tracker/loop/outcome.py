@@ -4,7 +4,7 @@ from enum import StrEnum
 
 
 class Outcome(StrEnum):
-    """As pose.csv and reports have it."""
+    """What became of a frame, as pose.csv and reports name it."""
 
     OK = "ok"  # the figure was found, every link in view
     HIDDEN = "hidden"  # the figure was found, a link is covered

@@ -61,7 +61,7 @@ class Tracker:
 
     @cached_property
     def mode(self) -> Mode:
-        """How it registers."""
+        """The mode of registration that the settings ask for."""
         return mode_of(self.settings)
 
     def templates_at(
@@ -140,7 +140,7 @@ class Tracker:
         return Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
 
     def proposed(self, belief: Belief) -> Belief:
-        """The priors that are tried."""
+        """The priors of the next frame: one for each switching state that is tried."""
         return propose(self.slds, belief, prune=self.settings.prune, most=self.settings.hypotheses)
 
     def looked(self, state: State, image: Image, priors: Gaussian) -> State:

@@ -41,7 +41,7 @@ class Trail:
         return self._columns[name][: len(self)]
 
     def append(self, estimate: Estimate) -> None:
-        """One frame more."""
+        """Append the estimate of one further frame."""
         t = len(self)
         if t == len(self._columns["s"]):
             self._make_room()
@@ -59,12 +59,12 @@ class Trail:
         return found
 
     def extend(self, estimates: Iterable[Estimate]) -> None:
-        """Frames more."""
+        """Append the estimates of several further frames."""
         for estimate in estimates:
             self.append(estimate)
 
     def reverse(self) -> None:
-        """The other way in time."""
+        """Reverse the order of the frames in place."""
         for column in self._columns.values():
             rows = column[: len(self)]
             rows[:] = rows[::-1]

@@ -54,7 +54,7 @@ class Task:
 
     @property
     def source(self) -> Path:
-        """What the results are named after."""
+        """The file that the results are named after."""
         return Path(self.model)
 
     def places(self, command: str) -> tuple[Path, Path | None]:
@@ -65,7 +65,7 @@ class Task:
 
 @dataclass(frozen=True, kw_only=True)
 class PosesTask(Task):
-    """The same from a pose table."""
+    """What a motion command is asked for whose input is a pose table."""
 
     poses: Annotated[
         Path,

@@ -74,7 +74,7 @@ def frame_edges(first: int, frames: int) -> Array:
 
 
 def patches(colour: Mapping[str, str]) -> list[Rectangle]:
-    """Entries of a legend."""
+    """The legend's entries, a patch of colour for each label."""
     return [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in colour.items()]
 
 

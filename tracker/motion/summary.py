@@ -107,10 +107,10 @@ def stride_period(y: Array) -> float | None:
 
 
 def frames_text(n: int) -> str:
-    """So many frames, in words."""
+    """A number of frames in words, as a summary says it."""
     return f"{n} frame" + "s" * (n != 1)
 
 
 def sequences_text(n: int) -> str:
-    """So many sequences, in words."""
+    """A number of sequences in words, as a summary says it."""
     return f"{n} sequence" + "s" * (n != 1)

@@ -70,7 +70,7 @@ class Path:
         return float(((self.score - BASE) * self.units).sum())
 
     def part(self, frames: slice) -> "Path":
-        """Some of its frames."""
+        """The path in some of its frames."""
         first = self.first + (frames.start or 0)
         return Path(first, self.hips[frames], self.units[frames], self.score[frames])
 

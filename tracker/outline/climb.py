@@ -100,6 +100,6 @@ def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: flo
 
 
 def _chain(figure: Figure, T: int) -> Chain:
-    """The prior of the freedoms' paths."""
+    """The Markov chain that is the prior of the freedoms' paths over the film."""
     spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, SIZE, LENGTH)
     return Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS))

@@ -34,7 +34,7 @@ class Cycles:
 
     @classmethod
     def load(cls) -> Self:
-        """Those that ship."""
+        """The mean gait cycles that ship with the program."""
         source = resources.files("tracker.outline") / "cycles.npz"
         with resources.as_file(source) as file, np.load(file) as stored:
             return cls(stored["pose"].astype(np.float64), stored["period"], stored["runs"])

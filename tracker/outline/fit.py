@@ -74,7 +74,7 @@ class Outline:
         return slice(start, int(after[0]) if len(after) else len(self.score))
 
     def part(self, frames: slice) -> Self:
-        """Some of the frames."""
+        """The outline in some of the frames."""
         rows = ("q", "hips", "units", "joints", "score", "shown", "spread")
         some = {name: getattr(self, name)[frames] for name in rows}
         return replace(self, **some, phases=self.phases.part(frames))

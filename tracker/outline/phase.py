@@ -58,7 +58,7 @@ class Phases:
     score: float
 
     def part(self, frames: slice) -> Self:
-        """Some of the frames."""
+        """The phases of some of the frames."""
         some = {name: getattr(self, name)[frames] for name in ("phase", "shift", "lean")}
         return replace(self, **some)
 

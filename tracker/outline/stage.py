@@ -32,7 +32,7 @@ class Stage:
         return len(self.odds)
 
     def part(self, frames: slice) -> "Stage":
-        """Some of its frames."""
+        """The film's log odds in some of its frames."""
         return replace(self, odds=self.odds[frames], light=self.light[frames], places=self.places[frames])
 
     def around(self, hips: Array, units: Array, grid: Grid) -> Planes:

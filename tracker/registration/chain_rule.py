@@ -147,7 +147,7 @@ def _solve(systems: Parts, longest: float, steps: Array) -> None:
 
 @COMPILED
 def _weigh(of_tree: Parts, q: Array, bones: Parts, links: Parts, weights: Parts, found: Parts) -> None:
-    """E and its derivatives into found."""
+    """Write the objective E of every pose and its derivatives into `found`."""
     moments, pull, lost = links
     per_lost, per_pull, low, high, stiffness = weights
     cost, information, gradient = found

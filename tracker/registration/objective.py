@@ -50,7 +50,7 @@ class Fit:
     laid: Laid
 
     def __getitem__(self, rows: NDArray[np.intp]) -> "Fit":
-        """Those of some poses."""
+        """The fit of some of its poses, given by position."""
         return Fit(self.q[rows], Skeleton(*(each[rows] for each in self._bones)), self.laid.of(rows))
 
     @property
@@ -147,7 +147,7 @@ class Objective:
         lay(self.pictures[number], fit.bones, self.points[number], self.shape, noise, rows, fit.laid)
 
     def evidence(self, fit: Fit) -> Array:
-        """(H,) E, nats."""
+        """(H,) the objective E of each pose, nats."""
         return weighed(self.layout, fit.links, self.weights(fit))[0]
 
     def slope(self, fit: Fit) -> tuple[Array, Array]:

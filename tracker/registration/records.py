@@ -130,7 +130,7 @@ class Laid(NamedTuple):
     inside: NDArray[np.bool_]
 
     def of(self, rows: NDArray[np.intp]) -> "Laid":
-        """Some of the poses."""
+        """The record of some of its poses, given by position."""
         return self._replace(**{name: each[rows] for name, each in self._asdict().items()})
 
 

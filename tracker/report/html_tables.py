@@ -82,7 +82,7 @@ def spoken(value: Value | None, unit: str) -> str:
 
 
 def small_errors(text: str) -> Markup:
-    """HTML of such a figure."""
+    """HTML of a figure as `spoken` writes it, its error in small type."""
     mean, sign, error = text.partition("\N{PLUS-MINUS SIGN}")
     return Markup("{}<small>{}</small>").format(mean, sign + error) if sign else Markup(mean)
 

@@ -59,7 +59,7 @@ class Score:
 
 
 def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
-    """Tracked joints by frame."""
+    """Pixel positions of the tracked joints, by frame and name."""
     rows = track.joints()
     return {
         track.first + t: {

@@ -54,7 +54,7 @@ def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
 
 
 def write_marks(path: Path, marks: Marks) -> None:
-    """Write such a table."""
+    """Write marks as a keypoint table, which `read_keypoints` reads."""
     rows = [
         (frame, name, f"{mark.x:.2f}", f"{mark.y:.2f}", int(mark.visible))
         for frame, of_frame in marks.items()
@@ -64,7 +64,7 @@ def write_marks(path: Path, marks: Marks) -> None:
 
 
 def points(marks: Mapping[str, Mark]) -> dict[str, tuple[float, float]]:
-    """Positions alone."""
+    """Pixel positions of the marks alone, by joint."""
     return {name: (mark.x, mark.y) for name, mark in marks.items()}
 
 
