@@ -48,7 +48,7 @@ class Belief:
         return replace(self, **rows)
 
     def levelled(self) -> Self:
-        """The same with the best at cost 0."""
+        """The belief with its costs shifted so that the best hypothesis costs 0."""
         return replace(self, cost=self.cost - self.cost.min())
 
     def merged(self) -> Gaussian:
@@ -63,7 +63,10 @@ def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
 
 
 def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
-    """One prior a state from its best predecessor: the `most` cheapest, within `prune` nats of the best."""
+    """One prior for each switching state, from its best predecessor.
+
+    The `most` cheapest of them are kept, within `prune` nats of the best.
+    """
     total = belief.cost[:, None] - slds.log_Pi[belief.s]
     parent, cost = total.argmin(0), total.min(0)
     cheapest = np.argsort(cost, kind="stable")[:most]

@@ -67,7 +67,7 @@ def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None
 
 @dataclass(frozen=True)
 class _Backward:
-    """One row a frame and sequence; steps stand in the row they lead to.
+    """What the backward pass needs, one row a frame and sequence; steps stand in the row they lead to.
 
     log_prob : (rows, K) log Pr(s_t)
     states   : (rows, K) x_t given each s_t

@@ -101,7 +101,7 @@ class Expected:
 
 
 def expected(hmm: HMM, y: Array) -> Expected:
-    """Of poses (T, M); NaN entries were not measured."""
+    """What every state expects of poses (T, M); NaN entries were not measured."""
     K, M = hmm.mean.shape
     seen = ~np.isnan(y)
     whole, gappy = np.flatnonzero(seen.all(1)), np.flatnonzero(~seen.all(1))

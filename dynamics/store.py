@@ -158,7 +158,7 @@ def _rate(stored: Any) -> float:
 
 
 def _covariances(model: Model) -> dict[str, Array]:
-    """Those that must be positive definite: of Q the pose's block, since nothing else of a state is noisy."""
+    """The matrices that must be positive definite; of Q the pose's block, as nothing else is noisy."""
     if isinstance(model, Stride):
         return {"quick": model.quick, "slow": model.slow, "R": model.R}
     if isinstance(model, HMM):

@@ -153,7 +153,7 @@ class Video:
 
     @property
     def notes(self) -> list[str]:
-        """What is to be said of the video after a pass."""
+        """Notes on what a pass over the video put right or left out."""
         said = (self.cut_short, self.retimed, self.uneven, self.interlaced, self.gaps)
         return [line for line in said if line]
 

@@ -52,7 +52,7 @@ def recalled(
 
 
 def _identity(path: Path) -> Identity:
-    """What is another once a file is written anew; of none that is there, nothing."""
+    """What tells a file from one written anew in its place; of none that is there, nothing."""
     try:
         told = path.stat()
     except OSError:

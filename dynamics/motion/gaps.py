@@ -83,7 +83,7 @@ def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> 
 
 
 def _placed(slds: SLDS) -> SLDS:
-    """The same system starting anywhere: a first frame that was not measured need not be at the origin."""
+    """The system starting anywhere: a first frame that was not measured need not be at the origin."""
     layout = slds.layout
     places = layout.shift[:, : layout.d][:, layout.travels]
     return replace(slds, cov0=slds.cov0 + ANYWHERE * places @ places.T)

@@ -83,14 +83,14 @@ def labelled(
     pose: float = POSE,
     stranger: float = STRANGER,
 ) -> list[Labelling]:
-    """The same with R as it is, but for who was not learned from."""
+    """Labels by a model whose R stays as it is, for people it was not learned from."""
     wide = among_strangers(slds, stranger)
     hints = [pose_hints(wide, y, pose) for y in ys] if pose > 0 else None
     return [labelling(slds.labels, p.prob, p.path) for p in infer(wide, ys, hints)]
 
 
 def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
-    """The same with a hidden Markov model, the papers' baseline."""
+    """Labels of every frame by a hidden Markov model, the papers' baseline."""
     return [labelling(hmm.labels, p.prob, p.path) for p in hmm_all(hmm, ys)]
 
 

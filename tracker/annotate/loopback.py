@@ -219,7 +219,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
 
 
 def nothing_here() -> RefusalError:
-    """What is asked for is none of the page's."""
+    """Answer a request for what the page has not got."""
     return RefusalError(HTTPStatus.NOT_FOUND, "there is nothing here by this name")
 
 

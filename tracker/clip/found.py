@@ -81,7 +81,7 @@ def _before(
 
 
 def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Person]:
-    """Those who are no limbs of somebody who moves on the spot."""
+    """The people who are no limbs of somebody who moves on the spot."""
     told = film.survey.sure.mean() > MOSTLY
     return [
         one

@@ -208,7 +208,7 @@ class Option:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Those that it may be; () if it is no choice between words."""
+        """The words that the option may be; () if it is no choice between words."""
         return tuple(map(str, self.kind)) if issubclass(self.kind, Enum) else ()
 
 

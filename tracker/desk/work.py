@@ -160,7 +160,7 @@ class Work:
         }
 
     def stop(self) -> None:
-        """As by Ctrl-C: it leaves no half of a result."""
+        """Interrupt the work as Ctrl-C does: no half of a result stays."""
         self._process.terminate()
         try:
             self._process.wait(PATIENCE)

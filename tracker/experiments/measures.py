@@ -120,7 +120,7 @@ def rival_errors(
 
 
 def best_noises(tried: dict[Noises, list[Errors]]) -> Noises:
-    """Those with the least error."""
+    """The noises with the least error."""
     return min(tried, key=lambda pair: rms(tried[pair]))
 
 

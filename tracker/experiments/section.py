@@ -104,7 +104,7 @@ def verdict(holds: bool, partly: bool = False) -> Verdict:
 
 
 def share_verdict(cases: Sequence[bool]) -> Verdict:
-    """Of a claim made of every case: it holds in part from half of them."""
+    """The verdict on a claim made of every case: it holds in part from half of them."""
     return verdict(all(cases), 2 * sum(cases) >= len(cases))
 
 

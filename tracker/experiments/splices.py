@@ -44,7 +44,7 @@ class Splice:
 
 
 def long_enough(captures: Sequence[Capture]) -> list[Capture]:
-    """Those that a piece can be cut from."""
+    """The captures that are long enough for a piece to be cut from."""
     return [c for c in captures if len(c.y) >= SHORTEST]
 
 

@@ -17,7 +17,7 @@ Column = tuple[str, str, str]  # individual ("" where there are none), body part
 
 
 def write_dlc(points: Points, path: Path) -> None:
-    """Every point of every frame; empty cells where there is none."""
+    """Write every point of every frame in the layout of DeepLabCut; empty cells where there is none."""
     J = len(points.names)
     header = (
         ["scorer", *[SCORER] * (J * len(COORDS))],

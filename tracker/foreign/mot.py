@@ -27,7 +27,11 @@ NOTES = (
 
 
 def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> str:
-    """Every tracked frame; says what of the clip is not in it, or not measured."""
+    """Write every tracked frame in the layout of OpenSim.
+
+    Returns:
+        What is to be said of frames of the clip that are not in it, or were not measured.
+    """
     columns = _columns(record, facing, scale)
     there = np.isfinite(np.sum(list(columns.values()), axis=0))
     said = _said(record, there, scale)

@@ -23,7 +23,7 @@ NAMES = {
 
 
 def write_myogait(record: Record, size: tuple[int, int], facing: int, tall: float | None, path: Path) -> None:
-    """Every frame of the clip; landmarks of likelihood 0 are left out.
+    """Write every frame of the clip in the layout of myogait; landmarks of likelihood 0 are left out.
 
     `size` is (width, height) of a frame in pixels, `facing` +1 right, -1 left, `tall` the person's in metres.
     """

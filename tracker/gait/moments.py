@@ -108,7 +108,7 @@ class Way:
         return None if sampled is None else (sampled[1] @ self.places[sampled[0]]).T
 
     def moments(self, turns: NDArray[np.intp], period: float, weights: Weights) -> Iterator[Event]:
-        """Those near some frames, where the clip reaches far enough around them."""
+        """The moments near some frames, where the clip reaches far enough around them."""
         for t in turns:
             sampled = _sampling(int(t), period, len(self.places))
             if sampled is not None:

@@ -57,7 +57,7 @@ class Passage:
             yield estimate
 
     def _step(self, tracker: Tracker, before: State, frame: int, image: Image) -> tuple[State, Estimate]:
-        """One frame on, one way or the other."""
+        """Follow the figure into the next frame, ahead or back in time."""
         if frame in self.anchors:
             return passed(tracker, before, self.anchors[frame], image)
         return tracker.step(before, image, self.detections.get(frame))

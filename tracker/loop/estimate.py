@@ -42,7 +42,7 @@ class Estimate:
 
     @property
     def light(self) -> Self:
-        """The same without its hypotheses, which take forty times the memory."""
+        """The estimate without its hypotheses, which take forty times the memory."""
         return replace(self, belief=NOTHING)
 
 

@@ -64,7 +64,7 @@ def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
 
 
 def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:
-    """All of a window given all of it."""
+    """Smooth the estimates of a window, each given all of them."""
     if not window:
         return []
     slds, h = tracker.slds, window[-1].belief.best

@@ -74,7 +74,10 @@ class Tracker:
     def step(
         self, state: State, image: Image, detections: Detections | None = None
     ) -> tuple[State, Estimate]:
-        """One frame on; what was detected in it narrows the priors that templates climb from."""
+        """Follow the figure into the next frame.
+
+        What was detected in it narrows the priors that templates climb from.
+        """
         proposed, before = self.proposed(state.belief), state.outcome
         state = self.looked(state, image, self.pose(proposed.states))
         here = self.shifted(state.shift)

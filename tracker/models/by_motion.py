@@ -114,7 +114,7 @@ def learn_hmms(
     figure: Figure = WALKER,
     noise: float = 0.0,
 ) -> HMM:
-    """The same with hidden Markov models of the angles, the papers' baseline."""
+    """One model of several motions by hidden Markov models of the angles, the papers' baseline."""
     angles = ~among(figure.learned_freedoms, ROOT)
     names = [name for name in figure.learned_freedoms if name not in ROOT]
     models = []
@@ -136,7 +136,7 @@ def learn_strides(
     noise: float = 0.0,
     tick: Callable[[], None] = lambda: None,
 ) -> Stride:
-    """The same with harmonic strides, by the options' rounds and seed; `tick` is called after each of the
+    """One model of several motions by harmonic strides, by the options' rounds and seed; `tick` is called after each of the
     rounds of each motion. ValueError: no sequences, or none of a motion that is long enough."""
     models = [
         learn_stride(

@@ -37,7 +37,7 @@ SWITCHING = ("choose", "pooled", "slower", "started", "restarts")
 
 
 class Further(BaseModel):
-    """What is seldom changed, from the TOML file of --settings."""
+    """Settings of `learn` that are seldom changed, from the TOML file of --settings."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -95,7 +95,7 @@ def _read_captures(
 
 
 def _read_tables(request: Request) -> tuple[Data, list[str]]:
-    """The same of pose tables: a file is a subject, a gap ends a sequence, no label is a label of its own.
+    """The sequences of pose tables: a file is a subject, a gap ends a sequence, no label is a label of its own.
 
     What was tracked by constant velocity has its name for a label, which is none of a motion.
     """

@@ -27,7 +27,7 @@ def spread(shape: Shape, q: Array, odds: Planes, grid: Grid) -> Array:
 
 
 def _of_frame(shape: Shape, q: Array, odds: Planes, grid: Grid) -> float:
-    """Of one pose (1, D): silhouettes of a whole film at once would take hundreds of megabytes."""
+    """The spread of one pose (1, D): silhouettes of a whole film at once would take hundreds of megabytes."""
     (body,), (arms,) = shape.painted(q, grid)
     place = grid.density**-2
     out = np.maximum(odds, 0.0)

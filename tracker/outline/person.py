@@ -61,7 +61,7 @@ class Person:
         return self.first + len(self.outline.q) - 1
 
     def later(self, frames: int) -> Self:
-        """The same where the film begins so many frames earlier."""
+        """The person in a film that begins so many frames earlier."""
         return replace(self, first=self.first + frames, frame=self.frame + frames)
 
     def same(self, other: "Person") -> bool:

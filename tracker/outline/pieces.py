@@ -75,7 +75,7 @@ def _straight(stage: Stage, path: Path, fps: float) -> list[Path]:
 
 
 def _both(stage: Stage, before: Path, after: Path) -> Path:
-    """One path of two, straight over the scene between them."""
+    """Two paths joined to one that is straight over the scene between them."""
     between = np.arange(before.last + 1, after.first)
     ends = [in_scene(stage, before)[-1], in_scene(stage, after)[0]]
     x, y = (np.interp(between, [before.last, after.first], [a, b]) for a, b in zip(*ends, strict=True))

@@ -101,7 +101,7 @@ class Backdrop:
     curve: Image
 
     def follow(self, image: Image, box: Box, shift: Array) -> Self:
-        """One frame on.
+        """Compare the next frame with the scene, and add what it shows of it.
 
         Args:
             image: (H, W, 3) RGB.

@@ -71,7 +71,7 @@ class Camera:
         return self.last.shift
 
     def follow(self, image: Image, box: Box) -> Self:
-        """One frame on.
+        """Find where the camera looks in the next frame.
 
         Args:
             image: (H, W, 3) RGB.

@@ -71,7 +71,7 @@ class Change:
         return [f"{self.name} {self.unit}", *(spoken(value, self.unit) for value in self._values())]
 
     def row(self) -> list[str]:
-        """The same as HTML, the difference in bold where it is sure."""
+        """The change as a row of HTML, the difference in bold where it is sure."""
         *values, by = (small_errors(spoken(value, self.unit)) for value in self._values())
         name = Markup("{} <small>{}</small>").format(self.name, self.unit)
         return [name, *values, Markup("<b>{}</b>").format(by) if self.sure else by]

@@ -88,7 +88,7 @@ class Record:
         return np.array([outcome is not None and outcome.measured for outcome in self.outcome])
 
     def in_scene(self) -> Self:
-        """The same run as a camera that stays where it started would have seen it."""
+        """The run as a camera that stays where it started would have seen it."""
         steady = np.zeros_like(self.shift)
         return replace(self, places=self.places - self.shift[:, None], shift=steady)
 

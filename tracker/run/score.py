@@ -133,7 +133,7 @@ def _legs(figure: Figure) -> list[tuple[str, ...]]:
 
 
 def _twins(figure: Figure) -> dict[str, str]:
-    """Of the scored joints that are of one side, the same of the other."""
+    """For each scored joint of one side, its twin of the other."""
     twins = dict(zip(figure.joints, (figure.joints[i] for i in figure.joint_twins), strict=True))
     return {name: twins[name] for name in figure.scored if twins.get(name, name) != name}
 

@@ -68,7 +68,7 @@ class Camera:
     moves: bool = False
 
     def follow(self, image: Image) -> Self:
-        """One frame on; image (h, w, 3) RGB, small."""
+        """Find where the camera looks in the next frame (h, w, 3), RGB and small."""
         grey = _grey(image)
         least = min(ENOUGH, LEFT * len(self.key.corners))
         key, place = self.key, _place(self.key, grey, self.place, least)
@@ -92,7 +92,7 @@ def _grey(image: Image) -> Image:
 
 
 def _key(grey: Image, place: Array) -> Key:
-    """The sharpest corner of every cell that has one."""
+    """A key frame with the sharpest corner of every cell that has one."""
     corners = sharpest(sharpness(grey, WINDOW // 2), CELL, CONTRAST)
     return Key(grey, corners[:, None], place)
 
