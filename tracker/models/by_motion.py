@@ -136,8 +136,14 @@ def learn_strides(
     noise: float = 0.0,
     tick: Callable[[], None] = lambda: None,
 ) -> Stride:
-    """One model of several motions by harmonic strides, by the options' rounds and seed; `tick` is called after each of the
-    rounds of each motion. ValueError: no sequences, or none of a motion that is long enough."""
+    """One model of several motions by harmonic strides, by the options' rounds and seed.
+
+    Args:
+        tick: is called after each of the rounds of each motion.
+
+    Raises:
+        ValueError: no sequences, or none of a motion that is long enough.
+    """
     models = [
         learn_stride(
             motion.poses[::2],  # a stride's mirror image is known without learning from it

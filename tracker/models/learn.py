@@ -95,7 +95,7 @@ def _read_captures(
 
 
 def _read_tables(request: Request) -> tuple[Data, list[str]]:
-    """The sequences of pose tables: a file is a subject, a gap ends a sequence, no label is a label of its own.
+    """The sequences of pose tables: a file is a subject, a gap ends a sequence, no label is one of its own.
 
     What was tracked by constant velocity has its name for a label, which is none of a motion.
     """
