@@ -37,7 +37,7 @@ class Trail:
         return len(self.outcome)
 
     def column(self, name: str) -> NDArray[Any]:
-        """A column of all frames: the pose's mean (T, D), cov (T, D, D), s (T,), shift (T, 2) or misfit (T,)."""
+        """One number of all frames: mean (T, D), cov (T, D, D), s (T,), shift (T, 2) or misfit (T,)."""
         return self._columns[name][: len(self)]
 
     def append(self, estimate: Estimate) -> None:
