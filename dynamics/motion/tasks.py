@@ -118,13 +118,12 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lamb
         ValueError: a horizon below 1.
     """
     own = drawn(wider(slds), TOWARDS)
-    found = forecasts(own, ys, horizon, recurrent=True)
-    tick()
-    for known, until in pairwise([*_edges(ys), max(map(len, ys), default=0)]):
+    found = [_nothing(len(y) + horizon, len(slds.names)) for y in ys]
+    for known, until in pairwise([0, *_edges(ys), max(map(len, ys), default=0)]):
         longer = [i for i, y in enumerate(ys) if len(y) > known]
         before = [y[:known] for y in ys]
-        fitted = at_process_noise(at_noise(own, before, tick), before, tick)
-        later = forecasts(fitted, [ys[i][:until] for i in longer], horizon, recurrent=True)
+        fitted = at_process_noise(at_noise(own, before, tick), before, tick) if known else own
+        later = forecasts(fitted, [ys[i][:until] for i in longer], horizon, recurrent=True, first=known)
         tick()
         for i, ahead in zip(longer, later, strict=True):
             rows = slice(known + horizon, len(ahead.mean))
@@ -138,11 +137,13 @@ def predict_ticks(ys: Sequence[Array]) -> int:
 
 
 def forecasts(
-    slds: SLDS, ys: Sequence[Array], horizon: int = 1, *, recurrent: bool = False
+    slds: SLDS, ys: Sequence[Array], horizon: int = 1, *, recurrent: bool = False, first: int = 0
 ) -> list[Gaussian]:
     """What the GPB2 filter expects `horizon` frames ahead with the model as it is; otherwise as `predict`.
 
-    If `recurrent` the switch depends on the pose; if not it is the papers'.
+    Args:
+        recurrent: the switch depends on the pose; if not it is the papers'.
+        first: from the frames up to those before it nothing is forecast: what that costs is saved.
     """
     if horizon < 1:
         raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
@@ -152,19 +153,17 @@ def forecasts(
         return slds.log_Pi if reach is None else log_switch(slds, reach, x, POSE)
 
     def infer(frames: Frames) -> list[Gaussian]:
-        mean, cov = np.empty((len(frames.y), M)), np.empty((len(frames.y), M, M))
+        found = _nothing(len(frames.y), M)
         for now in filter_steps(slds, frames, switch if recurrent else None):
+            if now.rows.stop <= frames.first[min(first, len(frames.first) - 1)]:
+                continue
             prob, states = np.exp(now.log_prob), now.states
             for _ in range(horizon):
                 prob, states = _switched(slds, prob[:, :, None] * np.exp(switch(states.mean)), states)
             ahead = collapse(prob, states)
-            mean[now.rows] = apply(slds.C, ahead.mean)
-            cov[now.rows] = symmetric(slds.C @ ahead.cov @ slds.C.T)
-        nothing = Gaussian(np.full((horizon, M), np.nan), np.full((horizon, M, M), np.nan))
-        return [
-            Gaussian(np.concatenate([nothing.mean, mean[rows]]), np.concatenate([nothing.cov, cov[rows]]))
-            for rows in frames.sequences()
-        ]
+            found.mean[now.rows] = apply(slds.C, ahead.mean)
+            found.cov[now.rows] = symmetric(slds.C @ ahead.cov @ slds.C.T)
+        return [_later(found[rows], horizon) for rows in frames.sequences()]
 
     return in_batches(slds, ys, None, infer)
 
@@ -217,12 +216,26 @@ def _kept_in(following: Gaussian, poses: Regions, k: int, limit: float) -> Gauss
     return near
 
 
+def _nothing(frames: int, M: int) -> Gaussian:
+    """Frames of which nothing is told: NaN."""
+    return Gaussian(np.full((frames, M), np.nan), np.full((frames, M, M), np.nan))
+
+
+def _later(found: Gaussian, frames: int) -> Gaussian:
+    """Gaussians of frames put so many frames later; of those before nothing is told."""
+    rows = (frames, 0), (0, 0), (0, 0)
+    return Gaussian(
+        *(np.pad(each, rows[: each.ndim], constant_values=np.nan) for each in vars(found).values())
+    )
+
+
 def _switched(slds: SLDS, joint: Array, states: Gaussian) -> tuple[Array, Gaussian]:
     """One frame on, nothing measured: Pr(s) (T, K) and x given each s, collapsed over the state before.
 
-    joint (T, K, K) is the probability of each state before and now.
+    joint (T, K, K) is the probability of each state before and now. All that comes into a state moves by its
+    dynamics alone, so what is collapsed before the step is collapsed after it.
     """
     later: Array = joint.sum(1)
     weights = np.where(later[:, None] > 0, joint / np.maximum(later, 1e-300)[:, None], 1.0 / slds.K)
-    ahead = step(states[:, None], slds.A[:, None], slds.b[:, None], slds.Q[:, None])
-    return later, collapse(np.swapaxes(weights, 1, 2), ahead)
+    come = collapse(np.swapaxes(weights, 1, 2), states[:, None])
+    return later, step(come, slds.A, slds.b, slds.Q)

@@ -442,6 +442,14 @@ def test_forecasts_go_by_the_noise_of_the_frames_before(rng):
             assert_allclose(one.cov[rows], want.cov[rows], atol=1e-12)
 
 
+def test_a_forecast_is_made_once_from_every_frame(rng, monkeypatch):
+    slds, steps, one_on = random_slds(2, order=2, noise=0.05, rng=rng), [], tasks._switched
+    y = sample(slds, 60, rng)[2]
+    monkeypatch.setattr(tasks, "_switched", lambda *of: steps.append(len(of[1])) or one_on(*of))
+    predict(slds, [y], 7)
+    assert sum(steps) == 7 * len(y)
+
+
 def test_forecasts_take_the_memory_of_what_they_return(rng):
     slds = random_slds(6, d=3, order=2, rng=rng)
     y = sample(slds, 1500, rng)[2]
