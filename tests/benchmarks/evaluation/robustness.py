@@ -74,7 +74,7 @@ accompanying camera shows {100 * VIEW:.0f} % of the width. Half and double speed
 SOAK = """\
 `make soak` runs random commands on random films, some damaged, for an hour, kills a third of them, and checks
 how each ends. An interrupt in Python's first milliseconds shows a traceback. 18,674 commands have found six
-faults, the last two of interrupts; all are mended, and the last two hours (2,108 commands) found none.
+faults, all mended; the last two hours (2,108 commands) found none.
 """
 
 SHOTS = {**DISTURBANCES, **FILMS}

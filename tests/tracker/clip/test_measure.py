@@ -19,7 +19,7 @@ from tracker.clip.plan import prepare
 from tracker.foreign.dlc import write_dlc
 from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError
-from tracker.loop.detections import Detections
+from tracker.loop.detections import EXCHANGED, Detections
 from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
@@ -163,7 +163,7 @@ def test_exchanged_names_are_told_of_each_frame_by_its_own_pose_and_picture(rng)
     }
     frames[2] = frames[9] = frames[4]  # frames that were not followed
     for frame in (4, 7):
-        frames[frame] = frames[frame].exchanged(WALKER)
+        frames[frame] = replace(frames[frame], joint=frames[frame].ways(WALKER)[EXCHANGED])
     judged = Measured(Path("p.csv"), frames, 0.0).judged(track, Settings(point=0.04))
     assert judged == Judged("p.csv", 6, 0.04, [4, 7])
 
