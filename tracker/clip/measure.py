@@ -12,7 +12,7 @@ from kinematics.sides import on_side, other_side
 from kinematics.spm import joints
 from tracker.foreign.formats import read_points
 from tracker.foreign.text_files import ForeignError
-from tracker.loop.detections import EXCHANGED, Detections, Detector
+from tracker.loop.detections import Detections, Detector
 from tracker.run.track import Track
 from tracker.settings import Settings
 
@@ -116,7 +116,7 @@ def _check_whose(path: Path, found: Detections | None, start: Start, frame: int)
     marked = start.view.to_pixels(joints(start.figure, start.q))
     away = min(
         float(np.median(np.hypot(*(found.pixels - marked[joint]).T)))
-        for joint in found.ways(start.figure)[: EXCHANGED + 1]
+        for joint in (found.joint, start.figure.joint_twins[found.joint])
     )
     if away > FAR * start.view.unit:
         raise ForeignError(

@@ -138,7 +138,7 @@ class Detector:
         return int(np.argmin(self._cost(away) + self._prices)) == EXCHANGED
 
     def _best_named(self, found: Detections, q: Array) -> tuple[NDArray[np.intp], Array]:
-        """(J,) the joints as fit a pose (D,) best, and (J, 2) how far its own are off the points."""
+        """(J,) the joints of the points, named as fits a pose (D,) best, and (J, 2) how far off these lie."""
         ways = found.ways(self.figure)
         away = self._away(ways, found.pixels, q)
         best = int(np.argmax(self._matches(away).sum(-1)))

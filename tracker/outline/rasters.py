@@ -24,7 +24,7 @@ LEVEL = 1e-3  # sine of a bar's direction below which it counts as level
 SURE = 0.98  # of a place deep within a bar, or a link under another would be felt no more
 
 COMPILED = compiled(fastmath=True, error_model="numpy")
-WITHIN = compiled(fastmath=True, error_model="numpy", forceinline=True)  # whatever calls it
+INLINED = compiled(fastmath=True, error_model="numpy", forceinline=True)
 
 
 @COMPILED
@@ -90,7 +90,7 @@ def painted(shape: tuple[int, int], corner: Array, step: float, bars: Array) -> 
     return found
 
 
-@WITHIN
+@INLINED
 def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
     """Multiply `clear` (h, w) by 1 - m of one bar."""
     i0, i1, j0, j1 = _window(clear.shape, corner, step, bar)
@@ -104,7 +104,7 @@ def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
             row[k] *= 1.0 - SURE * (0.5 + 0.25 * edge * (3.0 - edge * edge))
 
 
-@WITHIN
+@INLINED
 def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, shared: bool) -> None:
     """Add to `motion` (5,) what the motions of one bar change.
 
@@ -152,7 +152,7 @@ def _within(x: float, y: float, bar: Array) -> tuple[float, float, float, float,
     return u, v, nearest, far, (half + slope * (nearest - first) - far) / soft
 
 
-@WITHIN
+@INLINED
 def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> tuple[int, int, int, int]:
     """Rows i0 .. i1 - 1 and columns j0 .. j1 - 1 that a bar may touch."""
     start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
@@ -166,7 +166,7 @@ def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> t
     return (*_part(i0, i1, 0, shape[0]), *_part(j0, j1, 0, shape[1]))
 
 
-@WITHIN
+@INLINED
 def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> tuple[int, int]:
     """Columns of j0 .. j1 - 1 that are no further across a bar than it reaches, in a row at body height y.
 
