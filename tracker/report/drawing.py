@@ -1,6 +1,6 @@
 """The figure of a track drawn on the clip, and in numbers, as a page draws it on the bare film."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from kinematics.spm import View, skeleton
 from tracker.clip.follow import Run
 from tracker.loop.outcome import Outcome
 from tracker.progress import Progress
-from tracker.run.track import Track
+from tracker.run.track import Track, blocks
 from videos.frames import Frame, Video
 from videos.overlay import (
     FAR,
@@ -123,10 +123,9 @@ def figure_numbers(track: Track) -> dict[str, Any]:
     figure, shades = track.figure, colours(track.figure)
     order = by_layer(figure)
     starts, others = _starts(figure)
-    places = track.joints()
-    begun = track.view.to_pixels(skeleton(figure, track.q).start) + track.shift[:, None]
-    radii, angles = ellipse_axes(track.joint_covs()[:, 1:])
-    centre, reach = _sight(track, places)
+    drawn = zip(*(_drawn(track, rows, others) for rows in blocks(len(track))), strict=True)
+    points, ellipses = map(np.concatenate, drawn)
+    centre, reach = _sight(track, track.joints())
     return {
         "ink": as_hex(INK),
         "width": round(limb_width(track.view), 2),
@@ -134,11 +133,21 @@ def figure_numbers(track: Track) -> dict[str, Any]:
             {"color": as_hex(shades[order[limb[0]]]), "links": [[starts[order[i]], order[i]] for i in limb]}
             for limb in limbs([shades[i] for i in order])
         ],
-        "points": _rows(np.concatenate([places, begun[:, others]], axis=1)),
-        "ellipses": _rows(np.concatenate([radii, angles[..., None]], axis=-1)),
+        "points": points,
+        "ellipses": ellipses,
         "centre": _rows(centre),
         "reach": np.round(reach, 1).tolist(),
     }
+
+
+def _drawn(track: Track, rows: slice, others: Sequence[int]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Points and ellipses of some rows; `others` are links that begin within their parent."""
+    begun = track.view.to_pixels(skeleton(track.figure, track.q[rows]).start) + track.shift[rows, None]
+    radii, angles = ellipse_axes(track.joint_covs(rows)[:, 1:])
+    return (
+        _rows(np.concatenate([track.joints(rows), begun[:, others]], axis=1)),
+        _rows(np.concatenate([radii, angles[..., None]], axis=-1)),
+    )
 
 
 def _starts(figure: Figure) -> tuple[list[int], list[int]]:
@@ -167,8 +176,8 @@ def _sight(track: Track, places: Array) -> tuple[Array, Array]:
     room = np.minimum(steps, steps[::-1])
     near = np.minimum(steps - np.searchsorted(times, times - SWAY), room)
     centre = (total[steps + near + 1] - total[steps - near]) / (2 * near + 1)[:, None]
-    away = np.abs(places[measured] - centre[measured, None]).max(axis=1)
-    return centre, np.percentile(away, SPAN, axis=0)
+    away = np.maximum(places.max(axis=1) - centre, centre - places.min(axis=1))
+    return centre, np.percentile(away[measured], SPAN, axis=0)
 
 
 def _rows(values: Array) -> NDArray[np.int32]:

@@ -1,5 +1,6 @@
 """The figure as the page draws it: every number is the overlay's own, for every frame."""
 
+import tracemalloc
 from dataclasses import replace
 from itertools import pairwise
 
@@ -91,6 +92,21 @@ def test_numbers_of_twenty_minutes_stay_small(rng):
     track = random_track(rng, some, figure=WALKER)
     track = replace(track, view=replace(track.view, origin=(1234.5, 2345.6)))
     assert sum(map(len, written(in_tenths(track)))) * frames / some < 9e6
+
+
+def test_making_numbers_takes_little_more_memory_than_they_do(rng):
+    few, many = 1000, 3000
+
+    def peak(frames):
+        track = random_track(rng, frames)
+        tracemalloc.start()
+        try:
+            in_tenths(track)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    assert peak(many) - peak(few) < 300 * (many - few)
 
 
 def test_what_is_far_away_is_a_number_all_the_same(track):
