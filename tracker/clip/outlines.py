@@ -21,6 +21,7 @@ from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
+from tracker.survey.evidence import GREY_CLOTHES
 
 REACH = 600  # frames either way of the marked one: memory is bounded
 LEG = 40.0  # small pictures show a leg of so many pixels, or less
@@ -88,7 +89,8 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     film = surveyed(video, first, last, start.view.unit / LEG, progress)
     if film is None or frame - first >= len(film.survey.places):
         return Seen({})
-    cycles, stage = Cycles.load(), film.stage(start.view.facing)
+    # Who is marked is there: what is as dark as a shadow may be clothes.
+    cycles, stage = Cycles.load(), film.stage(start.view.facing, GREY_CLOTHES)
     del film  # which holds its small pictures
     stage = _alone(stage, start, frame - first, video.fps, cycles)
     outline = fitted(stage, start, frame - first, video.fps, cycles)

@@ -27,7 +27,7 @@ RESIZE = 3.0  # nats for a change to the next size
 REACH = 5  # places a frame at most
 MARKED = 12.0  # nats by which the path is held to the marked place and size, a place or size away
 FOUND = 0.3  # the same where it was found
-SMOOTH, SMOOTH_SIZE = 1.5, 10.0  # frames over which the path's place and size are smoothed
+SMOOTH, SMOOTH_SIZE = 1.5, 30.0  # frames over which the path's place and size are smoothed
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (10, 9)  # column and row of the hip in it
 
