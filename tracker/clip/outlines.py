@@ -28,7 +28,7 @@ LEG = 40.0  # small pictures show a leg of so many pixels, or less
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
-EXCHANGED = -0.5  # log odds by how the legs look below which those of the start seem to be exchanged
+EXCHANGED = -1.0  # log odds by how the legs look below which those of the start seem to be exchanged
 USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
 MARKED = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
 
