@@ -8,6 +8,7 @@ import pytest
 from scipy.special import expit
 
 from tests.tracker.clips import write_table, write_video
+from tests.tracker.outline import films
 from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALK, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
 from tracker.clip import outlines
@@ -80,6 +81,25 @@ def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked
     assert np.median(np.concatenate(away)) < 0.07
     assert max(each.mean() for each in away) < 0.4
     assert max(points) > 55
+
+
+def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
+    grey = (105.0, 112.0, 98.0)  # 0.7 of the scene's light
+    monkeypatch.setattr(films, "LEGS", {"near": grey, "far": grey})
+    walk = film(np.random.default_rng(20), alike=True)
+    write_video(tmp_path / "grey.mp4", walk.images)
+    marks = zip(WALKER.joints, walk.joints[MIDDLE], strict=True)
+    write_table(tmp_path / "grey.csv", [(MIDDLE, name, *place, 1) for name, place in marks])
+    job = Job(tmp_path / "grey.mp4", read_keypoints(tmp_path / "grey.csv"), "cv", facing=1)
+    ankles = [WALKER.joints.index(f"{side}_ankle") for side in ("near", "far")]
+    away = [
+        np.hypot(*(each.pixels[i] - walk.joints[t][joint])) / UNIT
+        for t, each in outlined(prepare(job), QUIET).points.items()
+        for i, joint in enumerate(each.joint)
+        if joint in ankles
+    ]
+    assert len(away) > 0.9 * len(ankles) * len(walk.images)
+    assert np.mean(away) < 0.07
 
 
 @pytest.fixture
