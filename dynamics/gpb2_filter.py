@@ -32,7 +32,7 @@ from dynamics.gaussian import LOG_2PI, Array, Gaussian
 from dynamics.kalman import update
 from dynamics.slds import SLDS
 
-ROWS = 16  # worked on at a time
+ROWS = 64  # worked on at a time
 
 Switch = Callable[[Array], Array]  # (n, K, N) states given each s_{t-1} to (n, K, K) log Pr(s_t | s_{t-1})
 

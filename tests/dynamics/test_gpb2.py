@@ -112,6 +112,20 @@ def apart(prob, exact):
 # The equations
 
 
+def test_how_many_rows_are_worked_on_at_a_time_changes_nothing(rng, monkeypatch):
+    slds = random_slds(3, order=2, rng=rng)
+    ys = [drawn(slds, T, rng, gaps=True) for T in (23, 9)]
+
+    def smoothed(rows):
+        monkeypatch.setattr("dynamics.gpb2_filter.ROWS", rows)
+        return gpb2_all(slds, ys)
+
+    for whole, parts in zip(smoothed(1000), smoothed(5), strict=True):
+        assert whole.log_evidence == parts.log_evidence
+        assert_array_equal(whole.states.mean, parts.states.mean)
+        assert_array_equal(whole.prob, parts.prob)
+
+
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("gaps", [False, True])
 def test_it_is_its_own_equations_one_pair_at_a_time(order, gaps, rng):
