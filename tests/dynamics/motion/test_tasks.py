@@ -452,7 +452,7 @@ def test_a_forecast_is_made_once_from_every_frame(rng, monkeypatch):
 
 def test_forecasts_take_the_memory_of_what_they_return(rng):
     slds = random_slds(6, d=3, order=2, rng=rng)
-    y = sample(slds, 1500, rng)[2]
+    y = sample(slds, 4000, rng)[2]
     tasks.forecasts(slds, [y[:2]])  # what is compiled stays
     tracemalloc.start()
     try:
