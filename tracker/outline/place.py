@@ -27,7 +27,8 @@ RESIZE = 3.0  # nats for a change to the next size
 REACH = 5  # places a frame at most
 MARKED = 12.0  # nats by which the path is held to the marked place and size, a place or size away
 FOUND = 0.3  # the same where it was found
-SMOOTH, SMOOTH_SIZE = 1.5, 30.0  # frames over which the path's place and size are smoothed
+SMOOTH = 1.5  # frames over which the path's place is smoothed
+SMOOTH_SIZE, SMOOTH_FOUND = 30.0, 10.0  # the same of its size, marked in a frame or only found
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (10, 9)  # column and row of the hip in it
 
@@ -62,7 +63,7 @@ def walk(
     score[frame] -= (MARKED if marked else FOUND) * (away[None] + 4.0 * sizes[:, None, None])
     path = best_path(score, STEP, RESIZE, REACH)
     places = smooth(path[:, [2, 1]].astype(np.float64), SMOOTH)
-    size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE)
+    size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE if marked else SMOOTH_FOUND)
     back = np.linalg.inv(to_map)
     scene = places @ back[:2, :2].T + back[:2, 2]
     return stage.in_frames(scene), unit * np.exp(size - (size[frame] if marked else 0.0))
