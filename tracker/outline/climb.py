@@ -25,7 +25,8 @@ ROUNDS = 40
 SMALL_GAIN = 2e-4  # of a round, as a share of the cost: the climb ends
 ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread about the path's
 PLACE = 0.1  # the same of the hip, leg lengths
-SIZE, LENGTH = 0.035, 0.04  # the same of log lengths
+SIZE, SIZE_FOUND = 0.035, 0.05  # the same of the log size, marked in a frame or only found
+LENGTH = 0.04  # the same of log lengths
 CHANGE = 1.0 / 3.0  # of a spread by which it may change from frame to frame
 LASTS = 0.1  # the same of lengths
 MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH = float(np.radians(9.0)), 0.06, 0.06  # marks against outlines
@@ -66,7 +67,7 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
     """
     T, D = q.shape
     figure = shape.figure
-    chain = _chain(figure, T)
+    chain = _chain(figure, T, SIZE if marked.known.any() else SIZE_FOUND)
     error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
     low, high = figure.limits
     arms = arms_worth(odds)
@@ -99,7 +100,7 @@ def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: flo
     return np.array([value(name) for name in figure.freedoms])
 
 
-def _chain(figure: Figure, T: int) -> Chain:
+def _chain(figure: Figure, T: int, size: float) -> Chain:
     """The Markov chain that is the prior of the freedoms' paths over the film."""
-    spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, SIZE, LENGTH)
+    spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, size, LENGTH)
     return Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS))
