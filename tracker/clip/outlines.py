@@ -21,14 +21,14 @@ from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
-from tracker.survey.evidence import GREY_CLOTHES
+from tracker.survey.evidence import SOME_GREY
 
 REACH = 600  # frames either way of the marked one: memory is bounded
 LEG = 40.0  # small pictures show a leg of so many pixels, or less
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
-EXCHANGED = -1.0  # log odds by how the legs look below which those of the start seem to be exchanged
+EXCHANGED = -1.2  # log odds by how the legs look below which those of the start seem to be exchanged
 USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
 MARKED = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
 
@@ -90,7 +90,7 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     if film is None or frame - first >= len(film.survey.places):
         return Seen({})
     # Who is marked is there: what is as dark as a shadow may be clothes.
-    cycles, stage = Cycles.load(), film.stage(start.view.facing, GREY_CLOTHES)
+    cycles, stage = Cycles.load(), film.stage(start.view.facing, SOME_GREY)
     del film  # which holds its small pictures
     stage = _alone(stage, start, frame - first, video.fps, cycles)
     outline = fitted(stage, start, frame - first, video.fps, cycles)
