@@ -27,14 +27,19 @@ QUIET = Progress("quiet")
 WIDTH = 160  # of the film: at its end the walker is partly out of sight
 
 
+def written(folder, images, walk, frame=MIDDLE):
+    """A film of these images with its walker marked in a frame."""
+    write_video(folder / "walk.mp4", images)
+    marks = zip(WALKER.joints, walk.joints[frame], strict=True)
+    write_table(folder / "walk.csv", [(frame, name, *place, 1) for name, place in marks])
+    return Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), "cv", facing=1)
+
+
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
     """The film with its middle frame marked."""
-    folder, walk = tmp_path_factory.mktemp("film"), a_walk()
-    write_video(folder / "walk.mp4", np.ascontiguousarray(walk.images[:, :, :WIDTH]))
-    marks = zip(WALKER.joints, walk.joints[MIDDLE], strict=True)
-    write_table(folder / "walk.csv", [(MIDDLE, name, *place, 1) for name, place in marks])
-    return Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), "cv", facing=1)
+    images = np.ascontiguousarray(a_walk().images[:, :, :WIDTH])
+    return written(tmp_path_factory.mktemp("film"), images, a_walk())
 
 
 @pytest.fixture(scope="module")
@@ -72,10 +77,7 @@ def test_joints_beyond_the_picture_are_no_points(found):
 
 def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked_one(tmp_path):
     one = film(np.random.default_rng(20), frames=60)
-    write_video(tmp_path / "two.mp4", one.behind(one.mirrored()).images)
-    marks = zip(WALKER.joints, one.joints[5], strict=True)
-    write_table(tmp_path / "one.csv", [(5, name, *place, 1) for name, place in marks])
-    job = Job(tmp_path / "two.mp4", read_keypoints(tmp_path / "one.csv"), "cv", facing=1)
+    job = written(tmp_path, one.behind(one.mirrored()).images, one, 5)
     points = outlined(prepare(job), QUIET).points
     away = [np.hypot(*(each.pixels - one.joints[t][each.joint]).T) / UNIT for t, each in points.items()]
     assert np.median(np.concatenate(away)) < 0.07
@@ -87,10 +89,7 @@ def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
     grey = (105.0, 112.0, 98.0)  # 0.7 of the scene's light
     monkeypatch.setattr(films, "LEGS", {"near": grey, "far": grey})
     walk = film(np.random.default_rng(20), alike=True)
-    write_video(tmp_path / "grey.mp4", walk.images)
-    marks = zip(WALKER.joints, walk.joints[MIDDLE], strict=True)
-    write_table(tmp_path / "grey.csv", [(MIDDLE, name, *place, 1) for name, place in marks])
-    job = Job(tmp_path / "grey.mp4", read_keypoints(tmp_path / "grey.csv"), "cv", facing=1)
+    job = written(tmp_path, walk.images, walk)
     ankles = [WALKER.joints.index(f"{side}_ankle") for side in ("near", "far")]
     away = [
         np.hypot(*(each.pixels[i] - walk.joints[t][joint])) / UNIT
