@@ -10,6 +10,9 @@ RATES := 24 25 30 50 60
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
+# Of nine thousand modules most are never imported; Python compiles those that are.
+INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
+
 .PHONY: demo test check models rivals evaluate robustness rendered gait measure motion gallery trial mutants soak bench clean
 
 demo: $(VENV)/installed
@@ -21,8 +24,7 @@ COMPILE := $(BIN)/pytest -q tests/tracker/registration/test_kernel.py > /dev/nul
 test: $(VENV)/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(COMPILE) & $(BIN)/mypy && wait
-	$(BIN)/pytest -n auto
+	$(BIN)/mypy & $(COMPILE); $(BIN)/pytest -n auto && wait $$!
 
 # Whole commands, on spoiled inputs too, in processes and on clusters; what the documentation promises: its commands are run,
 # with $FIGTRACK_DATA its claims about real clips; and what the tools under tests/benchmarks are tested by.
@@ -100,15 +102,15 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
+	$(INSTALL) --constraint constraints.txt --editable .
 	touch $@
 
 $(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
+	$(INSTALL) --constraint constraints.txt --editable ".[dev]"
 	touch $@
 
 $(VENV)/installed-bench: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev,bench]"
+	$(INSTALL) --constraint constraints.txt --editable ".[dev,bench]"
 	touch $@
 
 .venv-rivals/installed:

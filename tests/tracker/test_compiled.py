@@ -60,6 +60,7 @@ def sealed(tmp_path):
     return tmp_path
 
 
+@pytest.mark.whole
 def test_where_neither_package_nor_home_can_be_written_it_is_compiled_all_the_same_and_said_once(sealed):
     away = {"HOME": os.devnull, "XDG_CACHE_HOME": os.devnull, "LOCALAPPDATA": os.devnull}
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}

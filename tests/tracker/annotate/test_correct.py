@@ -111,6 +111,7 @@ def follow_on(browser):
     return browser.text("#saved")
 
 
+@pytest.mark.whole
 def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(browser, scene, run):
     before = exchanged(scene, run)
     assert (before[:TURN].any(), before[TURN:].all()) == (False, True)
