@@ -12,6 +12,8 @@ from tracker.clip.plan import Plan
 from tracker.clip.staged import POINT, detections, surveyed
 from tracker.clip.start import marked_start
 from tracker.loop.detections import Detections
+from tracker.loop.tracker import make_tracker
+from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.fit import fitted
@@ -69,12 +71,14 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
         return plan
     exchange = min(max(seen.wrong, EXCHANGE), MOST)
     settings = settings.model_copy(update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG})
+    slds = plan.slds if plan.job.model == CONSTANT_VELOCITY else for_seen(plan.slds)
     return replace(
         plan,
+        slds=slds,
         points=seen.points,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
         misnamed=1.0 / (1.0 + np.exp(seen.looks + MARKED)) if seen.looks < EXCHANGED else 0.0,
-        tracker=replace(plan.tracker, settings=settings),
+        tracker=make_tracker(plan.start, slds, settings),
     )
 
 

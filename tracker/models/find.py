@@ -19,6 +19,8 @@ from tracker.settings import Settings
 CONSTANT_VELOCITY = "cv"
 FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
+# Of a figure whose outline is seen: how much larger the noise is, and the share that is each freedom's own.
+SEEN_WIDER, SEEN_OWN = 1.2, 0.4
 # Changes of speed a frame at 30 fps in a motion that no model foresees: radians, and leg lengths of the root.
 FREE_ANGLE, FREE_PLACE = float(np.radians(3.0)), 0.02
 
@@ -52,6 +54,16 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
         return inflated
     surprise = settings.surprise
     return combine([inflated, _free(inflated)], surprise, [1.0 - surprise, surprise])
+
+
+def for_seen(learned: SLDS) -> SLDS:
+    """A model of `find_model` for a figure whose outline measures it in most frames.
+
+    It need not hold the pose by itself, so its noise may be that of people whom it has not seen: larger, and
+    shared less between freedoms, as how one of their joints strays tells less of the next.
+    """
+    shared = np.where(np.eye(learned.Q.shape[-1], dtype=np.bool_), 1.0, 1.0 - SEEN_OWN)
+    return replace(learned, Q=SEEN_WIDER * shared * learned.Q)
 
 
 def switching_model(name: str, fps: float, figure: Figure = WALKER) -> SLDS:

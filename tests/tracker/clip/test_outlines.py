@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 from scipy.special import expit
 
 from tests.tracker.clips import write_table, write_video
@@ -18,6 +19,7 @@ from tracker.clip.outlines import EXCHANGE, EXCHANGED, MOST, ONE_LEG, POINT, out
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.loop.detections import Detector
+from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.progress import Progress
 from tracker.run.track import FREE
 from tracker.settings import Settings
@@ -173,6 +175,18 @@ def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as
     monkeypatch.setattr(Detector, "elsewhere", lambda self, found, q: np.zeros((len(q), len(q))))
     filtered = np.sqrt(np.trace(follow(short, QUIET).track.joint_covs()[5, ankle])) / UNIT
     assert wide > 1.1 * filtered
+
+
+@pytest.mark.parametrize(("model", "wider"), [("walk-run", True), (CONSTANT_VELOCITY, False)])
+def test_a_learned_model_is_held_less_tightly_where_the_outline_is_seen(model, wider, job, as_if):
+    plan = prepare(replace(job, model=model))
+    as_if()
+    seen = outlined(plan, Progress("quiet"))
+    assert seen.points
+    assert_array_equal(seen.slds.Q, for_seen(plan.slds).Q if wider else plan.slds.Q)
+    n = len(plan.slds.names)
+    assert (np.diagonal(seen.tracker.slds.Q, axis1=1, axis2=2)[:, 2:n] > 0.0).all()
+    assert_array_equal(seen.tracker.slds.Q[:, :n, :n], seen.slds.Q[:, :n, :n])
 
 
 def test_no_frame_after_the_last_asked_for_has_points(plan, as_if):

@@ -15,7 +15,15 @@ from tests.tracker.painted import FULL
 from tracker.clip.asked import asked
 from tracker.clip.job import Following
 from tracker.clip.start import FoundError
-from tracker.models.find import FREE_ANGLE, FREE_PLACE, find_model, from_a_stand
+from tracker.models.find import (
+    FREE_ANGLE,
+    FREE_PLACE,
+    SEEN_OWN,
+    SEEN_WIDER,
+    find_model,
+    for_seen,
+    from_a_stand,
+)
 from tracker.progress import Progress
 
 
@@ -91,6 +99,16 @@ def test_inflation_widens_what_was_learned_and_not_constant_velocity():
         assert_allclose(b.Q[learned_states], factor * a.Q[learned_states], rtol=1e-12)
         others = [k for k in range(a.K) if k not in learned_states]
         assert_array_equal(b.Q[others], a.Q[others])
+
+
+def test_the_noise_of_a_figure_that_is_seen_is_larger_and_shared_less_between_freedoms():
+    learned = find_model("walk-run", 30.0, FULL)
+    seen = for_seen(learned)
+    own = np.eye(seen.Q.shape[-1], dtype=bool)
+    assert_allclose(seen.Q[:, own], SEEN_WIDER * learned.Q[:, own], rtol=1e-12)
+    assert_allclose(seen.Q[:, ~own], SEEN_WIDER * (1.0 - SEEN_OWN) * learned.Q[:, ~own], rtol=1e-12)
+    assert np.linalg.eigvalsh(seen.Q).min() > -1e-12
+    assert_array_equal(seen.A, learned.A)
 
 
 def test_constant_velocity_knows_no_playback_speeds():
