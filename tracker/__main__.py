@@ -81,11 +81,13 @@ def _of_compiler(frame: FrameType | None) -> bool:
 
 
 def _once_more(number: signal.Signals) -> None:
-    """Let a signal come again to this thread, the main one, a little later."""
-    main = _thread.get_ident()
+    """Let a signal come again to this thread, the main one, a little later, if it is handled alike then."""
+    main, handler = _thread.get_ident(), signal.getsignal(number)
 
     def come() -> None:
         time.sleep(LATER)
+        if signal.getsignal(number) is not handler:
+            return  # the command has ended
         if hasattr(signal, "pthread_kill"):
             signal.pthread_kill(main, number)  # wakes it from a wait
         else:

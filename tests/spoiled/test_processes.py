@@ -155,6 +155,21 @@ figtrack.main()"""
     assert (ran.returncode, ran.stderr) == (1, "error: interrupted; nothing was written\n")
 
 
+def test_an_interrupt_does_not_come_once_more_to_a_command_that_has_ended():
+    code = """
+import signal, time
+import tracker.__main__ as figtrack
+signal.signal(signal.SIGTERM, figtrack.Interrupt())
+figtrack._once_more(signal.SIGTERM)
+signal.signal(signal.SIGTERM, signal.SIG_DFL)
+time.sleep(10 * figtrack.LATER)
+print("alive")"""
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=50
+    )
+    assert (ran.returncode, ran.stdout) == (0, "alive\n")
+
+
 def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder):
     images = [frame.image for frame in Video(folder / "walk.mp4")]
     write_video(folder / "long.mp4", images * 60)
