@@ -16,7 +16,7 @@ from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
-from tracker.outline.fit import fitted
+from tracker.outline.fit import MARKED, fitted
 from tracker.outline.others import path_of, without_others
 from tracker.outline.person import seen_figure
 from tracker.outline.pieces import joined
@@ -32,7 +32,6 @@ MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
 EXCHANGED = -1.2  # log odds by how the legs look below which those of the start seem to be exchanged
 USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
-MARKED = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from kinematics.figure import Array
 from tracker.outline.cycles import Cycles, poses
+from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
@@ -26,12 +27,13 @@ from tracker.survey.evidence import NOTHING, UNITS
 
 DENSITY = 8.0  # places in a leg length
 GRID = Grid((-1.375, 1.25), DENSITY, (21, 23))
-HIP = (11, 10)  # column and row of the hip in it
+HIP = (10, 11)  # row and column of the hip in it
 SMALLEST, LARGEST, RATIO = 1.0 / 14.0, 0.55, 1.18  # leg lengths, shares of the picture's height
 SHORTEST = 14.0  # pixels of a small picture in a leg that is seen at all
 EVERY = 4  # so manieth phase of a cycle is part of the mean body
 WEIGHT = 25.0  # nats for a square leg length of log odds
 OFTEN = 15.0  # frames a second are looked at
+HALVED = 3.0  # times as wide as it is wanted, a map is halved first
 PLACES = 4  # best ones of a size in a frame
 NUDGES = np.array([[0, 0], [0, 1], [0, -1], [1, 0], [-1, 0]])  # rows and columns by which these are shifted
 LEANS = np.radians([0.0, 25.0])  # of the trunk beyond the cycles'
@@ -100,7 +102,8 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, fps: float, about: float |
     if about is not None:
         units = units[(units > ABOUT[0] * about) & (units < ABOUT[1] * about)]
     bodies = _Bodies.of(shape, cycles)
-    places = [_places(stage, t, units, bodies) for t in range(0, len(stage), every)]
+    sizes = [bodies.of_size(stage, unit) for unit in units.tolist()]
+    places = [_places(stage, t, sizes, bodies) for t in range(0, len(stage), every)]
     found = []
     while (path := _best(places, units, fps / every, LEAST / every)) is not None:
         first, picked = path
@@ -134,14 +137,28 @@ def _units(stage: Stage) -> Array:
 
 
 @dataclass(frozen=True)
+class _Size:
+    """One size that is looked for.
+
+    shape  : rows and columns of a map with DENSITY places in a leg length
+    inside : the mean body in such a map
+    around : what lies around it
+    """
+
+    shape: tuple[int, int]
+    inside: Kernels
+    around: Kernels
+
+
+@dataclass(frozen=True)
 class _Bodies:
     """Silhouettes of the gait, and the places around them.
 
-    mean   : two kernels, the mean of all
-    masks  : (2 h w, n) all of them, inside over around, both facings
+    mean  : (2, h, w) the mean of all, inside and around
+    masks : (2 h w, n) all of them, inside over around, both facings
     """
 
-    mean: tuple[Planes, Planes]
+    mean: Planes
     masks: Planes
 
     @classmethod
@@ -151,12 +168,20 @@ class _Bodies:
         body, arms = (np.concatenate([each, each[..., ::-1]]) for each in (body, arms))
         inside, around = (WEIGHT / DENSITY**2 * each for each in (body, AROUND * (1.0 - body - arms)))
         masks = np.concatenate([inside.reshape(len(body), -1), -around.reshape(len(body), -1)], axis=1)
-        return cls((inside.mean(0), around.mean(0)), np.ascontiguousarray(masks.T, dtype=np.float32))
+        mean = np.stack([inside.mean(0), around.mean(0)])
+        return cls(mean, np.ascontiguousarray(masks.T, dtype=np.float32))
 
-    def at(self, odds: Planes) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    def of_size(self, stage: Stage, unit: float) -> _Size:
+        """What looks for bodies with so many of the film's pixels in a leg length."""
+        by = unit / stage.up[0, 0] / DENSITY
+        h, w = (max(round(n / by), 1) for n in stage.odds.shape[1:])
+        inside, around = (Kernels.of(each[None], HIP, (h, w)) for each in self.mean)
+        return _Size((h, w), inside, around)
+
+    def at(self, odds: Planes, size: _Size) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
         """Rows and columns of the best places of a map, and the best silhouette's sum there, nats."""
         both = odds, np.maximum(odds, 0.0)
-        inside, around = map(_under, both, self.mean)
+        inside, around = size.inside.sums(both[0])[0], size.around.sums(both[1])[0]
         sums = inside - around
         rows, columns = np.nonzero((sums == cv2.dilate(sums, np.ones((5, 5)))) & (inside > 0.0))
         order = np.argsort(-sums[rows, columns])[:PLACES]
@@ -167,15 +192,18 @@ class _Bodies:
         return rows[each, best], columns[each, best], score[each, best].astype(np.float64)
 
 
-def _places(stage: Stage, t: int, units: Array, bodies: _Bodies) -> Places:
+def _places(stage: Stage, t: int, sizes: list[_Size], bodies: _Bodies) -> Places:
     """The best places of every size in a frame."""
     h, w = stage.odds.shape[1:]
+    image = stage.odds[t]
     scene, size, score = [], [], []
-    for s, unit in enumerate(units):
-        by = unit / stage.up[0, 0] / DENSITY
-        shape = max(round(w / by), 1), max(round(h / by), 1)
-        small = cv2.resize(stage.odds[t], shape, interpolation=cv2.INTER_AREA)
-        rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS)
+    for s, each in enumerate(sizes):
+        # By halves first, which is fast.
+        while image.shape[1] > HALVED * each.shape[1]:
+            half = image.shape[1] // 2, image.shape[0] // 2
+            image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        small = cv2.resize(image, each.shape[::-1], interpolation=cv2.INTER_AREA)
+        rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS, each)
         x = (np.stack([columns, rows], axis=1) + 0.5) * [w / small.shape[1], h / small.shape[0]] - 0.5
         film = x * stage.up[0, 0] + stage.up[:2, 2]
         scene.append(film @ stage.places[t, :2, :2].T + stage.places[t, :2, 2])
@@ -188,14 +216,10 @@ def _around(odds: Planes, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> 
     """(..., h w) what a map shows on GRID around hips at these places (...)."""
     h, w = GRID.shape
     # As hips may lie one place outside.
-    wide = cv2.copyMakeBorder(odds, HIP[1] + 1, h, HIP[0] + 1, w, cv2.BORDER_CONSTANT, value=0.0)
+    wide = cv2.copyMakeBorder(odds, HIP[0] + 1, h, HIP[1] + 1, w, cv2.BORDER_CONSTANT, value=0.0)
     inner = np.arange(h)[:, None] * wide.shape[1] + np.arange(w)
     corner = (rows + 1) * wide.shape[1] + columns + 1
     return np.asarray(wide.take(corner[..., None] + inner.ravel()))
-
-
-def _under(odds: Planes, kernel: Planes) -> Planes:
-    return np.asarray(cv2.filter2D(odds, -1, kernel, anchor=HIP, borderType=cv2.BORDER_CONSTANT))
 
 
 def _best(places: list[Places], units: Array, fps: float, least: float) -> tuple[int, list[int]] | None:

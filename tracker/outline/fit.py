@@ -6,14 +6,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.figure import SCALE, Array
+from kinematics.figure import SCALE, Array, Figure
 from kinematics.recover import Start
 from kinematics.spm import joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
 from tracker.outline.cycles import NECK, TRUNK, Cycles, columns_of, poses
 from tracker.outline.doubt import spread
 from tracker.outline.near import NEARER, nearness
-from tracker.outline.phase import Phases, phases
+from tracker.outline.phase import Phases, likeness, phases
 from tracker.outline.place import walk
 from tracker.outline.shape import Shape
 from tracker.outline.smooth import smooth
@@ -22,11 +22,25 @@ from tracker.picture.pyramid import Planes
 
 LEAST = 0.3  # log odds under the outline, nats times square leg lengths; a figure in full sight has 1 to 1.5
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
+LASTING = 0.2  # seconds over which a pose stays unlike its phase of the cycle as it was marked
 AROUND = 6  # frames either way of the marked one that tell which leg is near
 ALONG = np.linspace(0.1, 0.9, 9)  # places on the axis of a link, shares of its length
 MOSTLY = 0.65  # of them stand out where a link does
+MARKED = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
 MARGIN = 10.0  # nats of two climbs that count as one: neighbouring pixels err together
 SMOOTH_LEAN = 3.0  # the same of its lean
+
+
+@dataclass(frozen=True)
+class Way:
+    """Poses that a film may show, its legs named as in a marked one.
+
+    path : (T, D) through the marked pose
+    like : how like a cycle that is, nats
+    """
+
+    path: Array
+    like: float
 
 
 @dataclass(frozen=True)
@@ -102,12 +116,15 @@ def fitted(
     q[figure.index(SCALE)] = np.log(start.view.unit / units[frame])
     odds = stage.around(hips, units, GRID)
     path, marks = poses(figure, angles), Marked(frame, q, start.known)
-    path, margin = _as_marked(odds, shape, path, marks) if start.known.any() else (path, 0.0)
-    best = climb(odds, shape, path, marks, rounds)
+    ways = [through(figure, way, marks, fps) for way in (path, path[:, figure.exchanged])]
+    better, margin = _as_marked(odds, shape, ways, marks) if start.known.any() else (0, 0.0)
+    best = climb(odds, shape, ways[better].path, marks, rounds)
     looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
-    named = margin / MARGIN + looks
-    if named < 0.0:
-        best = climb(odds, shape, path[:, figure.exchanged], marks, rounds)
+    named = min(margin, MARKED) + looks
+    if named < 0.0 and margin < MARKED:
+        best = climb(odds, shape, ways[1 - better].path, marks, rounds)
+    elif named < 0.0:  # the marks themselves name the other leg
+        best = replace(best, q=best.q[:, figure.exchanged])
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
     off = spread(shape, best.q, odds, GRID)
@@ -126,18 +143,27 @@ def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) ->
     return hips, units, found
 
 
-def _as_marked(odds: Planes, shape: Shape, q: Array, marked: Marked) -> tuple[Array, float]:
-    """The path (T, D) with its legs named as the poses around the marked one go on from it.
+def through(figure: Figure, path: Array, marked: Marked, fps: float) -> Way:
+    """The path (T, D) drawn to the marked angles, the less the further from their frame.
 
-    With it by how much its climb is better than that of the path with the legs exchanged, nats.
+    People differ from a mean cycle, who starts off above all, and go on differing for a while.
     """
+    columns = columns_of(figure)
+    off = np.where(marked.known, marked.q - path[marked.frame], 0.0)[columns]
+    away = np.abs(np.arange(len(path)) - marked.frame) / fps
+    through = path.copy()
+    through[:, columns] += np.exp(-away / LASTING)[:, None] * off
+    return Way(through, float(likeness(off)))
+
+
+def _as_marked(odds: Planes, shape: Shape, ways: list[Way], marked: Marked) -> tuple[int, float]:
+    """Which of two ways goes on from the marked pose, and its log odds."""
     first = max(marked.frame - AROUND, 0)
     part = slice(first, marked.frame + AROUND + 1)
     here = replace(marked, frame=marked.frame - first)
-    ways = [q, q[:, shape.figure.exchanged]]
-    costs = [climb(odds[part], shape, way[part], here).cost for way in ways]
-    better = int(np.argmin(costs))
-    return ways[better], costs[1 - better] - costs[better]
+    worth = [way.like - climb(odds[part], shape, way.path[part], here).cost / MARGIN for way in ways]
+    better = int(np.argmax(worth))
+    return better, worth[better] - worth[1 - better]
 
 
 def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> NDArray[np.bool_]:

@@ -82,8 +82,7 @@ def phases(
         fps: frames a second.
     """
     score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
-    told = np.nan_to_num((cycles.pose - marked)[..., COUNTED])
-    named = -0.5 * (FREEDOM + len(COUNTED)) * np.log1p((told**2).sum(-1) / (FREEDOM * MARKED**2))
+    named = likeness(np.nan_to_num(cycles.pose - marked))
     fine = max(FINE, int(np.ceil(FINE * fps / 30.0)))
     ways = _ways(stage, hips, units)
     periods = np.geomspace(FASTEST * fps, SLOWEST * fps, SPEEDS)
@@ -103,6 +102,12 @@ def phases(
     here = np.arange(len(stage)), cycle, half
     period = float(np.median(periods[path[:, 0]]))
     return Phases(cycle, way, phase, shift[here], lean[here], period, value / len(stage))
+
+
+def likeness(off: Array) -> Array:
+    """(...) nats of angles of COLUMNS (..., 8) that are marked so far off a cycle's, radians."""
+    square = (off[..., COUNTED] ** 2).sum(-1)
+    return np.asarray(-0.5 * (FREEDOM + len(COUNTED)) * np.log1p(square / (FREEDOM * MARKED**2)))
 
 
 def _ways(stage: Stage, hips: Array, units: Array) -> tuple[int, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from kinematics.figure import SCALE, Array
 from tracker.outline.cycles import Cycles, poses
+from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.smooth import smooth
 from tracker.outline.stage import Stage, blurred
@@ -30,7 +31,7 @@ FOUND = 0.3  # the same where it was found
 SMOOTH = 1.5  # frames over which the path's place is smoothed
 SMOOTH_SIZE, SMOOTH_FOUND = 30.0, 10.0  # the same of its size, marked in a frame or only found
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
-HIP = (10, 9)  # column and row of the hip in it
+HIP = (9, 10)  # row and column of the hip in it
 
 
 def walk(
@@ -48,14 +49,11 @@ def walk(
         (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
     """
     maps, to_map = _maps(stage, unit)
-    kernels = _kernels(shape, cycles, stage.facing)
     if (
         not marked
     ):  # then what stands out and is not covered tells the size: it costs as what is covered in vain
         maps = maps + np.maximum(maps, 0.0)
-    score = np.empty((len(maps), len(SIZES), *maps.shape[1:]), np.float32)
-    for t, each in enumerate(maps):
-        score[t] = _sums(each, kernels)
+    score = _sums(maps, _silhouettes(shape, cycles, stage.facing))
     x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
@@ -90,23 +88,22 @@ def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
     return found, to_map
 
 
-def _kernels(shape: Shape, cycles: Cycles, facing: int) -> list[list[Planes]]:
-    """For each size the mean silhouettes of some phases."""
+def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
+    """(S, P, *GRID.shape) for each size the mean silhouettes of some phases."""
     q = poses(shape.figure, cycles.halves(0.0, EVERY)[0])
     found = []
     for size in SIZES:
         q[..., shape.figure.index(SCALE)] = size
         body, _ = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
-        mean = body.reshape(*q.shape[:2], *GRID.shape).mean(0)
-        found.append([np.ascontiguousarray(each[:, ::facing]) for each in mean])
-    return found
+        found.append(body.reshape(*q.shape[:2], *GRID.shape).mean(0)[..., ::facing])
+    return np.stack(found)
 
 
-def _sums(odds: Planes, kernels: list[list[Planes]]) -> Planes:
-    """(S, h, w) of each size, nats: the best silhouette's sum everywhere."""
-
-    def sums_of(kernel: Planes) -> Planes:
-        return np.asarray(cv2.filter2D(odds, -1, kernel, anchor=HIP, borderType=cv2.BORDER_CONSTANT))
-
-    sums = [np.max([sums_of(each) for each in own], axis=0) for own in kernels]
-    return np.asarray(np.stack(sums) * (WEIGHT / DENSITY**2), dtype=np.float32)
+def _sums(maps: Planes, silhouettes: Planes) -> Planes:
+    """(T, S, h, w) of each size, nats: the best silhouette's sum with its hip at every place."""
+    S, P, h, w = silhouettes.shape
+    kernels = Kernels.of(WEIGHT / DENSITY**2 * silhouettes.reshape(-1, h, w), HIP, maps.shape[1:])
+    score = np.empty((len(maps), S, *maps.shape[1:]), np.float32)
+    for t, odds in enumerate(maps):
+        score[t] = kernels.sums(odds).reshape(S, P, *odds.shape).max(1)
+    return score

@@ -21,12 +21,13 @@ from tracker.picture.pyramid import Array, Image, Planes
 CELL = 16  # of a grid, no more than one corner in each
 CONTRAST = 3.0  # grey levels a pixel along a corner's weaker direction, root mean square
 WINDOW = 15  # that is compared around a corner
-HALVINGS = 2  # of the picture, for long ways
+WAYS = (0, 2)  # halvings of the picture: for short ways, then for long ones
 ENDS = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)  # a corner is followed: steps, pixels
 AGREE = 1.0  # from where the similarity puts a corner
 FEWEST = 30  # corners that a similarity is believed of
 ENOUGH = 60  # of them tell turn and size as well, fewer a shift alone
 SPREAD = 0.125  # standard deviation of them, shares of the picture's width: less may be one walker
+SAME = 0.05  # between where two similarities put a corner of the picture: they are one
 BETTER = 1.02  # times as far apart must a frame be from the key frame where the camera is taken to stay
 OTHER = 24.0  # grey levels: of what differs by more nothing is the same
 KEPT = 0.5  # share of a key frame's corners that must be left
@@ -102,14 +103,31 @@ def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
     if len(key.corners) < FEWEST:
         return None
     way = np.linalg.inv(guess) @ key.place  # from the key frame to this one
-    expected = np.asarray(cv2.transform(key.corners, way[:2]), dtype=np.float32)
+    tried = (_back(key, grey, way, least, halvings) for halvings in WAYS)
+    back = next((found for found in tried if found is not None), None)
+    if back is None:
+        return None
+    stays = np.asarray(np.linalg.inv(way), dtype=np.float64)
+    same = _farthest(way @ back, grey.shape) < SAME
+    if same or _apart(key, grey, stays) <= BETTER * _apart(key, grey, back):
+        back = stays
+    return np.asarray(key.place @ back)
+
+
+def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> Array | None:
+    """(3, 3) from a frame's pixels to the key frame's, as `_place`.
+
+    Args:
+        way: (3, 3) about from the key frame's to the frame's.
+        halvings: of the picture, from which corners are followed.
+    """
     found, status, _ = cv2.calcOpticalFlowPyrLK(
         key.grey,
         grey,
         key.corners,
-        expected.copy(),
+        np.asarray(cv2.transform(key.corners, way[:2]), dtype=np.float32),
         winSize=(WINDOW, WINDOW),
-        maxLevel=HALVINGS,
+        maxLevel=halvings,
         criteria=ENDS,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
@@ -127,11 +145,7 @@ def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
         return None
     if agree.sum() < ENOUGH:
         back = np.hstack([np.eye(2), np.median((key.corners - found)[seen][agree], axis=0).T])
-    back = np.vstack([back, [0.0, 0.0, 1.0]])
-    stays = np.asarray(np.linalg.inv(way), dtype=np.float64)
-    if _apart(key, grey, stays) <= BETTER * _apart(key, grey, back):
-        back = stays
-    return np.asarray(key.place @ back)
+    return np.vstack([back, [0.0, 0.0, 1.0]])
 
 
 def _apart(key: Key, grey: Image, back: Array) -> float:

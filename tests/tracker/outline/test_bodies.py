@@ -10,6 +10,7 @@ from tracker.outline.bodies import LARGEST, paths
 from tracker.outline.stage import Stage
 from tracker.survey.surveyed import survey
 
+EXACT = 0.04  # leg lengths in the mean: what stands out beside a body tells its place more exactly
 NEAR = 0.25  # leg lengths: places lie an eighth of one apart, and no body is the mean one
 
 
@@ -33,6 +34,7 @@ def test_a_walker_is_one_path_from_the_first_frame_to_the_last(walk):
     (path,) = found_in(surveyed(walk))
     assert (path.first, path.last) == (0, len(walk.q) - 1)
     assert away(path, walk).max() < NEAR
+    assert away(path, walk).mean() < EXACT
     assert np.all((path.units > 0.75 * UNIT) & (path.units < 1.15 * UNIT))
     assert len(path.score) == len(path.hips)
 

@@ -7,8 +7,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, WALK, WALKER, film
+from tracker.outline.climb import Marked
 from tracker.outline.cycles import NECK, Cycles, columns_of
-from tracker.outline.fit import fitted
+from tracker.outline.fit import LASTING, fitted, through
 
 NEAR = 0.05  # leg lengths, in the mean
 FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
@@ -66,6 +67,29 @@ def test_exchanged_marks_hold_where_both_legs_look_the_same_though_the_camera_mo
     alike = film(rng, camera=(1.5, 0.3, 0.0, -0.003), alike=True)
     found = fit(alike, alike.stage(rng), exchanged(alike.start()))
     assert errors(found.joints[:, WALKER.joint_twins], alike).mean() < NEAR
+
+
+def test_a_path_is_drawn_to_the_marked_angles_the_less_the_longer_before_and_after(rng):
+    columns = columns_of(WALKER)
+    path = rng.normal(size=(40, len(WALKER.freedoms)))
+    known = np.ones(len(WALKER.freedoms), bool)
+    known[columns[-1]] = False
+    marked = Marked(12, rng.normal(size=len(known)), known)
+    drawn = through(WALKER, path, marked, FPS).path - path
+    angles = columns[:-1]
+    off = (marked.q - path[12])[angles]
+    np.testing.assert_allclose(drawn[12, angles], off)
+    later = 12 + round(LASTING * FPS)
+    np.testing.assert_allclose(drawn[later, angles], np.exp(-(later - 12) / (LASTING * FPS)) * off)
+    np.testing.assert_allclose(drawn[9, angles], drawn[15, angles])
+    assert_array_equal(np.delete(drawn, angles, axis=1), 0.0)
+
+
+def test_a_path_is_the_likelier_the_less_it_is_drawn(walk):
+    marked = Marked(MIDDLE, walk.q[MIDDLE], np.ones(walk.q.shape[1], bool))
+    likely = [through(WALKER, walk.q + by, marked, FPS).like for by in (0.0, 0.1, 0.5)]
+    assert likely[0] == 0.0
+    assert likely[0] > likely[1] > likely[2]
 
 
 def test_where_nobody_walks_nothing_is_seen(walk, stage, rng):

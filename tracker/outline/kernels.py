@@ -1,0 +1,47 @@
+"""What maps show under silhouettes with the hip at every place, by Fourier transforms.
+
+Those of the silhouettes are worked out once for all the maps of a shape.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import cv2
+import numpy as np
+
+from tracker.picture.pyramid import Planes
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Silhouettes that maps of one shape are summed under.
+
+    spectra : (K, H, W) their Fourier transforms, as OpenCV packs them, as wide as a map and a silhouette
+    hip     : row and column of the hip in each
+    """
+
+    spectra: Planes
+    hip: tuple[int, int]
+
+    @classmethod
+    def of(cls, silhouettes: Planes, hip: tuple[int, int], shape: tuple[int, int]) -> Self:
+        """For maps of a shape, of silhouettes (K, h, w) with the hip at a row and column."""
+        size = tuple(cv2.getOptimalDFTSize(m + n) for m, n in zip(shape, silhouettes.shape[1:], strict=True))
+        return cls(np.stack([_spectrum(each, size, (0, 0)) for each in silhouettes]), hip)
+
+    def sums(self, values: Planes) -> Planes:
+        """(K, h, w) what a map (h, w) sums to under each silhouette with its hip at every place."""
+        h, w = values.shape
+        seen = _spectrum(values, self.spectra.shape[1:], self.hip)
+        found = np.empty((len(self.spectra), h, w), np.float32)
+        for k, each in enumerate(self.spectra):
+            product = cv2.mulSpectrums(seen, each, 0, conjB=True)
+            found[k] = cv2.idft(product, flags=cv2.DFT_SCALE)[:h, :w]
+        return found
+
+
+def _spectrum(values: Planes, size: tuple[int, ...], corner: tuple[int, int]) -> Planes:
+    """The transform of values that begin at a row and column, with nothing around them."""
+    wide, (row, column), (h, w) = np.zeros(size, np.float32), corner, values.shape
+    wide[row : row + h, column : column + w] = values
+    return np.asarray(cv2.dft(wide, nonzeroRows=row + h), dtype=np.float32)
