@@ -151,9 +151,9 @@ def through(figure: Figure, path: Array, marked: Marked, fps: float) -> Way:
     columns = columns_of(figure)
     off = np.where(marked.known, marked.q - path[marked.frame], 0.0)[columns]
     away = np.abs(np.arange(len(path)) - marked.frame) / fps
-    through = path.copy()
-    through[:, columns] += np.exp(-away / LASTING)[:, None] * off
-    return Way(through, float(likeness(off)))
+    drawn = path.copy()
+    drawn[:, columns] += np.exp(-away / LASTING)[:, None] * off
+    return Way(drawn, float(likeness(off)))
 
 
 def _as_marked(odds: Planes, shape: Shape, ways: list[Way], marked: Marked) -> tuple[int, float]:
