@@ -16,7 +16,7 @@ from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
-from tracker.outline.fit import MARKED, fitted
+from tracker.outline.fit import fitted
 from tracker.outline.others import path_of, without_others
 from tracker.outline.person import seen_figure
 from tracker.outline.pieces import joined
@@ -30,7 +30,7 @@ LEG = 40.0  # small pictures show a leg of so many pixels, or less
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
-EXCHANGED = -1.2  # log odds by how the legs look below which those of the start seem to be exchanged
+DOUBTED = 0.2  # probability that the start names its legs wrongly from which that is told
 USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
 
 
@@ -38,16 +38,16 @@ USUAL = 0.7  # share of people's usual lengths in those of the figure that is fi
 class Seen:
     """What a figure's outline tells.
 
-    points : its joints by frame
-    wrong  : how likely it names other legs than the start does
-    gait   : "walk" or "run", "" where it is not seen
-    looks  : log odds, by how the legs look where they pass, that the start names them rightly
+    points   : its joints by frame
+    wrong    : probability that it names the legs wrongly
+    gait     : "walk" or "run", "" where it is not seen
+    misnamed : probability that the start does
     """
 
     points: Mapping[int, Detections]
     wrong: float = 0.0
     gait: str = ""
-    looks: float = 0.0
+    misnamed: float = 0.0
 
 
 def outlined(plan: Plan, progress: Progress) -> Plan:
@@ -76,7 +76,7 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
         slds=slds,
         points=seen.points,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
-        misnamed=1.0 / (1.0 + np.exp(seen.looks + MARKED)) if seen.looks < EXCHANGED else 0.0,
+        misnamed=seen.misnamed if seen.misnamed > DOUBTED else 0.0,
         tracker=make_tracker(plan.start, slds, settings),
     )
 
@@ -99,7 +99,7 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     outline = fitted(stage, start, frame - first, video.fps, cycles)
     gait = cycles.gait(outline.phases.cycle)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
-    return Seen(points, outline.wrong, gait, outline.looks)
+    return Seen(points, outline.wrong, gait, outline.misnamed)
 
 
 def _shown(plan: Plan, shown: Figure) -> Start:

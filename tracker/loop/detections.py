@@ -112,23 +112,23 @@ class Detector:
             The mean over the points, 1 where each meets its joint, 0 far off or without points; and whether
             every joint of the figure has a point that pulls at it.
         """
-        joint, away = self._best_named(found, q)
-        matches = self._matches(away)
-        whole = len(set(joint[matches > PULLS])) == len(self.figure.joints)
-        return float(matches.sum()) / max(len(found.joint), 1), whole
+        ways = found.ways(self.figure)
+        matches = self._matches(self._away(ways, found.pixels, q))
+        best = int(np.argmax(matches.sum(-1)))
+        whole = len(set(ways[best, matches[best] > PULLS])) == len(self.figure.joints)
+        return float(matches[best].sum()) / max(len(found.joint), 1), whole
 
     def elsewhere(self, found: Detections, q: Array) -> Array:
         """(D, D) by how much the covariance of a pose (D,) grows where the points show another.
 
-        With the probability p = 1 - `agreement` the figure is a step d away, where the points show it: the
-        second moment about the pose grows by p d d'. The step is one of Gauss and Newton, legs named as fits
-        best.
+        With the probability p, one less the mean match, the figure is a step d away, where the points show
+        it: the second moment about the pose grows by p d d'. The step is one of Gauss and Newton.
         """
         if not len(found.joint):
             return np.zeros((len(q), len(q)))
-        joint, away = self._best_named(found, q)
+        away = self._away(found.joint, found.pixels, q)
         wrong = 1.0 - float(self._matches(away).mean())
-        J = joint_jacobian(self.figure, q)[joint].reshape(-1, len(q)) / self._spread
+        J = joint_jacobian(self.figure, q)[found.joint].reshape(-1, len(q)) / self._spread
         step = np.linalg.solve(J.T @ J + np.eye(len(q)) / FARTHEST**2, -J.T @ away.ravel() / self._spread)
         return np.asarray(wrong * np.outer(step, step))
 
@@ -136,13 +136,6 @@ class Detector:
         """Whether the points fit a pose (D,) best with near and far leg exchanged."""
         away = self._away(found.ways(self.figure), found.pixels, q)
         return int(np.argmin(self._cost(away) + self._prices)) == EXCHANGED
-
-    def _best_named(self, found: Detections, q: Array) -> tuple[NDArray[np.intp], Array]:
-        """(J,) the joints of the points, named as fits a pose (D,) best, and (J, 2) how far off these lie."""
-        ways = found.ways(self.figure)
-        away = self._away(ways, found.pixels, q)
-        best = int(np.argmax(self._matches(away).sum(-1)))
-        return ways[best], away[best]
 
     def _matches(self, away: Array) -> Array:
         """(..., J) 1 where a point meets its joint, 0 far off, of (..., J, 2)."""

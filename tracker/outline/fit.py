@@ -56,7 +56,7 @@ class Outline:
     spread : (T,) leg lengths by which its joints may be off
     phases : which gait it was taken for
     named  : log odds that the legs are named rightly
-    looks  : log odds by how the legs look where they pass, that they are named as in the start
+    marked : log odds that the start names them rightly
     """
 
     q: Array
@@ -68,12 +68,17 @@ class Outline:
     spread: Array
     phases: Phases
     named: float
-    looks: float
+    marked: float
 
     @property
     def wrong(self) -> float:
         """Probability that the legs are named wrongly."""
-        return float(0.5 - 0.5 * np.tanh(0.5 * self.named))
+        return _improbable(self.named)
+
+    @property
+    def misnamed(self) -> float:
+        """Probability that the start names them wrongly."""
+        return _improbable(self.marked)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -120,7 +125,7 @@ def fitted(
     better, margin = _as_marked(odds, shape, ways, marks) if start.known.any() else (0, 0.0)
     best = climb(odds, shape, ways[better].path, marks, rounds)
     looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
-    named = min(margin, MARKED) + looks
+    named = looks + agreeing(margin, MARKED)
     if named < 0.0 and margin < MARKED:
         best = climb(odds, shape, ways[1 - better].path, marks, rounds)
     elif named < 0.0:  # the marks themselves name the other leg
@@ -128,7 +133,8 @@ def fitted(
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
     off = spread(shape, best.q, odds, GRID)
-    return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), looks)
+    start_named = MARKED + agreeing(margin, looks)
+    return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), start_named)
 
 
 def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> tuple[Array, Array, Phases]:
@@ -154,6 +160,16 @@ def through(figure: Figure, path: Array, marked: Marked, fps: float) -> Way:
     drawn = path.copy()
     drawn[:, columns] += np.exp(-away / LASTING)[:, None] * off
     return Way(drawn, float(likeness(off)))
+
+
+def agreeing(one: float, other: float) -> float:
+    """Log odds that two statements are both true or both false, of the log odds that each is true."""
+    return float(np.logaddexp(0.0, one + other) - np.logaddexp(one, other))
+
+
+def _improbable(log_odds: float) -> float:
+    """Probability that something of these log odds is not so."""
+    return float(0.5 - 0.5 * np.tanh(0.5 * log_odds))
 
 
 def _as_marked(odds: Planes, shape: Shape, ways: list[Way], marked: Marked) -> tuple[int, float]:

@@ -122,7 +122,7 @@ class Film:
             np.zeros(T),
             phases,
             named,
-            looks=0.0,
+            marked=0.0,
         )
         return Person(WALKER, 0, frame, self.facing, direction, "walk", turned, outline)
 

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from scipy.special import expit
 
 from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, WALK, WALKER, film
 from tracker.outline.climb import Marked
 from tracker.outline.cycles import NECK, Cycles, columns_of
-from tracker.outline.fit import LASTING, fitted, through
+from tracker.outline.fit import LASTING, MARKED, agreeing, fitted, through
 
 NEAR = 0.05  # leg lengths, in the mean
 FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
@@ -41,6 +42,7 @@ def test_every_joint_is_found_in_every_frame(walk, found):
     assert found.seen.all()
     assert found.phases.cycle == 1
     assert found.named > 3.0
+    assert found.misnamed < 0.05
 
 
 def test_the_head_is_held_at_the_marked_angle_to_the_trunk(walk, stage, found):
@@ -61,12 +63,22 @@ def test_exchanged_marks_give_way_to_which_leg_is_seen_in_front(walk, stage):
     found = fit(walk, stage, exchanged(walk.start()))
     assert errors(found.joints, walk).mean() < NEAR
     assert found.named > 0.0
+    assert found.misnamed > 0.5
 
 
 def test_exchanged_marks_hold_where_both_legs_look_the_same_though_the_camera_moves(rng):
     alike = film(rng, camera=(1.5, 0.3, 0.0, -0.003), alike=True)
     found = fit(alike, alike.stage(rng), exchanged(alike.start()))
     assert errors(found.joints[:, WALKER.joint_twins], alike).mean() < NEAR
+    assert expit(-2.0 * MARKED) < found.misnamed < 0.5
+
+
+@pytest.mark.parametrize(("one", "other"), [(2.0, 0.7), (-1.5, 0.3), (3.0, -8.0), (0.0, 5.0)])
+def test_two_statements_agree_where_both_are_true_or_neither(one, other):
+    p, q = expit(one), expit(other)
+    both = p * q + (1.0 - p) * (1.0 - q)
+    assert agreeing(one, other) == pytest.approx(np.log(both / (1.0 - both)))
+    assert agreeing(800.0, other) == pytest.approx(other)
 
 
 def test_a_path_is_drawn_to_the_marked_angles_the_less_the_longer_before_and_after(rng):
