@@ -11,12 +11,12 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from dynamics.gpb2_filter import gpb2_filter
-from dynamics.layout import among
 from dynamics.motion.rate import backwards
 from dynamics.motion.tasks import labelled
 from dynamics.slds import SLDS
-from kinematics.figure import ROOT, Figure
+from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
+from tracker.models.centred import centred
 from tracker.models.find import CONSTANT_VELOCITY, by_freedom, own_model, switching_model
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
@@ -41,7 +41,7 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     if not known.any() or (model == CONSTANT_VELOCITY and foreign):
         return 1.0
     some = poses[known.argmax() :][:ENOUGH]
-    y = _centred(some, figure)
+    y = centred(some, figure)
 
     def fit(number: int) -> float:
         try:
@@ -72,7 +72,7 @@ def motions_at(rate: float, model: str, poses: Array, fps: float, figure: Figure
         here = rows[start : start + ENOUGH]
         here = here[known[here].argmax() :]
         if known[here[0]]:
-            y = _centred(poses[here], figure)
+            y = centred(poses[here], figure)
             way = max(_ways(slds, poses[here]), key=lambda way: _evidence(way, y))
             said[here] = labelled(way, [y])[0].label
     told = said != ""
@@ -90,17 +90,6 @@ def _ways(slds: SLDS, poses: Array) -> list[SLDS]:
     travel = float(known[-1] - known[0])
     ahead = [slds] if travel > -TRAVEL else []
     return ahead + ([backwards(slds)] if travel < TRAVEL else [])
-
-
-def _centred(poses: Array, figure: Figure) -> Array:
-    """Tracked poses, the first of them known, from its place on and without the figure's own constants."""
-    y = poses.copy()
-    learned = figure.learned_freedoms
-    root = among(learned, ROOT)
-    y[:, root] -= y[0, root]
-    own = [learned.index(name) for name in figure.offsets("marked")]
-    y[:, own] -= np.nanmean(y[:, own], axis=0)
-    return y
 
 
 def _evidence(slds: SLDS, y: Array) -> float:

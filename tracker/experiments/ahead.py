@@ -13,9 +13,10 @@ from dynamics.hmm import HMM
 from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
-from tracker.experiments.measures import ANGLES, NOISES, Errors, centred, noisy, rootless
+from tracker.experiments.measures import ANGLES, NOISES, Errors, noisy, rootless
 from tracker.experiments.section import Claim, Heading, Section, Table, share_verdict
 from tracker.experiments.study import Recipe, Study
+from tracker.models.centred import centred
 
 HEADING = Heading("prediction", "Where next?", "2000, section 1; 1999, section 4.2")
 NOISE = 2.0  # degrees

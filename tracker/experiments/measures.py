@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from dynamics.gaussian import Array
-from dynamics.learning.em import from_origin
 from dynamics.motion.tasks import forecasts
 from dynamics.slds import SLDS, constant_velocity
 from dynamics.viterbi import viterbi
@@ -22,9 +21,9 @@ from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments.section import spread
 from tracker.experiments.study import FPS
+from tracker.models.centred import centred, own_offset
 
 ANGLES = slice(2, None)
-NECK = POSE_COLUMNS.index("neck")
 CHANGES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # degrees a frame a frame
 MEASURED = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)  # degrees
 NOISES = tuple(product(CHANGES, MEASURED))  # that constant velocity is tried at
@@ -66,13 +65,6 @@ def by_person(every: Iterable[Errors]) -> dict[str, float]:
 def told(every: Sequence[Errors]) -> str:
     """Degrees in words: pooled, and the least and the greatest of people."""
     return spread(by_person(every).values(), pooled=rms(every))
-
-
-def centred(y: Array) -> Array:
-    """The poses less the neck's mean over what was measured, and counted from the root's first place."""
-    out = from_origin(y, POSE_COLUMNS, ROOT)
-    out[:, NECK] -= np.nanmean(out[:, NECK])
-    return out
 
 
 def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
@@ -142,8 +134,8 @@ def gappy(y: Array, hole: slice) -> tuple[Array, Array]:
     """Poses without the frames of a hole, as a model is shown them, and what is to be added again."""
     blank = y.copy()
     blank[hole] = np.nan
-    shown = centred(blank)
-    return shown, np.nanmean(blank - shown, axis=0)
+    offset = own_offset(blank)
+    return blank - offset, offset
 
 
 def gap_errors(fill: Fill, capture: Capture, gap: int) -> Errors:

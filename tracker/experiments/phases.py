@@ -12,7 +12,6 @@ from dynamics.gaussian import Array
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tracker.experiments.measures import centred
 from tracker.experiments.section import (
     Claim,
     Heading,
@@ -25,6 +24,7 @@ from tracker.experiments.section import (
     verdict,
 )
 from tracker.experiments.study import FPS, Recipe, Study
+from tracker.models.centred import centred
 from tracker.motion.plots import draw_synthesis
 
 HEADING = Heading("phases", "Phases inside a jog", "1999, figure 2")

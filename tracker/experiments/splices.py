@@ -15,7 +15,8 @@ from scipy.interpolate import make_lsq_spline
 from dynamics.gaussian import Array
 from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import mirror
-from tracker.experiments.measures import centred, rootless
+from tracker.experiments.measures import rootless
+from tracker.models.centred import centred
 
 SHORTEST, LONGEST = 28, 75  # frames of a piece
 SIDE = 4

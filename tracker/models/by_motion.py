@@ -1,5 +1,6 @@
 """One model of several motions, learned from labelled captures."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -22,6 +23,7 @@ from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
+from tracker.models.centred import centred
 from tracker.models.copies import Labelled
 
 VITERBI = "viterbi"
@@ -202,21 +204,17 @@ def _motion(
     name: str, sequences: Sequence[Labelled], figure: Figure, noise: float, rng: np.random.Generator
 ) -> _Motion:
     names = figure.learned_freedoms
-    poses, subjects, keys = [], [], []
-    own = [names.index(freedom) for freedom in figure.offsets("marked") if freedom in names]
+    poses, whose = [], []
+    frames: Counter[tuple[str, str]] = Counter()  # of each label's subjects
     for subject, label, y in sequences:
-        centred = y.copy()
-        centred[:, own] -= centred[:, own].mean(axis=0)
-        centred[:, :2] -= centred[0, :2]
-        for twin in (centred, centred[:, figure.exchanged[: len(names)]]):
+        own = centred(y, figure)
+        for twin in (own, own[:, figure.exchanged[: len(names)]]):
             spoiled = twin.copy()
             spoiled[:, 2:] += rng.normal(scale=noise, size=spoiled[:, 2:].shape) if noise > 0 else 0.0
             poses.append(spoiled)
-            subjects.append(subject)
-            keys.append((label, subject))
-    frames: dict[str, dict[tuple[str, str], int]] = {}
-    for key, y in zip(keys, poses, strict=True):
-        of_label = frames.setdefault(key[0], {})
-        of_label[key] = of_label.get(key, 0) + len(y)
-    weights = np.array([1.0 / (len(frames[key[0]]) * frames[key[0]][key]) for key in keys])
+            whose.append((label, subject))
+            frames[label, subject] += len(y)
+    people = Counter(label for label, _ in frames)
+    weights = np.array([1.0 / (people[label] * frames[label, subject]) for label, subject in whose])
+    subjects = [subject for _, subject in whose]
     return _Motion(name, names, poses, subjects, weights * len(weights) / weights.sum())

@@ -22,13 +22,12 @@ from dynamics.store import Model
 from dynamics.stride import Stride
 from dynamics.viterbi import best_log_p_all
 from kinematics.mocap import POSE_COLUMNS
+from tracker.models.centred import centred, own_offset
 from tracker.models.find import motion_model
 from tracker.motion.tasks import (
     SILENT,
     UNKNOWN_PLACE,
     first_measured,
-    first_place,
-    mean_neck,
     whole_pose,
     whole_stride,
 )
@@ -85,7 +84,7 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Prog
     has no measured number."""
     for sequence in sequences:
         first_measured(sequence)
-    ys = [s.y - first_place(s) - mean_neck(s) for s in sequences]
+    ys = [centred(sequence.y) for sequence in sequences]
     with progress.task("measuring the noise", SEARCHES) as tick:
         return replace(slds, R=at_noise(slds.with_constants(UNKNOWN_PLACE), ys, tick).R)
 
@@ -102,7 +101,7 @@ def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator
     placed[:ROOT_COLUMNS] = seen[:, :ROOT_COLUMNS].any(0)
     if (seen | ~placed).all():
         return Filled(sequence.y, np.full(sequence.y.shape, np.nan))
-    taken = first_place(sequence) + mean_neck(sequence)
+    taken = own_offset(sequence.y)
     found, by = _poses(fillers, sequence.y - taken, rng)
     sd = np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2))
     filled = np.where(seen, sequence.y, found.mean + taken)

@@ -22,11 +22,11 @@ from dynamics.stride import Stride
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
+from tracker.models.centred import centred, first_place
 from tracker.motion.choices import Inference, Use
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, PosesError
 
-NECK = POSE_COLUMNS.index("neck")
 # Standard deviations of what is unknown at a start: leg lengths for the place, radians for the neck.
 UNKNOWN_PLACE = {"root_x": 10.0, "root_y": 10.0}
 UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
@@ -117,7 +117,7 @@ def forecast_all(
     sequence without a measured number.
     """
     starts = [first_measured(sequence) for sequence in sequences]
-    places = [first_place(sequence) for sequence in sequences]
+    places = [first_place(sequence.y) for sequence in sequences]
     free = slds.with_constants(UNKNOWN_PLACE | UNKNOWN_NECK)
     ys = [s.y[start:] - place for s, start, place in zip(sequences, starts, places, strict=True)]
     with progress.task("predicting", predict_ticks(ys)) as tick:
@@ -139,7 +139,7 @@ def _evidence(sequence: PoseSequence, use: Use) -> Array:
     """The poses that a motion is told by: centred, the root blanked unless it is used."""
     if not sequence.seen[:, ROOT_COLUMNS:].any():
         raise PosesError(f"sequence {sequence.name!r} has no measured angle; leave it out")
-    y = sequence.y - first_place(sequence) - mean_neck(sequence)
+    y = centred(sequence.y)
     if use is Use.ANGLES:
         y[:, :ROOT_COLUMNS] = np.nan
     elif not sequence.seen[:, :ROOT_COLUMNS].any(0).all():
@@ -166,20 +166,3 @@ def first_measured(sequence: PoseSequence) -> int:
     if not len(seen):
         raise PosesError(f"sequence {sequence.name!r} has no measured number; leave it out")
     return int(seen[0])
-
-
-def first_place(sequence: PoseSequence) -> Array:
-    """(8,) where the root is first measured, 0 for the angles."""
-    place = np.zeros(len(POSE_COLUMNS))
-    for column in range(ROOT_COLUMNS):
-        seen = sequence.y[sequence.seen[:, column], column]
-        place[column] = seen[0] if len(seen) else 0.0
-    return place
-
-
-def mean_neck(sequence: PoseSequence) -> Array:
-    """(8,) the neck's mean, 0 for the rest."""
-    mean = np.zeros(len(POSE_COLUMNS))
-    seen = sequence.y[sequence.seen[:, NECK], NECK]
-    mean[NECK] = seen.mean() if len(seen) else 0.0
-    return mean

@@ -42,13 +42,13 @@ from tracker.experiments.measures import (
     Fill,
     across,
     best_path,
-    centred,
     gap_errors,
     gappy,
     rms,
     spans,
 )
 from tracker.experiments.study import FPS, Recipe
+from tracker.models.centred import centred
 from tracker.models.learn import NOISE
 from tracker.motion.fill import angles_evidence
 

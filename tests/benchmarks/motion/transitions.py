@@ -18,8 +18,9 @@ from kinematics.mocap import Trial, read_body, read_trials, sequences
 from kinematics.sagittal import project
 from tests.benchmarks.motion.data import MOTIONS, TABLE, Results, Source, both, study
 from tests.benchmarks.page import Claim, table
-from tracker.experiments.measures import centred, noisy, rootless
+from tracker.experiments.measures import noisy, rootless
 from tracker.experiments.study import FPS, Recipe, Study
+from tracker.models.centred import centred
 
 HEADING = "Walk, run and stand"
 STAND = "stand"

@@ -18,7 +18,6 @@ from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
 from tracker.experiments import study as studies
 from tracker.experiments.classify import SEEN, UNSEEN, Draw, Score
-from tracker.experiments.measures import centred
 from tracker.experiments.reproduce import reproduce
 from tracker.experiments.section import (
     INKS,
@@ -34,6 +33,7 @@ from tracker.experiments.section import (
 )
 from tracker.experiments.splices import LONGEST, SHORTEST, SIDE, Splice, splice
 from tracker.experiments.study import Recipe, Study
+from tracker.models.centred import centred
 from tracker.progress import Progress
 
 pytestmark = pytest.mark.whole
