@@ -62,7 +62,7 @@ def test_a_part_of_a_page_is_written_in_its_place_without_losing_the_others(monk
 
     parts = [part(name, 1.0) for name in ("first", "second", "third")]
     monkeypatch.setattr(motion, "SECTIONS", parts)
-    monkeypatch.setattr(motion, "study", lambda _: SimpleNamespace(captures=(), subjects=()))
+    monkeypatch.setattr(motion, "study", lambda _: SimpleNamespace(captures=()))
     source = Source(tmp_path)
     whole = motion.page(source, {}, parts)
     assert motion.page(source, {}, parts[1:2], whole) == whole

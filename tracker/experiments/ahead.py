@@ -2,14 +2,12 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMM
+from dynamics.hmm import HMM, expected
 from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
@@ -17,6 +15,7 @@ from tracker.experiments.measures import ANGLES, NOISES, Errors, noisy, rootless
 from tracker.experiments.section import Claim, Heading, Section, Table, share_verdict
 from tracker.experiments.study import Recipe, Study
 from tracker.models.centred import centred
+from tracker.models.learn import STATES
 
 HEADING = Heading("prediction", "Where next?", "2000, section 1; 1999, section 4.2")
 NOISE = 2.0  # degrees
@@ -32,8 +31,7 @@ Total = Mapping[str, Mapping[Key, float]]
 
 def model(study: Study, held: frozenset[str]) -> Recipe:
     """What the compared models are learned from: the usual recipe, without the subjects held out."""
-    usual = Recipe(noise=NOISE, held=held, motions=study.motions)
-    return replace(usual, states=2) if study.quick else usual
+    return Recipe(2 if study.quick else STATES, noise=NOISE, held=held, motions=study.motions)
 
 
 def run(study: Study) -> Section:
@@ -74,14 +72,11 @@ def shown(captures: Sequence[Capture], seed: int) -> list[Array]:
 
 def hmm_forecast(hmm: HMM, y: Array, horizon: int) -> Array:
     """(T + horizon, M) mean of the pose from the frames up to t - horizon; NaN where there are none."""
-    liks = np.stack(
-        [multivariate_normal(m, c).logpdf(y) for m, c in zip(hmm.mean, hmm.cov, strict=True)], axis=-1
-    )
     ahead, prob = np.linalg.matrix_power(hmm.Pi, horizon), hmm.pi0
     means = np.full((len(y) + horizon, y.shape[1]), np.nan)
-    for t, lik in enumerate(liks):
+    for t, log_lik in enumerate(expected(hmm, y).log_lik):
         prior = prob if t == 0 else prob @ hmm.Pi
-        prob = prior * np.exp(lik - lik.max())
+        prob = prior * np.exp(log_lik - log_lik.max())
         prob = prob / prob.sum()
         means[t + horizon] = prob @ ahead @ hmm.mean
     return means

@@ -16,7 +16,7 @@ from dynamics.gaussian import Array
 from dynamics.hmm import HMMPosterior, hmm_all
 from dynamics.motion.tasks import Labelling, labelling
 from dynamics.posterior import Posterior, Switching
-from tracker.experiments.measures import ANGLES, noisy, wrong_frames
+from tracker.experiments.measures import ANGLES, noisy, wrong_shares
 from tracker.experiments.section import (
     Claim,
     Heading,
@@ -159,7 +159,7 @@ def score(draw: Draw, labels: tuple[str, ...], posteriors: Sequence[Inferred]) -
     """One model, whose states have these labels, by one inference on one draw."""
     found = [label for p in posteriors for label in labelling(labels, p.prob, p.path).label]
     far = np.concatenate([s.far(FAR) for s in draw.splices])
-    _, wrong, away = wrong_frames(found, draw.labels, far)
+    wrong, away = wrong_shares(found, draw.labels, far)
     soft = np.concatenate([p.prob for p in posteriors]).max(1) < SURE
     return Score(wrong, away, 100.0 * float(soft.mean()))
 

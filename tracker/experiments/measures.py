@@ -80,21 +80,19 @@ def rootless(y: Array) -> Array:
     return blank
 
 
-def wrong_frames(
-    found: Sequence[str], wanted: Sequence[str], far: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], float, float]:
-    """Which frames have the wrong motion; per cent of all, and of those `far` (NaN of none)."""
+def wrong_shares(found: Sequence[str], wanted: Sequence[str], far: NDArray[np.bool_]) -> tuple[float, float]:
+    """Per cent with the wrong motion of all frames, and of those that are `far` (NaN of none)."""
     wrong = np.asarray(found) != np.asarray(wanted)
-    share = 100.0 * float(wrong[far].mean()) if far.any() else float("nan")
-    return wrong, 100.0 * float(wrong.mean()), share
+    return 100.0 * float(wrong.mean()), 100.0 * float(wrong[far].mean()) if far.any() else float("nan")
 
 
 def forecast_errors(captures: Sequence[Capture], means: Sequence[Array], first: int = 1) -> list[Errors]:
     """Errors of forecasts (T or more, 8) from frame `first` on, or of the last frame of a shorter capture."""
-    return [
-        errors(c.subject, mean[min(first, len(c.y) - 1) : len(c.y)], centred(c.y)[min(first, len(c.y) - 1) :])
-        for c, mean in zip(captures, means, strict=True)
-    ]
+    judged = []
+    for c, mean in zip(captures, means, strict=True):
+        rows = slice(min(first, len(c.y) - 1), len(c.y))
+        judged.append(errors(c.subject, mean[rows], centred(c.y)[rows]))
+    return judged
 
 
 def rival_errors(

@@ -135,19 +135,18 @@ def claim(cuts: dict[int, Cut]) -> Claim:
     """Whether two states are phases of the stride, and which."""
     two = cuts[2]
     regular, chance = float(np.mean(list(two.regular.values()))), float(np.mean(two.commonest))
-    leg, changes = float(np.mean(list(two.leg.values()))), float(np.mean(two.switches))
+    leg = {count: float(np.mean(list(cut.leg.values()))) for count, cut in cuts.items()}
     gained = (regular - chance) / (100.0 - chance)
     here = (
         f"The two states are where they usually are in the stride in {regular:.0f} % of the frames (by "
-        f"chance {chance:.0f} %) and change {changes:.1f} times a stride. "
+        f"chance {chance:.0f} %) and change {np.mean(two.switches):.1f} times a stride. "
     )
-    if leg >= TELLING:
-        here += f"They are the two legs: the state tells which is ahead in {leg:.0f} % of the frames."
+    if leg[2] >= TELLING:
+        here += f"They are the two legs: the state tells which is ahead in {leg[2]:.0f} % of the frames."
     else:
-        here += f"They do not tell the legs apart ({leg:.0f} % of the frames)"
-        best = max(cuts, key=lambda n: float(np.mean(list(cuts[n].leg.values()))))
-        more = float(np.mean(list(cuts[best].leg.values())))
-        here += f"; {best} states do so in {more:.0f} %." if best != 2 else "."
+        here += f"They do not tell the legs apart ({leg[2]:.0f} % of the frames)"
+        best = max(leg, key=lambda count: leg[count])
+        here += f"; {best} states do so in {leg[best]:.0f} %." if best != 2 else "."
     return Claim(
         "A two-state model, started by clustering and refined by EM, cuts a jog into phases (shown, no "
         "number given).",

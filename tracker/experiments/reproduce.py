@@ -32,7 +32,6 @@ def reproduce(
     """
     with fresh_folder(out, overwrite=overwrite, inputs=[trials]) as aside:
         study = read_study(trials, progress, seed=seed, quick=quick)
-        study.progress = progress
         sections = [experiment.run(study) for experiment in EXPERIMENTS]
         about, notes = _about(study, trials)
         write_findings(sections, about, notes, aside / PAGE)

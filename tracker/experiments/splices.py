@@ -30,7 +30,7 @@ class Splice:
 
     y      : (T, 8) poses, the root not measured
     labels : (T,) the motion of each frame
-    joints : frames at which another piece begins
+    joints : frames at which another piece begins, one at least
     """
 
     y: Array
@@ -41,7 +41,7 @@ class Splice:
         """(T,) whether a frame is more than so many from any joint."""
         t = np.arange(len(self.y))
         apart = [np.where(t < joint, joint - t, t - joint + 1) for joint in self.joints]
-        return np.min(apart, axis=0) > frames if apart else np.ones(len(t), dtype=bool)
+        return np.asarray(np.min(apart, axis=0) > frames)
 
 
 def long_enough(captures: Sequence[Capture]) -> list[Capture]:
@@ -49,8 +49,8 @@ def long_enough(captures: Sequence[Capture]) -> list[Capture]:
     return [c for c in captures if len(c.y) >= SHORTEST]
 
 
-def splice(captures: Sequence[Capture], rng: np.random.Generator, pieces: int = PIECES) -> Splice:
-    """One sequence from captures that are `long_enough`, of as many motions as they show."""
+def splice(captures: Sequence[Capture], rng: np.random.Generator, pieces: int) -> Splice:
+    """One sequence of two pieces or more from captures that are `long_enough`, of all motions they show."""
     motions = sorted({c.label for c in captures})
     parts, labels = [], []
     for _ in range(pieces):

@@ -58,18 +58,17 @@ class Study:
     def __init__(
         self,
         captures: Sequence[Capture],
-        taught: Sequence[Capture] | None = None,
+        taught: Sequence[Capture],
+        progress: Progress,
         *,
         seed: int = 0,
         quick: bool = False,
     ) -> None:
-        self.seed, self.quick = seed, quick
+        self.seed, self.quick, self.progress = seed, quick, progress
         self.captures = _some(captures) if quick else tuple(captures)
-        self.taught = self.captures if quick or taught is None else tuple(taught)
+        self.taught = self.captures if quick else tuple(taught)
         self.motions = tuple(m for m in MOTIONS if any(c.label == m for c in self.captures))
-        self.subjects = tuple(sorted({c.subject for c in self.captures}))
         self.folds = _folds(self.captures, self.motions, 2 if quick else FOLDS, seed)
-        self.progress = Progress("quiet")
         self._models: dict[Recipe, Model] = {}
 
     @property
@@ -138,7 +137,7 @@ def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool =
             f"{trials} leaves no walk or run of {SHORTEST} frames or more; fill in the columns activity "
             "and segments"
         )
-    return Study(straight, taught, seed=seed, quick=quick)
+    return Study(straight, taught, progress, seed=seed, quick=quick)
 
 
 def _folds(

@@ -16,6 +16,7 @@ from tracker.experiments.section import (
     verdict,
 )
 from tracker.experiments.study import FPS, Recipe, Study
+from tracker.models.learn import STATES
 from tracker.motion.plots import draw_synthesis
 
 HEADING = Heading("synthesis", "A walk of its own", "1999, figure 5; 2000, figure 2 f")
@@ -29,7 +30,7 @@ def run(study: Study) -> Section:
     """Free runs from several seeds, the first one drawn."""
     if "walk" not in study.motions:
         return left_out(HEADING, "the captures show no walk")
-    recipe = Recipe(2, motions=("walk",)) if study.quick else Recipe(motions=("walk",))
+    recipe = Recipe(2 if study.quick else STATES, motions=("walk",))
     slds, known = study.slds(recipe), [c.y for c in study.lessons(recipe)]
     runs = study.each(HEADING.key, range(2 if study.quick else RUNS))
     made = [synthesise(slds, FRAMES, study.rng(4, n), recurrent=False) for n in runs]

@@ -37,11 +37,12 @@ def main() -> None:
 def page(source: Source, results: Results, parts: Sequence[ModuleType], before: str = "") -> str:
     """The Markdown text: the sections of these parts, and of the others those that the page had before."""
     captures = study(source).captures
+    subjects = {capture.subject for capture in captures}
     intro = [
         "# Motion without video",
         "",
         f"{len(captures)} straight segments ({sum(len(c.y) for c in captures)} frames at 30 a second)",
-        f"of walks and runs by {len(study(source).subjects)} subjects ({' and '.join(SAME)} are probably one",
+        f"of walks and runs by {len(subjects)} subjects ({' and '.join(SAME)} are probably one",
         "person and are left out together), each used again with near and far legs exchanged. The",
         f"default model has K={STATES} states a motion and order 2, learned with {NOISE:g}° of noise. For",
         "forecasts and gaps each subject is left out in turn.",

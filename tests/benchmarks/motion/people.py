@@ -17,7 +17,7 @@ from dynamics.motion.tasks import classify
 from dynamics.slds import SLDS
 from tests.benchmarks.motion.data import SAME, Results, Source, study
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import noisy, wrong_frames
+from tracker.experiments.measures import noisy
 from tracker.experiments.splices import PIECES, Splice, long_enough, splice
 from tracker.experiments.study import Recipe
 from tracker.models.find import from_a_stand, switching_model
@@ -77,10 +77,10 @@ class Person:
         slds = switching_model(from_a_stand(SHIPPED), 30.0) if self.way == SHIPPED else model
         assert isinstance(slds, SLDS)
         made = of_person(source, self.names)
-        labels = [label for s in made for label in s.labels]
+        labels = np.array([label for s in made for label in s.labels])
         found = classify(slds, _noisy(made, self.noise))
         far = np.concatenate([s.far(FAR) for s in made])
-        wrong, _, _ = wrong_frames([label for f in found for label in f.label], labels, far)
+        wrong = labels != [label for f in found for label in f.label]
         return Counts(len(wrong), int(wrong.sum()), int(far.sum()), int(wrong[far].sum()))
 
 

@@ -22,7 +22,7 @@ from tests.benchmarks.motion.data import (
     splices,
 )
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import ANGLES, wrong_frames
+from tracker.experiments.measures import ANGLES, wrong_shares
 from tracker.experiments.study import Recipe
 from tracker.models.learn import NOISE
 from tracker.motion.choices import Inference
@@ -68,8 +68,7 @@ class Segmentation:
 def compare(cut: Splices, found: list[Labelling]) -> Wrong:
     """Labels found against the true ones."""
     labels = [label for labelling in found for label in labelling.label]
-    _, everywhere, far = wrong_frames(labels, cut.label, cut.junction > FAR)
-    return Wrong(everywhere, far)
+    return Wrong(*wrong_shares(labels, cut.label, cut.junction > FAR))
 
 
 def jobs(source: Source) -> Iterator[Segmentation]:

@@ -96,7 +96,7 @@ class Labels:
         """Of each change as captured, and with near and far legs exchanged."""
         trials = {trial.path.stem: trial for trial in read_trials(source.folder / TABLE)}
         known = study(source)
-        taught = Study(known.captures, [*known.taught, *stands(trials)])
+        taught = Study(known.captures, [*known.taught, *stands(trials)], known.progress)
         slds = taught.slds(Recipe(held=frozenset([SUBJECT]), motions=(*MOTIONS, STAND)))
         captures = both([whole(trials[change.capture]) for change in CHANGES])
         rngs = [np.random.default_rng([11, n]) for n in range(len(captures))]

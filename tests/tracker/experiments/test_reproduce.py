@@ -59,7 +59,7 @@ def gait(label, subject, frames=100, seed=0):
 def study(**changes):
     """Everybody walks, every second one runs too."""
     captures = [gait("walk", who) for who in PEOPLE] + [gait("run", who) for who in PEOPLE[::2]]
-    return Study(captures, **changes)
+    return Study(captures, captures, QUIET, **changes)
 
 
 def write_table(folder, rows):
@@ -168,7 +168,7 @@ def test_bends_are_learned_from_but_never_measured_on(monkeypatch):
     shown = []
     monkeypatch.setattr(studies, "learn_motions", lambda data, **_: shown.append(data))
     straight = [gait("walk", "a"), gait("walk", "b")]
-    tried = Study(straight, [*straight, gait("walk", "z")])
+    tried = Study(straight, [*straight, gait("walk", "z")], QUIET)
     tried.learn(Recipe(1, motions=("walk",)))
     assert {subject for subject, _, _ in shown[0]} == {"a", "b", "z"}
     assert {c.subject for c in tried.captures} == {"a", "b"}
