@@ -27,9 +27,9 @@ from tracker.models.find import motion_model
 from tracker.motion.tasks import (
     SILENT,
     UNKNOWN_PLACE,
+    check_names,
     first_measured,
     whole_pose,
-    whole_stride,
 )
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
@@ -73,7 +73,8 @@ def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
     if isinstance(model, Stride):
         if not recurrent:
             raise ValueError("a stride has no switch, so --no-recurrent does not apply; leave it out")
-        return Fillers(None, whole_stride(model), fps)
+        check_names(model.names)
+        return Fillers(None, model, fps)
     slds = whole_pose(model, "interpolate")
     shipped = motion_model(STRIDE) if name == BY_EVIDENCE else None
     return Fillers(slds, shipped if isinstance(shipped, Stride) else None, fps, recurrent)

@@ -13,7 +13,7 @@ from dynamics.store import Model
 from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.summary import ANGLES
-from tracker.motion.tasks import whole_pose, whole_stride
+from tracker.motion.tasks import check_names, whole_pose
 
 TURNED = float(np.radians(360.0))  # no angle of a figure is as large
 
@@ -40,8 +40,8 @@ def free_run(
         ValueError: a model of other freedoms, without dynamics or without this motion, or one that runs wild.
     """
     if isinstance(model, Stride):
-        chosen = _motions(whole_stride(model).labels, label)
-        k = int(rng.choice(chosen))
+        check_names(model.names)
+        k = int(rng.choice(_motions(model.labels, label)))
         y = synthesise_stride(model, k, frames, fps, rng, noise)
         return np.full(frames, k), [model.labels[k]] * frames, y
     slds = of_motion(whole_pose(model, "synthesise"), label)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.label_plot import DPI, Place, bar, frame_edges, patches
-from tracker.motion.sticks import SHADES, SIDES, layers, sticks
+from tracker.motion.sticks import LAYERS, SHADES, SIDES, sticks
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, stretches
 from videos.overlay import INK, as_hex
 
@@ -24,6 +24,7 @@ SPACING = 1.15  # leg lengths between them
 TALL = 2.15  # leg lengths of picture above the ground, more where the walker leaves it
 # Switching states: bright colours first; orange and blue, the legs', last.
 STATES = [*range(4, 20, 2), *range(5, 20, 2), *range(4)]
+CURVES = (*POSE_COLUMNS[ROOT_COLUMNS:], *POSE_COLUMNS[:ROOT_COLUMNS])  # the root last, if it is shown
 NEUTRAL = "#555555"
 GAP = "#dddddd"
 
@@ -39,7 +40,7 @@ def draw_forecast(
     shown = slice(max(0, len(mean) - MOST_FRAMES), len(mean))
     rows = 3 + _rooted(sequence)
     figure = Figure(figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, layout="constrained")
-    grid = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    grid = figure.subplots(rows, 2, sharex=True)
     past = np.full((len(mean) - len(sequence), len(POSE_COLUMNS)), np.nan)
     _curves(grid, sequence.first, np.vstack([sequence.y, past]), mean, sd, shown)
     dotted: Any = {"color": NEUTRAL, "linewidth": 1, "linestyle": ":"}
@@ -61,10 +62,9 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
     frames = _spread(max(0, start - around), min(len(sequence), stop + around))
     missing = _incomplete(sequence)
     stick_row(top.subplots(), y, fps, frames, sequence.first, missing)
-    grid = below.subplots(rows, 2, sharex=True, squeeze=False)
+    grid = below.subplots(rows, 2, sharex=True)
     _curves(grid, sequence.first, sequence.y, *_within_gaps(sequence, y, sd), shown)
-    columns = POSE_COLUMNS[ROOT_COLUMNS:] + POSE_COLUMNS[:ROOT_COLUMNS]
-    for axes, name in zip(grid.ravel(), columns, strict=False):
+    for axes, name in zip(grid.ravel(), CURVES, strict=False):
         _shade(axes, ~sequence.seen[:, POSE_COLUMNS.index(name)], sequence.first, shown)
     gap = Rectangle((0, 0), 1, 1, color=GAP)
     _finish(below, grid, "", "filled, two sigma", [(gap, "not measured")])
@@ -112,8 +112,7 @@ def longest_gap(sequence: PoseSequence) -> tuple[int, int]:
 
 def _curves(grid: Any, first: int, measured: Array, mean: Array, sd: Array, shown: slice) -> None:
     frames = np.arange(first + shown.start, first + shown.stop)
-    columns = (*POSE_COLUMNS[ROOT_COLUMNS:], *POSE_COLUMNS[:ROOT_COLUMNS])
-    for axes, name in zip(grid.ravel(), columns, strict=False):
+    for axes, name in zip(grid.ravel(), CURVES, strict=False):
         column = POSE_COLUMNS.index(name)
         rooted = column < ROOT_COLUMNS
         seen, found, spread = (
@@ -171,7 +170,7 @@ def stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing
             )
         for layer, colour in SHADES.items():
             shade = as_hex(colour)
-            chain = [i for i, own in enumerate(layers()) if own == layer]
+            chain = [i for i, own in enumerate(LAYERS) if own == layer]
             leg = np.concatenate([links[chain[0]], links[chain[1:], 1]])
             for line in links[chain] if layer == 1 else [leg]:
                 axes.plot(*line.T, color=shade, linewidth=3.5, path_effects=rim,

@@ -18,6 +18,7 @@ from videos.writer import Writer
 
 Image = NDArray[np.uint8]
 
+LAYERS = tuple(link.layer for link in WALKER.links)  # 0: the far leg, 1: the trunk, 2: the near leg
 GROUND_SECONDS = 0.6  # a foot touches the ground at least once in twice this time
 SHADES = {0: FAR, 1: TRUNK, 2: NEAR}  # of each layer
 SIDES = {"near": as_hex(NEAR), "far": as_hex(FAR)}
@@ -44,11 +45,6 @@ def sticks(y: Array, fps: float) -> Array:
     return ends
 
 
-def layers() -> list[int]:
-    """(L,) 0 for a link of the far leg, 1 for the trunk, 2 for the near leg."""
-    return [link.layer for link in WALKER.links]
-
-
 def write_clip(y: Array, captions: Sequence[str], fps: float, path: Path, progress: Progress) -> None:
     """An mp4 of poses y (T, 8) in body units, one caption a frame."""
     frames = zip(sticks(y, fps), np.nan_to_num(y[:, 0]), captions, strict=True)
@@ -70,8 +66,8 @@ def _frame(links: Array, travelled: float, caption: str) -> Image:
     canvas = _scenery(travelled)
     middle = np.array([SIZE[0] / 2 - UNIT * travelled, GROUND])
     pixels = middle + links * (UNIT, -UNIT)
-    order = sorted(range(len(links)), key=lambda i: layers()[i])
-    segments = [Segment(pixels[i, 0], pixels[i, 1], SHADES[layers()[i]], UNIT / 14.0) for i in order]
+    order = sorted(range(len(links)), key=LAYERS.__getitem__)
+    segments = [Segment(pixels[i, 0], pixels[i, 1], SHADES[LAYERS[i]], UNIT / 14.0) for i in order]
     return draw(canvas, segments, caption=caption)
 
 

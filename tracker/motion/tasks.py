@@ -57,17 +57,12 @@ def whole_pose(model: Model, task: str) -> SLDS:
     """The model, if it has dynamics of all that a pose table holds; else a ValueError."""
     if not isinstance(model, SLDS):
         raise ValueError(f"the model is {kind_of(model)}, which cannot {task}; {OTHERWISE}")
-    _check_names(model.names)
+    check_names(model.names)
     return model
 
 
-def whole_stride(stride: Stride) -> Stride:
-    """The stride, if it is one of all that a pose table holds; else a ValueError."""
-    _check_names(stride.names)
-    return stride
-
-
-def _check_names(names: Sequence[str]) -> None:
+def check_names(names: Sequence[str]) -> None:
+    """ValueError unless a model's freedoms are those that a pose table holds."""
     if tuple(names) != POSE_COLUMNS:
         raise ValueError(
             f"the model speaks of {', '.join(names)}; a pose table of {', '.join(POSE_COLUMNS)}; "

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.gaits import gait
-from tracker.motion.sticks import layers, sticks
+from tracker.motion.sticks import LAYERS, sticks
 
 NAMES = [link.name for link in WALKER.links]
 
@@ -28,7 +28,7 @@ def test_angles_turn_the_leg_they_name_the_way_the_table_says(side, layer):
     straight = sticks(pose(), 30.0)[0]
     ahead = sticks(pose(**{f"hip_{side}": 30.0}), 30.0)[0]
     bent = sticks(pose(**{f"knee_{side}": 60.0}), 30.0)[0]
-    leg = [i for i, of in enumerate(layers()) if of == layer]
+    leg = [i for i, of in enumerate(LAYERS) if of == layer]
     rest = [i for i in range(len(NAMES)) if i not in leg]
     knee, ankle = straight[leg[0], 1], straight[leg[-1], 1]
     assert ahead[leg[0], 1, 0] > knee[0] + 0.2
@@ -53,5 +53,5 @@ def test_a_figure_whose_root_was_not_measured_stands_still(rng):
     y[:, :2] = np.nan
     links = sticks(y, 30.0)
     assert np.isfinite(links).all()
-    hip = links[:, layers().index(1), 0, 0]
+    hip = links[:, LAYERS.index(1), 0, 0]
     assert_allclose(hip, hip[0])
