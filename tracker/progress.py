@@ -1,8 +1,12 @@
-"""Progress on stderr: a bar on a terminal, plain lines elsewhere, JSON lines for programs, or nothing."""
+"""Progress on stderr: a bar on a terminal, plain lines elsewhere, JSON lines for programs, or nothing.
+
+Counts are told in words alike here and in summaries: `counted`, `tally`.
+"""
 
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import TypeVar
@@ -74,6 +78,16 @@ class Progress:
 def plain(text: str) -> str:
     """One line: a file's name may hold line breaks, and what moves a terminal's cursor."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def counted(n: int, what: str) -> str:
+    """A number of things in words: 1 frame, 2 frames."""
+    return f"{n} {what}" + "s" * (n != 1)
+
+
+def tally(kinds: Iterable[str]) -> str:
+    """How many there are of each kind, in words: 118 ok, 2 lost."""
+    return ", ".join(f"{n} {kind}" for kind, n in Counter(kinds).items())
 
 
 class _Lines:

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields
@@ -16,7 +15,7 @@ from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.errors import fault
 from tracker.models.cluster import cluster_at, local_cluster
-from tracker.progress import Progress
+from tracker.progress import Progress, tally
 from tracker.report.overview import Row as Shown
 from tracker.report.overview import is_overview, write_overview
 from tracker.report.results import write_run
@@ -207,10 +206,9 @@ def _ending_of(answer: object) -> Ending:
 
 def _ending(status: str, folder: Path) -> Ending:
     record = read_run(folder)
-    counts = Counter(outcome or "not followed" for outcome in record.outcome)
     cells = {
         "frames": str(len(record)),
-        "outcomes": ", ".join(f"{count} {outcome}" for outcome, count in counts.items()),
+        "outcomes": tally(outcome or "not followed" for outcome in record.outcome),
         "rate": "" if record.news.rate is None else f"{record.news.rate:g}",
         "warnings": "; ".join(record.news.warnings),
     }

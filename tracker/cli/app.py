@@ -1,7 +1,6 @@
 """The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
 
 import sys
-from collections import Counter
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +15,7 @@ from tracker.cli.motion_commands import classify, interpolate, learn, predict, r
 from tracker.cli.options import Common, Keypoints, Video, beside, offered
 from tracker.cli.streams import open_streams
 from tracker.clip.job import Following
+from tracker.progress import tally
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -113,9 +113,7 @@ def track(
         told = write_run(finished, aside, shown, overlay=overlay, report=report)
     for warning in told.warnings:
         shown.warn(warning)
-    counts = Counter(finished.track.outcome)
-    outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
-    print(f"{len(finished.track)} frames of {video.name} with {job.model}: {outcomes}")
+    print(f"{len(finished.track)} frames of {video.name} with {job.model}: {tally(finished.track.outcome)}")
     if finished.points is not None:
         print(finished.points)
     files = ["report.html"] * report + ["keypoints.csv", "pose.csv"]

@@ -1,7 +1,6 @@
 """The commands on files: exports for other programs, many clips at once, every setting."""
 
 import os
-from collections import Counter
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +10,7 @@ import typer
 from tracker.cli.options import Common, Overwrite
 from tracker.clip.job import Facing, towards
 from tracker.models.request import Tls
+from tracker.progress import tally
 
 if TYPE_CHECKING:
     from tracker.batch.run_all import Ended
@@ -202,9 +202,5 @@ def _show(ended: "Ended", place: Path) -> None:
     for row, ending in ended:
         folder, frames = os.path.relpath(row.out, place), ending.cells.get("frames", "")
         table.add_row(row.video.name, folder, ending.status, frames, told(ending))
-    console = Console(markup=False, highlight=False, soft_wrap=False)
-    console.print(table)
-    counts = Counter(ending.status for _, ending in ended)
-    print(
-        ", ".join(f"{count} {status}" for status, count in counts.items()) + f"; see {place / 'summary.csv'}"
-    )
+    Console(markup=False, highlight=False).print(table)
+    print(f"{tally(ending.status for _, ending in ended)}; see {place / 'summary.csv'}")

@@ -16,6 +16,7 @@ from tracker.experiments.section import Claim, Heading, Section, Table, share_ve
 from tracker.experiments.study import Recipe, Study
 from tracker.models.centred import centred
 from tracker.models.learn import STATES
+from tracker.progress import counted
 
 HEADING = Heading("prediction", "Where next?", "2000, section 1; 1999, section 4.2")
 NOISE = 2.0  # degrees
@@ -129,4 +130,4 @@ def _less(gain: float) -> str:
 
 
 def _told(key: Key) -> str:
-    return f"{key[0]}, {key[1]} frame{'s' if key[1] > 1 else ''} ahead"
+    return f"{key[0]}, {counted(key[1], 'frame')} ahead"

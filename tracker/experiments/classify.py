@@ -35,6 +35,7 @@ from tracker.experiments.study import MOTIONS, Recipe, Study
 from tracker.motion.choices import Inference
 from tracker.motion.label_plot import draw_labels
 from tracker.motion.tasks import INFERENCES
+from tracker.progress import counted
 
 HEADING = Heading("classification", "Walk or run?", "1999, figure 3; 2000, figure 2 a to d")
 COUNTS = (1, 2, 4)
@@ -296,7 +297,7 @@ def _cut_plot(study: Study, draw: Draw, n: int) -> Plot:
             )
         ),
         "One spliced sequence: the true motion and what each inference makes of it",
-        f"One sequence of people learned from; {n} state{'s' if n > 1 else ''} a motion, second order.",
+        f"One sequence of people learned from; {counted(n, 'state')} a motion, second order.",
     )
 
 

@@ -19,7 +19,7 @@ from tracker.models.by_motion import ESteps, Spread, learn_hmms, learn_motions, 
 from tracker.models.copies import Labelled, with_copies
 from tracker.models.find import CONSTANT_VELOCITY
 from tracker.models.request import Learning, Request
-from tracker.progress import Progress
+from tracker.progress import Progress, counted, tally
 from tracker.run.folder import fresh_file
 from tracker.settings import read_toml
 from tracker.tables.poses import read_poses
@@ -72,7 +72,7 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         model = _learn(data, request, further, progress)
         subjects = sorted({subject for subject, _, _ in data})
         origin = (
-            f"{_counted(len(data), 'sequence')} of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
+            f"{counted(len(data), 'sequence')} of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
         )
         save(model, aside, origin)
     return f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
@@ -188,12 +188,8 @@ def _spread(request: Request) -> Iterator[Spread | None]:
 def _described(model: Model) -> str:
     """States of each motion where they differ, and of what kind."""
     if isinstance(model, Stride):
-        return _counted(len(model.labels), "harmonic stride")
-    counts = Counter(model.labels)
-    each = "" if len(set(counts.values())) == 1 else f" ({', '.join(f'{n} {m}' for m, n in counts.items())})"
+        return counted(len(model.labels), "harmonic stride")
+    alike = len(set(Counter(model.labels).values())) == 1
+    each = "" if alike else f" ({tally(model.labels)})"
     kind = f"order {model.order}" if isinstance(model, SLDS) else "hidden Markov"
-    return f"{_counted(len(model.labels), 'state')}{each}, {kind}"
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+    return f"{counted(len(model.labels), 'state')}{each}, {kind}"

@@ -19,9 +19,9 @@ from tracker.models.find import from_a_stand, motion_model
 from tracker.motion.choices import Classify, Inference, Interpolate, PosesTask, Predict, Synthesise, Task
 from tracker.motion.fill import at_table_noise, fill_gaps, fillers
 from tracker.motion.free_run import free_run
-from tracker.motion.summary import filled_cells, forecast_errors, frames_text, free_motion, label_shares
+from tracker.motion.summary import filled_cells, forecast_errors, free_motion, label_shares
 from tracker.motion.tasks import chosen_inference, forecast_all, label_all, whole_pose
-from tracker.progress import Progress
+from tracker.progress import Progress, counted
 from tracker.run.folder import FolderError, fresh_file
 from tracker.tables.poses import PoseSequence, PosesError, pose_cells, read_poses, suspicions, write_poses
 from tracker.tables.table import write_table
@@ -70,7 +70,7 @@ def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
             from tracker.motion.plots import draw_forecast
 
             i = _shown(task.poses, task.show, sequences, 0)
-            ahead = f"forecasts {frames_text(task.horizon)} ahead by {Path(task.model).name}"
+            ahead = f"forecasts {counted(task.horizon, 'frame')} ahead by {Path(task.model).name}"
             title = f"{_which(task, sequences[i])}: {ahead}"
             draw_forecast(sequences[i], means[i], sds[i], plot, title)
     return "\n".join([forecast_errors(sequences, means, task.horizon), _see(places)])

@@ -9,6 +9,7 @@ from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
 from kinematics.mocap import POSE_COLUMNS
 from tracker.motion.fill import Filled
+from tracker.progress import counted
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
 ANGLES = slice(ROOT_COLUMNS, len(POSE_COLUMNS))
@@ -20,7 +21,7 @@ def label_shares(sequences: Sequence[PoseSequence], found: Sequence[Labelling]) 
     labels = [label for f in found for label in f.label]
     counts = Counter(labels)
     parts = [f"{motion} {100.0 * counts[motion] / len(labels):.1f} %" for motion in found[0].labels]
-    lines = [f"{frames_text(len(labels))} in {sequences_text(len(sequences))}: {', '.join(parts)}"]
+    lines = [f"{counted(len(labels), 'frame')} in {counted(len(sequences), 'sequence')}: {', '.join(parts)}"]
     told = [
         (own, label)
         for s, f in zip(sequences, found, strict=True)
@@ -29,7 +30,7 @@ def label_shares(sequences: Sequence[PoseSequence], found: Sequence[Labelling]) 
     ]
     if told:
         right = 100.0 * np.mean([own == label for own, label in told])
-        lines.append(f"the table's own label on {right:.2f} % of {frames_text(len(told))} that have one")
+        lines.append(f"the table's own label on {right:.2f} % of {counted(len(told), 'frame')} that have one")
     return lines
 
 
@@ -44,7 +45,7 @@ def forecast_errors(sequences: Sequence[PoseSequence], means: Sequence[Array], h
         errors.append(away[both])
         still.append(kept[both])
     e, k = np.concatenate(errors), np.concatenate(still)
-    ahead = f"{frames_text(horizon)} ahead in {sequences_text(len(sequences))}"
+    ahead = f"{counted(horizon, 'frame')} ahead in {counted(len(sequences), 'sequence')}"
     if not len(e):
         return f"forecasts {ahead}; nothing was measured to compare them with"
     rmse, before = np.sqrt((e**2).mean()), np.sqrt((k**2).mean())
@@ -60,8 +61,8 @@ def filled_cells(sequences: Sequence[PoseSequence], filled: Sequence[Filled]) ->
     done = sum(int(np.isfinite(f.sd).sum()) for f in filled)
     frames = sum(int(np.isfinite(f.sd).any(1).sum()) for f in filled)
     if not missing:
-        return f"nothing was missing in {sequences_text(len(sequences))}"
-    text = f"{done} cells filled in {frames_text(frames)} of {sequences_text(len(sequences))}"
+        return f"nothing was missing in {counted(len(sequences), 'sequence')}"
+    text = f"{done} cells filled in {counted(frames, 'frame')} of {counted(len(sequences), 'sequence')}"
     sds = np.concatenate([f.sd[:, ANGLES][np.isfinite(f.sd[:, ANGLES])] for f in filled])
     if len(sds):
         text += f", angles to {np.degrees(np.sqrt((sds**2).mean())):.1f} degrees by the model's own account"
@@ -77,7 +78,7 @@ def free_motion(model: str, labels: Sequence[str], y: Array, fps: float) -> str:
     """Its motions and the time of a stride; y (T, 8) poses at `fps`."""
     counts = Counter(labels)
     parts = [f"{motion} {100.0 * count / len(labels):.0f} %" for motion, count in counts.items()]
-    text = f"{frames_text(len(labels))} of {model} at {fps:g} a second: {', '.join(parts)}"
+    text = f"{counted(len(labels), 'frame')} of {model} at {fps:g} a second: {', '.join(parts)}"
     stride = stride_period(y)
     return text if stride is None else f"{text}, a stride in {stride:.1f} frames ({stride / fps:.2f} s)"
 
@@ -104,13 +105,3 @@ def stride_period(y: Array) -> float | None:
         return None
     before, at, after = products[later[0] - 1 : later[0] + 2]
     return float(later[0] + 0.5 * (before - after) / (before - 2.0 * at + after))
-
-
-def frames_text(n: int) -> str:
-    """A number of frames in words, as a summary says it."""
-    return f"{n} frame" + "s" * (n != 1)
-
-
-def sequences_text(n: int) -> str:
-    """A number of sequences in words, as a summary says it."""
-    return f"{n} sequence" + "s" * (n != 1)

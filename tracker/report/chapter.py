@@ -15,6 +15,7 @@ from tracker.gait.lengths import Known
 from tracker.gait.times import STANCE, SWING
 from tracker.gait.values import Measure, Value
 from tracker.loop.outcome import Outcome
+from tracker.progress import counted
 from tracker.report.drawing import figure_numbers
 from tracker.report.html_tables import SIGMAS
 from tracker.run.track import Track
@@ -192,8 +193,7 @@ def unusual(chapter: Chapter) -> str:
     if gait.discord > DISCORD:
         said.append("the legs' stride times differ")
     if chapter.warnings:
-        count = len(chapter.warnings)
-        said.append(f"{count} warning{'s' if count > 1 else ''} at the top of the page")
+        said.append(f"{counted(len(chapter.warnings), 'warning')} at the top of the page")
     if said:
         return f"Unusual: {'; '.join(said)}."
     if not compared:

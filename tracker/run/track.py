@@ -1,6 +1,5 @@
 """A figure followed through a clip."""
 
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +12,7 @@ from dynamics.gaussian import Array, transpose
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.loop.outcome import Outcome
+from tracker.progress import tally
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -73,8 +73,8 @@ class Track:
         return len(self.q)
 
     def __repr__(self) -> str:
-        counts = ", ".join(f"{count} {outcome}" for outcome, count in Counter(self.outcome).items())
-        return f"<Track with {self.model}: frames {self.first} to {self.first + len(self) - 1}, {counts}>"
+        last = self.first + len(self) - 1
+        return f"<Track with {self.model}: frames {self.first} to {last}, {tally(self.outcome)}>"
 
     @cached_property
     def measured(self) -> NDArray[np.bool_]:
