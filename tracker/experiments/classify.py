@@ -14,7 +14,7 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from dynamics.hmm import HMMPosterior, hmm_all
-from dynamics.motion.tasks import Labelling, labelling
+from dynamics.motion.tasks import labelling
 from dynamics.posterior import Posterior, Switching
 from tracker.experiments.measures import ANGLES, noisy, wrong_shares
 from tracker.experiments.section import (
@@ -284,8 +284,8 @@ def _table(found: Mapping[Key, Sequence[Score]], people: str) -> Table:
 def _cut_plot(study: Study, draw: Draw, n: int) -> Plot:
     """The first sequence, as figures 2 a and b of the 2000 paper show theirs."""
     first, y = draw.splices[0], draw.ys[0]
-    truth = np.array([[label == motion for motion in MOTIONS] for label in first.labels], float)
-    rows = {"true motion": Labelling(first.labels, truth.argmax(1), MOTIONS, truth)}
+    truth = np.array([MOTIONS.index(label) for label in first.labels])
+    rows = {"true motion": labelling(MOTIONS, np.eye(len(MOTIONS))[truth], truth)}
     for (_, _, name), labels, infer in tries(study, n, [y], (2,), draw.held):
         [found] = infer()
         rows[NAMES[Inference(name)]] = labelling(labels, found.prob, found.path)

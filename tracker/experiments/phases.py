@@ -53,9 +53,9 @@ def run(study: Study) -> Section:
     rows = [
         (
             str(n),
-            spread(cut.regular.values(), 0),
+            spread(cut.regular, 0),
             f"{np.mean(cut.commonest):.0f}",
-            spread(cut.leg.values(), 0),
+            spread(cut.leg, 0),
             spread(cut.switches),
         )
         for n, cut in cuts.items()
@@ -85,16 +85,16 @@ def run(study: Study) -> Section:
 
 @dataclass
 class Cut:
-    """How the states of one number lie in the stride; per cent of each subject's frames.
+    """How the states of one number lie in the stride.
 
-    regular   : in the usual state for that point of the stride
-    leg       : with the leg ahead that is usual for their state
-    commonest : in the commonest state, by group
+    regular   : per cent of each subject's frames in the usual state for that point of the stride
+    leg       : per cent of each subject's frames with the leg ahead that is usual for their state
+    commonest : per cent of each group's frames in the commonest state
     switches  : changes of state a stride, by group
     """
 
-    regular: dict[str, float] = field(default_factory=dict)
-    leg: dict[str, float] = field(default_factory=dict)
+    regular: list[float] = field(default_factory=list)
+    leg: list[float] = field(default_factory=list)
     commonest: list[float] = field(default_factory=list)
     switches: list[float] = field(default_factory=list)
 
@@ -105,22 +105,22 @@ class Cut:
         turns = [turn(a) for a in apart]
         path = np.concatenate(paths)
         point = np.floor(np.concatenate(turns) * BINS).astype(int) % BINS
-        self.regular |= usual(point, path, subjects)
-        self.leg |= usual(path, np.concatenate(apart) > 0, subjects)
+        self.regular += usual(point, path, subjects)
+        self.leg += usual(path, np.concatenate(apart) > 0, subjects)
         self.commonest.append(100.0 * float(np.bincount(path).max()) / len(path))
         strides = sum(abs(float(t[-1] - t[0])) for t in turns)
         changes = sum(int((p[1:] != p[:-1]).sum()) for p in paths)
         self.switches.append(changes / max(strides, 1e-9))
 
 
-def usual(given: NDArray[Any], what: NDArray[Any], subjects: NDArray[np.str_]) -> dict[str, float]:
+def usual(given: NDArray[Any], what: NDArray[Any], subjects: NDArray[np.str_]) -> list[float]:
     """Of each subject the per cent of frames in which `what` is the commonest with the same `given`."""
     right = np.zeros(len(what), dtype=bool)
     for value in np.unique(given):
         here = given == value
         kinds, counts = np.unique(what[here], return_counts=True)
         right[here] = what[here] == kinds[counts.argmax()]
-    return {str(who): 100.0 * float(right[subjects == who].mean()) for who in np.unique(subjects)}
+    return [100.0 * float(right[subjects == who].mean()) for who in np.unique(subjects)]
 
 
 def turn(apart: Array) -> Array:
@@ -134,8 +134,8 @@ def turn(apart: Array) -> Array:
 def claim(cuts: dict[int, Cut]) -> Claim:
     """Whether two states are phases of the stride, and which."""
     two = cuts[2]
-    regular, chance = float(np.mean(list(two.regular.values()))), float(np.mean(two.commonest))
-    leg = {count: float(np.mean(list(cut.leg.values()))) for count, cut in cuts.items()}
+    regular, chance = float(np.mean(two.regular)), float(np.mean(two.commonest))
+    leg = {count: float(np.mean(cut.leg)) for count, cut in cuts.items()}
     gained = (regular - chance) / (100.0 - chance)
     here = (
         f"The two states are where they usually are in the stride in {regular:.0f} % of the frames (by "

@@ -255,11 +255,11 @@ def test_a_cut_by_the_leg_ahead_is_regular_and_tells_the_leg_and_a_random_one_do
     by_leg, by_chance = phases.Cut(), phases.Cut()
     by_leg.add(jogs, legs)
     by_chance.add(jogs, [rng.integers(2, size=220) for _ in jogs])
-    assert min(by_leg.leg.values()) == 100.0
-    assert min(by_leg.regular.values()) > 90.0
+    assert min(by_leg.leg) == 100.0
+    assert min(by_leg.regular) > 90.0
     assert_allclose(by_leg.switches, 2.0, atol=0.15)  # ten strides, cut at their ends
-    assert max(by_chance.leg.values()) < 65.0
-    assert max(by_chance.regular.values()) < 70.0
+    assert max(by_chance.leg) < 65.0
+    assert max(by_chance.regular) < 70.0
     assert phases.claim({2: by_leg}).verdict is Verdict.HOLDS
     assert phases.claim({2: by_chance}).verdict is Verdict.FAILS
 
