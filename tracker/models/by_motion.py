@@ -10,7 +10,6 @@ from dynamics.frames import batches
 from dynamics.gaussian import Array
 from dynamics.gpb2 import gpb2_all
 from dynamics.hmm import HMM, combine_hmms
-from dynamics.layout import among
 from dynamics.learning.baum_welch import learn_hmm
 from dynamics.learning.em import anywhere, learn
 from dynamics.learning.options import DEFAULTS, Options
@@ -27,6 +26,7 @@ from tracker.models.centred import centred
 from tracker.models.copies import Labelled
 
 VITERBI = "viterbi"
+ANGLES = slice(len(ROOT), None)  # of a figure's learned freedoms
 
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
@@ -117,15 +117,17 @@ def learn_hmms(
     noise: float = 0.0,
 ) -> HMM:
     """One model of several motions by hidden Markov models of the angles, the papers' baseline."""
-    angles = ~among(figure.learned_freedoms, ROOT)
-    names = [name for name in figure.learned_freedoms if name not in ROOT]
-    models = []
-    for motion in _motions(sequences, figure, False, noise, options.seed):
-        seen = [y[:, angles] for y in motion.poses]
-        fit = learn_hmm(
-            seen, names=names, fps=fps, label=motion.name, options=options, weights=motion.weights
-        )
-        models.append(fit.hmm)
+    models = [
+        learn_hmm(
+            [y[:, ANGLES] for y in motion.poses],
+            names=motion.names[ANGLES],
+            fps=fps,
+            label=motion.name,
+            options=options,
+            weights=motion.weights,
+        ).hmm
+        for motion in _motions(sequences, figure, False, noise, options.seed)
+    ]
     return combine_hmms(models, CROSSING)
 
 
@@ -210,7 +212,7 @@ def _motion(
         own = centred(y, figure)
         for twin in (own, own[:, figure.exchanged[: len(names)]]):
             spoiled = twin.copy()
-            spoiled[:, 2:] += rng.normal(scale=noise, size=spoiled[:, 2:].shape) if noise > 0 else 0.0
+            spoiled[:, ANGLES] += rng.normal(scale=noise, size=spoiled[:, ANGLES].shape) if noise > 0 else 0.0
             poses.append(spoiled)
             whose.append((label, subject))
             frames[label, subject] += len(y)

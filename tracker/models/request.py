@@ -90,8 +90,7 @@ class Request:
         return [name.strip() for name in self.exclude_subjects.split(",") if name.strip()]
 
     @property
-    def inputs(self) -> list[Path]:
-        """The files that are read, none of which may be written over."""
+    def inputs(self) -> list[Path | None]:
+        """The files that are read, none of which may be written over; None for none."""
         figure = Path(self.figure) if Path(self.figure).is_file() else None
-        files = (self.trials, *(self.poses or ()), self.settings, figure)
-        return [path for path in files if path is not None]
+        return [self.trials, *(self.poses or ()), self.settings, figure]
