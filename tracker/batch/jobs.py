@@ -15,7 +15,6 @@ from tracker.tables.table import Layout, finite
 from videos.frames import FILM_SUFFIXES, films_in
 
 OPTIONS = {option.shown: option for option in options()}
-NEEDED = ("video",)
 HEADER = "video,keypoints,start,model,out"
 COLUMNS = ("video", "keypoints", *OPTIONS, "out")
 FLAGS = {"1": True, "0": False}
@@ -29,7 +28,7 @@ LAYOUT = Layout(
     error=JobsError,
     name="table of jobs",
     header=HEADER,
-    needed=NEEDED,
+    needed=("video",),
     known=COLUMNS,
     absent="no table of jobs {path}; check its name",
     misfit="has more cells than the header; quote a name that has a comma",

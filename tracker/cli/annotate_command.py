@@ -87,11 +87,11 @@ def find(
     with fresh_file(table, overwrite=common.overwrite, inputs=[video]) as aside:
         everybody = people(film, common.shown())
         write_people(aside, everybody)
-        if not everybody and common.overwrite:
-            picture.unlink(missing_ok=True)  # of an earlier table
         if everybody:
             with fresh_file(picture, overwrite=common.overwrite, inputs=[video]) as drawn:
                 write_picture(drawn, everybody, film)
+        elif common.overwrite:
+            picture.unlink(missing_ok=True)  # of an earlier table
     print(told(everybody, video.name))
 
 

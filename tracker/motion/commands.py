@@ -105,8 +105,8 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
 def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> str:
     """Write a motion of the model's own (`tracker.motion.free_run`) as the pose table's one sequence, and as
     a clip; raises as `classify_table`."""
-    places: Places = task.places("synthesise")
-    places = (*places, places[0].with_suffix(".mp4") if places[0] and not task.no_clip else None)
+    named, picture = task.places("synthesise")
+    places = named, picture, None if task.no_clip else named.with_suffix(".mp4")
     with _fresh(task, places, overwrite) as (table, plot, film):
         model, fps = _model(task)
         rng = np.random.default_rng(task.seed)

@@ -146,10 +146,8 @@ def _finish(figure: Any, grid: Any, title: str, found: str, last: list[tuple[Any
         band = Rectangle((0, 0), 1, 1, color=shade, alpha=0.25, linewidth=0)
         named.append(((band, Line2D([], [], color=shade, linewidth=1.6)), f"{found}: {side}"))
     named += last
-    figure.legend(
-        [handle for handle, _ in named], [text for _, text in named],
-        loc="outside lower center", ncols=len(named), frameon=False,
-    )  # fmt: skip
+    handles, texts = zip(*named, strict=True)
+    figure.legend(handles, texts, loc="outside lower center", ncols=len(named), frameon=False)
     figure.align_ylabels(grid)
     if title:
         figure.suptitle(title, x=0.01, ha="left", fontsize=12)
