@@ -43,14 +43,6 @@ SLOWEST = 2.0  # radians a second
 
 
 @dataclass(frozen=True)
-class Hypothesis:
-    """One motion and course of the phase through a window."""
-
-    stretch: Stretch
-    fit: Fit
-
-
-@dataclass(frozen=True)
 class Filling:
     """The frames of one gap.
 
@@ -83,7 +75,7 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
     window = around(y, rows, fps)
     t = (np.arange(window.start, window.stop) - rows.mean()) / fps
     found = hypotheses(stride, t, np.where(stride.travels, np.nan, y[window]))
-    log_p = np.array([h.fit.log_evidence for h in found])
+    log_p = np.array([h.log_evidence for h in found])
     share = np.exp(DOUBT * (log_p - log_p.max()))
     kept = np.flatnonzero(share >= FAINT * share.sum())
     each = [_poses(found[i], y[window], rows - window.start) for i in kept]
@@ -108,7 +100,7 @@ def spaced(y: Array, fps: float) -> Array:
     return out
 
 
-def hypotheses(stride: Stride, t: Array, y: Array) -> list[Hypothesis]:
+def hypotheses(stride: Stride, t: Array, y: Array) -> list[Fit]:
     """The courses of the phase that explain a window (t, y as of `Stretch`), the most probable first;
     ValueError if no freedom that stays was measured in it."""
     if np.isnan(y[:, ~stride.travels]).all():
@@ -118,11 +110,9 @@ def hypotheses(stride: Stride, t: Array, y: Array) -> list[Hypothesis]:
     rough = []
     for k in range(len(stride.labels)):
         stretch = Stretch(stride, k, t, y)
-        for start in starts(stride, k, t, y):
-            rough.append(Hypothesis(stretch, stretch.fit(*start, ROUGH)))
-    best = max(h.fit.log_evidence for h in rough)
-    near = [h for h in rough if h.fit.log_evidence > best - BEHIND]
-    climbed = _sorted([Hypothesis(h.stretch, h.stretch.fit_from(h.fit)) for h in near])
+        rough += [stretch.fit(*start, ROUGH) for start in starts(stride, k, t, y)]
+    best = max(h.log_evidence for h in rough)
+    climbed = _sorted([h.climbed() for h in rough if h.log_evidence > best - BEHIND])
     noise = _likeliest_noise(climbed[0])
     return _distinct(_sorted([_at_noise(h, noise) for h in climbed]) if noise > 0.0 else climbed)
 
@@ -149,52 +139,42 @@ def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, floa
     return [(phases[j], speeds[i], bends[score[i, :, j].argmax()] * stride.bend[k]) for i, j in peaks]
 
 
-def _spaced_evidence(h: Hypothesis, fps: float) -> float:
-    own = h.stretch
-    stretch = Stretch(own.stride, own.k, own.t, spaced(own.y, fps))
-    apart = Hypothesis(stretch, stretch.fit_from(h.fit))
+def _spaced_evidence(h: Fit, fps: float) -> float:
+    apart = h.given(spaced(h.stretch.y, fps))
     likeliest = _at_noise(apart, _likeliest_noise(apart))
-    return likeliest.fit.log_evidence - float(np.log(len(own.stride.labels)))
+    return likeliest.log_evidence - float(np.log(len(h.stretch.stride.labels)))
 
 
-def _likeliest_noise(h: Hypothesis) -> float:
+def _likeliest_noise(h: Fit) -> float:
     """The deviation added to the noise that makes a window most probable: the last of NOISES that rises."""
-    best, log_evidence = 0.0, h.fit.log_evidence
+    best, log_evidence = 0.0, h.log_evidence
     for noise in NOISES:
         h = _at_noise(h, noise)
-        if h.fit.log_evidence <= log_evidence:
+        if h.log_evidence <= log_evidence:
             break
-        best, log_evidence = noise, h.fit.log_evidence
+        best, log_evidence = noise, h.log_evidence
     return best
 
 
-def _at_noise(h: Hypothesis, noise: float) -> Hypothesis:
-    own = h.stretch
-    stretch = Stretch(own.stride, own.k, own.t, own.y, _added(own.stride, noise))
-    return Hypothesis(stretch, stretch.fit_from(h.fit))
+def _at_noise(h: Fit, noise: float) -> Fit:
+    """With measurement noise of this standard deviation in radians added."""
+    return h.given(h.stretch.y, np.where(h.stretch.stride.travels, PLACE_NOISE * noise, noise) ** 2)
 
 
-def _added(stride: Stride, noise: float) -> Array:
-    """Variances (M,) of measurement noise with this standard deviation in radians."""
-    return np.where(stride.travels, PLACE_NOISE * noise, noise) ** 2
+def _sorted(found: list[Fit]) -> list[Fit]:
+    return sorted(found, key=lambda h: -h.log_evidence)
 
 
-def _sorted(found: list[Hypothesis]) -> list[Hypothesis]:
-    return sorted(found, key=lambda h: -h.fit.log_evidence)
-
-
-def _poses(h: Hypothesis, y: Array, rows: NDArray[np.intp]) -> Gaussian:
+def _poses(h: Fit, y: Array, rows: NDArray[np.intp]) -> Gaussian:
     """Frames of a window by one hypothesis, now that the freedoms that travel are heard too."""
-    own = h.stretch
-    stretch = Stretch(own.stride, own.k, own.t, y, own.noise)
-    return stretch.predict(stretch.fit_from(h.fit), rows)
+    return h.given(y, h.stretch.noise).predict(rows)
 
 
-def _distinct(found: list[Hypothesis]) -> list[Hypothesis]:
+def _distinct(found: list[Fit]) -> list[Fit]:
     """The candidate courses of the phase, each of them once."""
-    kept: list[Hypothesis] = []
+    kept: list[Fit] = []
     for h in found:
-        if not any(h.stretch is other.stretch and _same(h.fit.phase, other.fit.phase) for other in kept):
+        if not any(h.stretch is other.stretch and _same(h.phase, other.phase) for other in kept):
             kept.append(h)
     return kept
 

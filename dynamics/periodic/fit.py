@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_triangular
 
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, symmetric
 from dynamics.stride import DRIFTING, QUICK, SLOW, Stride, harmonics, slopes
@@ -44,6 +44,7 @@ def matern(lag: Array, scale: float) -> Array:
 class Fit:
     """The most probable z of a stretch from one start, and Laplace's approximation about it.
 
+    stretch      : what was fitted
     z            : (Z + W,) all that was unknown
     start        : the phase at t = 0 that its shift is added to, radians
     factor       : Cholesky factor of P + A'A, as `scipy.linalg.cho_factor` gives it
@@ -52,6 +53,7 @@ class Fit:
     log_evidence : nats
     """
 
+    stretch: "Stretch"
     z: Array
     start: float
     factor: tuple[Array, bool]
@@ -65,11 +67,37 @@ class Fit:
         """(Z + W, Z + W) covariance of z."""
         return np.asarray(cho_solve(self.factor, np.eye(len(self.z))))
 
+    def climbed(self) -> "Fit":
+        """The same search gone on from where it ended."""
+        return self.stretch.climb(self.z, self.start, STEPS)
+
+    def given(self, y: Array, noise: Array | float = 0.0) -> "Fit":
+        """The search gone on with other measurements and noise of the same frames, as of `Stretch`."""
+        own = self.stretch
+        return Stretch(own.stride, own.k, own.t, y, noise).climb(self.z, self.start, STEPS)
+
+    def predict(self, rows: NDArray[np.intp]) -> Gaussian:
+        """mean (m, M) and cov (m, M, M) of frames' poses, without noise, given all that was measured."""
+        own, stride = self.stretch, self.stretch.stride
+        M = len(stride.names)
+        cells = np.repeat(rows, M), np.tile(np.arange(M), len(rows))
+        f, J, _ = own.value(self.z, self.start, cells)
+        cross = solve_triangular(own.L, own.residual(own.cells, cells), lower=True, check_finite=False)
+        mean = (f + cross.T @ self.white).reshape(-1, M)
+        away = (J - cross.T @ self.slope).reshape(len(rows), M, -1)
+        tied = cross.T.reshape(len(rows), M, -1)
+        spread = solve_triangular(self.factor[0], away.reshape(-1, away.shape[-1]).T, lower=True).T.reshape(
+            away.shape
+        )
+        cov = stride.quick[own.k] + stride.slow[own.k] - tied @ tied.swapaxes(1, 2)
+        return Gaussian(mean, symmetric(cov + spread @ spread.swapaxes(1, 2)))
+
 
 class Stretch:
     """The frames of one stretch, t (T,) seconds and y (T, M), NaN where not measured, under motion k.
 
-    noise (M,) is a variance added to R.
+    noise (M,) is a variance added to R. In z, the phase speed stands at `speed`, the phase shift at `shift`,
+    the bend and the drift after it.
     """
 
     def __init__(self, stride: Stride, k: int, t: Array, y: Array, noise: Array | float = 0.0) -> None:
@@ -77,39 +105,28 @@ class Stretch:
         self.R = stride.R[k] + np.diag(np.broadcast_to(noise, len(stride.names)))
         frame, freedom = np.nonzero(np.isfinite(y))
         self.cells: Cells = frame, freedom
-        self.Z = stride.mean.shape[1]
-        self.speed = len(stride.names) * stride.basis
         self.travels = np.flatnonzero(stride.travels)
+        self.Z, self.speed = stride.mean.shape[1], len(stride.names) * stride.basis
+        self.shift = self.Z + len(self.travels)
         self.moves = self._shapes()
-        places, W = len(self.travels), self.moves.shape[1]
-        self.prior = Gaussian(
-            np.concatenate([stride.mean[k], np.zeros(places + W)]), np.eye(self.Z + places + W)
-        )
-        self.prior.cov[: self.Z, : self.Z] = stride.root[k] @ stride.root[k].T
-        rest = np.arange(self.Z, self.Z + places)
-        self.prior.cov[rest, rest] = ANYWHERE**2
-        self.prior.cov[self.Z + places, self.Z + places] = SHIFT**2
+        # Beforehand z has this mean, and beyond the Z numbers of the population these variances.
+        more = self.moves.shape[1] - 1
+        self.variances = np.append(np.full(len(self.travels), ANYWHERE**2), [SHIFT**2, *np.ones(more)])
+        self.mean = np.append(stride.mean[k], np.zeros(len(self.variances)))
         noise_between = _spread(self.correlations[2], self.R, self.cells, self.cells)
         self.L = cholesky(self.residual(self.cells, self.cells) + noise_between, lower=True)
 
     @cached_property
     def precision(self) -> Array:
         """(Z + W, Z + W) of z beforehand."""
-        P = np.zeros_like(self.prior.cov)
-        P[: self.Z, : self.Z] = cho_solve((self.stride.root[self.k], True), np.eye(self.Z))
-        rest = np.arange(self.Z, len(P))
-        P[rest, rest] = 1.0 / self.prior.cov[rest, rest]
-        return P
+        population = cho_solve((self.stride.root[self.k], True), np.eye(self.Z))
+        return np.asarray(block_diag(population, np.diag(1.0 / self.variances)))
 
     @cached_property
     def _constant(self) -> float:
         """Log determinants that do not depend on z: -log |2 pi L L'| / 2 + log |P| / 2."""
-        n = len(self.L)
-        spread = (
-            np.log(np.diag(self.stride.root[self.k])).sum()
-            + 0.5 * np.log(np.diag(self.prior.cov)[self.Z :]).sum()
-        )
-        return float(-np.log(np.diag(self.L)).sum() - 0.5 * n * LOG_2PI - spread)
+        spread = np.log(np.diag(self.stride.root[self.k])).sum() + 0.5 * np.log(self.variances).sum()
+        return float(-np.log(np.diag(self.L)).sum() - 0.5 * len(self.L) * LOG_2PI - spread)
 
     @cached_property
     def correlations(self) -> Array:
@@ -131,13 +148,13 @@ class Stretch:
         size, rows = stride.basis, np.arange(len(frame))
         c = z[: M * size].reshape(M, size)
         speed = self.speed
-        phase = start + z[speed] * self.t + self.moves @ z[self.Z + len(self.travels) :]
+        phase = start + z[speed] * self.t + self.moves @ z[self.shift :]
         basis = harmonics(phase, size)[frame]
         turn = (slopes(phase, size)[frame] * c[freedom]).sum(1)
         J = np.zeros((len(frame), len(z)))
         J[rows[:, None], freedom[:, None] * size + np.arange(size)] = basis
         J[:, speed] = turn * self.t[frame]
-        J[:, self.Z + len(self.travels) :] = turn[:, None] * self.moves[frame]
+        J[:, self.shift :] = turn[:, None] * self.moves[frame]
         f = (basis * c[freedom]).sum(1)
         for n, column in enumerate(self.travels):
             here = freedom == column
@@ -148,34 +165,14 @@ class Stretch:
 
     def fit(self, start: float, speed: float, bend: float = 0.0, steps: int = STEPS) -> Fit:
         """Climb from the phase at t = 0, the phase speed and its bend, in radians and seconds."""
-        z = self.prior.mean.copy()
+        z = self.mean.copy()
         z[self.speed] = speed
-        z[self.Z + len(self.travels) + 1] = bend / self.stride.bend[self.k]
-        z[self.Z : self.Z + len(self.travels)] = self._places()
-        return self._climb(z, start, steps)
+        z[self.shift + 1] = bend / self.stride.bend[self.k]
+        z[self.Z : self.shift] = self._places()
+        return self.climb(z, start, steps)
 
-    def fit_from(self, fit: Fit) -> Fit:
-        """Climb on from where a search ended."""
-        return self._climb(fit.z, fit.start, STEPS)
-
-    def predict(self, fit: Fit, rows: NDArray[np.intp]) -> Gaussian:
-        """mean (m, M) and cov (m, M, M) of frames' poses, without noise, given all that was measured."""
-        M = len(self.stride.names)
-        cells = np.repeat(rows, M), np.tile(np.arange(M), len(rows))
-        f, J, _ = self.value(fit.z, fit.start, cells)
-        cross = solve_triangular(self.L, self.residual(self.cells, cells), lower=True, check_finite=False)
-        mean = (f + cross.T @ fit.white).reshape(-1, M)
-        away = (J - cross.T @ fit.slope).reshape(len(rows), M, -1)
-        tied = cross.T.reshape(len(rows), M, -1)
-        own = self.stride.quick[self.k] + self.stride.slow[self.k]
-        spread = solve_triangular(fit.factor[0], away.reshape(-1, away.shape[-1]).T, lower=True).T.reshape(
-            away.shape
-        )
-        cov = own - tied @ tied.swapaxes(1, 2) + spread @ spread.swapaxes(1, 2)
-        return Gaussian(mean, symmetric(cov))
-
-    def _climb(self, z: Array, start: float, steps: int) -> Fit:
-        """Gauss-Newton steps, each halved until it rises."""
+    def climb(self, z: Array, start: float, steps: int) -> Fit:
+        """Gauss-Newton steps from z, each halved until it rises."""
         fit, cost, uphill = self._at(z, start)
         for _ in range(steps):
             step = cho_solve(fit.factor, uphill)
@@ -196,11 +193,11 @@ class Stretch:
         away = self.y[self.cells] - f
         white = solve_triangular(self.L, np.column_stack([away, J]), lower=True, check_finite=False)
         e, A = white[:, 0], white[:, 1:]
-        pull = self.precision @ (z - self.prior.mean)
-        cost = 0.5 * float(e @ e + (z - self.prior.mean) @ pull)
+        pull = self.precision @ (z - self.mean)
+        cost = 0.5 * float(e @ e + (z - self.mean) @ pull)
         factor = cho_factor(self.precision + A.T @ A, lower=True)
         log_evidence = self._constant - cost - float(np.log(np.diag(factor[0])).sum())
-        return Fit(z, start, factor, e, A, phase, log_evidence), cost, A.T @ e - pull
+        return Fit(self, z, start, factor, e, A, phase, log_evidence), cost, A.T @ e - pull
 
     def _places(self) -> Array:
         """(n,) the means of what was measured of the freedoms that travel."""

@@ -96,20 +96,18 @@ def learn(
     for n in range(rounds):
         found = []
         for i, piece in enumerate(pieces):
-            stretch = Stretch(stride, 0, piece.t, piece.y)
-            fit = stretch.fit(*begun[i])
-            begun[i] = _end(stretch, fit)
-            found.append(moments(stretch, fit, residual=n >= SETTLED))
+            fit = Stretch(stride, 0, piece.t, piece.y).fit(*begun[i])
+            begun[i] = _end(fit)
+            found.append(moments(fit, residual=n >= SETTLED))
         stride = maximise(stride, pieces, found, twins, residual=n >= SETTLED)
         tick()
     return stride
 
 
-def moments(stretch: Stretch, fit: Fit, *, residual: bool = True) -> Moments:
+def moments(fit: Fit, *, residual: bool = True) -> Moments:
     """The E-step of a piece linearised at a fit; `residual` asks for its part too, which takes longest."""
-    Z, places = stretch.Z, len(stretch.travels)
+    Z, bend = fit.stretch.Z, fit.stretch.shift + 1
     spread, z = fit.cov, fit.z
-    bend = Z + places + 1
     drifts = slice(bend + 1, None)
     squares = z[drifts] ** 2 + np.diag(spread)[drifts]
     return Moments(
@@ -117,7 +115,7 @@ def moments(stretch: Stretch, fit: Fit, *, residual: bool = True) -> Moments:
         spread[:Z, :Z],
         float(z[bend] ** 2 + spread[bend, bend]),
         (float(squares.sum()), len(squares)),
-        _residual_moments(stretch, fit) if residual else np.zeros((3, *stretch.R.shape)),
+        _residual_moments(fit) if residual else np.zeros((3, *fit.stretch.R.shape)),
     )
 
 
@@ -167,8 +165,9 @@ def mirror_matrix(stride: Stride, twins: NDArray[np.intp]) -> Array:
     return F
 
 
-def _residual_moments(stretch: Stretch, fit: Fit) -> Array:
+def _residual_moments(fit: Fit) -> Array:
     """(3, M, M) W of the module's equation for quick, slow and noise; all must be measured."""
+    stretch = fit.stretch
     T, M = stretch.y.shape
     inverse = solve_triangular(stretch.L, np.eye(T * M), lower=True, check_finite=False)
     a = inverse.T @ fit.white
@@ -178,10 +177,9 @@ def _residual_moments(stretch: Stretch, fit: Fit) -> Array:
     return np.asarray(np.tensordot(stretch.correlations, pairs.transpose(0, 2, 1, 3), 2))
 
 
-def _end(stretch: Stretch, fit: Fit) -> tuple[float, float, float]:
+def _end(fit: Fit) -> tuple[float, float, float]:
     """Phase, speed and bend where a search ended, to begin the next from."""
-    speed, shift = stretch.speed, stretch.Z + len(stretch.travels)
-    bend = stretch.stride.bend[stretch.k]
+    speed, shift, bend = fit.stretch.speed, fit.stretch.shift, fit.stretch.stride.bend[0]
     return float(fit.start + fit.z[shift]), float(fit.z[speed]), float(fit.z[shift + 1] * bend)
 
 

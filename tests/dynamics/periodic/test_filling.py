@@ -73,9 +73,9 @@ def test_strides_across_a_long_gap_are_counted_in_more_ways_than_one(rng):
     given[10:120] = np.nan
     given[:, 0] = np.nan
     found = hypotheses(stride, t, given)
-    turns = {round((h.fit.phase[-1] - h.fit.phase[0]) / (2.0 * np.pi)) for h in found}
+    turns = {round((h.phase[-1] - h.phase[0]) / (2.0 * np.pi)) for h in found}
     assert len(turns) > 1
-    evidence = [h.fit.log_evidence for h in found]
+    evidence = [h.log_evidence for h in found]
     assert evidence == sorted(evidence, reverse=True)
 
 
@@ -154,10 +154,10 @@ def test_the_evidence_is_that_of_frames_apart(rng):
     t = (np.arange(20) - gap.rows.mean()) * SPACING
     best = hypotheses(stride, t, np.where(stride.travels, np.nan, given))[0]
     # What the search still gains from where it ended.
-    assert gap.log_evidence == pytest.approx(best.fit.log_evidence, abs=1e-2)
+    assert gap.log_evidence == pytest.approx(best.log_evidence, abs=1e-2)
     _, given, _ = holed(stride, 80, 36, 42, rng)
     (gap,) = interpolate(combine_strides([stride, replace(stride, labels=("run",))]), given, FPS)
     t = (np.arange(80) - gap.rows.mean()) / FPS
     (coarse, *_) = hypotheses(stride, t[::6], np.where(stride.travels, np.nan, given)[::6])
     # Every motion is as probable; the residual's scales and the search differ a little between the two ways.
-    assert gap.log_evidence == pytest.approx(coarse.fit.log_evidence - np.log(2.0), abs=1.0)
+    assert gap.log_evidence == pytest.approx(coarse.log_evidence - np.log(2.0), abs=1.0)

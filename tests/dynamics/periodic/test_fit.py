@@ -113,7 +113,7 @@ def test_evidence_and_poses_are_those_of_the_dense_gaussian(stretch):
     # The place's variance of 1e4 beside 1e-4 of the noise costs eight digits.
     assert fit.log_evidence == pytest.approx(evidence, abs=1e-4)
     T = len(stretch.t)
-    got = stretch.predict(fit, np.arange(T))
+    got = fit.predict(np.arange(T))
     assert_allclose(got.mean, mean.reshape(T, M), atol=1e-5)
     blocks = cov.reshape(T, M, T, M)[np.arange(T), :, np.arange(T)]
     assert_allclose(got.cov, blocks, atol=1e-6)

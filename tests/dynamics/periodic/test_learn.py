@@ -15,17 +15,17 @@ from tests.dynamics.periodic.strides import FPS, NAMES, TWINS, Z, drawn, little,
 def people(rng):
     """A stride, and pieces of four people with their fits."""
     stride = little(rng)
-    pieces, stretches, fits = [], [], []
+    pieces, fits = [], []
     for person in "abcd":
         t, y, phase = drawn(stride, 24, rng)
         pieces.append(Piece(person, t, noisy(stride, y, rng), 0.25))
-        stretches.append(Stretch(stride, 0, t, pieces[-1].y))
-        fits.append(stretches[-1].fit(float(np.interp(0.0, t, phase)), 6.0))
-    return stride, pieces, stretches, fits
+        fits.append(Stretch(stride, 0, t, pieces[-1].y).fit(float(np.interp(0.0, t, phase)), 6.0))
+    return stride, pieces, fits
 
 
-def linear_evidence(stride, stretch, fit, old):
+def linear_evidence(stride, fit):
     """Log density of a piece under a stride, linearised where the old one's fit ended, cell by cell."""
+    stretch, old = fit.stretch, fit.stretch.stride
     cells = stretch.cells
     f, J, _ = stretch.value(fit.z, fit.start, cells)
     J = J.copy()
@@ -48,34 +48,33 @@ def linear_evidence(stride, stretch, fit, old):
     return -0.5 * (np.linalg.slogdet(2.0 * np.pi * C)[1] + away @ np.linalg.solve(C, away))
 
 
-def objective(stride, old, stretches, fits):
+def objective(stride, fits):
     """What a round must not lower: the evidence of a piece a person, and the prior of the covariance."""
     cov = stride.root[0] @ stride.root[0].T
     prior = np.linalg.slogdet(cov)[1] + np.trace(np.linalg.solve(cov, _manner(stride)))
-    pieces = sum(linear_evidence(stride, s, f, old) for s, f in zip(stretches, fits, strict=True))
-    return pieces - 0.5 * PEOPLE * prior
+    return sum(linear_evidence(stride, fit) for fit in fits) - 0.5 * PEOPLE * prior
 
 
 def test_a_round_never_lowers_the_evidence(people):
-    stride, pieces, stretches, fits = people
-    found = [moments(s, f) for s, f in zip(stretches, fits, strict=True)]
-    before = objective(stride, stride, stretches, fits)
-    after = objective(maximise(stride, pieces, found, TWINS), stride, stretches, fits)
+    stride, pieces, fits = people
+    found = [moments(fit) for fit in fits]
+    before = objective(stride, fits)
+    after = objective(maximise(stride, pieces, found, TWINS), fits)
     assert after > before + 1.0
     # Each part by itself does not lower it either.
     whole = maximise(stride, pieces, found, TWINS)
     for names in (("mean", "root"), ("quick",), ("slow",), ("R",), ("bend",), ("drift",)):
         part = replace(stride, **{name: getattr(whole, name) for name in names})
-        assert objective(part, stride, stretches, fits) > before - 1e-6, names
+        assert objective(part, fits) > before - 1e-6, names
 
 
 def test_the_mirror_image_of_a_piece_teaches_the_same(people):
-    stride, pieces, stretches, fits = people
-    found = [moments(s, f) for s, f in zip(stretches, fits, strict=True)]
+    stride, pieces, fits = people
+    found = [moments(fit) for fit in fits]
     mirrored = []
     for piece, fit in zip(pieces, fits, strict=True):
         stretch = Stretch(stride, 0, piece.t, piece.y[:, TWINS])
-        mirrored.append(moments(stretch, stretch.fit(fit.start + fit.z[Z + 1] + np.pi, fit.z[Z - 2])))
+        mirrored.append(moments(stretch.fit(fit.start + fit.z[Z + 1] + np.pi, fit.z[Z - 2])))
     one = maximise(stride, pieces, found, TWINS)
     other = maximise(stride, pieces, mirrored, TWINS)
     assert_allclose(other.mean, one.mean, atol=2e-3)
