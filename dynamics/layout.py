@@ -80,16 +80,9 @@ class Layout:
     @cached_property
     def steady(self) -> Array:
         """(d, N' + 1) constant velocity: coefficients of what the dynamics regard, and the offset."""
-        stays, moves = np.flatnonzero(~self.travels), np.flatnonzero(self.travels)
-        rest = len(stays)
-        coefficients = np.zeros((self.d, len(self.regard) + 1))
-        if self.order == 1:
-            coefficients[stays, np.arange(rest)] = 1.0
-        else:
-            coefficients[stays, np.arange(rest)] = 2.0
-            coefficients[stays, np.arange(rest, 2 * rest)] = -1.0
-            coefficients[moves, np.arange(2 * rest, 2 * rest + len(moves))] = 1.0
-        return coefficients
+        each, offset = np.eye(self.d), np.zeros((self.d, 1))
+        stays, moves = each[:, ~self.travels], each[:, self.travels]
+        return np.hstack([stays, offset] if self.order == 1 else [2.0 * stays, -stays, moves, offset])
 
     @cached_property
     def from_here(self) -> Array:
