@@ -88,13 +88,12 @@ class Variational:
     """
 
     rounds: int = ROUNDS
-    tolerance: float = TOLERANCE
     last: list[Posterior] = field(default_factory=list, repr=False)
 
     def __call__(self, slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
         same = [p.prob.shape for p in self.last] == [(len(y), slds.K) for y in ys]
         start = self.last if same else None
-        self.last = variational_all(slds, ys, start=start, rounds=self.rounds, tolerance=self.tolerance)
+        self.last = variational_all(slds, ys, start=start, rounds=self.rounds)
         return self.last
 
 
