@@ -12,7 +12,7 @@ lengths run side by side, frames first, and each ends at its own last frame.
 """
 
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+
+CROSSING = 1e-3  # probability a frame that one motion gives way to another
 
 
 def forward_backward(
@@ -107,6 +109,12 @@ def check_chain(pi0: Array, Pi: Array, labels: Sequence[str], fps: float) -> Non
             raise ValueError(
                 f"{name} rows must be probabilities that sum to 1; row {i} sums to {rows[i].sum():.6f}"
             )
+
+
+def joined(models: Sequence[Any], names: Sequence[str]) -> dict[str, Any]:
+    """Arrays of several models by name, a row for each state or motion, one after the other; and `labels`."""
+    arrays = {name: np.concatenate([getattr(model, name) for model in models]) for name in names}
+    return arrays | {"labels": tuple(label for model in models for label in model.labels)}
 
 
 def blocks(Pis: Sequence[Array], crossing: float) -> Array:

@@ -11,7 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.chain import best_paths, blocks, check_chain, forward_backward, side_by_side, split_as
+from dynamics.chain import (
+    CROSSING,
+    best_paths,
+    blocks,
+    check_chain,
+    forward_backward,
+    joined,
+    side_by_side,
+    split_as,
+)
 from dynamics.gaussian import Array, Gaussian, frozen, inverse_root, transpose
 from dynamics.kalman import update
 
@@ -71,7 +80,7 @@ def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
     ]
 
 
-def combine_hmms(models: Sequence[HMM], crossing: float = 1e-3) -> HMM:
+def combine_hmms(models: Sequence[HMM], crossing: float = CROSSING) -> HMM:
     """Models of several motions as one; ValueError if they speak of other freedoms or rates.
 
     A state leaves its own motion with probability `crossing` a frame, to any state of the others alike.
@@ -81,11 +90,9 @@ def combine_hmms(models: Sequence[HMM], crossing: float = 1e-3) -> HMM:
         raise ValueError("models to combine must share freedoms and frame rate; learn them alike")
     return replace(
         first,
+        **joined(models, ("mean", "cov")),
         pi0=np.concatenate([model.pi0 for model in models]) / len(models),
         Pi=blocks([model.Pi for model in models], crossing),
-        mean=np.concatenate([model.mean for model in models]),
-        cov=np.concatenate([model.cov for model in models]),
-        labels=tuple(label for model in models for label in model.labels),
     )
 
 

@@ -18,11 +18,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.chain import blocks, check_chain
+from dynamics.chain import CROSSING, blocks, check_chain, joined
 from dynamics.gaussian import Array, Gaussian, frozen
 from dynamics.layout import Layout, among
-
-CROSSING = 1e-3  # probability a frame that one motion gives way to another
 
 
 @dataclass(frozen=True)
@@ -196,19 +194,10 @@ def combine(models: Sequence[SLDS], crossing: float = CROSSING, first: Sequence[
     if len(models) == 1:
         return one
     shares = [1.0 / len(models)] * len(models) if first is None else first
-
-    def joined(name: str) -> Array:
-        return np.concatenate([getattr(model, name) for model in models])
-
     return replace(
         one,
+        **joined(models, ("A", "b", "Q", "mean0", "cov0")),
         pi0=np.concatenate([share * model.pi0 for share, model in zip(shares, models, strict=True)]),
         Pi=blocks([model.Pi for model in models], crossing),
-        A=joined("A"),
-        b=joined("b"),
-        Q=joined("Q"),
         R=np.mean([model.R for model in models], axis=0),
-        mean0=joined("mean0"),
-        cov0=joined("cov0"),
-        labels=tuple(label for model in models for label in model.labels),
     )

@@ -11,11 +11,11 @@ in seconds, so that a model serves every frame rate.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dynamics.chain import joined
 from dynamics.gaussian import Array, frozen
 from dynamics.layout import among
 
@@ -82,10 +82,7 @@ class Stride:
 
 def combine_strides(strides: Sequence[Stride]) -> Stride:
     """One model of the motions of several, of the same freedoms, each as probable."""
-    first = strides[0]
-    arrays = ("mean", "root", "quick", "slow", "R", "bend", "drift")
-    joined: dict[str, Any] = {name: np.concatenate([getattr(s, name) for s in strides]) for name in arrays}
-    return replace(first, **joined, labels=tuple(label for s in strides for label in s.labels))
+    return replace(strides[0], **joined(strides, ("mean", "root", "quick", "slow", "R", "bend", "drift")))
 
 
 def harmonics(phase: Array, size: int) -> Array:

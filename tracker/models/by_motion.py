@@ -16,7 +16,7 @@ from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.selection import choose
 from dynamics.periodic.learn import learn as learn_stride
 from dynamics.posterior import Infer, Posterior
-from dynamics.slds import CROSSING, SLDS, combine
+from dynamics.slds import SLDS, combine
 from dynamics.stride import Stride, combine_strides
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
@@ -128,7 +128,7 @@ def learn_hmms(
         ).hmm
         for motion in _motions(sequences, figure, False, noise, options.seed)
     ]
-    return combine_hmms(models, CROSSING)
+    return combine_hmms(models)
 
 
 def learn_strides(
