@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 Side = Literal["near", "far"]
 SIDES: tuple[Side, ...] = ("near", "far")
-
-_OTHER: dict[str, Side] = {"near": "far", "far": "near"}
+OTHER: dict[str, Side] = {"near": "far", "far": "near"}
 
 
 def on_side(name: str, side: str) -> bool:
@@ -23,13 +22,13 @@ def on_side(name: str, side: str) -> bool:
 def side_of(name: str) -> tuple[str, str]:
     """The side that a name says, "" for none, and the name without it."""
     words = name.split("_")
-    side = next((word for word in words if word in _OTHER), "")
+    side = next((word for word in words if word in OTHER), "")
     return side, "_".join(word for word in words if word != side)
 
 
 def other_side(name: str) -> str:
     """The name of the same on the other side; a name of neither side as it is."""
-    return "_".join(_OTHER.get(word, word) for word in name.split("_"))
+    return "_".join(OTHER.get(word, word) for word in name.split("_"))
 
 
 def exchanged(names: Sequence[str]) -> NDArray[np.intp]:

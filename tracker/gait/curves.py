@@ -15,7 +15,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES
 from tracker.gait.figures import Gait
-from tracker.gait.strides import BACKWARDS, Stride
+from tracker.gait.strides import Stride, goes_backwards
 from tracker.gait.times import STANCE
 from tracker.run.track import Track
 
@@ -66,11 +66,6 @@ def norm_of(track: Track, gait: Gait, joint: str) -> Drawn | None:
     return {"mean": tenths(norm.mean), "sigma": tenths(norm.sigma), "people": norm.people}
 
 
-def goes_backwards(track: Track) -> bool:
-    """Whether the figure goes where its back is."""
-    return bool(track.q[-1, 0] - track.q[0, 0] < BACKWARDS)
-
-
 def tenths(values: Array) -> list[float]:
     """Numbers to one decimal, as the report's page holds them."""
     return [round(float(value), 1) for value in values]
@@ -80,7 +75,7 @@ def over_strides(angle: Array, strides: Iterable[Stride], first: int = 0) -> Arr
     """An angle (T,), from the clip's frame `first` on, over each of some strides within it, (S, 101), in its
     unit."""
     frames = first + np.arange(len(angle))
-    found = [np.interp(s.strike.at + SHARES * (s.end.at - s.strike.at), frames, angle) for s in strides]
+    found = [np.interp(s.strike.at + SHARES * s.frames, frames, angle) for s in strides]
     return np.array(found).reshape(-1, len(SHARES))
 
 

@@ -1,7 +1,8 @@
 """Gait figures of a track: times, shares, lengths and ranges of motion of strides, and their symmetry."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class Gait:
     def discord(self) -> float:
         """By how much the legs' stride times differ, as a share: 0 in gait, whatever the limp."""
         lasting = [
-            np.mean([stride.end.at - stride.strike.at for stride in of_side.sound])
+            np.mean([stride.frames for stride in of_side.sound])
             for of_side in self.strides.values()
             if of_side.sound
         ]
@@ -135,15 +136,10 @@ def _possible(gait: Gait) -> Gait:
 
 
 def _ranges(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
-    freedoms = track.figure.freedoms
     for joint in LEG_JOINTS:
-        of_side = {side: f"{joint}_{side}" for side in SIDES}
-        if set(of_side.values()) <= set(freedoms):
-            found = {
-                side: [_range(track, name, s) for s in strides[side].sound] for side, name in of_side.items()
-            }
+        if found := _of_legs(track, strides, joint, _range):
             yield Measure.of(f"{joint} range", "deg", found)
-    if TRUNK in freedoms:
+    if TRUNK in track.figure.freedoms:
         either = Measure.of("", "", each(strides, lambda s: _range(track, TRUNK, s)))
         yield Measure(f"{TRUNK} range", "deg", both=either.both)
 
@@ -151,24 +147,28 @@ def _ranges(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
 def _turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
     """When in the stride joints turn, per cent of it."""
     for joint, (name, greatest) in TURNS.items():
-        of_side = {side: f"{joint}_{side}" for side in SIDES}
-        if set(of_side.values()) <= set(track.figure.freedoms):
-            found = {
-                side: [_turn(track, freedom, s, greatest) for s in strides[side].sound]
-                for side, freedom in of_side.items()
-            }
+        if found := _of_legs(track, strides, joint, partial(_turn, greatest=greatest)):
             yield Measure.of(name, "% of stride", found)
+
+
+def _of_legs(
+    track: Track, strides: Mapping[Side, Strides], joint: str, told: Callable[[Track, str, Stride], Sample]
+) -> dict[Side, list[Sample]]:
+    """A number of every stride by the angle of its leg's joint; none where the figure has not both angles."""
+    freedoms = {side: f"{joint}_{side}" for side in SIDES}
+    if not set(freedoms.values()) <= set(track.figure.freedoms):
+        return {}
+    return {side: [told(track, name, s) for s in strides[side].sound] for side, name in freedoms.items()}
 
 
 def _turn(track: Track, freedom: str, stride: Stride, greatest: bool) -> Sample:
     rows = _rows(track, stride)
     angles = track.q[rows, track.figure.index(freedom)]
     at = track.first + rows.start + int(angles.argmax() if greatest else angles.argmin())
-    length = stride.end.at - stride.strike.at
-    share = (at - stride.strike.at) / length
+    share = (at - stride.strike.at) / stride.frames
     # A turn lies anywhere within its frame.
     variance = 1.0 / 12.0 + ((1.0 - share) * stride.strike.error) ** 2 + (share * stride.end.error) ** 2
-    return Sample(100.0 * share, 1e4 * variance / length**2)
+    return Sample(100.0 * share, 1e4 * variance / stride.frames**2)
 
 
 def _rows(track: Track, stride: Stride) -> slice:

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics.sides import SIDES, Side
+from kinematics.sides import OTHER, SIDES, Side
 from kinematics.spm import joint_jacobian, joints
 from tracker.gait.moments import Event
 from tracker.gait.strides import Strides
-from tracker.gait.times import OTHER, Clock, steps
+from tracker.gait.times import Clock, steps
 from tracker.gait.values import Measure, Sample
 from tracker.run.stature import stature
 from tracker.run.track import Track
@@ -68,19 +68,19 @@ def lengths(
             for side in SIDES
         }
 
-    stride = Measure.of("stride length", unit, of_strides(lambda way, _: way))
-    if stride.both is None or stride.both.mean < STAYS * long:
+    whole = Measure.of("stride length", unit, of_strides(lambda way, _: way))
+    if whole.both is None or whole.both.mean < STAYS * long:
         return
     of_steps = {
         side: [
             way
-            for start, end in steps(strides, side)
-            for way in apart(start, end, holds[OTHER[side]], holds[side])
+            for stride, strike in steps(strides, side)
+            for way in apart(strike, stride.end, holds[OTHER[side]], holds[side])
         ]
         for side in SIDES
     }
     yield Measure.of("step length", unit, of_steps)
-    yield stride
+    yield whole
     yield Measure("speed", f"{unit}/s", both=Measure.of("", "", of_strides(_speed)).both)
 
 
@@ -97,9 +97,8 @@ def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[
     along = way * joints(track.figure, track.q)[:, ankle, 0]
     found: dict[float, tuple[float, float]] = {}
     for stride in strides.sound:
-        stance = stride.off.at - stride.strike.at
         for strike in (stride.strike, stride.end):
-            rows = _flat(strike.at - track.first, stance)
+            rows = _flat(strike.at - track.first, stride.off.at - stride.strike.at)
             if rows.stop <= len(track) and track.measured[rows].all():
                 # Neighbouring frames err alike: a mean of them is taken to be no surer than one.
                 by_pose = joint_jacobian(track.figure, track.q[rows])[:, ankle, 0]

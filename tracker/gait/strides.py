@@ -1,6 +1,6 @@
 """The strides of a tracked figure: from a foot's strike to its next, when it leaves the ground in between."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -22,6 +22,11 @@ class Stride:
     off: Event
     end: Event
 
+    @property
+    def frames(self) -> float:
+        """How long it is."""
+        return self.end.at - self.strike.at
+
 
 @dataclass(frozen=True)
 class Strides:
@@ -42,15 +47,26 @@ def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
     """The strides of either foot of the walking figure; frames of the clip."""
     events = _events(track, runs)
     found = {side: _joined(*events[side]) for side in SIDES}
-    lengths = [s.end.at - s.strike.at for of_side in found.values() for s in of_side]
+    lengths = [s.frames for of_side in found.values() for s in of_side]
     usual = float(np.median(lengths)) if lengths else 0.0
     return {side: _sound(track, found[side], usual, *events[side]) for side in SIDES}
+
+
+def goes_backwards(track: Track) -> bool:
+    """Whether the figure goes where its back is."""
+    return bool(len(track) and track.q[-1, 0] - track.q[0, 0] < BACKWARDS)
+
+
+def between(events: Iterable[Event], start: Event, end: Event) -> Event | None:
+    """The one event that lies between two others; None where none does, or several do."""
+    found = [event for event in events if start.at < event.at < end.at]
+    return found[0] if len(found) == 1 else None
 
 
 def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Sequence[Event]]]:
     """Strikes and leavings of either foot, rows of the track."""
     weights, fps = read_weights(), 1.0 / float(np.median(np.diff(track.times))) if len(track) > 1 else 1.0
-    back = bool(len(track)) and float(track.q[-1, 0] - track.q[0, 0]) < BACKWARDS
+    back = goes_backwards(track)
     ways = {side: Way.of(track, side) for side in SIDES}
     ways = {side: way.back if back else way for side, way in ways.items()}
     turns = {side: way.turns(fps) for side, way in ways.items()}
@@ -78,9 +94,9 @@ def _joined(strikes: Sequence[Event], offs: Sequence[Event]) -> list[Stride]:
     """Strides between successive strikes of a foot that leaves the ground just once in between."""
     found = []
     for strike, end in pairwise(strikes):
-        within = [off for off in offs if strike.at < off.at < end.at]
-        if len(within) == 1:
-            found.append(Stride(strike, within[0], end))
+        off = between(offs, strike, end)
+        if off is not None:
+            found.append(Stride(strike, off, end))
     return found
 
 
@@ -91,7 +107,7 @@ def _sound(
         stride
         for stride in found
         if track.measured[int(stride.strike.at) : int(np.ceil(stride.end.at)) + 1].all()
-        and ODD[0] * usual < stride.end.at - stride.strike.at < ODD[1] * usual
+        and ODD[0] * usual < stride.frames < ODD[1] * usual
     ]
     moved = [Stride(*_moved((s.strike, s.off, s.end), track.first)) for s in sound]
     missed = max(len(strikes) - 1, 0) - len(sound)

@@ -1,18 +1,17 @@
 """Times and shares of strides: how long they last, and when one foot, both or none is on the ground."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from dynamics.gaussian import Array
-from kinematics.sides import SIDES, Side
+from kinematics.sides import OTHER, SIDES, Side
 from tracker.gait.moments import Event
-from tracker.gait.strides import Stride, Strides
+from tracker.gait.strides import Stride, Strides, between
 from tracker.gait.values import Measure, Sample, Value, each
 
 STANCE, SWING, DOUBLE = CONTACT = ("stance share", "swing share", "double support")
-OTHER: dict[Side, Side] = {"near": "far", "far": "near"}
 
 
 @dataclass(frozen=True)
@@ -44,9 +43,8 @@ def times(strides: Mapping[Side, Strides], clock: Clock, runs: bool) -> Iterator
     stances = each(strides, _stance)
     yield Measure("cadence", "steps/min", both=_cadence(stride.both))
     yield Measure(stride.name, stride.unit, stride.near, stride.far, stride.both)  # legs share their strides
-    yield Measure.of(
-        "step time", "s", {side: [clock.span(*pair) for pair in steps(strides, side)] for side in SIDES}
-    )
+    of_steps = {side: [clock.span(strike, s.end) for s, strike in steps(strides, side)] for side in SIDES}
+    yield Measure.of("step time", "s", of_steps)
     yield Measure.of(STANCE, "%", stances)
     yield Measure.of(
         SWING, "%", {side: [s._replace(value=100.0 - s.value) for s in stances[side]] for side in SIDES}
@@ -58,26 +56,21 @@ def times(strides: Mapping[Side, Strides], clock: Clock, runs: bool) -> Iterator
         yield Measure(DOUBLE, "%", both=both)
 
 
-def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Event, Event]]:
-    """From the other foot's strike within each stride to the strike that ends it."""
+def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Stride, Event]]:
+    """Each stride in which the other foot strikes once, and that strike: from it to the stride's end is a
+    step."""
     for stride in strides[side].sound:
-        within = _within(strides[OTHER[side]].strikes, stride.strike, stride.end)
-        if within is not None:
-            yield within, stride.end
-
-
-def _within(events: Iterable[Event], start: Event, end: Event) -> Event | None:
-    found = [event for event in events if start.at < event.at < end.at]
-    return found[0] if len(found) == 1 else None
+        strike = between(strides[OTHER[side]].strikes, stride.strike, stride.end)
+        if strike is not None:
+            yield stride, strike
 
 
 def _stance(stride: Stride) -> Sample:
-    length = stride.end.at - stride.strike.at
-    share = (stride.off.at - stride.strike.at) / length
+    share = (stride.off.at - stride.strike.at) / stride.frames
     # The strike begins the stance as well as the stride.
     begun, ended = (1.0 - share) * stride.strike.error, share * stride.end.error
-    variance = (begun**2 + ended**2 + stride.off.error**2) / length**2
-    return Sample(100.0 * share, 1e4 * variance, 100.0 * _shared(stride) / length)
+    variance = (begun**2 + ended**2 + stride.off.error**2) / stride.frames**2
+    return Sample(100.0 * share, 1e4 * variance, 100.0 * _shared(stride) / stride.frames)
 
 
 def _shared(stride: Stride) -> float:
@@ -87,12 +80,10 @@ def _shared(stride: Stride) -> float:
 
 def _together(strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
     """The share of each stride in which both feet are on the ground, per cent."""
-    other = strides[OTHER[side]]
-    for stride in strides[side].sound:
-        off = _within(other.offs, stride.strike, stride.off)
-        strike = _within(other.strikes, stride.strike, stride.end)
-        if off is not None and strike is not None:
-            length = stride.end.at - stride.strike.at
+    for stride, strike in steps(strides, side):
+        off = between(strides[OTHER[side]].offs, stride.strike, stride.off)
+        if off is not None:
+            length = stride.frames
             frames = (off.at - stride.strike.at) + (stride.off.at - strike.at)
             variance = sum(event.error**2 for event in (stride.strike, off, stride.off, strike))
             yield Sample(
@@ -102,10 +93,8 @@ def _together(strides: Mapping[Side, Strides], side: Side) -> Iterator[Sample]:
 
 def _flights(strides: Mapping[Side, Strides], side: Side, clock: Clock) -> Iterator[Sample]:
     """Seconds from each leaving to the other foot's strike."""
-    for stride in strides[side].sound:
-        strike = _within(strides[OTHER[side]].strikes, stride.strike, stride.end)
-        if strike is not None:
-            yield clock.span(stride.off, strike)._replace(shared=clock.pace * _shared(stride))
+    for stride, strike in steps(strides, side):
+        yield clock.span(stride.off, strike)._replace(shared=clock.pace * _shared(stride))
 
 
 def _cadence(stride: Value | None) -> Value | None:

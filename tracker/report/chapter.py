@@ -9,9 +9,10 @@ import numpy as np
 
 from kinematics.sides import SIDES, Side
 from tracker.clip.follow import Run
-from tracker.gait.curves import goes_backwards, legs_of, norm_of
+from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
+from tracker.gait.strides import goes_backwards
 from tracker.gait.times import STANCE, SWING
 from tracker.gait.values import Measure, Value
 from tracker.loop.outcome import Outcome
