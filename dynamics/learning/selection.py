@@ -46,7 +46,7 @@ def choose(
     Raises:
         ValueError: fewer than two groups, no candidates, or sequences that cannot be learned from.
     """
-    held = sorted(set(groups))
+    held, group = np.unique(groups, return_inverse=True)
     if len(groups) != len(sequences):
         raise ValueError(f"every sequence needs a group; got {len(groups)} for {len(sequences)} sequences")
     if len(held) < 2 or folds < 2:
@@ -54,17 +54,15 @@ def choose(
     if not candidates:
         raise ValueError("choosing needs at least one candidate; got none")
     ys = [from_origin(y, names, travelling) for y in sequences]
-    fold = {group: n % folds for n, group in enumerate(held)}
-    of = np.array([fold[group] for group in groups])
-    frames = _per_group([float((~np.isnan(y)).any(1).sum()) for y in ys], groups, held)
+    frames = np.bincount(group, [(~np.isnan(y)).any(1).sum() for y in ys])
     if not frames.all():
-        raise ValueError(f"group {held[int(frames.argmin())]!r} measured nothing; leave it out")
-    weights = np.array([1.0 / frames[held.index(group)] for group in groups])
+        raise ValueError(f"group {str(held[frames.argmin()])!r} measured nothing; leave it out")
+    weights = 1.0 / frames[group]
     values = np.empty((len(candidates), len(held)))
     for row, options in zip(values, candidates, strict=True):
         scores = np.zeros(len(ys))
-        for n in range(max(fold.values()) + 1):
-            kept, out = np.flatnonzero(of != n), np.flatnonzero(of == n)
+        for n in range(min(folds, len(held))):
+            kept, out = np.flatnonzero(group % folds != n), np.flatnonzero(group % folds == n)
             fit = learn(
                 [ys[i] for i in kept],
                 names=names,
@@ -76,7 +74,7 @@ def choose(
                 infer=infer,
             )
             scores[out] = best_log_p_all(fit.slds, [ys[i] for i in out])
-        row[:] = _per_group(scores, groups, held) / frames
+        row[:] = np.bincount(group, scores) / frames
     layouts = [Layout(tuple(names), tuple(travelling), options.order) for options in candidates]
     sizes = [_parameters(*each) for each in zip(candidates, layouts, strict=True)]
     return candidates[_simplest(values, sizes)], values
@@ -88,11 +86,6 @@ def _simplest(values: Array, sizes: Sequence[int]) -> int:
     behind = values[means.argmax()] - values
     error = behind.std(1, ddof=1) / np.sqrt(values.shape[1])
     return min(np.flatnonzero(behind.mean(1) <= error).tolist(), key=lambda n: (sizes[n], -means[n]))
-
-
-def _per_group(values: Sequence[float] | Array, groups: Sequence[str], held: Sequence[str]) -> Array:
-    """(len(held),) sum of the values of each group."""
-    return np.array([sum(v for v, g in zip(values, groups, strict=True) if g == group) for group in held])
 
 
 def _parameters(options: Options, layout: Layout) -> int:
