@@ -1,4 +1,4 @@
-"""Gaussians with any leading axes: density, collapse of a mixture."""
+"""Gaussians with any leading axes: density, collapse of a mixture; means of what was measured."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -48,6 +48,13 @@ def apply(matrix: Array, vector: Array) -> Array:
     """(..., M, N) times (..., N), broadcast over the leading axes."""
     product: Array = (matrix @ vector[..., None])[..., 0]
     return product
+
+
+def measured_mean(values: Array) -> Array:
+    """(n,) the mean over the rows (T, n) that are not NaN, 0 where all are."""
+    seen = ~np.isnan(values)
+    mean: Array = np.where(seen, values, 0.0).sum(0) / np.maximum(seen.sum(0), 1)
+    return mean
 
 
 def log_density(gaussian: Gaussian, x: Array) -> Array:

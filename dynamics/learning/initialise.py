@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.chain import split_as
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Gaussian, measured_mean
 from dynamics.layout import Layout
 from dynamics.posterior import Posterior
 
@@ -33,9 +33,7 @@ def fill(ys: Sequence[Array]) -> list[Array]:
 
     A freedom that a sequence never measured takes its mean over the others, or 0.
     """
-    y = np.concatenate(ys)
-    seen = ~np.isnan(y)
-    mean = np.where(seen, y, 0.0).sum(0) / np.maximum(seen.sum(0), 1)
+    mean = measured_mean(np.concatenate(ys))
     return [_filled(y, mean) for y in ys]
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dynamics.gaussian import Array
+from dynamics.gaussian import Array, measured_mean
 from dynamics.layout import Layout
 from dynamics.learning.options import Options
 from dynamics.learning.regression import Ridge, maximum_likelihood
@@ -44,7 +44,7 @@ def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
     if options.prior == 0.0:
         return Prior(maximum_likelihood(layout), np.zeros(d), 0.0, np.zeros(N), 0.0, 0.0, 0.0)
     spread, change = _variance(np.concatenate(ys)) + STILL, changes(ys, layout.order)
-    speed, _ = _mean(np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2)
+    speed = measured_mean(np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2)
     frames = sum(len(y) for y in ys)
     strength = options.prior * options.ridge * _regressor_sizes(ys, layout) * frames / (4.0 * options.states)
     # A travelling freedom starts near its first place, however far it goes.
@@ -104,21 +104,12 @@ def _regressor_sizes(ys: Sequence[Array], layout: Layout) -> Array:
     gaps = np.isnan(x)
     regressors = np.where(gaps, 0.0, x) @ layout.regard.T
     regressors[gaps.astype(float) @ np.abs(layout.regard.T) > 0] = np.nan
-    size, seen = _mean(regressors**2)
+    size = measured_mean(regressors**2)
     # A velocity whose two frames were never measured in a row has the size that changes of place have.
     involved = np.abs(layout.regard).reshape(len(layout.regard), layout.order, -1).max(1)
-    size = np.where(seen > 0, size, involved @ changes(ys, 1))
+    size = np.where(np.isnan(regressors).all(0), involved @ changes(ys, 1), size)
     return np.append(np.where(size > 0, size, 1.0), 1.0)
 
 
-def _mean(values: Array) -> tuple[Array, Array]:
-    """Mean over the rows that are not NaN, 0 where all are; and how many are not."""
-    seen = ~np.isnan(values)
-    count = seen.sum(0)
-    mean: Array = np.where(seen, values, 0.0).sum(0) / np.maximum(count, 1)
-    return mean, count
-
-
 def _variance(values: Array) -> Array:
-    mean, _ = _mean(values)
-    return _mean((values - mean) ** 2)[0]
+    return measured_mean((values - measured_mean(values)) ** 2)

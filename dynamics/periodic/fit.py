@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_triangular
 
-from dynamics.gaussian import LOG_2PI, Array, Gaussian, symmetric
+from dynamics.gaussian import LOG_2PI, Array, Gaussian, measured_mean, symmetric
 from dynamics.stride import DRIFTING, QUICK, SLOW, Stride, harmonics, slopes
 
 Cells = tuple[NDArray[np.intp], NDArray[np.intp]]  # frame and freedom of each
@@ -168,7 +168,7 @@ class Stretch:
         z = self.mean.copy()
         z[self.speed] = speed
         z[self.shift + 1] = bend / self.stride.bend[self.k]
-        z[self.Z : self.shift] = self._places()
+        z[self.Z : self.shift] = measured_mean(self.y[:, self.travels])
         return self.climb(z, start, steps)
 
     def climb(self, z: Array, start: float, steps: int) -> Fit:
@@ -198,11 +198,6 @@ class Stretch:
         factor = cho_factor(self.precision + A.T @ A, lower=True)
         log_evidence = self._constant - cost - float(np.log(np.diag(factor[0])).sum())
         return Fit(self, z, start, factor, e, A, phase, log_evidence), cost, A.T @ e - pull
-
-    def _places(self) -> Array:
-        """(n,) the means of what was measured of the freedoms that travel."""
-        seen = np.isfinite(self.y[:, self.travels])
-        return np.asarray(np.where(seen, self.y[:, self.travels], 0.0).sum(0) / np.maximum(seen.sum(0), 1))
 
     def _shapes(self) -> Array:
         """(T, W) of the phase: shift, bend, and the drift's principal components, each by its deviation.
