@@ -52,24 +52,18 @@ def stationary(Pi: Array) -> Array:
 def run_moments(slds: SLDS, k: int, run: int) -> tuple[Array, Array]:
     """Joint moments of the poses of `run` frames in state k, oldest first."""
     d, N = len(slds.names), slds.A.shape[-1]
-    mean = [slds.mean0[k]]
-    maps = [np.eye(N, N + (run - slds.order) * d)]
-    root = np.zeros((N, d))
-    root[:d] = np.linalg.cholesky(slds.Q[k][:d, :d])
-    for t in range(run - slds.order):
-        noise = np.zeros((N, N + (run - slds.order) * d))
-        noise[:, N + t * d : N + (t + 1) * d] = root
-        mean.append(slds.A[k] @ mean[-1] + slds.b[k])
-        maps.append(slds.A[k] @ maps[-1] + noise)
-    poses = [m[:d] for m in mean]
-    rows = [m[:d] for m in maps]
-    if slds.order == 2:
-        poses.insert(0, mean[0][d:])
-        rows.insert(0, maps[0][d:])
     whole = np.eye(N + (run - slds.order) * d)
     whole[:N, :N] = slds.cov0[k]
-    stack = np.vstack(rows)
-    return np.concatenate(poses), stack @ whole @ stack.T
+    root = np.linalg.cholesky(slds.Q[k][:d, :d])
+    # The states of all frames by the first one and the noise of each step, white.
+    mean, maps = [slds.mean0[k]], [np.eye(N, len(whole))]
+    for start in range(N, len(whole), d):
+        mean.append(slds.A[k] @ mean[-1] + slds.b[k])
+        maps.append(slds.A[k] @ maps[-1])
+        maps[-1][:d, start : start + d] = root
+    poses = np.concatenate([mean[0][d:], *(m[:d] for m in mean)])
+    rows = np.concatenate([maps[0][d:], *(m[:d] for m in maps)])
+    return poses, rows @ whole @ rows.T
 
 
 def by_motion(slds: SLDS) -> SLDS:
