@@ -51,12 +51,11 @@ def beyond_limits(figure: Figure, marks: Marks, facing: int) -> list[str]:
     spans, found = _spans(figure, marks), []
     size = _usual(figure, spans)
     told: list[bool] = []  # whether it is known which way each link points
-    for link, parent in zip(figure.links, figure.parents, strict=True):
+    for i, (link, parent) in enumerate(zip(figure.links, figure.parents, strict=True)):
         from_there = parent < 0 or told[parent]
         told.append(from_there if link.freedom is None else bool(known[figure.index(link.freedom)]))
         if link.freedom is None or not (told[-1] and from_there):
             continue
-        i = len(told) - 1
         if not link.breathes and (size is None or spans[i] < LONG * size * link.length):
             continue
         angle = q[figure.index(link.freedom)]

@@ -1,6 +1,6 @@
 """A rendered walk whose poses are known: for `figtrack demo`, the README, and tests.
 
-A walker of `scene.gait`, painted by `scene.figure`, in the street of `scene.street`, then through what a
+A walker of `scene.steps`, painted by `scene.body`, in the street of `scene.street`, then through what a
 camera does: the light changes, the shutter is open for half a frame, the lens is a little soft, the sensor is
 noisy, and the picture is compressed. The walk is planar and seen square from the side by a still camera, so
 that a limb keeps its length in pixels in every frame; what is hard is in the picture, not in the geometry.
