@@ -41,24 +41,24 @@ def at_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda:
     return replace(slds, R=slds.R + np.diag(variance)) if variance.any() else slds
 
 
-def among_strangers(slds: SLDS, deviation: float = STRANGER) -> SLDS:
+def among_strangers(slds: SLDS) -> SLDS:
     """The model with R raised for people it was not learned from, in all freedoms that stay.
 
     How somebody differs from those learned from is no white noise: a filter follows it, so forecasts hide it
     and `at_noise` does not find it. But it makes every motion's dynamics too sure of themselves, those most
-    that know least of such people. The deviation was chosen for classification, leaving people out
+    that know least of such people. STRANGER was chosen for classification, leaving people out
     (docs/motion.md): 5 to 15 degrees do about alike, none has two to four times as many frames wrong.
     """
-    return replace(slds, R=slds.R + np.diag(np.where(slds.travels, 0.0, deviation**2)))
+    return replace(slds, R=slds.R + np.diag(np.where(slds.travels, 0.0, STRANGER**2)))
 
 
-def wider(slds: SLDS, deviation: float = STRANGER) -> SLDS:
-    """The model with mean postures that differ by this deviation, for people it was not learned from.
+def wider(slds: SLDS) -> SLDS:
+    """The model with mean postures that differ by STRANGER, for people it was not learned from.
 
     cov0, and with it every state's region, grows by what shifts all poses of a state alike, in the freedoms
     that stay.
     """
-    apart = slds.shift * np.where(slds.travels, 0.0, deviation)
+    apart = slds.shift * np.where(slds.travels, 0.0, STRANGER)
     return replace(slds, cov0=slds.cov0 + apart @ apart.T)
 
 

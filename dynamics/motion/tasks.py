@@ -18,7 +18,7 @@ from dynamics.gpb2_filter import filter_steps
 from dynamics.hmm import HMM, hmm_all
 from dynamics.kalman import predict as step
 from dynamics.kalman import update
-from dynamics.motion.noise import SEARCHES, STRANGER, among_strangers, at_noise, at_process_noise, wider
+from dynamics.motion.noise import SEARCHES, among_strangers, at_noise, at_process_noise, wider
 from dynamics.posterior import InferSwitching
 from dynamics.region import POSE, Regions, drawn, log_switch, pose_hints, pose_regions, regions
 from dynamics.slds import SLDS
@@ -55,7 +55,6 @@ def classify(
     *,
     infer: InferSwitching = switching_all,
     pose: float = POSE,
-    stranger: float = STRANGER,
     tick: Tick = lambda: None,
 ) -> list[Labelling]:
     """The motion of every frame: the one whose switching states are the most probable together.
@@ -67,24 +66,18 @@ def classify(
         ys: sequences (T, M) in body units; NaN entries were not measured.
         infer: switching_all (GPB2), viterbi_all, variational_all.
         pose: weight of the pose's term; 0 leaves it out, as in the papers.
-        stranger: see `among_strangers`; 0 for people who were learned from.
         tick: called CLASSIFY_TICKS times, as the work goes on.
     """
-    found = labelled(at_noise(slds, ys, tick), ys, infer=infer, pose=pose, stranger=stranger)
+    found = labelled(at_noise(slds, ys, tick), ys, infer=infer, pose=pose)
     tick()
     return found
 
 
 def labelled(
-    slds: SLDS,
-    ys: Sequence[Array],
-    *,
-    infer: InferSwitching = switching_all,
-    pose: float = POSE,
-    stranger: float = STRANGER,
+    slds: SLDS, ys: Sequence[Array], *, infer: InferSwitching = switching_all, pose: float = POSE
 ) -> list[Labelling]:
     """Labels by a model whose R stays as it is, for people it was not learned from."""
-    wide = among_strangers(slds, stranger)
+    wide = among_strangers(slds)
     hints = [pose_hints(wide, y, pose) for y in ys] if pose > 0 else None
     return [labelling(slds.labels, p.prob, p.path) for p in infer(wide, ys, hints)]
 
