@@ -55,14 +55,14 @@ class Moments:
     z, cov   : of the population's numbers, (Z,) and (Z, Z)
     bend     : E u^2
     drift    : E of the drift's squared components, their sum, and how many they are
-    residual : (3, M, M) W of quick, slow and noise
+    residual : (3, M, M) W of quick, slow and noise; None where these are to stay
     """
 
     z: Array
     cov: Array
     bend: float
     drift: tuple[float, int]
-    residual: Array
+    residual: Array | None = None
 
 
 def learn(
@@ -99,7 +99,7 @@ def learn(
             fit = Stretch(stride, 0, piece.t, piece.y).fit(*begun[i])
             begun[i] = _end(fit)
             found.append(moments(fit, residual=n >= SETTLED))
-        stride = maximise(stride, pieces, found, twins, residual=n >= SETTLED)
+        stride = maximise(stride, pieces, found, twins)
         tick()
     return stride
 
@@ -115,17 +115,12 @@ def moments(fit: Fit, *, residual: bool = True) -> Moments:
         spread[:Z, :Z],
         float(z[bend] ** 2 + spread[bend, bend]),
         (float(squares.sum()), len(squares)),
-        _residual_moments(fit) if residual else np.zeros((3, *fit.stretch.R.shape)),
+        _residual_moments(fit) if residual else None,
     )
 
 
 def maximise(
-    stride: Stride,
-    pieces: Sequence[Piece],
-    found: Sequence[Moments],
-    twins: NDArray[np.intp],
-    *,
-    residual: bool = True,
+    stride: Stride, pieces: Sequence[Piece], found: Sequence[Moments], twins: NDArray[np.intp]
 ) -> Stride:
     """The M-step: the parameters that the moments of the strides make likeliest."""
     people = len({p.person for p in pieces})
@@ -147,10 +142,10 @@ def maximise(
         bend=stride.bend * np.sqrt(w @ [m.bend for m in found]),
         drift=stride.drift * np.sqrt(drifted / components),
     )
-    if not residual:
+    residuals = [m.residual for m in found if m.residual is not None]
+    if not residuals:
         return changed
-    frames = w @ [len(p.t) for p in pieces]
-    W = np.tensordot(w, np.stack([m.residual for m in found]), 1) / frames
+    W = np.tensordot(w, np.stack(residuals), 1) / (w @ [len(p.t) for p in pieces])
     W = 0.5 * (W + W[:, twins][:, :, twins])
     S = np.stack([stride.quick[0], stride.slow[0], stride.R[0]])
     S = symmetric(S + S @ W @ S) + FLOOR * np.eye(S.shape[-1])
@@ -227,8 +222,8 @@ def _first(
         names=names, travelling=travelling, labels=(label,), fps=fps,
     )  # fmt: skip
     about = np.diag(np.diag(_manner(blank)))
-    found = [Moments(one, about, 1.0, (1.0, 1), np.zeros((3, M, M))) for one in z]
-    return maximise(blank, pieces, found, twins, residual=False), begun
+    found = [Moments(one, about, 1.0, (1.0, 1)) for one in z]
+    return maximise(blank, pieces, found, twins), begun
 
 
 def _sinusoid(t: Array, x: Array) -> tuple[float, float]:
