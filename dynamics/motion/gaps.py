@@ -98,9 +98,7 @@ def _sample_paths(slds: SLDS, x: Array, rng: np.random.Generator, recurrent: boo
     log_step = log_density(steps, x[:, 1:, None, :d])
     reach = regions(slds)
     first = slds.log_pi0 + reach.log_density(x[:, 0, None])
-    switch = np.broadcast_to(slds.log_Pi, (P, T - 1, slds.K, slds.K))
-    if recurrent:
-        switch = log_switch(slds, reach, x[:, :-1, None])
+    switch = log_switch(slds, reach, x[:, :-1, None]) if recurrent else slds.log_Pi
     log_step = switch + log_step[:, :, None]
     later = np.zeros((P, T, slds.K))
     for t in range(T - 2, -1, -1):

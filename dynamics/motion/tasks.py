@@ -6,6 +6,7 @@ Filling of gaps is in `dynamics.motion.gaps`.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -140,19 +141,17 @@ def forecasts(
     """
     if horizon < 1:
         raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
-    M, reach = len(slds.names), regions(slds) if recurrent else None
-
-    def switch(x: Array) -> Array:
-        return slds.log_Pi if reach is None else log_switch(slds, reach, x, POSE)
+    switch = partial(log_switch, slds, regions(slds), weight=POSE) if recurrent else None
 
     def infer(frames: Frames) -> list[Gaussian]:
-        found = _nothing(len(frames.y), M)
-        for now in filter_steps(slds, frames, switch if recurrent else None):
+        found = _nothing(len(frames.y), len(slds.names))
+        for now in filter_steps(slds, frames, switch):
             if now.rows.stop <= frames.first[min(first, len(frames.first) - 1)]:
                 continue
             prob, states = np.exp(now.log_prob), now.states
             for _ in range(horizon):
-                prob, states = _switched(slds, prob[:, :, None] * np.exp(switch(states.mean)), states)
+                log_Pi = slds.log_Pi if switch is None else switch(states.mean)
+                prob, states = _switched(slds, prob[:, :, None] * np.exp(log_Pi), states)
             ahead = collapse(prob, states)
             found.mean[now.rows] = apply(slds.C, ahead.mean)
             found.cov[now.rows] = symmetric(slds.C @ ahead.cov @ slds.C.T)
