@@ -89,11 +89,7 @@ def _features(ys: Sequence[Array], layout: Layout) -> list[Array]:
 
 def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
     """Posterior that holds these poses and switching states for certain."""
-    mean = _states(y, order)
+    before = np.vstack([2.0 * y[:1] - y[1:2], y[:-1]])
+    mean = y if order == 1 else np.hstack([y, before])
     T, N = mean.shape
     return Posterior.on_path(s, K, Gaussian(mean, np.zeros((T, N, N))), np.zeros((T - 1, N, N)), -np.inf)
-
-
-def _states(y: Array, order: int) -> Array:
-    before = np.vstack([2.0 * y[:1] - y[1:2], y[:-1]])
-    return y if order == 1 else np.hstack([y, before])

@@ -13,7 +13,7 @@ import numpy as np
 from dynamics.gaussian import Array, measured_mean
 from dynamics.layout import Layout
 from dynamics.learning.options import Options
-from dynamics.learning.regression import Ridge, maximum_likelihood
+from dynamics.learning.regression import Ridge
 from dynamics.slds import SLDS
 
 STILL = 1e-10  # variance that even a freedom which never moves is taken to have: 1e-5 leg lengths or radians
@@ -41,8 +41,6 @@ class Prior:
 def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
     """Priors scaled from the spread of what was measured (NaN: was not); all zero at strength 0."""
     d, N = layout.d, layout.N
-    if options.prior == 0.0:
-        return Prior(maximum_likelihood(layout), np.zeros(d), 0.0, np.zeros(N), 0.0, 0.0, 0.0)
     spread, change = _variance(np.concatenate(ys)) + STILL, changes(ys, layout.order)
     speed = measured_mean(np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2)
     frames = sum(len(y) for y in ys)
