@@ -34,15 +34,15 @@ class Link:
 
     name    : unique within the figure
     joint   : keypoint at its tip
+    length  : at rest, leg lengths
+    width   : at its start, leg lengths
+    rest    : direction at angle zero, radians: absolute for a base link, else relative to the parent
+    limits  : smallest and largest angle, radians
     parent  : link it hangs on, or None where it starts at the base
     at      : share of the parent's length at which it starts
-    rest    : direction at angle zero, radians: absolute for a base link, else relative to the parent
     sense   : +1 if a positive angle turns anticlockwise (x forward, y up), -1 if clockwise
     freedom : name of its angle in the pose, or None for a link that does not turn
-    limits  : smallest and largest angle, radians
-    length  : at rest, leg lengths
     breathes: whether its length is a freedom of the pose
-    width   : at its start, leg lengths
     taper   : width at the tip as a share of the width at the start
     layer   : larger is nearer to the camera
     twin    : the same link on the other side, None where the names tell it by their words near and far
@@ -52,17 +52,17 @@ class Link:
 
     name: str
     joint: str
-    parent: str | None
-    at: float
-    rest: float
-    sense: int
-    freedom: str | None
-    limits: tuple[float, float]
     length: float
-    breathes: bool
     width: float
-    taper: float
-    layer: int
+    rest: float
+    limits: tuple[float, float]
+    parent: str | None = None
+    at: float = 1.0
+    sense: int = 1
+    freedom: str | None = None
+    breathes: bool = True
+    taper: float = 1.0
+    layer: int = 0
     twin: str | None = None
     learned: bool = True
     offset: str = ""

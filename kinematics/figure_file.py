@@ -97,14 +97,12 @@ def _link_from(entry: Mapping[str, Any]) -> Link:
     limits = entry.get("limits", [-180.0, 180.0])
     if len(limits) != 2:
         raise ValueError(f"{where}: limits must be two angles; got {limits}")
-    usual: dict[str, Any] = {"parent": None, "at": 1.0, "rest": 0.0, "sense": 1, "freedom": None}
-    usual |= {"breathes": True, "taper": 1.0, "layer": 0}
     numbers = {key: float(value) for key, value in entry.items() if (_NEEDED | _OPTIONAL)[key] is float}
     angles = {
         "rest": np.radians(numbers.get("rest", 0.0)).item(),
         "limits": tuple(np.radians(limits).tolist()),
     }
-    return Link(**{**usual, **entry, **numbers, **angles})
+    return Link(**{**entry, **numbers, **angles})
 
 
 def _check_keys(
