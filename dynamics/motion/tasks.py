@@ -176,19 +176,17 @@ def synthesise(
     x = np.empty((T, slds.A.shape[-1]))
     for t in range(T):
         if t == 0:
-            s[0] = rng.choice(slds.K, p=slds.pi0)
-            x[0] = rng.multivariate_normal(
-                slds.mean0[s[0]], slds.cov0[s[0]], method="svd", check_valid="ignore"
-            )
-            continue
-        ahead = apply(slds.A, x[t - 1]) + slds.b
-        log_p = log_Pi[s[t - 1]] + (reach.log_density(ahead) if recurrent else 0.0)
-        p = np.exp(log_p - log_p.max())
-        k = s[t] = rng.choice(slds.K, p=p / p.sum())
-        following = Gaussian(ahead[k], slds.Q[k])
-        if recurrent:
-            near, _ = update(following, reach.mean[k], reach.regard, reach.cov[k] / PULL)
-            following = _kept_in(near, poses, k, limit)
+            k = s[0] = rng.choice(slds.K, p=slds.pi0)
+            following = slds.start[k]
+        else:
+            ahead = apply(slds.A, x[t - 1]) + slds.b
+            log_p = log_Pi[s[t - 1]] + (reach.log_density(ahead) if recurrent else 0.0)
+            p = np.exp(log_p - log_p.max())
+            k = s[t] = rng.choice(slds.K, p=p / p.sum())
+            following = Gaussian(ahead[k], slds.Q[k])
+            if recurrent:
+                near, _ = update(following, reach.mean[k], reach.regard, reach.cov[k] / PULL)
+                following = _kept_in(near, poses, k, limit)
         x[t] = rng.multivariate_normal(following.mean, following.cov, method="svd", check_valid="ignore")
     return s, apply(slds.C, x)
 
