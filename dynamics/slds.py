@@ -79,8 +79,7 @@ class SLDS:
     @property
     def shift(self) -> Array:
         """(N, M) matrix of what a state changes by when its poses, and the measured drifts, shift alike."""
-        measured = np.isin(self.drifts, self.names)
-        return self.layout.shift[:, np.r_[np.full(self.layout.d, True), measured.astype(bool)]]
+        return self.layout.shift[:, among((*self.layout.names, *self.drifts), self.names)]
 
     @property
     def order(self) -> int:

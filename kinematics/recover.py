@@ -282,7 +282,6 @@ def _evened(figure: Figure, q: Array) -> tuple[Figure, Array]:
 
 def _leg_length(figure: Figure, lengths: list[float]) -> float:
     """A leg's length in pixels, the mean over the legs, of the links' lengths (L,)."""
-    legs = [length for link, length in zip(figure.links, lengths, strict=True) if figure.is_leg(link)]
     own = [i for i, link in enumerate(figure.links) if figure.is_leg(link)]
     parts = {frozenset((i, figure.twins.get(i, i))) for i in own}
-    return sum(legs) * len(parts) / len(legs)
+    return sum(lengths[i] for i in own) * len(parts) / len(own)
