@@ -45,10 +45,8 @@ class Player {
 
   // The middle of a frame: half a step in, rounding cannot fall into its neighbour.
   middle(frame) {
-    const last = this.times.length - 1;
-    const step = last === 0 ? 0 : frame < last
-      ? this.times[frame + 1] - this.times[frame] : this.times[last] - this.times[last - 1];
-    return this.times[frame] + step / 2;
+    if (this.times.length === 1) return this.times[0];
+    return (this.times[frame] + (this.times[frame + 1] ?? this.end)) / 2;
   }
 
   seek(video) {
@@ -82,15 +80,8 @@ class Player {
 
   // The frame in sight at a time of the clips.
   at(seconds) {
-    const time = seconds - this.start + this.slack;
-    if (time >= this.end) return this.times.length;
-    let [low, high] = [-1, this.times.length];
-    while (high - low > 1) {
-      const half = (low + high) >> 1;
-      if (this.times[half] <= time) low = half;
-      else high = half;
-    }
-    return low;
+    const now = seconds - this.start + this.slack;
+    return now >= this.end ? this.times.length : this.times.findLastIndex((time) => time <= now);
   }
 
   pace(rate) {

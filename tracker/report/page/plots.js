@@ -99,6 +99,21 @@ class Chart {
     this.add("line", { class: kind, x1, x2, y1: -value, y2: -value });
   }
 
+  // A value at each of the axis' times.
+  curve(values, attributes) {
+    this.add("path", { ...attributes, d: path(this.points(values)) });
+  }
+
+  // Two standard deviations to either side of a curve.
+  band({ mean, sigma }, attributes) {
+    const edge = (by) => this.points(mean.map((value, t) => value + by * sigma[t]));
+    this.add("path", { ...attributes, d: `${path([...edge(2), ...edge(-2).reverse()])}Z` });
+  }
+
+  points(values) {
+    return values.map((value, t) => [this.axis.times[t], value]);
+  }
+
   // From the beginning of one frame to that of another.
   stretch(start, end, attributes) {
     const [from, to] = [this.axis.at(start), this.axis.at(end)];
@@ -106,26 +121,26 @@ class Chart {
   }
 
   ticks(sizes) {
-    const found = steps(this.low, this.high, 4, sizes);
-    for (const value of found) this.line(value, value ? "grid" : "grid zero");
-    return found.map((value) => {
+    for (const value of steps(this.low, this.high, 4, sizes)) {
+      this.line(value, value ? "grid" : "grid zero");
       const top = (100 * (this.high - value)) / (this.high - this.low);
       const text = Number(value.toFixed(2)).toString().replace("-", "\u2212");
-      return element("span", { class: "side tick", style: `top: ${top}%` }, text);
-    });
+      this.box.append(element("span", { class: "side tick", style: `top: ${top}%` }, text));
+    }
   }
 }
 
-const path = (points) => points.map(([x, y]) => `${x.toFixed(4)},${(-y).toFixed(4)}`).join("L");
+const path = (points) => `M${points.map(([x, y]) => `${x.toFixed(4)},${(-y).toFixed(4)}`).join("L")}`;
 
 // The least and the greatest of what is sure, with its bands, and a little room.
 function reach(curves, sure) {
   let [low, high] = [0, 0];
   for (const { mean, sigma } of curves) {
     mean.forEach((value, t) => {
-      const room = sure[t] ? Math.min(2 * sigma[t], 20) : 0;
-      low = Math.min(low, sure[t] ? value - room : low);
-      high = Math.max(high, sure[t] ? value + room : high);
+      if (!sure[t]) return;
+      const room = Math.min(2 * sigma[t], 20);
+      low = Math.min(low, value - room);
+      high = Math.max(high, value + room);
     });
   }
   const room = 0.06 * Math.max(high - low, 10);
@@ -134,20 +149,16 @@ function reach(curves, sure) {
 
 function anglePanel(axis, panel, chapter, sure) {
   const chart = new Chart(axis, ...reach(panel.curves, sure));
-  const ticks = chart.ticks(ANGLES);
+  chart.ticks(ANGLES);
   for (const [start, end, name] of chapter.outcomes) {
     if (UNSURE.includes(name)) chart.stretch(start, end, { class: "unsure" });
   }
-  const values = panel.curves.map(({ name, mean, sigma }, at) => {
-    const style = toned(TONES[name] ?? SPARE[at % SPARE.length]);
-    const times = mean.map((_, t) => axis.times[t]);
-    const upper = mean.map((value, t) => [times[t], value + 2 * sigma[t]]);
-    const lower = mean.map((value, t) => [times[t], value - 2 * sigma[t]]).reverse();
-    chart.add("path", { class: "band", style, d: `M${path([...upper, ...lower])}Z` });
-    chart.add("path", { class: "curve", style, d: `M${path(mean.map((value, t) => [times[t], value]))}` });
+  const values = panel.curves.map((curve, at) => {
+    const style = toned(TONES[curve.name] ?? SPARE[at % SPARE.length]);
+    chart.band(curve, { class: "band", style });
+    chart.curve(curve.mean, { class: "curve", style });
     return element("span", { class: "value", style });
   });
-  chart.box.append(...ticks);
   const head = element(
     "div", { class: "head" },
     element("b", {}, panel.title), element("span", { class: "reading" }, `${panel.reading}, degrees`), ...values,
@@ -170,21 +181,15 @@ function cyclePanel({ title, legs, norm }) {
   const every = curves.flatMap(([, { strides, mean, sigma }]) =>
     [...strides.map((curve) => ({ mean: curve, sigma: none })), { mean, sigma: sigma ?? none }]);
   const chart = new Chart(axis, ...reach(norm ? [norm, ...every] : every, SHARES.map(() => true)));
-  const ticks = chart.ticks(ANGLES);
-  const drawn = (curve) => path(curve.map((value, share) => [share, value]));
-  const band = ({ mean, sigma }, attributes) => {
-    const edge = (by) => mean.map((value, share) => [share, value + by * sigma[share]]);
-    chart.add("path", { ...attributes, d: `M${path([...edge(2), ...edge(-2).reverse()])}Z` });
-  };
-  if (norm) band(norm, { class: "norm" });
-  for (const [side, leg] of curves) if (leg.sigma) band(leg, { class: "band", style: toned(TONES[side]) });
+  chart.ticks(ANGLES);
+  if (norm) chart.band(norm, { class: "norm" });
+  for (const [side, leg] of curves) if (leg.sigma) chart.band(leg, { class: "band", style: toned(TONES[side]) });
   for (const [side, { strides, mean, off }] of curves) {
     const style = toned(TONES[side]);
-    for (const curve of strides) chart.add("path", { class: "thin", style, d: `M${drawn(curve)}` });
+    for (const stride of strides) chart.curve(stride, { class: "thin", style });
     if (off !== null) chart.add("line", { class: "off", style, x1: off, x2: off, y1: -chart.low, y2: -chart.high });
-    chart.add("path", { class: "curve", style, d: `M${drawn(mean)}` });
+    chart.curve(mean, { class: "curve", style });
   }
-  chart.box.append(...ticks);
   const ruler = [0, 50, 100].map((share) => element("span", { style: `left: ${share}%` }, `${share} %`));
   return element(
     "div", { class: "panel" },
@@ -192,11 +197,11 @@ function cyclePanel({ title, legs, norm }) {
   );
 }
 
-function strip(axis, name, stretches) {
+// Stretches, each in a tone by what it is called.
+function strip(axis, name, stretches, tone) {
   const chart = new Chart(axis, 0, 1);
-  for (const [start, end, attributes] of stretches) chart.stretch(start, end, attributes);
-  const label = element("span", { class: "side" }, name);
-  return element("div", { class: "strip" }, label, chart.box);
+  for (const [start, end, called] of stretches) chart.stretch(start, end, { style: toned(tone(called)) });
+  return element("div", { class: "strip" }, element("span", { class: "side" }, name), chart.box);
 }
 
 function legend(entries) {
@@ -207,22 +212,19 @@ function legend(entries) {
 function motionStrip(axis, chapter) {
   const labels = [...new Set(chapter.motions.map(([, , label]) => label))];
   const tone = (label) => MOTIONS[label] ?? SPARE[labels.indexOf(label) % SPARE.length];
-  const rows = chapter.motions.map(([start, end, label]) => [start, end, { style: toned(tone(label)) }]);
-  return [strip(axis, "motion", rows), legend(labels.map((label) => [label, tone(label)]))];
+  return [strip(axis, "motion", chapter.motions, tone), legend(labels.map((label) => [label, tone(label)]))];
 }
 
 function outcomeStrip(axis, chapter) {
-  const rows = chapter.outcomes.map(([start, end, name]) => [
-    start, end, { style: toned(OUTCOMES[name]) },
-  ]);
+  const tone = (name) => OUTCOMES[name];
   const met = Object.keys(chapter.words).filter((name) => chapter.outcomes.some((row) => row[2] === name));
-  return [strip(axis, "seen", rows), legend(met.map((name) => [chapter.words[name], OUTCOMES[name]]))];
+  return [strip(axis, "seen", chapter.outcomes, tone), legend(met.map((name) => [chapter.words[name], tone(name)]))];
 }
 
 function floorStrips(axis, chapter) {
   return ["near", "far"]
     .filter((side) => chapter.floor[side].length)
-    .map((side) => strip(axis, side, chapter.floor[side].map(([down, off]) => [down, off, { style: toned(TONES[side]) }])));
+    .map((side) => strip(axis, side, chapter.floor[side], () => TONES[side]));
 }
 
 // All plots of a chapter; gives what to call with a frame to have its numbers told.
@@ -258,14 +260,14 @@ function drawCycles(cycles, root) {
 function drawErrors(axis, errors, root) {
   const highest = Math.max(...errors.models.flatMap((model) => model.points.map((point) => point[1])), errors.lost);
   const chart = new Chart(axis, 0, 1.08 * highest);
-  chart.box.append(...chart.ticks(ERRORS));
+  chart.ticks(ERRORS);
   chart.line(errors.lost, "limit");
   const tone = (i) => MODELS[i % MODELS.length];
   errors.models.forEach((model, i) => {
     const points = model.points.map(([frame, error]) => [axis.at(frame), error]);
-    chart.add("path", { class: "curve", style: toned(tone(i)), d: `M${path(points)}` });
+    chart.add("path", { class: "curve", style: toned(tone(i)), d: path(points) });
     if (points.length <= 60) {
-      chart.add("path", { class: "dots", style: toned(tone(i)), d: points.map((point) => `M${path([point])}h0`).join("") });
+      chart.add("path", { class: "dots", style: toned(tone(i)), d: points.map((point) => `${path([point])}h0`).join("") });
     }
   });
   const ruler = element("div", { class: "axis" });
