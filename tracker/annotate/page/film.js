@@ -45,8 +45,7 @@ function turnTo(frame) {
   $("picture").setAttribute("aria-label", `Frame ${frame.index} of ${opening.video}`);
   $("count").textContent = frame.count ? `/ ${frame.count - 1}` : "";
   $("back1").disabled = $("back10").disabled = frame.index === 0;
-  if (same) return;
-  arrived();
+  if (!same) arrived();
 }
 
 function play() {

@@ -161,7 +161,7 @@ function face(way) {
 }
 
 function undo(way) {
-  const name = way === "redo" ? marks.redo(shown.index) : marks.undo(shown.index);
+  const name = marks[way](shown.index);
   if (!name) return;
   left().delete(name);
   if (begins()) chosen = null;

@@ -117,7 +117,7 @@ class Picture {
 
   press(event) {
     this.svg.setPointerCapture(event.pointerId);
-    this.fingers.set(event.pointerId, { clientX: event.clientX, clientY: event.clientY });
+    this.fingers.set(event.pointerId, event);
     if (this.fingers.size > 1) {
       this.giveUp();
       return;
@@ -130,30 +130,27 @@ class Picture {
 
   move(event) {
     const before = this.fingers.get(event.pointerId);
-    if (event.pointerType === "mouse") this.pointer = { clientX: event.clientX, clientY: event.clientY };
+    if (event.pointerType === "mouse") this.pointer = event;
     if (!before) return;
-    const after = { clientX: event.clientX, clientY: event.clientY };
-    if (this.fingers.size === 2) this.pinch(event.pointerId, before, after);
-    this.fingers.set(event.pointerId, after);
+    if (this.fingers.size === 2) this.pinch(before, event);
+    this.fingers.set(event.pointerId, event);
     const gesture = this.gesture;
     if (!gesture) return;
-    const way = Math.hypot(event.clientX - gesture.from.clientX, event.clientY - gesture.from.clientY);
-    const starts = !gesture.moved && way > (STILL[event.pointerType] ?? 3);
-    if (!gesture.moved && !starts) return;
-    gesture.moved = true;
+    const [dx, dy] = [event.clientX - gesture.from.clientX, event.clientY - gesture.from.clientY];
+    gesture.moved ||= Math.hypot(dx, dy) > (STILL[event.pointerType] ?? 3);
+    if (!gesture.moved) return;
     if (gesture.joint) this.heard.drag(gesture.joint, this.dragged(event, gesture), false);
-    else if (starts) this.pan(event.clientX - gesture.from.clientX, event.clientY - gesture.from.clientY);
-    else this.pan(after.clientX - before.clientX, after.clientY - before.clientY);
+    else {
+      this.pan(dx, dy);
+      gesture.from = event;
+    }
   }
 
   release(event, done) {
-    const gesture = this.gesture;
     this.fingers.delete(event.pointerId);
+    if (!done) this.giveUp();
+    const gesture = this.gesture;
     if (!gesture) return;
-    if (!done) {
-      this.giveUp();
-      return;
-    }
     this.gesture = null;
     if (gesture.moved && gesture.joint) this.heard.drag(gesture.joint, this.dragged(event, gesture), true);
     else if (!gesture.moved && gesture.taps) this.heard.tap(this.under(event), gesture.joint);
@@ -172,8 +169,8 @@ class Picture {
     return { x: place.x + gesture.offset.x, y: place.y + gesture.offset.y };
   }
 
-  pinch(id, before, after) {
-    const [, other] = [...this.fingers].find(([finger]) => finger !== id);
+  pinch(before, after) {
+    const other = [...this.fingers.values()].find((finger) => finger !== before);
     const apart = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
     this.pan((after.clientX - before.clientX) / 2, (after.clientY - before.clientY) / 2);
     const between = (side) => (after[side] + other[side]) / 2;
