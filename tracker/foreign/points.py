@@ -11,19 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.gaussian import Array
-from kinematics.sides import SIDES
 from tracker.run.read import Record, RunError
+from tracker.run.stature import LEGS, along
 from tracker.run.track import likelihood
 
 # Of each side's joints; HALPE_26 and BODY_25 agree on these.
-LEGS = {
+LEG_POINTS = {
     f"{letter}{part}": f"{side}_{joint}"
     for letter, side in (("R", "right"), ("L", "left"))
     for part, joint in (("Knee", "knee"), ("Ankle", "ankle"), ("BigToe", "toe"))
 }
 HIPS = {"RHip": "hip", "LHip": "hip"}
 SHOULDERS = {"RShoulder": "neck", "LShoulder": "neck"}
-JOINTS = {"Head": "head_top", "Neck": "neck", "Hip": "hip"} | LEGS
+JOINTS = {"Head": "head_top", "Neck": "neck", "Hip": "hip"} | LEG_POINTS
 HALPE = JOINTS | HIPS | SHOULDERS
 # Of a figure that has them, beside those.
 ARMS = {
@@ -78,7 +78,7 @@ def named_points(record: Record, names: Mapping[str, str], facing: int) -> Point
 
 def of_people(record: Record) -> bool:
     """Whether a run's figure has what people are measured by: hip, knees and ankles."""
-    return {"hip", *(f"{side}_{joint}" for side in SIDES for joint in ("knee", "ankle"))} <= set(record.names)
+    return {joint for leg in LEGS for joint in leg} <= set(record.names)
 
 
 def leg_pixels(record: Record) -> float:
@@ -86,17 +86,7 @@ def leg_pixels(record: Record) -> float:
     RunError: it was followed in no frame."""
     if not of_people(record):
         return record.unit
-    legs = [
-        apart(record, "hip", f"{side}_knee") + apart(record, f"{side}_knee", f"{side}_ankle")
-        for side in SIDES
-    ]
-    return middle(np.stack(legs), record)
-
-
-def apart(record: Record, one: str, other: str) -> Array:
-    """(T,) pixels between two keypoints."""
-    x, y = (record.place(one) - record.place(other)).T
-    return np.asarray(np.hypot(x, y))
+    return middle(np.stack([along(record.places, record.names, leg) for leg in LEGS]), record)
 
 
 def middle(numbers: Array, record: Record) -> float:

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
+from kinematics.sides import SIDES
 
 ANKLE_HEIGHT = 0.039  # of the person's height
-TRUNK = (("head_top", "neck"), ("neck", "hip"))
-LEGS = tuple((("hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")) for side in ("near", "far"))
+TRUNK = ("head_top", "neck", "hip")
+LEGS = tuple(("hip", f"{side}_knee", f"{side}_ankle") for side in SIDES)
 
 
 def stature(places: Array, names: Sequence[str], seen: NDArray[np.bool_]) -> float:
@@ -25,16 +26,18 @@ def stature(places: Array, names: Sequence[str], seen: NDArray[np.bool_]) -> flo
 
     Places are (T, J, 2) of the joints of these names; `seen` (T,) says which frames count.
     """
+    trunk, legs = (_median(places[seen], names, chains) for chains in ([TRUNK], LEGS))
+    return (trunk + legs) / (1.0 - ANKLE_HEIGHT)
 
-    def long(chain: Sequence[tuple[str, str]]) -> Array:
-        if not {name for link in chain for name in link} <= set(names):
-            return np.zeros(0)
-        pairs = [(names.index(one), names.index(other)) for one, other in chain]
-        apart = [np.linalg.norm(places[seen, i] - places[seen, j], axis=-1) for i, j in pairs]
-        lengths = np.sum(apart, axis=0)
-        return np.asarray(lengths[np.isfinite(lengths)])
 
-    trunk, legs = long(TRUNK), np.concatenate([long(leg) for leg in LEGS])
-    if not (trunk.size and legs.size):
-        return float("nan")
-    return float(np.median(trunk) + np.median(legs)) / (1.0 - ANKLE_HEIGHT)
+def along(places: Array, names: Sequence[str], chain: Sequence[str]) -> Array:
+    """(T,) length of a chain of joints, in the unit of the places (T, J, 2) of the joints of these names."""
+    joints = places[:, [names.index(name) for name in chain]]
+    return np.asarray(np.linalg.norm(np.diff(joints, axis=1), axis=-1).sum(axis=-1))
+
+
+def _median(places: Array, names: Sequence[str], chains: Sequence[Sequence[str]]) -> float:
+    """The median length of the chains that the figure has; NaN where nothing was seen of them."""
+    lengths = np.array([along(places, names, chain) for chain in chains if set(chain) <= set(names)])
+    known = lengths[np.isfinite(lengths)]
+    return float(np.median(known)) if known.size else float("nan")
