@@ -134,7 +134,7 @@ class Correction(Session):
 
     def _followed(self, index: int) -> Mapping[str, Mark]:
         run = self._run
-        if not 0 <= index < len(run) or run.outcome[index] is None:
+        if index >= len(run) or run.outcome[index] is None:
             return {}
         places = dict(zip(run.names, run.places[index].round(2).tolist(), strict=True))
         seen = bool(run.measured[index])

@@ -49,7 +49,7 @@ class Frames:
         image, by = self._image(index), min(1.0, QUICK / max(self.width, self.height))
         small = cv2.resize(image, None, fx=by, fy=by, interpolation=cv2.INTER_AREA) if by < 1.0 else image
         data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])[1].tobytes()
-        room = sum(map(len, list(seen.values()))) + len(data) <= SMALL_BYTES
+        room = sum(map(len, seen.values())) + len(data) <= SMALL_BYTES
         self._small = {**(seen if room else {}), index: data}
         return data
 

@@ -68,16 +68,16 @@ class Change:
         return abs(self.by.mean) > SIGMAS * self.by.error
 
     def cells(self) -> list[str]:
-        return [f"{self.name} {self.unit}", *(spoken(value, self.unit) for value in self._values())]
+        return [f"{self.name} {self.unit}", *self._spoken()]
 
     def row(self) -> list[str]:
         """The change as a row of HTML, the difference in bold where it is sure."""
-        *values, by = (small_errors(spoken(value, self.unit)) for value in self._values())
+        *values, by = map(small_errors, self._spoken())
         name = Markup("{} <small>{}</small>").format(self.name, self.unit)
         return [name, *values, Markup("<b>{}</b>").format(by) if self.sure else by]
 
-    def _values(self) -> tuple[Value, Value, Value]:
-        return self.before, self.after, self.by
+    def _spoken(self) -> list[str]:
+        return [spoken(value, self.unit) for value in (self.before, self.after, self.by)]
 
 
 def compare_runs(before: Path, after: Path, page: Path) -> str:

@@ -63,7 +63,7 @@ def _picture(clip: Path) -> str:
     """The first frame, small, a JPEG in base64; "" where there is none."""
     try:
         image = next(iter(Video(clip))).image
-    except (VideoError, StopIteration):
+    except VideoError:
         return ""
     height = round(image.shape[0] * WIDTH / image.shape[1])
     small = cv2.resize(image, (WIDTH, height), interpolation=cv2.INTER_AREA)

@@ -60,12 +60,10 @@ class Score:
 
 def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
     """Pixel positions of the tracked joints, by frame and name."""
-    rows = track.joints()
+    names, rows = track.figure.joints, track.joints().tolist()
     return {
-        track.first + t: {
-            name: (float(x), float(y)) for name, (x, y) in zip(track.figure.joints, row, strict=True)
-        }
-        for t, row in enumerate(rows)
+        frame: {name: (x, y) for name, (x, y) in zip(names, row, strict=True)}
+        for frame, row in enumerate(rows, track.first)
     }
 
 
@@ -134,8 +132,8 @@ def _legs(figure: Figure) -> list[tuple[str, ...]]:
 
 def _twins(figure: Figure) -> dict[str, str]:
     """For each scored joint of one side, its twin of the other."""
-    twins = dict(zip(figure.joints, (figure.joints[i] for i in figure.joint_twins), strict=True))
-    return {name: twins[name] for name in figure.scored if twins.get(name, name) != name}
+    twins = {figure.links[i].joint: figure.links[twin].joint for i, twin in figure.twins.items()}
+    return {name: twins[name] for name in figure.scored if name in twins}
 
 
 def _errors(marks: Mapping[str, Mark], found: Places, leg: float, scored: Sequence[str]) -> dict[str, float]:

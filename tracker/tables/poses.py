@@ -124,13 +124,12 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
             f"every angle of sequence {small[0]!r}{more} lies within {RADIANS} degrees although the figure "
             "moves; these may be radians, write degrees"
         )
-    for sequence in sequences:
-        if sequence.fps is not None and abs(sequence.fps / fps - 1.0) > 0.05:
-            said.append(
-                f"time_s of sequence {sequence.name!r} says {sequence.fps:.4g} frames a second, the model "
-                f"is taken at {fps:.4g}; give --fps if that is wrong"
-            )
-            break
+    others = [each for each in sequences if each.fps is not None and abs(each.fps / fps - 1.0) > 0.05]
+    if others:
+        said.append(
+            f"time_s of sequence {others[0].name!r} says {others[0].fps:.4g} frames a second, the model "
+            f"is taken at {fps:.4g}; give --fps if that is wrong"
+        )
     return said
 
 
