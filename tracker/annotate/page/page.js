@@ -181,7 +181,7 @@ const KEYS = {
   x: exchangeLegs,
   p: play,
   n: () => choose(names[(names.indexOf(chosen) + 1) % names.length]),
-  b: () => choose(names[(names.indexOf(chosen) + names.length - 1 + (chosen ? 0 : 1)) % names.length]),
+  b: () => choose(names.at(Math.max(names.indexOf(chosen), 0) - 1)),
   "+": () => picture.zoom(1.25),
   "=": () => picture.zoom(1.25),
   "-": () => picture.zoom(0.8),

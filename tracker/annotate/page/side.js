@@ -84,10 +84,9 @@ function showProgress({ task, done, total }) {
 
 function row(joint) {
   const [dot, state, place] = ["dot", "state", "place"].map((name) => element("span", { class: name }));
-  const about = { type: "button", "data-joint": joint.name, class: `${joint.side}-side` };
-  const button = element("button", about, dot, element("span", {}, label(joint.name)), " ", state, " ", place);
-  button.addEventListener("click", () => choose(joint.name));
-  return element("li", {}, button);
+  const about = { "data-joint": joint.name, class: `${joint.side}-side` };
+  const name = element("span", {}, label(joint.name));
+  return element("li", {}, button(() => choose(joint.name), about, dot, name, " ", state, " ", place));
 }
 
 /** Rows are kept, not made anew: the keyboard's focus may be on one. */
@@ -111,14 +110,10 @@ function showMarkedFrames() {
   const away = (frame) => Math.abs(frame - shown.index);
   const nearest = marks.marked().sort((a, b) => away(a) - away(b)).slice(0, NEAREST).sort((a, b) => a - b);
   const focused = document.activeElement.closest("#marked") && document.activeElement.textContent;
-  const buttons = nearest.map((frame) => {
-    const about = { type: "button", "aria-label": `Marked frame ${frame}`, "aria-current": frame === shown.index };
-    const button = element("button", about, frame);
-    button.addEventListener("click", () => go(frame));
-    return button;
-  });
+  const about = (frame) => ({ "aria-label": `Marked frame ${frame}`, "aria-current": frame === shown.index });
+  const buttons = nearest.map((frame) => button(() => go(frame), about(frame), frame));
   $("marked").replaceChildren(...(buttons.length ? ["Marked frames", ...buttons] : []));
-  buttons.find((button) => button.textContent === focused)?.focus();
+  buttons.find((one) => one.textContent === focused)?.focus();
 }
 
 function showAdvice() {

@@ -78,12 +78,11 @@ function show(card, film) {
   $("[data-command=track]", card).textContent = film.run ? "Follow again" : "Follow";
   $(".report", card).hidden = !film.run?.report;
   const found = $(".found", card);
-  const people = film.people?.length ? `people/${encodeURIComponent(film.name)}` : "";
-  if (found.dataset.of !== `${people}${JSON.stringify(film.people)}`) {
-    found.dataset.of = `${people}${JSON.stringify(film.people)}`;
-    found.hidden = !people;
-    found.alt = people ? `Who was found in ${film.name}` : "";
-    if (people) found.src = `${people}?${Date.now()}`;
+  const people = JSON.stringify(film.people);
+  if (found.dataset.people !== people) {
+    found.dataset.people = people;
+    found.hidden = !film.people?.length;
+    if (!found.hidden) found.src = `people/${encodeURIComponent(film.name)}?${Date.now()}`;
   }
   showWork(card, film.work);
 }
@@ -94,6 +93,7 @@ function begun(film, formats) {
   $("h2", card).textContent = film.name;
   $(".face", card).src = `picture/${address}`;
   $(".face", card).alt = `The first frame of ${film.name}`;
+  $(".found", card).alt = `Who was found in ${film.name}`;
   $(".report", card).href = `run/${address}/report.html`;
   choices($(".to", card), formats.map((name) => [name, name]));
   for (const button of card.querySelectorAll("[data-command]")) {

@@ -12,6 +12,13 @@ function shape(name, attributes = {}, ...children) {
   return made(document.createElementNS(SVG, name), attributes, children);
 }
 
+/** A button that does something. */
+function button(does, attributes, ...children) {
+  const made = element("button", { type: "button", ...attributes }, ...children);
+  made.addEventListener("click", does);
+  return made;
+}
+
 function made(bare, attributes, children) {
   for (const [key, value] of Object.entries(attributes)) bare.setAttribute(key, value);
   bare.append(...children);

@@ -114,10 +114,9 @@ const seconds = axis.whole[1] - axis.whole[0];
 if (seconds > LONG) {
   span = seconds > LONGER ? 10 : 0;
   for (const root of all("article .plots")) {
-    const choice = element("select", { "aria-label": "Seconds shown" });
-    for (const [value, text] of [[0, "the whole clip"], [10, "10 s"], [3, "3 s"]]) {
-      choice.append(element("option", { value }, text));
-    }
+    const spans = [[0, "the whole clip"], [10, "10 s"], [3, "3 s"]];
+    const options = spans.map(([value, text]) => element("option", { value }, text));
+    const choice = element("select", { "aria-label": "Seconds shown" }, ...options);
     choice.addEventListener("change", () => {
       span = Number(choice.value);
       for (const other of all(".spans select")) other.value = choice.value;

@@ -106,13 +106,9 @@ function tableRows(table) {
 
 // Buttons that save what is drawn in `root`, if anything is, and `rows`, called for when they are wanted.
 function savers(name, rows, root) {
-  const button = (text, save) => {
-    const made = element("button", { type: "button", title: `Save as ${text}` }, text);
-    made.addEventListener("click", save);
-    return made;
-  };
+  const saver = (kind, save) => button(save, { title: `Save as ${kind}` }, kind);
   const pictures = root
-    ? [button("PNG", () => savePicture(standing(root), name)), button("SVG", () => download(`${name}.svg`, text(standing(root)), "image/svg+xml"))]
+    ? [saver("PNG", () => savePicture(standing(root), name)), saver("SVG", () => download(`${name}.svg`, text(standing(root)), "image/svg+xml"))]
     : [];
-  return element("div", { class: "save", role: "group", "aria-label": `Save ${name}` }, "Save", ...pictures, button("CSV", () => saveRows(rows(), name)));
+  return element("div", { class: "save", role: "group", "aria-label": `Save ${name}` }, "Save", ...pictures, saver("CSV", () => saveRows(rows(), name)));
 }
