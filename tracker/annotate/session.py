@@ -37,9 +37,6 @@ class Placed(BaseModel, extra="forbid"):
     y: Coordinate
     visible: bool = True
 
-    def mark(self) -> Mark:
-        return Mark(self.x, self.y, self.visible)
-
 
 class CheckRequest(BaseModel, extra="forbid"):
     """The marks of one frame, to be judged.
@@ -193,7 +190,7 @@ class Session:
             if name not in self._figure.marks:
                 known = ", ".join(self._figure.marks)
                 raise UnknownJointError(f"unknown joint {name!r}; known are {known}")
-        return {name: each.mark() for name, each in placed.items()}
+        return {name: Mark(**each.model_dump()) for name, each in placed.items()}
 
     def _followed(self, index: int) -> Mapping[str, Mark]:
         """The figure as it was followed in a frame; of a film that is only marked, nothing."""

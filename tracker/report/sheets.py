@@ -15,6 +15,7 @@ from videos.frames import Video
 Image = NDArray[np.uint8]
 
 DPI = 130
+SHOWN = 4  # frames at most
 GAP, LABEL = 0.1, 0.5  # inches around pictures, and beside them for what each row is
 CROP = 1.1  # leg lengths of picture kept around the marked figure's hip, to either side
 
@@ -39,14 +40,14 @@ def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
     figure.savefig(path)
 
 
-def sheet_frames(scores: Mapping[str, Score], count: int = 4) -> list[int]:
+def sheet_frames(scores: Mapping[str, Score]) -> list[int]:
     """Marked frames that show where the tracks part: evenly up to the worst gap between best and worst."""
     ranked = sorted(scores.values(), key=lambda result: result.mean_error_leg)
     frames = sorted(ranked[0].frame_errors)
     worst = parting([ranked[0].frame_errors, ranked[-1].frame_errors]) if len(ranked) > 1 else frames[-1]
     upto = frames[: frames.index(worst) + 1] if worst in frames else frames
     after = frames[frames.index(upto[-1]) + 1 :]
-    chosen = [upto[round(i)] for i in np.linspace(0, len(upto) - 1, min(count - bool(after), len(upto)))]
+    chosen = [upto[round(i)] for i in np.linspace(0, len(upto) - 1, min(SHOWN - bool(after), len(upto)))]
     return sorted(set(chosen) | set(after[-1:]))
 
 
