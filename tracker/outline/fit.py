@@ -26,7 +26,7 @@ LASTING = 0.2  # seconds over which a pose stays unlike its phase of the cycle a
 AROUND = 6  # frames either way of the marked one that tell which leg is near
 ALONG = np.linspace(0.1, 0.9, 9)  # places on the axis of a link, shares of its length
 MOSTLY = 0.65  # of them stand out where a link does
-MARKED = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
+RIGHTLY = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
 MARGIN = 10.0  # nats of two climbs that count as one: neighbouring pixels err together
 SMOOTH_LEAN = 3.0  # the same of its lean
 
@@ -125,15 +125,15 @@ def fitted(
     better, margin = _as_marked(odds, shape, ways, marks) if start.known.any() else (0, 0.0)
     best = climb(odds, shape, ways[better].path, marks, rounds)
     looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
-    named = looks + agreeing(margin, MARKED)
-    if named < 0.0 and margin < MARKED:
+    named = looks + agreeing(margin, RIGHTLY)
+    if named < 0.0 and margin < RIGHTLY:
         best = climb(odds, shape, ways[1 - better].path, marks, rounds)
     elif named < 0.0:  # the marks themselves name the other leg
         best = replace(best, q=best.q[:, figure.exchanged])
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
     off = spread(shape, best.q, odds, GRID)
-    start_named = MARKED + agreeing(margin, looks)
+    start_named = RIGHTLY + agreeing(margin, looks)
     return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), start_named)
 
 

@@ -32,7 +32,7 @@ FINE = 3  # steps from one phase to the next, at 30 frames a second
 CHANGE = 1.5  # nats for a change to the next phase speed
 TRAVEL = 1.0  # leg lengths over the scene from which who walks ahead does not walk backwards
 SLIP = 1.0  # spread of a step in phase about the phase speed, fine steps
-MARKED = float(np.radians(12.0))  # spread of marked angles about a cycle's, by a Student t
+DIFFERS = float(np.radians(12.0))  # spread of marked angles about a cycle's, by a Student t
 FREEDOM = 4.0  # of it: who starts off, or stops, is in no phase of a cycle
 
 
@@ -107,7 +107,7 @@ def phases(
 def likeness(off: Array) -> Array:
     """(...) nats of angles of COLUMNS (..., 8) that are marked so far off a cycle's, radians."""
     square = (off[..., COUNTED] ** 2).sum(-1)
-    return np.asarray(-0.5 * (FREEDOM + len(COUNTED)) * np.log1p(square / (FREEDOM * MARKED**2)))
+    return np.asarray(-0.5 * (FREEDOM + len(COUNTED)) * np.log1p(square / (FREEDOM * DIFFERS**2)))
 
 
 def _ways(stage: Stage, hips: Array, units: Array) -> tuple[int, ...]:

@@ -26,8 +26,8 @@ WEIGHT = 25.0  # nats for a square leg length of log odds
 STEP = 0.6  # nats for a step of one place a frame, along the way; half as far across it
 RESIZE = 3.0  # nats for a change to the next size
 REACH = 5  # places a frame at most
-MARKED = 12.0  # nats by which the path is held to the marked place and size, a place or size away
-FOUND = 0.3  # the same where it was found
+HELD = 12.0  # nats by which the path is held to the marked place and size, a place or size away
+HELD_FOUND = 0.3  # the same where it was only found
 SMOOTH = 1.5  # frames over which the path's place is smoothed
 SMOOTH_SIZE, SMOOTH_FOUND = 30.0, 10.0  # the same of its size, marked in a frame or only found
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
@@ -49,16 +49,15 @@ def walk(
         (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
     """
     maps, to_map = _maps(stage, unit)
-    if (
-        not marked
-    ):  # then what stands out and is not covered tells the size: it costs as what is covered in vain
+    # Then what stands out and is not covered tells the size: it costs as what is covered in vain.
+    if not marked:
         maps = maps + np.maximum(maps, 0.0)
     score = _sums(maps, _silhouettes(shape, cycles, stage.facing))
     x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
     sizes = np.abs(np.arange(len(SIZES)) - SAME)
-    score[frame] -= (MARKED if marked else FOUND) * (away[None] + 4.0 * sizes[:, None, None])
+    score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * sizes[:, None, None])
     path = best_path(score, STEP, RESIZE, REACH)
     places = smooth(path[:, [2, 1]].astype(np.float64), SMOOTH)
     size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE if marked else SMOOTH_FOUND)

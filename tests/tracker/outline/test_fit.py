@@ -10,7 +10,7 @@ from scipy.special import expit
 from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, WALK, WALKER, film
 from tracker.outline.climb import Marked
 from tracker.outline.cycles import NECK, Cycles, columns_of
-from tracker.outline.fit import LASTING, MARKED, agreeing, fitted, through
+from tracker.outline.fit import LASTING, RIGHTLY, agreeing, fitted, through
 
 NEAR = 0.05  # leg lengths, in the mean
 FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
@@ -70,7 +70,7 @@ def test_exchanged_marks_hold_where_both_legs_look_the_same_though_the_camera_mo
     alike = film(rng, camera=(1.5, 0.3, 0.0, -0.003), alike=True)
     found = fit(alike, alike.stage(rng), exchanged(alike.start()))
     assert errors(found.joints[:, WALKER.joint_twins], alike).mean() < NEAR
-    assert expit(-2.0 * MARKED) < found.misnamed < 0.5
+    assert expit(-2.0 * RIGHTLY) < found.misnamed < 0.5
 
 
 @pytest.mark.parametrize(("one", "other"), [(2.0, 0.7), (-1.5, 0.3), (3.0, -8.0), (0.0, 5.0)])
