@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import islice
 
 import numpy as np
@@ -19,15 +18,13 @@ from tracker.clip.playback import motions_at, playback_rate
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
-from tracker.loop.begin import begin, start_box, start_curve
+from tracker.loop.begin import begin
 from tracker.loop.both_ways import Passage, prolong
 from tracker.loop.detections import Detector
 from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
 from tracker.loop.trail import Trail
-from tracker.picture.backdrop import Backdrop
-from tracker.picture.plate import REACH, plate
 from tracker.progress import Progress
 from tracker.run.track import FREE, Track
 from tracker.settings import Settings
@@ -160,8 +157,6 @@ class _Ways:
         plan, passage = self.plan, self._passage(way)
         tracker = passage.tracker
         state, estimate = begin(tracker, plan.start, self.marked, belief)
-        if state.templates.strange.any() and state.backdrop is not None:
-            state, estimate = begin(tracker, plan.start, self.marked, belief, self._scene)
         run = passage.run(plan.frame, state, estimate, self.clock.timed("read", images))
         tracked = self._counted(way, self.clock.timed("track", run))
         turned = None
@@ -184,18 +179,6 @@ class _Ways:
         anchors = {t: Anchor.of(plan.start.figure, points(each), hidden(each)) for t, each in marks.items()}
         smooth = smoothed if plan.job.smooth else as_first_known
         return Passage(here, other, anchors, way, self.reel.span, smooth, plan.points)
-
-    @cached_property
-    def _scene(self) -> Backdrop | None:
-        plan = self.plan
-        return scene_behind(plan, self.reel, start_curve(plan.tracker, plan.start, self.marked))
-
-
-def scene_behind(plan: Plan, reel: Reel, curve: Image) -> Backdrop | None:
-    """What lies behind the figure in the start frame, as the frames around show it through a tone curve."""
-    first = max(plan.frame - REACH, plan.job.first)
-    images, box = reel.span(first, plan.frame + REACH), start_box(plan.tracker, plan.start)
-    return plate(images, plan.frame - first, box, plan.tracker.view.unit, curve)
 
 
 def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Track:

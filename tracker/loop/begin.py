@@ -10,9 +10,8 @@ from kinematics.figure import SCALE
 from kinematics.recover import Start
 from kinematics.spm import covering, skeleton
 from tracker.loop.estimate import Estimate, State
-from tracker.loop.judging import BARE
 from tracker.loop.tracker import Tracker
-from tracker.picture.backdrop import Backdrop, first_backdrop
+from tracker.picture.backdrop import first_backdrop
 from tracker.picture.camera import first_camera
 from tracker.picture.pyramid import Box, Image
 from tracker.picture.tone import tone_curve
@@ -28,42 +27,27 @@ def begin(
     start: Start,
     image: Image,
     belief: Belief | None = None,
-    scene: Backdrop | None = None,
 ) -> tuple[State, Estimate]:
     """Cut the templates from the start frame and start the belief there.
 
     Args:
         belief: of that frame, where one is known; None takes that of the marks.
-        scene: what lies behind the figure in that frame, if that is known.
     """
-    settings, box, behind = tracker.settings, start_box(tracker, start), tracker.mode.backdrop
-    curve = start_curve(tracker, start, image)
+    box = start_box(tracker, start)
+    curve = tone_curve(image, box, tracker.mode.contrast)
     state = State(
         belief or start_belief(tracker, start),
         _templates(tracker, start, image, curve),
         curve,
-        first_camera(image, box) if settings.camera else None,
-        first_backdrop(image, box, tracker.view.unit, curve) if behind else None,
+        first_camera(image, box) if tracker.settings.camera else None,
+        first_backdrop(image, box, tracker.view.unit, curve) if tracker.mode.backdrop else None,
     )
-    if behind and scene is not None:
-        scene = scene.compared(image, box)
-        # A figure that stays where it is, on a treadmill say, is part of what was taken for the scene.
-        places = tracker.view.to_pixels(state.templates.places(tracker.figure, start.q))
-        places = places[state.templates.inner]
-        alike = scene.scenery.plain(places)
-        if alike.mean() < BARE:
-            state = replace(state, backdrop=scene.unknown_at(places[alike]))
     return state, replace(tracker.estimate(state), began=True)
 
 
 def start_box(tracker: Tracker, start: Start) -> Box:
     """Pixels that the figure may cover in the marked frame."""
     return tracker.box(start.q[None])
-
-
-def start_curve(tracker: Tracker, start: Start, image: Image) -> Image:
-    """What spreads the grey levels around the marked figure; in the papers' mode they stay as filmed."""
-    return tone_curve(image, start_box(tracker, start), tracker.mode.contrast)
 
 
 def start_belief(tracker: Tracker, start: Start) -> Belief:

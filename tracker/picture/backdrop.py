@@ -8,7 +8,7 @@ The scene is kept at a coarse step and moves with the camera; what the figure ma
 what it has covered from the start stays unknown until it has left.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracker.compiled import compiled
-from tracker.picture.pyramid import AS_FILMED, Array, Box, Image, Level, Planes
+from tracker.picture.pyramid import AS_FILMED, Array, Box, Image, Planes
 
 STEP = 0.03  # leg lengths from one place of the scene to the next
 NOISE = 8.0  # of a match, grey levels
@@ -26,7 +26,6 @@ UNKNOWN = 1.0  # how much a point of the figure differs from what lies behind it
 ALIKE = 0.2  # it differs by less where it shows the scene itself
 MOST = 3.0  # one very different place may be anything
 BLEND = np.float32(0.3)  # of what is seen into the scene, a frame
-FRONT = 30.0  # grey levels by which what stands out from the scene differs from it
 AROUND = np.ones((3, 3), np.uint8)  # of places that show the scene together: single ones do by chance
 NEAR = 1  # steps by which the scene may have been moved wrongly
 SOME = 2000  # places that a change of light is taken from
@@ -57,27 +56,10 @@ class Scenery:
         differs = self._at(pixels)
         return np.asarray((differs >= ALIKE) & (differs != UNKNOWN))
 
-    def front(self, level: Level) -> Planes:
-        """(h, w, 3) what stands out from the scene as a level of the frame shows it: FRONT grey levels where
-        it does for certain, half as much where nothing is known of it, in the first channel."""
-        share = np.where(self.differs == UNKNOWN, 0.5, self.differs / MOST).astype(np.float32)
-        x, y = (np.asarray(level.corner) + 0.5) / self.step - 0.5
-        place = np.array([[1.0 / self.step, 0.0, x], [0.0, 1.0 / self.step, y]])
-        h, w = level.planes.shape[:2]
-        how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        wide = cv2.warpAffine(share, place, (w, h), flags=how, borderMode=cv2.BORDER_REPLICATE)
-        planes = np.zeros_like(level.planes)
-        planes[..., 0] = FRONT * cv2.GaussianBlur(wide, (0, 0), level.sigma)
-        return planes
-
-    def cells(self, pixels: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """(P,) rows and (P,) columns of the places at (P, 2) pixels."""
+    def _at(self, pixels: Array) -> Planes:
         h, w = self.differs.shape
         column, row = np.clip((pixels + 0.5).astype(int) // self.step, 0, (w - 1, h - 1)).T
-        return row, column
-
-    def _at(self, pixels: Array) -> Planes:
-        return np.asarray(self.differs[self.cells(pixels)])
+        return np.asarray(self.differs[row, column])
 
 
 UNSEEN = Scenery(np.full((1, 1), UNKNOWN, np.float32), 1 << 30)
@@ -118,22 +100,6 @@ class Backdrop:
         share = np.where(known, BLEND, np.float32(1.0)) * seen
         scene = scene + share[..., None] * (now - scene)
         return type(self)(scene, known | seen, (x, y), scenery, self.curve)
-
-    def replaced(self, scene: Planes, known: NDArray[np.bool_]) -> Self:
-        """With another scene (h, w, 3) where that is known (h, w); elsewhere nothing is known any more."""
-        return replace(self, scene=np.where(known[..., None], scene, self.scene), known=known)
-
-    def unknown_at(self, pixels: Array) -> Self:
-        """With nothing known of the scene at (P, 2) pixels of the frame."""
-        known = self.known.copy()
-        known[self.scenery.cells(pixels)] = False
-        return replace(self, known=known)
-
-    def compared(self, image: Image, box: Box) -> Self:
-        """With how the first frame itself differs from the scene; image and box as of `follow`."""
-        step, area = self.scenery.step, _area(box, self.scenery.step, self.known.shape)
-        differs = _difference(small(image, step, self.curve), self.scene, self.known, area)
-        return replace(self, scenery=Scenery(differs, step))
 
     def _at(self, x: int, y: int) -> tuple[Planes, NDArray[np.bool_]]:
         """Scene and what is known of it where the camera has shifted it to."""

@@ -81,7 +81,7 @@ def _fill(
         pose = start[h], direction[h], length[h], size[h]
         for i in range(L):
             n = _look(picture, pose, points, shape, noise, i, row, laid.inside[h])
-            if noise.layered and n >= noise.fewest and not points.strange[i]:
+            if noise.layered and n >= noise.fewest:
                 for c in range(3):
                     low, high = points.light[c] - noise.light, points.light[c] + noise.light
                     laid.offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
@@ -91,7 +91,7 @@ def _fill(
             total += loss
             count += weight
             fair = 1.0
-            if noise.layered and weight > 0.0 and not points.strange[i]:
+            if noise.layered and weight > 0.0:
                 mean, fair = _faded(loss / weight, noise)
                 loss = weight * mean
             laid.cost[h] += loss
@@ -146,7 +146,7 @@ def _look(
     inside: NDArray[np.bool_],
 ) -> int:
     """Put what one link's visible points see into the row; returns how many they are."""
-    planes = picture.front if points.strange[link] else picture.planes
+    planes = picture.planes
     start, direction, length, size = pose
     rows, columns = planes.shape[0], planes.shape[1]
     ox, oy, ax, ay = picture.origin_x, picture.origin_y, picture.axis_x, picture.axis_y
@@ -175,7 +175,7 @@ def _look(
             r, s = int(y + picture.corner_y + 0.5), int(x + picture.corner_x + 0.5)
             r, s = r // picture.step, s // picture.step
             row.differs[n], row.clear[n] = picture.differs[r, s], 1.0
-            if picture.around[r, s] < picture.unknown and not points.strange[link]:
+            if picture.around[r, s] < picture.unknown:
                 row.around[n] = picture.around[r, s]
         # Beyond its edge a picture goes on as it ends.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)

@@ -20,7 +20,7 @@ class Mode:
     contrast  : how far grey levels around the figure are spread
     rim       : of template beyond a link's outline, leg lengths
     backdrop  : whether the scene behind the figure is kept
-    learns    : whether looks follow what is seen of them, and unknown ones are sought where a link stands out
+    learns    : whether looks follow what is seen of them, unknown ones where a link stands out
     coarse    : every so manieth point is looked at on all but the finest blur
     robust    : squared scale of the robust loss, in units of the noise; inf for plain squares
     layered   : whether nearer links hide farther ones, and each link has a brightness offset

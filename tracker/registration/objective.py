@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import Skeleton
-from tracker.picture.backdrop import FRONT, NOISE, UNKNOWN
+from tracker.picture.backdrop import NOISE, UNKNOWN
 from tracker.picture.pyramid import Level, Planes
 from tracker.registration.chain_rule import laid_out, weighed
 from tracker.registration.field import Field
@@ -37,8 +37,6 @@ from tracker.registration.records import Laid, Laying, Noise, Picture, Points, S
 from tracker.registration.templates import hiding
 
 FEWEST = 6  # points of a link that an offset of light is worked out from
-NO_FRONT = np.zeros((1, 1, 3), np.float32)
-STANDING_OUT = np.array([FRONT, 0.0, 0.0], np.float32)
 
 
 @dataclass(frozen=True)
@@ -73,8 +71,6 @@ class Objective:
         self.precision = self.mode.precision(priors.cov, figure)
         self.layout = layout = figure.layout
         self.shape = Shape(layout.layer, layout.width, layout.taper)
-        # A foot, which does not breathe, is too small to stand out for certain.
-        self.strange = templates.strange & self.mode.learns & layout.breathes
         # Of densities of grey levels, with one sigma in the figure and another in the scene.
         against = np.float32(np.log(NOISE / settings.noise))
         behind = (field.scenery.differs + against, field.scenery.around + against, float(UNKNOWN + against))
@@ -96,17 +92,14 @@ class Objective:
         """The templates' points with their colours at one blur, of the coarser ones a part."""
         templates = self.field.templates
         every = 1 if number == len(templates.colours) - 1 else self.mode.coarse
-        link, weight = templates.link[::every].copy(), templates.weight[::every].copy()
-        strange = self.strange[link]
         return Points(
-            np.searchsorted(link, np.arange(len(self.field.figure.links) + 1)),
+            np.searchsorted(templates.link[::every], np.arange(len(self.field.figure.links) + 1)),
             templates.along[::every].copy(),
             templates.across[::every].copy(),
-            weight,
-            np.where(strange[:, None], STANDING_OUT, templates.colours[number][::every]),
-            templates.known[::every] | (strange & (weight == 1.0)),
+            templates.weight[::every].copy(),
+            templates.colours[number][::every].copy(),
+            templates.known[::every].copy(),
             templates.light,
-            self.strange,
         )
 
     def _picture(self, level: Level, differs: Planes, around: Planes, unknown: float) -> Picture:
@@ -120,7 +113,6 @@ class Objective:
             origin_y=y - top,
             axis_x=axis_x,
             axis_y=axis_y,
-            front=scenery.front(level) if self.strange.any() else NO_FRONT,
             differs=differs,
             around=around,
             unknown=unknown,

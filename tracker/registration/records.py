@@ -16,7 +16,6 @@ class Points(NamedTuple):
     """P template points, those of link l at first[l]:first[l + 1].
 
     first : (L + 1,); along, across, weight : (P,); colours : (P, 3); known : (P,); light : (3,)
-    strange : (L,) links whose look is not known, compared with `Picture.front` instead of the planes
     """
 
     first: NDArray[np.intp]
@@ -26,7 +25,6 @@ class Points(NamedTuple):
     colours: Single
     known: NDArray[np.bool_]
     light: Array
-    strange: NDArray[np.bool_]
 
 
 class Shape(NamedTuple):
@@ -42,8 +40,6 @@ class Picture(NamedTuple):
 
     planes    : (h, w, 3) the level's grey levels
     origin_x, origin_y, axis_x, axis_y : body coordinates to pixels of the planes, origin + axes * point
-    front     : (h, w, 3) what stands out from the scene, compared with links of an unknown look; (1, 1, 3)
-                where there are none
     differs   : what the scene without the figure costs at each place of the frame, as half the robust
                 square of `Laid.mean`, with log(its sigma / the figure's)
     around    : the most of it there and around
@@ -57,7 +53,6 @@ class Picture(NamedTuple):
     origin_y: float
     axis_x: float
     axis_y: float
-    front: Single
     differs: Single
     around: Single
     unknown: float

@@ -54,10 +54,6 @@ class Templates:
         """(P,) whether a point is known and within its link's outline."""
         return np.asarray((self.weight == 1.0) & self.known)
 
-    def places(self, figure: Figure, q: Array) -> Array:
-        """(P, 2) body coordinates of the points at a pose (D,)."""
-        return surface(skeleton(figure, q), self.link, self.along, self.across)
-
     def refreshed(self, seen: Array | Planes, trust: Array, blend: float, offset: Array) -> Self:
         """Blended into what is seen now; points never seen before take it whole.
 

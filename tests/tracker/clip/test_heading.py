@@ -6,14 +6,11 @@ import pytest
 
 from kinematics.figure_file import WALKER
 from tests.tracker.clips import FPS, write_video
-from tracker.clip import follow as follow_module
 from tracker.clip import plan as plan_module
-from tracker.clip.follow import follow, scene_behind
+from tracker.clip.follow import follow
 from tracker.clip.job import Job
-from tracker.clip.pictures import Reel
 from tracker.clip.plan import heading, prepare, untold
 from tracker.clip.start import facing_at, marked_start
-from tracker.picture.pyramid import AS_FILMED
 from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark, read_keypoints
@@ -90,21 +87,6 @@ def test_a_facing_that_nobody_told_is_said(facing, clip, marks):
 def test_a_job_with_a_foot_marked_is_not_asked_of_the_film(clip, marks, monkeypatch):
     monkeypatch.setattr(plan_module, "heading", None)
     assert prepare(Job(clip.video, marks, "cv")).start.view.facing == 1
-
-
-def test_the_scene_is_sought_around_the_start_frame(clip, marks, monkeypatch):
-    asked = []
-
-    def watched(images, frame, box, unit, curve):
-        asked.append((len(list(images)), frame))
-
-    monkeypatch.setattr(follow_module, "plate", watched)
-    monkeypatch.setattr(follow_module, "REACH", 3)
-    whole = Job(clip.video, marks, "cv")
-    for start in (0, 2, 6):
-        plan = prepare(replace(whole, start=start))
-        assert scene_behind(plan, Reel(plan.video), AS_FILMED) is None
-    assert asked == [(4, 0), (6, 2), (7, 3)]
 
 
 @pytest.mark.parametrize("facing", [1, -1])

@@ -98,8 +98,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
         span=lambda first, last: range(first, last - way, -way),
         smooth=lambda _, estimates: list(estimates),
     )
-    state = SimpleNamespace(templates=SimpleNamespace(strange=np.zeros(len(WALKER.links), bool)))
-    raw = list(passage.run(start, state, estimate(start), iter(frames[1:])))
+    raw = list(passage.run(start, SimpleNamespace(), estimate(start), iter(frames[1:])))
     assert places(raw) == frames
     trail = Trail(D)
     for each in raw:

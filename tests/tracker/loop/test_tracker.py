@@ -16,14 +16,13 @@ from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.oracles import condition
 from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted, freedoms, placed
 from tests.tracker.walls import behind_wall
-from tracker.loop import judging
 from tracker.loop.begin import START_ANGLE, START_LENGTH, START_PLACE, begin, start_belief
 from tracker.loop.estimate import Estimate, State
 from tracker.loop.judging import LEAST_INSIDE
 from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import find_model
-from tracker.picture.backdrop import ALIKE, STEP, first_backdrop
+from tracker.picture.backdrop import ALIKE, first_backdrop
 from tracker.picture.pyramid import Level, pyramid
 from tracker.registration.align import align
 from tracker.registration.field import Field, Registration
@@ -475,50 +474,6 @@ def test_a_model_of_other_freedoms_is_refused_with_what_to_do(models):
         make_tracker(still(WALKER, STRIDE), renamed, FULL)
 
 
-BESIDE = (-9.0, -9.0, -1.0, -1.0)  # the picture
-
-
-@pytest.mark.parametrize("backdrop", [True, False])
-def test_a_known_scene_is_taken_if_the_marked_figure_stands_out_from_it(backdrop, rng):
-    painted, start = Painted(rng), still(WALKER, STRIDE)
-    picture, empty = painted.picture(STRIDE), painted.picture(upright(WALKER, root_x=9.0))
-    settings = FULL.model_copy(update={"backdrop": backdrop})
-    tracker = make_tracker(start, find_model("cv", 30.0, settings), settings)
-    scene = first_backdrop(empty, BESIDE, VIEW.unit)
-    state, estimate = begin(tracker, start, picture, scene=scene)
-    assert estimate.began
-    if not backdrop:
-        assert state.backdrop is None
-        return
-    assert state.backdrop.known.mean() > 0.99  # all but where the figure happens to look as the scene does
-    assert_array_equal(state.backdrop.scene, scene.scene)
-    inner = placed(WALKER, STRIDE, state.templates)[state.templates.inner]
-    assert state.scenery.outstanding(VIEW.to_pixels(inner)).mean() > 0.9
-    assert state.scenery.plain(VIEW.to_pixels(np.array([[-0.3, 0.5], [0.4, 0.5]]))).all()
-
-
-@pytest.mark.parametrize("differing", [0.4, 0.6], ids=["more than half of it", "less than half of it"])
-def test_a_scene_of_which_the_figure_itself_is_a_part_is_refused(differing, rng):
-    painted, start = Painted(rng, plain=True), still(WALKER, STRIDE)
-    picture, empty = painted.picture(STRIDE), painted.picture(upright(WALKER, root_x=9.0))
-    tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
-    plain, _ = begin(tracker, start, picture)
-    assert not plain.backdrop.known.all()
-    points = VIEW.to_pixels(placed(WALKER, STRIDE, plain.templates)[plain.templates.inner])
-    above = int(np.quantile(points[:, 1], differing))
-    treadmill = np.concatenate([empty[:above], picture[above:]])
-    state, _ = begin(tracker, start, picture, scene=first_backdrop(treadmill, BESIDE, VIEW.unit))
-    if differing > judging.BARE:
-        # The part of the scene that is the figure itself is not taken.
-        rows, columns = state.scenery.cells(points)
-        known, own = state.backdrop.known[rows, columns], points[:, 1] > above + STEP * VIEW.unit
-        assert not known[own].any()
-        assert known[points[:, 1] < above - STEP * VIEW.unit].mean() > 0.9
-    else:
-        assert_array_equal(state.backdrop.known, plain.backdrop.known)
-        assert (state.scenery.differs == plain.scenery.differs).all()
-
-
 def hiding(q, *joints):
     """A start whose every freedom was marked, some joints as hidden; its tracker and picture."""
     start = replace(still(WALKER, q), hidden=frozenset(joints))
@@ -541,17 +496,6 @@ def test_links_beyond_a_mark_that_something_hides_are_strange_but_for_what_their
     tracker, start, picture = hiding(STRIDE, *hidden)
     templates = begin(tracker, start, picture)[0].templates
     assert {link.name for link, odd in zip(WALKER.links, templates.strange, strict=True) if odd} == strange
-
-
-def test_a_strange_limb_that_stands_out_is_looked_at_but_not_known_after_one_frame():
-    tracker, start, picture = hiding(STRIDE, "near_ankle", "far_ankle")
-    empty = Painted(np.random.default_rng(20)).picture(upright(WALKER, root_x=9.0))
-    state, _ = begin(tracker, start, picture, scene=first_backdrop(empty, BESIDE, VIEW.unit))
-    after, estimate = tracker.step(state, picture)
-    assert estimate.outcome == "ok"
-    shank = after.templates.link == WALKER.link_of("near_ankle")
-    assert (after.templates.alike[shank] == 1).mean() > 0.5
-    assert_array_equal(after.templates.strange, state.templates.strange)
 
 
 def test_what_a_hidden_limb_is_taken_to_show_is_not_what_hides_it():

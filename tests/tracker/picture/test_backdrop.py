@@ -4,13 +4,11 @@ import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.ndimage import gaussian_filter, map_coordinates
 
 from tests.tracker.painted import Cloth
 from tracker.picture.backdrop import (
     ALIKE,
     BLEND,
-    FRONT,
     MOST,
     NOISE,
     ROBUST,
@@ -22,7 +20,6 @@ from tracker.picture.backdrop import (
     small,
     step_of,
 )
-from tracker.picture.pyramid import pyramid
 
 UNIT = 80.0  # pixels: a step is 2
 WIDTH, HEIGHT = 160, 120
@@ -288,80 +285,3 @@ def test_a_pixel_belongs_to_the_place_that_covers_it(step):
     for off in (-0.49, 0.0, 0.49):
         assert_array_equal(scenery.plain(pixels + off), want)
         assert_array_equal(scenery.outstanding(pixels + off), ~want)
-
-
-def front_of(scenery, level):
-    """`Scenery.front` pixel by pixel."""
-    share = np.where(scenery.differs == UNKNOWN, 0.5, scenery.differs / MOST)
-    height, width = level.planes.shape[:2]
-    sharp = np.zeros((height, width))
-    for i, j in np.ndindex(height, width):
-        # A place's middle is that of its pixels.
-        x, y = (np.array([j, i]) + level.corner + 0.5) / scenery.step - 0.5
-        sharp[i, j] = map_coordinates(share, [[y], [x]], order=1, mode="nearest")[0]
-    return FRONT * gaussian_filter(sharp, level.sigma, mode="mirror", truncate=4.0)
-
-
-@pytest.mark.parametrize("step", [1, 2, 5])
-@pytest.mark.parametrize("box", [(0, 0, 60, 40), (22, 17, 41, 30)], ids=["whole", "part"])
-@pytest.mark.parametrize("sigma", [0.8, 2.0])
-def test_front_is_the_share_of_the_most_difference_as_the_level_shows_the_frame(step, box, sigma, rng):
-    differs = rng.uniform(0.0, MOST, (-(-40 // step), -(-60 // step))).astype(np.float32)
-    differs[rng.uniform(size=differs.shape) < 0.2] = UNKNOWN
-    scenery = Scenery(differs, step)
-    (level,) = pyramid(np.zeros((40, 60, 3), np.uint8), box, [sigma], colour=True)
-    found = scenery.front(level)
-    assert found.shape == level.planes.shape
-    assert found.dtype == level.planes.dtype
-    assert (level.corner == (0, 0)) == (box[0] == 0)
-    # OpenCV reads places to a 32nd, of shares that differ by one at most.
-    assert_allclose(found[..., 0], front_of(scenery, level), atol=FRONT / 32.0)
-    assert_array_equal(found[..., 1:], 0.0)
-
-
-def test_front_is_all_where_the_frame_differs_half_where_nothing_is_known_and_none_where_it_shows_the_scene():
-    differs = np.repeat(np.array([[MOST, UNKNOWN, 0.0]], np.float32), 20, axis=1).repeat(20, axis=0)
-    (level,) = pyramid(np.zeros((40, 120, 3), np.uint8), (0, 0, 120, 40), [1.0], colour=True)
-    found = Scenery(differs, 2).front(level)[..., 0]
-    # Four blurs and a place from the edges.
-    for first, want in ((0, FRONT), (40, 0.5 * FRONT), (80, 0.0)):
-        assert_allclose(found[:, first + 6 : first + 34], want, atol=1e-4)
-    assert_allclose(UNSEEN.front(level)[..., 0], 0.5 * FRONT, atol=1e-4)
-
-
-def test_another_scene_takes_the_place_of_the_first_frame_s_where_it_is_known(begun, rng):
-    scene, known = rng.uniform(0.0, 255.0, begun.scene.shape), rng.uniform(size=begun.known.shape) < 0.5
-    scene[~known] = np.nan
-    found = begun.replaced(scene, known)
-    assert_array_equal(found.known, known)
-    assert_array_equal(found.scene[known], scene[known])
-    assert_array_equal(found.scene[~known], begun.scene[~known])
-    assert found.place == begun.place
-    assert_array_equal(found.scenery.differs, begun.scenery.differs)
-
-
-def test_the_scene_can_be_forgotten_at_single_pixels(begun, image):
-    pixels = np.array([[100.0, 50.0], [101.0, 51.0], [3.0, 2.0]])
-    less = begun.unknown_at(pixels)
-    changed = np.argwhere(begun.known & ~less.known).tolist()
-    assert changed == [[1, 1], [25, 50]]
-    assert not (less.known & ~begun.known).any()
-    assert_array_equal(less.scene, begun.scene)
-
-
-def test_the_first_frame_itself_is_compared_with_a_scene_that_is_known_behind_the_figure(image):
-    x0, y0, x1, y1 = HERE
-    left = (x0, y0, 39.0, y1)
-    marked = covered(image, left, by=80)
-    begun = first_backdrop(marked, HERE, UNIT)
-    assert_array_equal(begun.compared(marked, HERE).scenery.differs, UNKNOWN)
-    scene = first_backdrop(image, HERE, UNIT).scene
-    whole = begun.replaced(scene, np.ones_like(begun.known))
-    found = whole.compared(marked, HERE)
-    assert differs(found, (x0 + 4, y0 + 4, 36.0, y1 - 4)).mean() > UNKNOWN
-    assert differs(found, (44.0, y0 + 4, x1 - 4, y1 - 4)).max() < 0.1
-    assert_array_equal(differs(found, (70.0, 0.0, 159.0, 119.0)), UNKNOWN)  # out of the box
-    assert_array_equal(found.scene, whole.scene)
-    assert_array_equal(found.known, whole.known)
-    # The next frame that shows the same differs by the same.
-    assert_allclose(found.scenery.differs, whole.follow(marked, HERE, STILL).scenery.differs)

@@ -36,7 +36,7 @@ ROBUST = Noise(
 PLAIN = ROBUST._replace(scale=np.inf, layered=False, margin=0.0, covered=0.0)
 ANYTHING = np.ones((1, 1), np.float32)
 NOTHING = np.zeros((1, 1, 3), np.float32)  # a picture still to be put in
-NOWHERE = Picture(NOTHING, 0.0, 0.0, 1.0, 1.0, NOTHING, ANYTHING, ANYTHING, 1.0, 1 << 30, 0, 0)
+NOWHERE = Picture(NOTHING, 0.0, 0.0, 1.0, 1.0, ANYTHING, ANYTHING, 1.0, 1 << 30, 0, 0)
 
 # Residuals and slopes are kept in float32: 6e-8 of 255 grey levels, of which differences are taken.
 SINGLE = {"rtol": 2e-6, "atol": 1e-4}
@@ -55,7 +55,6 @@ def scattered(figure, rng, counts=40):
         colours=rng.normal(128.0, 12.0, (P, 3)).astype(np.float32),
         known=rng.random(P) < 0.9,
         light=np.zeros(3),
-        strange=np.zeros(L, bool),
     )
 
 
@@ -68,13 +67,11 @@ def noise_picture(rng, spread=10.0):
 
 
 def noise_scenery(rng, step=7, corner=(3, 5)):
-    """How much a picture differs from what lies behind, of which the level is the part from a corner on, and
-    another picture of what stands out."""
+    """How much a picture differs from what lies behind, of which the level is the part from a corner on."""
     size = -(-(HEIGHT + corner[1]) // step), -(-(WIDTH + corner[0]) // step)
     differs, around = rng.uniform(0.0, 3.0, (2, *size)).astype(np.float32)
-    front = noise_picture(np.random.default_rng(7), 30.0)
     x, y = corner
-    return NOWHERE._replace(front=front, differs=differs, around=around, step=step, corner_x=x, corner_y=y)
+    return NOWHERE._replace(differs=differs, around=around, step=step, corner_x=x, corner_y=y)
 
 
 def laid(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> Laid:
@@ -121,15 +118,13 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
         visible &= ~covering(figure, bones, body, link, noise.margin)
 
     residual, slope = np.zeros((P, 3)), np.zeros((P, 3, 2))
-    strange = points.strange[link]
     for c in range(3):
-        for picture, mine in ((planes, ~strange), (behind.front, strange)):
-            plane, at = picture[..., c].astype(float), (x[mine], y[mine])
-            residual[mine, c] = between(plane, *at) - points.colours[mine, c]
-            right, down = (between(part, *at) for part in differences(plane))
-            by_body = np.stack([right, down], axis=-1) * view.axes
-            slope[mine, c, 0] = (by_body * bones.direction[link[mine]]).sum(axis=-1)
-            slope[mine, c, 1] = (by_body * bones.normal[link[mine]]).sum(axis=-1)
+        plane = planes[..., c].astype(float)
+        residual[:, c] = between(plane, x, y) - points.colours[:, c]
+        right, down = (between(part, x, y) for part in differences(plane))
+        by_body = np.stack([right, down], axis=-1) * view.axes
+        slope[:, c, 0] = (by_body * bones.direction[link]).sum(axis=-1)
+        slope[:, c, 1] = (by_body * bones.normal[link]).sum(axis=-1)
     residual[~visible] = 0.0
 
     inner = points.known & (points.weight == 1.0)
@@ -138,7 +133,7 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
         row = int(np.floor(y[p] + behind.corner_y + 0.5)) // behind.step
         column = int(np.floor(x[p] + behind.corner_x + 0.5)) // behind.step
         differing[p] = behind.differs[row, column]
-        around[p] = np.inf if strange[p] else behind.around[row, column]
+        around[p] = behind.around[row, column]
 
     L, cost = len(figure.links), 0.0
     offset, match = np.zeros((L, 3)), visible.astype(float)
@@ -146,7 +141,7 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
     loss, covered = np.zeros(P), np.zeros(P)
     for i in range(L):
         own = np.flatnonzero(visible & (link == i))
-        if noise.layered and len(own) >= noise.fewest and not points.strange[i]:
+        if noise.layered and len(own) >= noise.fewest:
             middle = np.sort(residual[own], axis=0)[len(own) // 2]
             offset[i] = np.clip(middle, points.light - noise.light, points.light + noise.light)
             residual[own] -= offset[i]
@@ -163,7 +158,7 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
             match[p] *= 1.0 - covered[p]
             loss[p] = (np.log1p(noise.covered) - either) / 3.0
         w = points.weight[own]
-        if noise.layered and len(own) and not points.strange[i]:
+        if noise.layered and len(own):
             cost += w.sum() * fade(np.average(loss[own], weights=w), noise)
             match[own] *= share_in_sight(np.average(loss[own], weights=w), noise)
         else:
@@ -224,51 +219,11 @@ def test_what_is_laid_is_what_a_walk_from_point_to_point_finds(figure, noise, fa
     assert 0.2 < followed.mean() < 0.8 or not noise.layered
 
 
-@pytest.mark.parametrize("noise", [ROBUST, PLAIN], ids=["robust", "plain"])
-@pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
-def test_strange_links_are_laid_on_what_stands_out_and_others_on_the_picture(figure, noise, rng):
-    points, planes = scattered(figure, rng), noise_picture(rng)
-    strange = rng.permutation(len(figure.links)) < len(figure.links) // 2
-    points = points._replace(strange=strange, light=np.array([-30.0, 18.0, 23.0]))
-    poses = np.array([random_pose(figure, rng, size=0.1) for _ in range(4)])
-    behind = noise_scenery(rng)
-    found = check(figure, poses, points, planes, noise, behind=behind)
-    mine = strange[link_of(points)]
-    assert found.match[:, mine].any()
-    assert found.match[:, ~mine].any()
-    other = laid(figure, poses, points, noise_picture(rng, 20.0), noise, behind=behind)
-    for name, which in (("moments", strange), ("pull", strange), ("match", mine)):
-        before, after = getattr(found, name), getattr(other, name)
-        assert_array_equal(after[:, which], before[:, which])
-        if name != "match" or noise is ROBUST:
-            assert not np.array_equal(after[:, ~which], before[:, ~which])
-
-
 def test_what_matches_nothing_at_all_costs_no_more_than_the_scene_that_may_cover_it(rng):
     points, planes, behind = scattered(WALKER, rng), noise_picture(rng), noise_scenery(rng)
     noise = ROBUST._replace(variance=1e-3, scale=1e6)
     found = check(WALKER, upright(WALKER)[None], points, planes, noise, behind=behind)
     assert np.isfinite(found.cost).all()
-
-
-def test_a_strange_link_has_no_light_and_is_never_faded_nor_covered(rng):
-    points = scattered(WALKER, rng)._replace(strange=np.ones(len(WALKER.links), bool))
-    points = points._replace(colours=np.full_like(points.colours, 30.0))
-    # A link of a known look would be taken for covered where nothing around differs from the scene.
-    bare = np.zeros((1, 1), np.float32)
-    front = np.zeros((HEIGHT, WIDTH, 3), np.float32)
-    behind = NOWHERE._replace(differs=bare, around=bare, front=front)
-    found = laid(WALKER, upright(WALKER)[None], points, noise_picture(rng), ROBUST, behind=behind)
-    seen = found.match[0] > 0
-    weight = 1.0 / (1.0 + 30.0**2 / ROBUST.variance / ROBUST.scale)
-    loss = -0.5 * ROBUST.scale * np.log(weight)
-    assert loss > 0.5 * (ROBUST.in_sight + ROBUST.out_of_sight)
-    assert_allclose(found.match[0, seen], weight, rtol=1e-9)
-    assert not found.offset.any()
-    assert found.mean == pytest.approx(loss)
-    assert found.cost == pytest.approx((points.weight * (loss - (points.weight < 1.0)))[seen].sum())
-    outline = points.known & (points.weight == 1.0)
-    assert found.shown[0] == pytest.approx((seen & outline).sum() / outline.sum())
 
 
 def test_poses_at_once_are_those_one_at_a_time_to_the_last_bit(rng):

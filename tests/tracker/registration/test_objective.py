@@ -10,7 +10,7 @@ from dynamics.gaussian import Gaussian
 from kinematics.spm import covering, skeleton
 from tests.kinematics.figures import WALKER, upright
 from tests.oracles import central_difference
-from tests.tracker.painted import CLASSIC, FULL, SIZE, VIEW
+from tests.tracker.painted import CLASSIC, FULL, SIZE, VIEW, placed
 from tracker.picture.backdrop import NOISE, UNKNOWN, Scenery
 from tracker.picture.pyramid import Level, sample
 from tracker.registration.align import align
@@ -61,7 +61,7 @@ class Twin:
         self.level, templates = field.levels[number], field.templates
         self.every = 1 if number == len(field.levels) - 1 else self.mode.coarse
         self.colours = templates.colours[number].astype(float)
-        points = templates.places(WALKER, q)
+        points = placed(WALKER, q, templates)
         pixels = VIEW.to_pixels(points)
         margin = hiding(self.level, VIEW, field.settings)
         hidden = covering(WALKER, skeleton(WALKER, q), points, templates.link, margin)
@@ -81,7 +81,7 @@ class Twin:
     def residual(self, q):
         """(P, 3)"""
         templates = self.field.templates
-        values = sample(self.level, VIEW.to_pixels(templates.places(WALKER, q)))[0]
+        values = sample(self.level, VIEW.to_pixels(placed(WALKER, q, templates)))[0]
         return values - self.colours - self.offset[templates.link]
 
     def losses(self, residual):
