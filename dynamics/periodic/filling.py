@@ -174,7 +174,7 @@ def _distinct(found: list[Fit]) -> list[Fit]:
     """The candidate courses of the phase, each of them once."""
     kept: list[Fit] = []
     for h in found:
-        if not any(h.stretch is other.stretch and _same(h.phase, other.phase) for other in kept):
+        if not any(h.stretch.k == other.stretch.k and _same(h.phase, other.phase) for other in kept):
             kept.append(h)
     return kept
 

@@ -1,6 +1,7 @@
 """Gaps filled by a stride: what it draws itself, which strides are counted, and where gaps are cut."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -66,10 +67,11 @@ def test_the_motion_is_the_one_that_explains_what_was_measured(rng):
         assert both.labels[best.stretch.k] == stride.labels[0]
 
 
-def test_strides_across_a_long_gap_are_counted_in_more_ways_than_one(rng):
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_strides_across_a_long_gap_are_counted_in_more_ways_than_one_and_each_once(noise, rng):
     stride = little(rng, hurry=1.5)
     t, y, _ = drawn(stride, 130, rng)
-    given = noisy(stride, y, rng)
+    given = noisy(stride, y, rng) + noise * rng.normal(size=y.shape)
     given[10:120] = np.nan
     given[:, 0] = np.nan
     found = hypotheses(stride, t, given)
@@ -77,6 +79,9 @@ def test_strides_across_a_long_gap_are_counted_in_more_ways_than_one(rng):
     assert len(turns) > 1
     evidence = [h.log_evidence for h in found]
     assert evidence == sorted(evidence, reverse=True)
+    for one, other in combinations(found, 2):
+        apart = (one.phase - other.phase) / (2.0 * np.pi)
+        assert np.abs(apart - np.round(apart.mean())).max() > 0.05
 
 
 def test_noise_beyond_what_was_learned_is_noticed(rng):
