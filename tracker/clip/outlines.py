@@ -30,7 +30,7 @@ LEG = 40.0  # small pictures show a leg of so many pixels, or less
 EXCHANGE = 0.01  # least probability that its legs are named wrongly
 MOST = 0.49  # the same at most
 ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
-DOUBTED = 0.2  # probability that the start names its legs wrongly from which that is told
+DOUBTED = 0.25  # probability that the start names its legs wrongly from which that is told
 USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
 
 

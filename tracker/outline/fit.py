@@ -56,7 +56,7 @@ class Outline:
     spread : (T,) leg lengths by which its joints may be off
     phases : which gait it was taken for
     named  : log odds that the legs are named rightly
-    marked : log odds that the start names them rightly
+    marked : log odds that the start, from which it goes on, names them rightly
     """
 
     q: Array
@@ -133,8 +133,8 @@ def fitted(
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
     off = spread(shape, best.q, odds, GRID)
-    start_named = RIGHTLY + agreeing(margin, looks)
-    return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), start_named)
+    marked = RIGHTLY + looks
+    return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), marked)
 
 
 def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> tuple[Array, Array, Phases]:
