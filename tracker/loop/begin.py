@@ -13,7 +13,7 @@ from tracker.loop.estimate import Estimate, State
 from tracker.loop.tracker import Tracker
 from tracker.picture.backdrop import first_backdrop
 from tracker.picture.camera import first_camera
-from tracker.picture.pyramid import Box, Image
+from tracker.picture.pyramid import Image
 from tracker.picture.tone import tone_curve
 from tracker.registration.templates import Templates
 
@@ -23,17 +23,14 @@ GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, 
 
 
 def begin(
-    tracker: Tracker,
-    start: Start,
-    image: Image,
-    belief: Belief | None = None,
+    tracker: Tracker, start: Start, image: Image, belief: Belief | None = None
 ) -> tuple[State, Estimate]:
     """Cut the templates from the start frame and start the belief there.
 
     Args:
         belief: of that frame, where one is known; None takes that of the marks.
     """
-    box = start_box(tracker, start)
+    box = tracker.box(start.q[None])
     curve = tone_curve(image, box, tracker.mode.contrast)
     state = State(
         belief or start_belief(tracker, start),
@@ -43,11 +40,6 @@ def begin(
         first_backdrop(image, box, tracker.view.unit, curve) if tracker.mode.backdrop else None,
     )
     return state, replace(tracker.estimate(state), began=True)
-
-
-def start_box(tracker: Tracker, start: Start) -> Box:
-    """Pixels that the figure may cover in the marked frame."""
-    return tracker.box(start.q[None])
 
 
 def start_belief(tracker: Tracker, start: Start) -> Belief:
