@@ -1,4 +1,8 @@
-"""Compiled functions, kept from run to run where there is a place for them."""
+"""Compiled functions, kept from run to run where there is a place for them.
+
+To assign an array to a slice, or to sum up an expression of whole arrays, takes numba a second or more to
+compile; a loop that does the same takes next to nothing.
+"""
 
 from collections.abc import Callable
 from typing import Any, TypeVar

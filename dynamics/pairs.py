@@ -63,8 +63,7 @@ def viterbi_rows(
                     best, least = j, total
             p = i * K + best
             cost[row, i], back[row, i] = least - extra[row, i], best
-            _times(mean[r, best : best + 1], A[i], mean[row, i : i + 1])
-            mean[row, i] += b[i]
+            _step(A[i], b[i], mean[r, best], mean[row, i])
             _predict(A[i], Q[i], cov[r, best], cov[row, i])
             _whiten(A[i], CQ[i], y[row], L, p, GP[p], Z, mean[row, i])
             _condition(C, R, L, p, Z, cov[row, i])
@@ -90,7 +89,7 @@ def gpb2_rows(
     A, b, _, C, _, _, _, CQ, _ = system
     log_prob, mean, cov, log_shares, log_evidence = found
     (M, N), K = C.shape, len(b)
-    pairs, Z = _room(K, M, N), np.empty((K * K, M, N))
+    pairs, Z, W = _room(K, M, N), np.empty((K * K, M, N)), np.empty((K, K))
     GP, L, surprise, x = pairs
     for row in range(len(y)):
         r = before[row]
@@ -98,17 +97,17 @@ def gpb2_rows(
             continue
         _innovate(system, mean[r], cov[r], y[row], pairs)
         for i in range(K):
-            each = x[i * K : i * K + K]
-            _times(mean[r], A[i], each)
-            each += b[i]
             for j in range(K):
                 p = i * K + j
+                _step(A[i], b[i], mean[r, j], x[p])
                 _whiten(A[i], CQ[i], y[row], L, p, GP[p], Z[p], x[p])
                 log_shares[row, i, j] = log_switch[r % len(log_switch), j, i] + log_prob[r, j] - surprise[p]
             log_prob[row, i] = extra[row, i] + _normalise(log_shares[row, i])
-            _mix(np.exp(log_shares[row, i]), each, mean[row, i])
+            for j in range(K):
+                W[i, j] = math.exp(log_shares[row, i, j])
+            _mix(W[i], x[i * K : i * K + K], mean[row, i])
         log_evidence[row] = _normalise(log_prob[row])
-        _collapse(system, y[row], cov[r], np.exp(log_shares[row]), pairs, Z, mean[row], cov[row])
+        _collapse(system, y[row], cov[r], W, pairs, Z, mean[row], cov[row])
 
 
 @COMPILED
@@ -154,10 +153,16 @@ def _factor(y: Array, S: Array, surprise: Array) -> None:
     """Of every [S; e'] (M + 1, M, P) the rows of S = L L' become L's and e' becomes (L^-1 e)', in the lower
     triangle; and the surprise (P,) is e' S^-1 e / 2 + log |S| / 2."""
     _, M, P = S.shape
-    surprise[:] = 0.0
+    for p in range(P):
+        surprise[p] = 0.0
     for c in range(M):
         if math.isnan(y[c]):
-            S[c, :c], S[c, c], S[c + 1 :, c] = 0.0, 1.0, 0.0
+            for p in range(P):
+                for k in range(c):
+                    S[c, k, p] = 0.0
+                S[c, c, p] = 1.0
+                for r in range(c + 1, M + 1):
+                    S[r, c, p] = 0.0
         for k in range(c):
             for r in range(c, M + 1):
                 for p in range(P):
@@ -178,12 +183,18 @@ def _factor(y: Array, S: Array, surprise: Array) -> None:
 @COMPILED
 def _normalise(logs: Array) -> float:
     """The log sum of logs (K,), of which the log shares take the place: equal where nothing is possible."""
-    most = logs.max()
+    most, total = -np.inf, 0.0
+    for k in range(len(logs)):
+        most = max(most, logs[k])
     if not most > -np.inf:
-        logs[:] = -math.log(len(logs))
+        for k in range(len(logs)):
+            logs[k] = -math.log(len(logs))
         return -np.inf
-    total: float = most + math.log(np.exp(logs - most).sum())
-    logs -= total
+    for k in range(len(logs)):
+        total += math.exp(logs[k] - most)
+    total = most + math.log(total)
+    for k in range(len(logs)):
+        logs[k] -= total
     return total
 
 
@@ -192,7 +203,7 @@ def _predict(A: Array, Q: Array, cov: Array, prior: Array) -> None:
     AP = np.empty_like(cov)
     _times(A, cov, AP)
     _times(AP, A, prior)
-    prior += Q
+    _plus(Q, prior)
 
 
 @COMPILED
@@ -200,10 +211,11 @@ def _whiten(A: Array, CQ: Array, y: Array, L: Array, p: int, GP: Array, Z: Array
     """Z = L^-1 C P (M, N) of pair p, C P = (G P) A' + C Q; and from the predicted mean x to x + Z' L^-1 e."""
     M, N = Z.shape
     _times(GP, A, Z)
-    Z += CQ
+    _plus(CQ, Z)
     for m in range(M):
         if math.isnan(y[m]):
-            Z[m] = 0.0
+            for n in range(N):
+                Z[m, n] = 0.0
         for k in range(m):
             for n in range(N):
                 Z[m, n] -= L[m, k, p] * Z[k, n]
@@ -259,7 +271,8 @@ def _collapse(
             p = i * K + j
             _part(L, p, gain_T, Z[p], D[:M])
             _add(-W[i, j], D[:M], D[:M], cov[i])
-            D[M] = x[p] - mean[i]
+            for n in range(N):
+                D[M, n] = x[p, n] - mean[i, n]
             _add(W[i, j], D[M:], D[M:], cov[i])
         _mirror(cov[i])
 
@@ -278,7 +291,8 @@ def _part(L: Array, p: int, gain_T: Array, Z: Array, D: Array) -> None:
 
 @COMPILED
 def _mix(weights: Array, each: Array, mixed: Array) -> None:
-    mixed[:] = 0.0
+    for n in range(len(mixed)):
+        mixed[n] = 0.0
     _add(1.0, weights.reshape(-1, 1), each, mixed.reshape(1, -1))
 
 
@@ -302,6 +316,23 @@ def _add(factor: float, a: Array, b: Array, total: Array) -> None:
         for r in range(whole, len(a)):
             for k in range(total.shape[1]):
                 total[n, k] += factor * a[r, n] * b[r, k]
+
+
+@COMPILED
+def _plus(more: Array, total: Array) -> None:
+    for r in range(len(total)):
+        for c in range(total.shape[1]):
+            total[r, c] += more[r, c]
+
+
+@ANY_ORDER
+def _step(A: Array, b: Array, x: Array, ahead: Array) -> None:
+    """A x + b."""
+    for r in range(len(A)):
+        total = 0.0
+        for k in range(len(x)):
+            total += A[r, k] * x[k]
+        ahead[r] = total + b[r]
 
 
 @ANY_ORDER

@@ -95,7 +95,7 @@ class SLDS:
     def log_Pi(self) -> Array:  # noqa: N802
         """(K, K) log Pi, -inf where a transition cannot be."""
         with np.errstate(divide="ignore"):
-            return np.log(self.Pi)
+            return np.log(self.Pi, order="C")  # of another order filters are compiled again
 
     @property
     def log_pi0(self) -> Array:

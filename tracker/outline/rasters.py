@@ -72,7 +72,9 @@ def silhouettes(odds: Planes, arms: Planes, corner: Array, step: float, bars: Ar
             _move(pull, corner, step, bars[t, link], motion[t, link], True)
         _move(beside, corner, step, bars[t, L], motion[t, L], False)
         total[t] *= step * step
-        motion[t] *= step * step
+        for link in range(L + 1):
+            for way in range(motion.shape[2]):
+                motion[t, link, way] *= step * step
     return total
 
 
@@ -86,7 +88,9 @@ def painted(shape: tuple[int, int], corner: Array, step: float, bars: Array) -> 
         clear[:] = 1.0
         for link in range(L):
             _cover(clear, corner, step, bars[t, link])
-        found[t] = 1.0 - clear
+        for i in range(shape[0]):
+            for j in range(shape[1]):
+                found[t, i, j] = 1.0 - clear[i, j]
     return found
 
 

@@ -33,7 +33,10 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
     W = w + reach
     N = h * W
     value = np.full((S, N), -np.inf)
-    value.reshape((S, h, W))[:, :, :w] = score[0]
+    for s in range(S):
+        for i in range(h):
+            for j in range(w):
+                value[s, i * W + j] = score[0, s, i, j]
     before = np.empty((T, S, h, w), np.int16)  # the number of a step: its size, columns and rows
     start = np.zeros(N, np.int32)
     sized, resized = np.full(N + 2 * reach, -np.inf), np.zeros(N + 2 * reach, np.int32)
@@ -55,10 +58,11 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
                 there = slice((across + far) * W, (across + far) * W + N)
                 steps = WAYS * columns * (far + across)
                 _carry(now[s], number, moved[there], column[there], 4.0 * step * far**2, steps)
-            here = now[s].reshape((h, W))
-            here[:, :w] += score[t, s]
-            here[:, w:] = -np.inf
-            before[t, s] = number.reshape((h, W))[:, :w]
+            for i in range(h):
+                for j in range(w):
+                    now[s, i * W + j] += score[t, s, i, j]
+                    before[t, s, i, j] = number[i * W + j]
+                now[s, i * W + w : i * W + W] = -np.inf
         value = now
     path = np.empty((T, 3), np.intp)
     place = value.argmax()
@@ -90,27 +94,37 @@ def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tupl
     """
     T, P = score.shape
     S = len(speeds)
-    value = np.empty((S, P))
-    value[:] = score[0]
+    value = np.zeros((S, P))
+    _add(score[0], value)
     before = np.empty((T, S, P), np.int32)  # speed and phase, as one number
     twice, phase = np.empty(2 * P), (np.arange(2 * P) % P).astype(np.int32)
     for t in range(1, T):
         now = np.full((S, P), -np.inf)
         for other in range(S):
-            twice[:P], twice[P:] = value[other], value[other]
+            for p in range(2 * P):
+                twice[p] = value[other, p % P]
             for s in range(max(other - 1, 0), min(other + 2, S)):
                 for off in range(-1, 2):
                     step = int(np.rint(speeds[s])) + off
                     cost = 0.5 * ((speeds[s] - step) / slip) ** 2 + (change if other != s else 0.0)
                     here = slice(-step % P, -step % P + P)
                     _carry(now[s], before[t, s], twice[here], phase[here], cost, other * P)
-        value = now + score[t]
+        _add(score[t], now)
+        value = now
     path = np.empty((T, 2), np.intp)
     place = value.argmax()
     for t in range(T - 1, -1, -1):
         path[t, 0], path[t, 1] = place // P, place % P
         place = before[t, path[t, 0], path[t, 1]]
     return value.max(), path
+
+
+@compiled()
+def _add(score: Array, value: Array) -> None:
+    """Add one frame's scores (P,) to the values (S, P)."""
+    for s in range(len(value)):
+        for p in range(len(score)):
+            value[s, p] += score[p]
 
 
 @compiled()

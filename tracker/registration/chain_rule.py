@@ -142,7 +142,18 @@ def _solve(systems: Parts, longest: float, steps: Array) -> None:
             for k in range(i + 1, D):
                 x[i] -= root[k, i] * x[k]
             x[i] /= root[i, i]
-        x *= longest / max(np.max(np.abs(x)), longest)
+        share = longest / max(_most(x), longest)
+        for i in range(D):
+            x[i] *= share
+
+
+@COMPILED
+def _most(step: Array) -> float:
+    """The largest magnitude of a step (D,)."""
+    most = 0.0
+    for k in range(len(step)):
+        most = max(most, abs(step[k]))
+    return most
 
 
 @COMPILED
@@ -204,7 +215,9 @@ def _descend(
         _lower(of_tree, fit, row, weights, (mean[h], precision[h]), (there, bent, slope))
         gain, first = cost[h] - there[0], cost[h] == np.inf
         if gain > 0.0:
-            moved = np.max(np.abs(q[row] - q[own[h]]))
+            for k in range(D):
+                step[0, k] = q[row, k] - q[own[h], k]
+            moved = _most(step[0])
             on[h] = first or (gain >= small_gain and moved >= small_step)
             damping[h] *= 1.0 if first else LIGHTER
             own[h], cost[h] = row, there[0]
@@ -215,7 +228,8 @@ def _descend(
         if on[h]:
             row, damped[0] = own[h] ^ 1, damping[h]
             _solve((bent, slope, damped), longest, step)
-            q[row] = q[own[h]] + step[0]
+            for k in range(D):
+                q[row, k] = q[own[h], k] + step[0, k]
             one = slice(row, row + 1)
             _lay_out(of_tree, q[one], (start[one], direction[one], length[one], size[one]))
 
@@ -241,8 +255,9 @@ def _settle(of_tree: Parts, priors: Parts, points: Parts, tail: Parts, search: P
                         slope[0, a] += precision[h, a, b] * (pose[0, b] - mean[h, b])
                         bent[0, a, b] = information[w, h, a, b] + precision[h, a, b]
                 _solve((bent, slope, undamped), longest, step)
-                pose += step
-                if np.max(np.abs(step)) < small:
+                for a in range(D):
+                    pose[0, a] += step[0, a]
+                if _most(step[0]) < small:
                     break
             _linearise(of_tree, pose, own, tail, there)
 

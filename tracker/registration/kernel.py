@@ -73,8 +73,12 @@ def _fill(
     picture, points, shape = Picture(*of_picture), Points(*of_points), Shape(*of_shape)
     noise, laid = Noise(*of_noise), Laid(*of_laid)
     L = length.shape[1]
-    within = float(np.sum(points.known & (points.weight == 1.0)))
-    row = _empty_row(np.max(np.diff(points.first)))
+    within, most = 0.0, points.first[L] - points.first[L - 1]
+    for p in range(len(points.known)):
+        within += 1.0 if points.known[p] and points.weight[p] == 1.0 else 0.0
+    for i in range(L - 1):
+        most = max(most, points.first[i + 1] - points.first[i])
+    row = _empty_row(most)
     for h in rows:
         laid.moments[h], laid.pull[h], laid.offset[h], laid.match[h], laid.cost[h] = 0.0, 0.0, 0.0, 0.0, 0.0
         total, count, clear = 0.0, 0.0, 0.0
