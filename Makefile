@@ -18,8 +18,8 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
 demo: $(VENV)/installed
 	$(BIN)/figtrack demo --overwrite
 
-# The kernel's own tests leave it compiled for all who run after them side by side.
-COMPILE := $(BIN)/pytest -q tests/tracker/registration/test_kernel.py > /dev/null
+# A film followed without a mark leaves all compiled for those who run after it side by side.
+COMPILE := $(BIN)/pytest -q tests/tracker/cli/test_find.py -k a_film_alone > /dev/null
 
 test: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -29,7 +29,7 @@ test: $(VENV)/installed-dev
 # Whole commands, on spoiled inputs too, in processes and on clusters; what the documentation promises: its commands are run,
 # with $FIGTRACK_DATA its claims about real clips; and what the tools under tests/benchmarks are tested by.
 check: $(VENV)/installed-dev
-	$(BIN)/pytest -n auto -m "claims or handbook or whole"
+	$(BIN)/pytest -n auto -m "(claims or handbook or whole) and not speed"
 
 # The models that ship: only captures whose terms allow it (CMU, Seoul National University).
 LEARN := $(BIN)/figtrack learn --trials $(MOCAP) --overwrite --settings dynamics/models

@@ -97,12 +97,13 @@ def read_numbers(path: str | Path, line: int, words: list[str], count: int) -> l
     """`count` finite numbers from the words of a line; MotionError names the line, counted from 1."""
     if len(words) != count:
         raise MotionError(f"{path}, line {line}: {count} values wanted, {len(words)} found; is it cut short?")
-    for word in words:
-        if not _is_finite(word):
+    values = list(map(_number, words))
+    for word, value in zip(words, values, strict=True):
+        if not abs(value) <= LARGEST:
+            if math.isfinite(value):
+                raise MotionError(f"{path}, line {line}: {word} is out of all range; mend or drop it")
             raise MotionError(f"{path}, line {line}: finite numbers wanted, {word!r} found; mend or drop it")
-        if abs(float(word)) > LARGEST:
-            raise MotionError(f"{path}, line {line}: {word} is out of all range; mend or drop it")
-    return [float(word) for word in words]
+    return values
 
 
 def rotation(axes: str, angles: Array) -> Array:
@@ -137,11 +138,12 @@ def joint_positions(parents: list[int], translations: Array, rotations: Array) -
     return positions
 
 
-def _is_finite(word: str) -> bool:
+def _number(word: str) -> float:
+    """What a word says, NaN if that is no number."""
     try:
-        return math.isfinite(float(word))
+        return float(word)
     except ValueError:
-        return False
+        return math.nan
 
 
 def _read_hierarchy(path: str | Path, lines: list[str]) -> list[_Joint]:

@@ -23,7 +23,7 @@ def errors(track: Track, scene: Scene, names: tuple[str, ...]) -> np.ndarray:
     return np.hypot(*np.stack(of_each).T).T / scene.leg_px
 
 
-@pytest.mark.parametrize("seed", [1, 3, 5])
+@pytest.mark.parametrize("seed", [1, 5])
 def test_elbows_and_wrists_are_followed_and_legs_no_worse(seed: int, tmp_path: Path) -> None:
     scene = render(seed, frames=FRAMES, size=SIZE, shrubs=False)
     write_video(tmp_path / "walk.mp4", scene.images)

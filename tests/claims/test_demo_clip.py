@@ -1,4 +1,4 @@
-"""What the demo's rendered walk shows, over five seeds."""
+"""What the demo's rendered walk shows, over three seeds."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,7 +17,7 @@ from tracker.tables.keypoints import read_keypoints
 
 pytestmark = pytest.mark.claims
 
-SEEDS = range(5)
+SEEDS = range(3)
 CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (4.0, 0.04), (8.0, 0.04))  # degrees, leg lengths a frame
 
 
@@ -43,4 +43,4 @@ def test_by_templates_the_learned_model_follows_the_demo_walk_where_constant_vel
     parted = [
         seed for seed, (learned, rivals) in zip(SEEDS, results, strict=True) if learned and not rivals[best]
     ]
-    assert len(parted) >= 4, (CV_NOISES[best], results)
+    assert parted == list(SEEDS), (CV_NOISES[best], results)

@@ -27,9 +27,7 @@ QUIET = Progress("quiet")
     ("clip", "moved"),
     [
         ("gym_walk_rl", on_the_spot),
-        ("markers_walk_lr", on_the_spot),
         ("indoor_walk_lr", on_the_spot),
-        ("gym_walk_rl", panned),
         ("markers_walk_lr", panned),
         ("indoor_walk_lr", panned),
     ],
