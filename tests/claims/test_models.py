@@ -1,4 +1,4 @@
-"""What `make models` learns is what ships, to the fourth digit after the point; gait-started takes a minute."""
+"""What `make models` learns is what ships, to the fourth digit after the point; one model takes a minute."""
 
 from pathlib import Path
 
