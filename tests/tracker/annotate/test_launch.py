@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import unquote
 
+import pytest
+
 from tests.tracker import people
 from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack
@@ -50,6 +52,7 @@ def page(address):
     return json.loads(re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)[1])
 
 
+@pytest.mark.whole
 def test_ctrl_c_before_a_save_leaves_nothing_and_says_so(clip, tmp_path):
     with running(clip.video, "--out", tmp_path / "k.csv", "--empty") as (process, _):
         process.send_signal(signal.SIGINT)
@@ -58,6 +61,7 @@ def test_ctrl_c_before_a_save_leaves_nothing_and_says_so(clip, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.whole
 def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
     table = tmp_path / "k.csv"
     with running(clip.video, "--out", table, "--empty") as (process, address):
@@ -72,6 +76,7 @@ def test_ctrl_c_after_a_save_keeps_it_and_says_what_comes_next(clip, tmp_path):
     ]
 
 
+@pytest.mark.whole
 def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(clip, tmp_path):
     with running(clip.video, "--frame", 3, "--empty", cwd=tmp_path) as (process, address):
         assert page(address)["frame"]["index"] == 3
@@ -82,6 +87,7 @@ def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(c
     assert sorted(read_keypoints(tmp_path / "walk.keypoints.csv")) == [0, 3]
 
 
+@pytest.mark.whole
 def test_a_table_that_exists_is_opened_at_its_first_frame(clip, tmp_path):
     table = tmp_path / "k.csv"
     table.write_text("frame,keypoint,x,y\n7,hip,1,2\n")
@@ -91,6 +97,7 @@ def test_a_table_that_exists_is_opened_at_its_first_frame(clip, tmp_path):
     assert opening["marks"] == {"7": told({"hip": Mark(1, 2)})}
 
 
+@pytest.mark.whole
 def test_marks_taken_from_another_program_open_their_frame(clip, tmp_path):
     source = people.dlc(tmp_path / "net.csv", {"4": WALKER})
     with running(clip.video, "--out", tmp_path / "k.csv", "--from", source, "--facing", "left") as (

@@ -99,6 +99,7 @@ def test_what_track_left_beside_the_table_is_suggested_without_a_look_at_the_fil
     assert "the suggestion of walk.suggested.keypoints.csv" in taken.told
 
 
+@pytest.mark.whole
 def test_where_nobody_is_found_the_page_opens_without_marks_and_it_is_said(clip, table):
     with command(clip.video, table) as (_, told, address):
         opening = page(address)
@@ -106,14 +107,13 @@ def test_where_nobody_is_found_the_page_opens_without_marks_and_it_is_said(clip,
     assert (opening["taken"], opening["marks"], opening["frame"]["index"]) == (None, {}, 0)
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize(
     ("options", "frame", "taken"),
     [
         ((), 6, LEFT[6]),
-        (("--frame", 6), 6, LEFT[6]),
         (("--frame", 2), 2, None),
         (("--empty",), 0, None),
-        (("--empty", "--frame", 6), 6, None),
     ],
 )
 def test_the_page_opens_with_the_suggestion_unless_it_is_told_otherwise(film, table, options, frame, taken):
@@ -126,6 +126,7 @@ def test_the_page_opens_with_the_suggestion_unless_it_is_told_otherwise(film, ta
     assert not table.exists()
 
 
+@pytest.mark.whole
 def test_a_table_with_marks_opens_without_a_suggestion_unless_it_is_begun_anew(film, table):
     write_marks(suggestion_path(table.parent, film), LEFT)
     write_marks(table, {1: {"neck": Mark(3.0, 4.0)}})
@@ -141,6 +142,7 @@ def test_a_suggestion_of_a_frame_that_the_film_has_not_is_said_in_one_line(film,
     assert "ends with frame 26" in annotate(film, table)
 
 
+@pytest.mark.whole
 def test_the_suggestion_is_dragged_right_its_legs_are_exchanged_and_track_takes_it(browser, film, table):
     browser.errors.clear()
     with command(film, table) as (process, told, address):
