@@ -116,14 +116,8 @@ class Painter:
         window, at = window_around(ankle[None], 0.34 * px, self.shape)
         f, d = ((at - ankle) @ forward) / px, ((at - ankle) @ down) / px
         upper = capsule(f, d, (-0.015, 0.0), (0.04, 0.045), 0.062, 0.055)
-        sole = capsule(
-            f,
-            d,
-            (-build.heel + 0.045, build.ankle - 0.05),
-            (build.toe - 0.04, build.ankle - 0.042),
-            0.05,
-            0.042,
-        )
+        back, front = (-build.heel + 0.045, build.ankle - 0.05), (build.toe - 0.04, build.ankle - 0.042)
+        sole = capsule(f, d, back, front, 0.05, 0.042)
         signed = np.maximum(np.minimum(upper, sole), d - build.ankle)
         tone = 0.8 + 0.2 * np.clip(-d / 0.08 + 0.5, 0.0, 1.0) + 0.14 * (np.abs(f - 0.07) < 0.045) * (d < 0.03)
         colour = np.where((d > build.ankle - 0.026)[..., None], SOLE, self.wear.shoes * tone[..., None])
@@ -131,8 +125,7 @@ class Painter:
 
     def _trunk(self, joints: dict[str, Array], sway: float) -> Part:
         px = self.leg_px
-        neck, hip = joints["neck"], joints["hip"]
-        tube = tube_around([neck, hip], TRUNK, px, self.shape, spare=0.1)
+        tube = tube_around([joints["neck"], joints["hip"]], TRUNK, px, self.shape, spare=0.1)
         v = tube.v + 0.16 * sway
         cloth = self._cloth(tube, self.wear.pattern, tube.u, v)
         shade = self._lambert(tube) * (1.0 + 0.22 * self._fold(tube.u, v + 0.3 * sway))

@@ -84,7 +84,8 @@ def render(
     build = random_build(rng)
     facing = int(rng.choice([-1, 1]))
     width, height = size
-    leg_px = height * rng.uniform(0.475, 0.525) / build.stature
+    stature = 1.0 + build.ankle + build.torso + build.neck  # of the figure that stands straight, legs
+    leg_px = height * rng.uniform(0.475, 0.525) / stature
 
     half_shutter = max(SHUTTER)
     moments = half_shutter + STEPS * np.arange(frames)
@@ -125,7 +126,7 @@ def render(
     covered = {name: under(front[..., 3], at) for name, at in places.items()}
     if facing < 0:
         places = {name: np.array([width - 1, 0.0]) + at * (-1.0, 1.0) for name, at in places.items()}
-    pose = gait.pose[moments].copy()
+    pose = gait.pose[moments]
     pose[:, :2] -= pose[0, :2].copy()
     return Scene(
         images=compress(images),
@@ -175,15 +176,13 @@ def shadow_on(alpha: Image, floor: float, slant: Array) -> Image:
     """How much light the walker leaves on the ground: the outline laid down towards the camera, softened."""
     # Of a place y above the floor the shadow falls slant[1] as far below it, slant[0] as far aside.
     flipped = np.array([[1.0, -slant[0], slant[0] * floor], [0.0, -slant[1], floor * (1.0 + slant[1])]])
-    size = alpha.shape[::-1]
-    laid = cv2.warpAffine(alpha, flipped, size, flags=cv2.INTER_LINEAR)
+    laid = cv2.warpAffine(alpha, flipped, alpha.shape[::-1], flags=cv2.INTER_LINEAR)
     cast = 0.45 * cv2.GaussianBlur(laid, (0, 0), 1.7, sigmaY=0.9)
     # Where a sole meets the ground it is darkest, however thin the shoe's own shadow.
     soles = np.where(np.abs(np.arange(len(alpha)) - floor + 1.5) <= 2.5, 1.0, 0.0)[:, None] * alpha
     touch = 0.9 * cv2.GaussianBlur(soles.astype(np.float32), (0, 0), 3.5, sigmaY=1.8)
-    return np.asarray(
-        1.0 - np.minimum(np.maximum(cast, touch) + 0.3 * np.minimum(cast, touch), 0.65), np.float32
-    )
+    dark = np.maximum(cast, touch) + 0.3 * np.minimum(cast, touch)
+    return np.asarray(1.0 - np.minimum(dark, 0.65), np.float32)
 
 
 def develop(picture: Image, rng: np.random.Generator, noise: float = NOISE) -> Picture:

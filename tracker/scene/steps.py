@@ -68,11 +68,6 @@ class Build:
     toe: float
     toe_height: float = 0.05
 
-    @property
-    def stature(self) -> float:
-        """Height of the top of the head over the floor when the figure stands straight."""
-        return 1.0 + self.ankle + self.torso + self.neck
-
 
 @dataclass(frozen=True)
 class Gait:
@@ -154,15 +149,13 @@ def joint_places(build: Build, gait: Gait) -> dict[str, Array]:
     places = {"hip": hip, "neck": beyond(hip, build.torso, np.pi - torso)}
     places["head_top"] = beyond(places["neck"], build.neck, np.pi - torso - neck)
     places["shoulder"] = beyond(places["neck"], 0.1, -torso)
-    ankle_to_toe = np.hypot(build.toe, build.ankle - build.toe_height)
+    ankle_to_toe = float(np.hypot(build.toe, build.ankle - build.toe_height))
     toe_angle = np.arctan2(build.toe, build.ankle - build.toe_height)
     for side, name in enumerate(("near", "far")):
         thigh, knee = legs[2 * side : 2 * side + 2]
         places[f"{name}_knee"] = beyond(hip, build.thigh, thigh)
         places[f"{name}_ankle"] = beyond(places[f"{name}_knee"], build.shank, thigh - knee)
-        places[f"{name}_toe"] = beyond(
-            places[f"{name}_ankle"], float(ankle_to_toe), toe_angle + gait.foot[:, side]
-        )
+        places[f"{name}_toe"] = beyond(places[f"{name}_ankle"], ankle_to_toe, toe_angle + gait.foot[:, side])
         arm, elbow = gait.arms.T[2 * side : 2 * side + 2]
         places[f"{name}_elbow"] = beyond(places["shoulder"], build.upper_arm, arm)
         places[f"{name}_wrist"] = beyond(places[f"{name}_elbow"], build.forearm, arm + elbow)

@@ -144,18 +144,14 @@ def _pavement(canvas: Image, foot: int, rng: np.random.Generator) -> None:
     y, x = np.mgrid[foot:height, 0:width].astype(np.float32)
     horizon = 0.5 * height
     depth = (height - horizon) / (y - horizon)  # 1 at the picture's lower edge
-    across = (x - 0.45 * width) * depth
+    across, along = (x - 0.45 * width) * depth / (0.2 * height), 5.5 * depth  # slabs
     stone = np.array([156.0, 150.0, 142.0]) * rng.uniform(0.85, 1.05)
     noise = value_noise(rng, (height - foot, width), (2.0, 7.0, 60.0))
-    slab = 0.2 * height
-    column = np.floor(across / slab).astype(int)
-    row = np.floor(depth * 5.5).astype(int)
+    row, column = (np.floor(each).astype(int) % 64 for each in (along, across))
     tint = 1.0 + 0.06 * rng.standard_normal((64, 64))
-    ground = stone * (tint[row % 64, column % 64] * (1.0 + 0.05 * noise))[..., None]
-    joint = (np.abs(across / slab - np.round(across / slab)) < 0.012 * depth) | (
-        np.abs(depth * 5.5 - np.round(depth * 5.5)) < 0.03 * depth
-    )
-    ground[joint] *= 0.72
+    ground = stone * (tint[row, column] * (1.0 + 0.05 * noise))[..., None]
+    off_row, off_column = (np.abs(each - np.round(each)) for each in (along, across))
+    ground[(off_row < 0.03 * depth) | (off_column < 0.012 * depth)] *= 0.72
     ground[: int(0.012 * height)] *= 0.6
     canvas[foot:] = ground
     for _ in range(45):  # leaves, gum, stains
