@@ -1,6 +1,6 @@
 """The keypoints table of marked joints. Pixels, (0, 0) the centre of the top-left one."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,15 +39,14 @@ class Mark:
 Marks = dict[int, dict[str, Mark]]
 
 
-def read_keypoints(path: str | Path, names: Iterable[str] = KEYPOINTS) -> Marks:
+def read_keypoints(path: str | Path, names: tuple[str, ...] = KEYPOINTS) -> Marks:
     """Marks of every frame in a table `frame,keypoint,x,y[,visible]`; rows without a position are left out.
 
     KeypointsError: no such file, not such a table, an unknown joint, or a cell that is no finite number.
     """
-    known = tuple(names)
     marks: Marks = {}
     for where, row in LAYOUT.rows(path):
-        _read_row(marks, row, known, where)
+        _read_row(marks, row, names, where)
     if not marks:
         raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
     return marks

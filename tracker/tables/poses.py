@@ -93,10 +93,10 @@ def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
     whose rows stand in two places.
     """
     rows: Rows = {}
-    last, columns = None, figure.learned_freedoms
+    columns = figure.learned_freedoms
     layout = layout_of(columns)
     for where, row in layout.rows(path):
-        last = _read_row(rows, row, columns, layout, where, last)
+        _read_row(rows, row, columns, layout, where)
     if not rows:
         raise PosesError(f"{path} has no poses; give a table with one row a frame")
     return [_sequence(name, frames, path) for name, frames in rows.items()]
@@ -133,13 +133,11 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
     return said
 
 
-def _read_row(
-    rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout: Layout, where: str, last: str | None
-) -> str:
-    """Add a row to its sequence, and name that."""
+def _read_row(rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout: Layout, where: str) -> None:
+    """Add a row to its sequence."""
     frame = layout.frame(row["frame"], where, LARGEST)
     seq = row.get("seq", "0") or "0"
-    if seq in rows and seq != last:
+    if seq in rows and seq != next(reversed(rows)):
         raise PosesError(
             f"{where}: sequence {seq!r} ended before and comes again; give each its own name, "
             "and keep its rows together"
@@ -149,15 +147,10 @@ def _read_row(
         raise PosesError(f"{where}: frame {frame} is given twice; number frames within each seq")
     given = tuple(row.get(name, "") for name in columns)
     largest = [LARGEST] * ROOT_COLUMNS + [TURNS] * (len(columns) - ROOT_COLUMNS)
-    pose = np.array(
-        [
-            layout.number(text, name, where, most, empty=True)
-            for name, text, most in zip(columns, given, largest, strict=True)
-        ]
-    )
+    cells = zip(given, columns, largest, strict=True)
+    pose = np.array([layout.number(text, name, where, most, empty=True) for text, name, most in cells])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
     frames[frame] = pose, row.get("label", ""), finite(row.get("time_s", "")), given
-    return seq
 
 
 def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSequence:
@@ -189,8 +182,8 @@ def _fps(times: Array) -> float | None:
 
 def _in_radians(sequence: PoseSequence) -> bool:
     angles = np.degrees(sequence.y[:, ROOT_COLUMNS:])
-    measured = np.isfinite(angles).any(1)
-    largest = np.abs(angles[np.isfinite(angles)]).max(initial=0.0)
-    roots = sequence.y[np.isfinite(sequence.y[:, 0]), 0]
-    moves = measured.sum() >= MANY or (len(roots) > 1 and np.ptp(roots) > MOVED)
+    measured = sequence.seen[:, ROOT_COLUMNS:]
+    largest = np.abs(angles[measured]).max(initial=0.0)
+    roots = sequence.y[sequence.seen[:, 0], 0]
+    moves = measured.any(1).sum() >= MANY or (len(roots) > 1 and np.ptp(roots) > MOVED)
     return bool(0.0 < largest <= RADIANS and moves)
