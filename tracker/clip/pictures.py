@@ -13,6 +13,11 @@ HELD = 32 * 2**20  # bytes of pictures that are kept
 BLOCK = 4  # times as many while going back, since each block is decoded from a key frame on
 
 
+def pictures(video: Video, first: int, last: int) -> Iterator[Image]:
+    """The pictures of frames first .. last of a video, read from its beginning."""
+    return (frame.image for frame in islice(video, first, last + 1))
+
+
 class Reel:
     """The pictures of a video up to frame `stop`.
 
@@ -47,7 +52,7 @@ class Reel:
     def span(self, first: int, last: int) -> Iterator[Image]:
         """The pictures of frames first .. last; back in time where last is less, if all have been read."""
         if last > first:
-            return self._again(first, last)
+            return pictures(self._video, first, last)
         if self._video.held:
             return self._video.picked(range(first, last - 1, -1))
         return self._back(first, last)
@@ -70,7 +75,4 @@ class Reel:
             if self._entered:
                 return images
             del images
-        return list(self._again(first, last))
-
-    def _again(self, first: int, last: int) -> Iterator[Image]:
-        return (frame.image for frame in islice(self._video, first, last + 1))
+        return list(pictures(self._video, first, last))

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
 
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
@@ -12,6 +11,7 @@ from kinematics.figure_file import load_figure
 from kinematics.recover import Start, facing_told
 from tracker.clip.job import Job
 from tracker.clip.measure import Measured, read_measured
+from tracker.clip.pictures import pictures
 from tracker.clip.start import StartError, marked_start
 from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
@@ -136,7 +136,7 @@ def _start(job: Job, video: Video, settings: Settings) -> Start:
     figure = load_figure(job.figure)
     start = marked_start(job.marks, frame, job.facing, size, figure)
     if untold(job, figure) and settings.templates:
-        images = (each.image for each in islice(video, frame, frame + FRAMES))
+        images = pictures(video, frame, frame + FRAMES - 1)
         facing = heading(images, start, video.fps, settings)
         start = marked_start(job.marks, frame, facing, size, figure)
     return start

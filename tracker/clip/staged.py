@@ -1,11 +1,11 @@
 """A part of a film surveyed for outlines, and the joints of an outline as points."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain, islice
+from itertools import chain
 
 import numpy as np
 
+from tracker.clip.pictures import pictures
 from tracker.loop.detections import Detections
 from tracker.outline.fit import Outline
 from tracker.outline.stage import Stage
@@ -15,7 +15,6 @@ from tracker.survey.evidence import USUAL, Expected
 from tracker.survey.small import SIDE
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Video
-from videos.upright import Image
 
 POINT = 0.05  # spread of an outline's joint at least, leg lengths
 TOGETHER = 3.0  # times what one frame tells: what is wrong in one is wrong in the next
@@ -42,7 +41,7 @@ class Surveyed:
         """
         T, (w, h) = len(self.survey.places), self.survey.size
         odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # either can be let go of alone
-        seen = self.survey.seen(_images(self.video, self.first, self.last), expected)
+        seen = self.survey.seen(pictures(self.video, self.first, self.last), expected)
         for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
             odds[t], light[t] = shown
         return Stage(odds, light, self.survey.up, self.survey.places, facing)
@@ -57,17 +56,13 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
     total = None if video.count_hint is None else min(last + 1, video.count_hint) - first
     if total is not None and total <= 0:
         return None
-    pictures = progress.through(f"{video.path.name} surveyed", _images(video, first, last), total)
-    begin = next(pictures, None)  # none where the film is shorter than it says
+    images = progress.through(f"{video.path.name} surveyed", pictures(video, first, last), total)
+    begin = next(images, None)  # none where the film is shorter than it says
     if begin is None:
         return None
     by = max(max(video.width, video.height) / SIDE, by)
-    found = survey(chain([begin], pictures), by, total or 0)
+    found = survey(chain([begin], images), by, total or 0)
     return Surveyed(video, first, last, found, progress) if len(found.places) >= FEWEST else None
-
-
-def _images(video: Video, first: int, last: int) -> Iterator[Image]:
-    return (each.image for each in islice(video, first, last + 1))
 
 
 def detections(outline: Outline, first: int, video: Video) -> dict[int, Detections]:
