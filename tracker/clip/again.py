@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, NonNegativeInt
 
-from kinematics.figure_file import load_figure
 from kinematics.recover import Start
+from tracker.clip.asked import marks_in
 from tracker.clip.job import Facing, Following, Job
 from tracker.run.read import News, RunError, read_news
 from tracker.run.track import Track
 from tracker.settings import Settings
-from tracker.tables.keypoints import Marks, read_keypoints
+from tracker.tables.keypoints import Marks
 
 START = "start.keypoints.csv"  # in a run's folder: the marks that the track passes through
 
@@ -62,10 +62,9 @@ def read_finished(folder: Path) -> Finished:
     read_news(folder)
     try:
         news = _Asked.model_validate_json((folder / "run.json").read_bytes())
-        how = Following(
-            **{**news.options, "start": news.start.frame, "facing": Facing(news.facing), "anchors": True}
-        )
-        marks = read_keypoints(folder / START, load_figure(how.figure).marks)
+        given = {"start": news.start.frame, "facing": Facing(news.facing), "anchors": True}
+        how = Following(**news.options | given)
+        marks = marks_in(folder / START, how)
     except (TypeError, ValueError) as error:
         raise RunError(
             f"{folder} does not say how it was made as this version of figtrack does; track the clip again"
@@ -108,16 +107,13 @@ class Kept:
 
     def fits(self, start: Start, labels: tuple[str, ...]) -> bool:
         """Whether a start has the same figure at the same place, to rounding, and a model the same states."""
-        one, other = (
-            [
-                *(link.length for link in each.figure.links),
-                *each.view.origin,
-                each.view.unit,
-                each.view.facing,
-            ]
-            for each in (start, self.track)
-        )
-        return labels == self.track.labels and np.allclose(one, other, rtol=1e-6)
+
+        def numbers(of: Start | Track) -> list[float]:
+            lengths = [link.length for link in of.figure.links]
+            return [*lengths, *of.view.origin, of.view.unit, of.view.facing]
+
+        same = np.allclose(numbers(start), numbers(self.track), rtol=1e-6)
+        return labels == self.track.labels and same
 
     def joined(self, new: Track) -> Track:
         """The earlier track with the frames that were followed again; `new` is of its span."""

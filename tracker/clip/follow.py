@@ -74,12 +74,14 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
     if kept is not None and not kept.fits(plan.start, plan.slds.labels):
         kept = None
     with clock.stage("survey"):
-        plan = _with_outline(plan, progress)
+        from tracker.clip.outlines import outlined  # slow to import
+
+        plan = outlined(plan, progress)
     span = (job.first, job.stop) if kept is None else kept.span
     track = _track(plan, span[0], *_followed(plan, span, clock, progress))
     if kept is not None:
         track = kept.joined(track)
-    rate = _rate(plan, track)
+    rate = job.rate or playback_rate(job.model, _tracked(track), plan.video.fps, track.figure)
     track = replace(track, motions=motions_of(plan, track, rate))
     judged = None if plan.measured is None else plan.measured.judged(track, plan.tracker.settings)
     return Run(
@@ -98,20 +100,12 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
     )
 
 
-def _with_outline(plan: Plan, progress: Progress) -> Plan:
-    if not plan.tracker.settings.outline:
-        return plan
-    from tracker.clip.outlines import outlined  # slow to import
-
-    return outlined(plan, progress)
-
-
 def _followed(
     plan: Plan, span: tuple[int, int | None], clock: Clock, progress: Progress
 ) -> tuple[list[float], Trail]:
     """Time of every frame up to the last of a span, and estimates of those in it; None is the clip's last."""
     job, frame, (first, last) = plan.job, plan.frame, span
-    reel, end = Reel(plan.video, last), plan.total if last is None else last + 1
+    reel, end = Reel(plan.video, last), plan.video.count_hint if last is None else last + 1
     images = reel.ahead()
     foreseen = end and end - first
     with progress.task(f"{job.video.name} with {job.model}", foreseen) as advance:
@@ -182,18 +176,17 @@ class _Ways:
 
 
 def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Track:
-    labels, s = plan.slds.labels, trail.column("s")
     return Track(
         figure=plan.start.figure,
         view=plan.start.view,
         model=plan.job.model,
-        labels=labels,
+        labels=plan.slds.labels,
         first=first,
         times=np.array(times[first:]) - times[0],
         q=trail.column("mean"),
         cov=_covs(plan, first, trail),
-        s=s,
-        motions=tuple(labels[k] for k in s),
+        s=trail.column("s"),
+        motions=(),  # told by the whole track, see `motions_of`
         outcome=tuple(trail.outcome),
         shift=trail.column("shift"),
         mark=plan.tracker.settings.mark,
@@ -211,12 +204,6 @@ def _covs(plan: Plan, first: int, trail: Trail) -> Array:
             seen = Detector(plan.start.figure, view.shifted(shift), plan.tracker.settings, found.doubt)
             covs[t] += seen.elsewhere(found, q)
     return covs
-
-
-def _rate(plan: Plan, track: Track) -> float:
-    if plan.job.rate is not None:
-        return plan.job.rate
-    return playback_rate(plan.job.model, _tracked(track), plan.video.fps, track.figure)
 
 
 def motions_of(plan: Plan, track: Track, rate: float) -> tuple[str, ...]:

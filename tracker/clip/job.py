@@ -90,9 +90,7 @@ class Following:
     rate: Annotated[
         float | None,
         About(
-            "Playback speed: 0.5 for slow motion at half speed [default: found while tracking].",
-            least=0.25,
-            most=4.0,
+            "Playback speed: 0.5 for slow motion at half speed [default: found while tracking].", 0.25, 4.0
         ),
     ] = None
     height: Annotated[
@@ -179,7 +177,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Option:
-    """A field of `Following`: its type, which may also be None, and its default.
+    """A field of `Following` and its type, which may also be None.
 
     name  : as Python has it
     shown : as command line and tables have it; what is a word of Python ends in an underscore there
@@ -187,7 +185,6 @@ class Option:
 
     name: str
     kind: type
-    default: Any
     about: About
 
     @property
@@ -218,13 +215,7 @@ def options() -> Iterator[Option]:
     for each in fields(Following):
         kinds, about = get_args(hints[each.name])
         kind = next(kind for kind in get_args(kinds) or (kinds,) if kind is not NoneType)
-        yield Option(each.name, kind, each.default, about)
-
-
-def _usual_settings() -> "Settings":
-    from tracker.settings import Settings
-
-    return Settings()
+        yield Option(each.name, kind, about)
 
 
 @dataclass(frozen=True)
@@ -241,7 +232,7 @@ class Job:
     video: Path
     marks: "Marks"
     model: str
-    settings: "Settings" = field(default_factory=_usual_settings)
+    settings: "Settings" = field(default_factory=lambda: Following().tuned())
     figure: str = "walker"
     start: int | None = None
     from_: int | None = None

@@ -37,9 +37,8 @@ class Judged:
     exchanged: list[int]
 
     def __str__(self) -> str:
-        return (
-            f"legs named the wrong way round in {len(self.exchanged)} of {self.frames} frames of {self.file}"
-        )
+        wrong = len(self.exchanged)
+        return f"legs named the wrong way round in {wrong} of {self.frames} frames of {self.file}"
 
 
 @dataclass(frozen=True)
@@ -53,10 +52,6 @@ class Measured:
     path: Path
     frames: Mapping[int, Detections]
     jitter: float
-
-    def known_by(self, settings: Settings) -> Settings:
-        """The settings with the spread of these very points."""
-        return settings.model_copy(update={"point": max(settings.point, self.jitter)})
 
     def judged(self, track: Track, settings: Settings) -> Judged:
         """The points beside the poses of a track; `settings` are those it was followed with."""

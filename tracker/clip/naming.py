@@ -49,8 +49,7 @@ def marks_of(one: Person) -> dict[str, Mark]:
 
 def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
     """The joints (J, 2) of a figure, pixels, as marks."""
-    places = dict(zip(figure.joints, joints.round(2).tolist(), strict=True))
-    return {name: Mark(x, y) for name, (x, y) in places.items()}
+    return {name: Mark(x, y) for name, (x, y) in zip(figure.joints, joints.round(2).tolist(), strict=True)}
 
 
 def start_from(one: Person, video: Video, told: str) -> Found:
@@ -69,7 +68,9 @@ def borne_out(one: Person, video: Video) -> Person:
 
 def _misfits(one: Person, video: Video) -> Array:
     """(n, 2) how badly templates fit the frames around the start, the legs named as found and exchanged."""
-    plans = [_plan(each, video) for each in (one, one.exchanged)]
+    starts = [start_from(each, video, "unsure") for each in (one, one.exchanged)]
+    jobs = [Following().job(video.path, start, FEW) for start in starts]
+    plans = [outlined(prepare(job), Progress("quiet")) for job in jobs]
     around = round(AROUND * video.fps)
     reel = Reel(video, one.frame + around)
     images = reel.ahead()
@@ -78,11 +79,6 @@ def _misfits(one: Person, video: Video) -> Array:
     if one.frame > 0:
         found += _one_way(plans, -1, marked, reel.span(one.frame - 1, max(one.frame - around, 0)))
     return np.array(found).reshape(-1, 2)
-
-
-def _plan(one: Person, video: Video) -> Plan:
-    job = Following().job(video.path, start_from(one, video, "unsure"), FEW)
-    return outlined(prepare(job), Progress("quiet"))
 
 
 def _one_way(plans: list[Plan], way: int, start: Image, images: Iterable[Image]) -> list[list[float]]:

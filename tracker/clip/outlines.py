@@ -57,9 +57,8 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
     out from a scene that is known.
     """
     settings = plan.tracker.settings
-    known = plan.start.figure.outline
     wanted = (
-        known
+        plan.start.figure.outline
         and settings.outline
         and settings.templates
         and settings.mode == "full"
@@ -83,8 +82,7 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
 
 def _seen(plan: Plan, progress: Progress) -> Seen:
     figure, shown = plan.start.figure, load_figure(plan.start.figure.outline)
-    if plan.job.found is not None:
-        found = plan.job.found
+    if found := plan.job.found:
         return Seen({t: of.named(shown, figure) for t, of in found.points.items()}, gait=found.gait)
     video, start, frame, stop = plan.video, _shown(plan, shown), plan.frame, plan.job.stop
     first = max(frame - REACH, plan.job.first)

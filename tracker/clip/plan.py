@@ -56,12 +56,6 @@ class Plan:
         slds = self.slds if self.job.model == CONSTANT_VELOCITY else backwards(self.slds)
         return make_tracker(self.start, slds, self.tracker.settings)
 
-    @property
-    def total(self) -> int | None:
-        """About how many frames there are to track."""
-        counts = [self.video.count_hint, None if self.job.stop is None else self.job.stop + 1]
-        return min((count for count in counts if count is not None), default=None)
-
 
 def prepare(job: Job) -> Plan:
     """Read what the job names and check that it fits together, before any work.
@@ -86,26 +80,25 @@ def prepare(job: Job) -> Plan:
     slds = find_model(job.model, video.fps, settings, job.rate or 1.0, start.figure)
     measured = None if job.measure is None else read_measured(job.measure, start, frame, settings)
     if measured is not None:
-        settings = measured.known_by(settings)
+        settings = settings.model_copy(update={"point": max(settings.point, measured.jitter)})
     points = {} if measured is None else measured.frames
     return Plan(job, frame, video, start, slds, make_tracker(start, slds, settings), measured, points)
 
 
 def start_frame(job: Job) -> int:
     """The marked frame to start from; StartError if `start`, or the part that is followed, is not marked."""
-    if job.start is None:
-        within = [frame for frame in job.marks if frame >= job.first]
+    start, first = job.start, job.first
+    if start is None:
+        within = [frame for frame in job.marks if frame >= first]
         if not within:
-            raise StartError(f"no frame from {job.first} on is marked; choose an earlier --from")
+            raise StartError(f"no frame from {first} on is marked; choose an earlier --from")
         return min(within)
-    if job.start < job.first:
-        raise StartError(
-            f"--from {job.first} comes after the start frame {job.start}; choose an earlier --from"
-        )
-    if job.start not in job.marks:
+    if start < first:
+        raise StartError(f"--from {first} comes after the start frame {start}; choose an earlier --from")
+    if start not in job.marks:
         marked = ", ".join(str(frame) for frame in sorted(job.marks)[:8])
-        raise StartError(f"frame {job.start} is not marked in the keypoints table; marked are {marked}")
-    return job.start
+        raise StartError(f"frame {start} is not marked in the keypoints table; marked are {marked}")
+    return start
 
 
 def untold(job: Job, figure: Figure) -> bool:
