@@ -17,13 +17,9 @@ def fault(error: Exception) -> str | None:
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; give a smaller video or table"
     if isinstance(error, OSError):
-        return plain(_system_fault(error))
+        text = error.strerror or str(error)
+        if error.errno in FULL:
+            return plain(f"no room to write ({text}); make some, or choose another --out")
+        return plain(f"{text}: {error.filename}" if error.filename else text)
     expected = isinstance(error, ModelError | FolderError | VideoError | ValueError)
     return plain(str(error)) if expected and not isinstance(error, LinAlgError) else None
-
-
-def _system_fault(error: OSError) -> str:
-    text = error.strerror or str(error)
-    if error.errno in FULL:
-        return f"no room to write ({text}); make some, or choose another --out"
-    return f"{text}: {error.filename}" if error.filename else text

@@ -115,10 +115,9 @@ class Settings(BaseModel):
 
     @model_validator(mode="after")
     def _check_sight(self) -> Self:
-        if self.out_of_sight >= self.in_sight:
-            raise ValueError(
-                f"out_of_sight must be below in_sight; got {self.out_of_sight} and {self.in_sight}"
-            )
+        low, high = self.out_of_sight, self.in_sight
+        if low >= high:
+            raise ValueError(f"out_of_sight must be below in_sight; got {low} and {high}")
         return self
 
 
