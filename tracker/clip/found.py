@@ -49,13 +49,13 @@ def people(
         if film is None:
             return []
         stage = film.stage(1)
-        seen = _before(stage, video.fps, facing)
+        seen = _before(stage, facing)
         grey = film.survey.scene.colourless
         for expected in (*AGAIN, *[FULL_OF_SHADOWS] * grey):
             unclear = [one for one in seen if not _clear(one)]
             if not unclear and (seen or not grey):
                 break
-            again = _before(film.stage(1, expected), video.fps, facing, unclear or None)
+            again = _before(film.stage(1, expected), facing, unclear or None)
             seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
         seen = _whole(seen, film, spot(stage))
         if seen:
@@ -63,18 +63,16 @@ def people(
         first += len(film.survey.places)
 
 
-def _before(
-    stage: Stage, fps: float, facing: int | None, those: Sequence[Person] | None = None
-) -> list[Person]:
+def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = None) -> list[Person]:
     """People who walk in front of a scene, or only `those`, the surest first."""
     figure, cycles = seen_figure(), Cycles.load()
     seen: list[Person] = []
-    everybody = joined(stage, paths(stage, Shape.of(figure), cycles, fps), fps)
+    everybody = joined(stage, paths(stage, Shape.of(figure), cycles))
     for path in everybody:
         if those is not None and not any(one.near(path) for one in those):
             continue
-        own = without_others(stage, path, everybody, fps)
-        one = person(own, figure, path, fps, cycles, facing, alone=len(everybody) == 1)
+        own = without_others(stage, path, everybody)
+        one = person(own, figure, path, cycles, facing, alone=len(everybody) == 1)
         if one is not None and not any(one.same(other) for other in seen):
             seen.append(one)
     return seen

@@ -93,8 +93,8 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     # Who is marked is there: what is as dark as a shadow may be clothes.
     cycles, stage = Cycles.load(), film.stage(start.view.facing, SOME_GREY)
     del film  # which holds its small pictures
-    stage = _alone(stage, start, frame - first, video.fps, cycles)
-    outline = fitted(stage, start, frame - first, video.fps, cycles)
+    stage = _alone(stage, start, frame - first, cycles)
+    outline = fitted(stage, start, frame - first, cycles)
     gait = cycles.gait(outline.phases.cycle)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
     return Seen(points, outline.wrong, gait, outline.misnamed)
@@ -116,9 +116,9 @@ def _shown(plan: Plan, shown: Figure) -> Start:
     return replace(start, figure=figure.with_lengths(lengths))
 
 
-def _alone(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> Stage:
+def _alone(stage: Stage, start: Start, frame: int, cycles: Cycles) -> Stage:
     """The film with nothing known of where others than the marked figure are, where these are seen."""
     hip, unit = np.asarray(start.view.origin), start.view.unit
-    everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, fps, unit), fps)
-    own = path_of(stage, hip, unit, frame, everybody, fps)
-    return stage if own is None else without_others(stage, own, everybody, fps)
+    everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, unit))
+    own = path_of(stage, hip, unit, frame, everybody)
+    return stage if own is None else without_others(stage, own, everybody)

@@ -44,7 +44,7 @@ class Surveyed:
         seen = self.survey.seen(pictures(self.video, self.first, self.last), expected)
         for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
             odds[t], light[t] = shown
-        return Stage(odds, light, self.survey.up, self.survey.places, facing)
+        return Stage(odds, light, self.survey.up, self.survey.places, facing, self.video.fps)
 
 
 def surveyed(video: Video, first: int, last: int, by: float, progress: Progress) -> Surveyed | None:

@@ -91,21 +91,20 @@ class Places:
     score: Array
 
 
-def paths(stage: Stage, shape: Shape, cycles: Cycles, fps: float, about: float | None = None) -> list[Path]:
+def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None) -> list[Path]:
     """Everybody who is seen, the surest first.
 
     Args:
-        fps: frames a second.
         about: the film's pixels in a leg length of who is looked for, None for everybody.
     """
-    units, every = _units(stage), max(round(fps / OFTEN), 1)
+    units, every = _units(stage), max(round(stage.fps / OFTEN), 1)
     if about is not None:
         units = units[(units > ABOUT[0] * about) & (units < ABOUT[1] * about)]
     bodies = _Bodies.of(shape, cycles)
     sizes = [bodies.of_size(stage, unit) for unit in units.tolist()]
     places = [_places(stage, t, sizes, bodies) for t in range(0, len(stage), every)]
     found = []
-    while (path := _best(places, units, fps / every, LEAST / every)) is not None:
+    while (path := _best(places, units, stage.fps / every, LEAST / every)) is not None:
         first, picked = path
         scene = np.stack([places[i].scene[k] for i, k in enumerate(picked, first)])
         size = units[[places[i].size[k] for i, k in enumerate(picked, first)]]

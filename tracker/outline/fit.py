@@ -99,19 +99,16 @@ class Outline:
         return replace(self, **some, phases=self.phases.part(frames))
 
 
-def fitted(
-    stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles, rounds: int = ROUNDS
-) -> Outline:
+def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int = ROUNDS) -> Outline:
     """Fit the outline of a figure to every frame.
 
     Args:
         stage: the film; the figure faces as it says.
         start: pose in `frame`; where nothing of it is known it tells the place and about the size.
-        fps: frames a second.
         rounds: of climbing at most.
     """
     figure, shape, columns = start.figure, Shape.of(start.figure), columns_of(start.figure)
-    hips, units, phase = _gait(stage, start, frame, fps, cycles)
+    hips, units, phase = _gait(stage, start, frame, cycles)
     axes = units[:, None] * np.array([stage.facing, -1.0])
     angles = cycles.at(phase.cycle, phase.phase)
     angles[:, TRUNK] += smooth(phase.lean, SMOOTH_LEAN)
@@ -121,7 +118,7 @@ def fitted(
     q[figure.index(SCALE)] = np.log(start.view.unit / units[frame])
     odds = stage.around(hips, units, GRID)
     path, marks = poses(figure, angles), Marked(frame, q, start.known)
-    ways = [through(figure, way, marks, fps) for way in (path, path[:, figure.exchanged])]
+    ways = [through(figure, way, marks, stage.fps) for way in (path, path[:, figure.exchanged])]
     better, margin = _as_marked(odds, shape, ways, marks) if start.known.any() else (0, 0.0)
     best = climb(odds, shape, ways[better].path, marks, rounds)
     looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
@@ -137,13 +134,13 @@ def fitted(
     return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), marked)
 
 
-def _gait(stage: Stage, start: Start, frame: int, fps: float, cycles: Cycles) -> tuple[Array, Array, Phases]:
+def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array, Array, Phases]:
     """Hip (T, 2), pixels in a leg length (T,) and phase in every frame."""
     shape, view, columns = Shape.of(start.figure), start.view, columns_of(start.figure)
     hip, known = np.asarray(view.origin), bool(start.known.any())
     hips, units = walk(stage, shape, cycles, hip, view.unit, frame, known)
     marked = np.where(start.known[columns], start.q[columns], np.nan)
-    found = phases(stage, shape, cycles, hips, units, marked, frame, fps)
+    found = phases(stage, shape, cycles, hips, units, marked, frame)
     scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * found.shift)
     hips = stage.in_frames(smooth(scene, SMOOTH))
     return hips, units, found

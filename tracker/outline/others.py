@@ -14,9 +14,7 @@ BROAD = 1.0  # leg lengths, of a body's columns
 BESIDE, ABOVE = 0.5, 1.0  # leg lengths beside and above a marked hip in which the path of who is marked lies
 
 
-def path_of(
-    stage: Stage, hip: Array, unit: float, frame: int, everybody: list[Path], fps: float
-) -> Path | None:
+def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[Path]) -> Path | None:
     """The path of the figure with its hip (2,) in a frame; None where none leads there.
 
     Where two people meet, that of who goes the way the stage faces: the other one may be the nearer. A path
@@ -25,9 +23,9 @@ def path_of(
     Args:
         unit: pixels in a leg length.
     """
-    reach = LATELY * fps
+    reach = LATELY * stage.fps
     here = [path for path in everybody if path.first - reach <= frame <= path.last + reach]
-    off = {i: np.abs(_prolonged(stage, path, fps)[frame] - hip) / unit for i, path in enumerate(here)}
+    off = {i: np.abs(_prolonged(stage, path)[frame] - hip) / unit for i, path in enumerate(here)}
 
     def rank(i: int) -> tuple[bool, bool, float]:
         path, scene = here[i], in_scene(stage, here[i])
@@ -38,17 +36,16 @@ def path_of(
     return here[min(own, key=rank)] if own else None
 
 
-def without_others(stage: Stage, own: Path, everybody: list[Path], fps: float) -> Stage:
+def without_others(stage: Stage, own: Path, everybody: list[Path]) -> Stage:
     """The film with nothing known of where others are.
 
     Args:
         own: path of the one about whom all else stays known.
         everybody: the paths of all; where `own` tells nothing, who is closer than a leg length to where it
             leads is left.
-        fps: frames a second.
     """
     odds, down = stage.odds.copy(), np.linalg.inv(stage.up)
-    columns, place = np.arange(odds.shape[2]), _prolonged(stage, own, fps)
+    columns, place = np.arange(odds.shape[2]), _prolonged(stage, own)
     usual = float(np.median(own.units))
     for other in everybody:
         for t in range(other.first, other.last + 1) if other is not own else ():
@@ -59,9 +56,9 @@ def without_others(stage: Stage, own: Path, everybody: list[Path], fps: float) -
     return replace(stage, odds=odds)
 
 
-def _prolonged(stage: Stage, path: Path, fps: float) -> Array:
+def _prolonged(stage: Stage, path: Path) -> Array:
     """(T, 2) the film's pixels of a path in every frame, gone on with as it went before and after it."""
-    n, scene = max(round(LATELY * fps), 2), in_scene(stage, path)
+    n, scene = max(round(LATELY * stage.fps), 2), in_scene(stage, path)
     (begin, back), (end, ahead) = line(scene[:n][::-1]), line(scene[-n:])
     before, after = np.arange(path.first, 0, -1), np.arange(1, len(stage) - path.last)
     ways = begin + np.outer(before, [back, 0.0]), end + np.outer(after, [ahead, 0.0])

@@ -114,30 +114,24 @@ def seen_figure() -> Figure:
 
 
 def person(
-    stage: Stage,
-    figure: Figure,
-    path: Path,
-    fps: float,
-    cycles: Cycles,
-    facing: int | None = None,
-    alone: bool = True,
+    stage: Stage, figure: Figure, path: Path, cycles: Cycles, facing: int | None = None, alone: bool = True
 ) -> Person | None:
     """Who went along a path; None who is never in sight as a whole.
 
     Args:
         stage: the film.
-        fps: frames a second.
         facing: +1 right, -1 left, None to see it.
         alone: whether nobody else goes through the film, to whom the outline may go over beyond the path.
     """
     best = int(np.argmax(path.score))
     ways = (1, -1) if facing is None else (facing,)
     within = stage.part(slice(path.first, path.last + 1))
-    facing, larger, margin = _fits(within, figure, path, ways, fps, cycles)
-    first, beyond = max(path.first - round(BEYOND * fps), 0), path.last + round(BEYOND * fps)
-    faced = replace(stage.part(slice(first, beyond + 1)), facing=facing)
+    facing, larger, margin = _fits(within, figure, path, ways, cycles)
+    beyond = round(BEYOND * stage.fps)
+    first = max(path.first - beyond, 0)
+    faced = replace(stage.part(slice(first, path.last + beyond + 1)), facing=facing)
     start = _start(figure, path, best, facing, larger)
-    outline = fitted(faced, start, path.first + best - first, fps, cycles)
+    outline = fitted(faced, start, path.first + best - first, cycles)
     inner = outline.around(slice(path.first - first, path.last + 1 - first))
     faced, first = faced.part(inner), first + inner.start
     outline = outline.part(inner)
@@ -158,7 +152,7 @@ def person(
 
 
 def _fits(
-    part: Stage, figure: Figure, path: Path, ways: tuple[int, ...], fps: float, cycles: Cycles
+    part: Stage, figure: Figure, path: Path, ways: tuple[int, ...], cycles: Cycles
 ) -> tuple[int, float, float]:
     """Which way somebody faces, how much larger than found, and by how much another facing fits worse."""
     best = int(np.argmax(path.score))
@@ -166,7 +160,7 @@ def _fits(
     trials = {}
     for facing, larger in product(ways, LARGER):
         faced, start = replace(part.part(near), facing=facing), _start(figure, path, best, facing, larger)
-        outline = fitted(faced, start, best - near.start, fps, cycles, FEW)
+        outline = fitted(faced, start, best - near.start, cycles, FEW)
         # The same for whatever size is tried, or the largest would be the likeliest.
         ahead = AHEAD * (outline.phases.way > 0) * float(np.median(path.units)) ** 2
         trials[facing, larger] = _explained(faced, outline, figure) + ahead

@@ -64,14 +64,7 @@ class Phases:
 
 
 def phases(
-    stage: Stage,
-    shape: Shape,
-    cycles: Cycles,
-    hips: Array,
-    units: Array,
-    marked: Array,
-    frame: int,
-    fps: float,
+    stage: Stage, shape: Shape, cycles: Cycles, hips: Array, units: Array, marked: Array, frame: int
 ) -> Phases:
     """The best phase of the best cycle for every frame.
 
@@ -79,13 +72,12 @@ def phases(
         hips, units: as `Stage.around`.
         marked: (8,) angles of COLUMNS in the marked pose; NaN where there is none.
         frame: that was marked.
-        fps: frames a second.
     """
     score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     named = likeness(np.nan_to_num(cycles.pose - marked))
-    fine = max(FINE, int(np.ceil(FINE * fps / 30.0)))
+    fine = max(FINE, int(np.ceil(FINE * stage.fps / 30.0)))
     ways = _ways(stage, hips, units)
-    periods = np.geomspace(FASTEST * fps, SLOWEST * fps, SPEEDS)
+    periods = np.geomspace(FASTEST * stage.fps, SLOWEST * stage.fps, SPEEDS)
     best: tuple[float, int, int, NDArray[np.intp]] | None = None
     for cycle in range(len(cycles.pose)):
         whole = np.tile(score[:, cycle], 2)

@@ -20,12 +20,12 @@ TURN = 0.4  # seconds before and after a turn that tell of one
 SLOW = 0.3  # leg lengths a second below which nobody has a direction
 
 
-def joined(stage: Stage, paths: list[Path], fps: float) -> list[Path]:
+def joined(stage: Stage, paths: list[Path]) -> list[Path]:
     """The paths with those of one person joined, the surest first."""
     found: list[Path] = []
-    pieces = [piece for path in paths for piece in _straight(stage, path, fps)]
+    pieces = [piece for path in paths for piece in _straight(stage, path)]
     for path in sorted(pieces, key=lambda each: each.first):
-        before = [each for each in found if _one(stage, each, path, fps)]
+        before = [each for each in found if _one(stage, each, path)]
         if before:
             nearest = max(before, key=lambda each: each.last)
             found = [each for each in found if each is not nearest]
@@ -34,16 +34,16 @@ def joined(stage: Stage, paths: list[Path], fps: float) -> list[Path]:
     return sorted(found, key=lambda each: -each.worth)
 
 
-def _one(stage: Stage, before: Path, after: Path, fps: float) -> bool:
+def _one(stage: Stage, before: Path, after: Path) -> bool:
     """Whether two pieces are of one person."""
     between = after.first - before.last
-    if not 0 < between <= LONGEST * fps:
+    if not 0 < between <= LONGEST * stage.fps:
         return False
-    n = max(round(LATELY * fps), 2)
+    n = max(round(LATELY * stage.fps), 2)
     (come, ahead), (gone, back) = line(in_scene(stage, before)[-n:]), line(in_scene(stage, after)[:n][::-1])
     along, up = np.abs(come - gone + [0.5 * between * (ahead - back), 0.0])
     sizes = np.array([np.median(before.units[-n:]), np.median(after.units[:n])])
-    unit, faster = float(sizes.mean()), abs(ahead + back) * fps
+    unit, faster = float(sizes.mean()), abs(ahead + back) * stage.fps
     alike = sizes.max() < ALIKE * sizes.min()
     return bool(alike and along < NEAR * unit and up < HIGHER * unit and faster < SPEED * unit)
 
@@ -59,19 +59,19 @@ def line(scene: Array) -> tuple[Array, float]:
     return np.median(scene + np.outer(np.arange(n)[::-1] * way, [1.0, 0.0]), axis=0), way
 
 
-def _straight(stage: Stage, path: Path, fps: float) -> list[Path]:
+def _straight(stage: Stage, path: Path) -> list[Path]:
     """The path, cut where it turns back."""
-    n = max(round(TURN * fps), 2)
+    n = max(round(TURN * stage.fps), 2)
     if len(path.hips) <= 2 * n:
         return [path]
-    x, slow = in_scene(stage, path)[:, 0], SLOW * np.median(path.units) * n / fps
+    x, slow = in_scene(stage, path)[:, 0], SLOW * np.median(path.units) * n / stage.fps
     come, gone = x[n:-n] - x[: -2 * n], x[2 * n :] - x[n:-n]
     turns = (np.minimum(abs(come), abs(gone)) > slow) & (come * gone < 0.0)
     if not turns.any():
         return [path]
     cut = n + int(np.where(turns, abs(gone - come), 0.0).argmax())
     parts = path.part(slice(cut)), path.part(slice(cut, None))
-    return [piece for part in parts for piece in _straight(stage, part, fps)]
+    return [piece for part in parts for piece in _straight(stage, part)]
 
 
 def _both(stage: Stage, before: Path, after: Path) -> Path:

@@ -20,6 +20,7 @@ class Stage:
     up     : (3, 3) from their pixels to the film's
     places : (T, 3, 3) from the film's pixels of each frame to those of the first
     facing : +1 if the figure faces right, -1 left
+    fps    : frames a second
     """
 
     odds: Image
@@ -27,6 +28,7 @@ class Stage:
     up: Array
     places: Array
     facing: int
+    fps: float
 
     def __len__(self) -> int:
         return len(self.odds)

@@ -133,7 +133,7 @@ def test_a_film_without_colours_is_looked_through_again_where_nobody_is_seen(wal
         seen.append(expected)
         return real(surveyed, facing)
 
-    def before(_, fps, facing, those=None):
+    def before(_, facing, those=None):
         assert those is None
         return [walk.person()] if len(seen) == 5 else []
 
@@ -207,7 +207,7 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video,
     monkeypatch.setattr(staged_module, "FEWEST", 12)
     monkeypatch.setattr(found_module, "WINDOW", 16)
     monkeypatch.setattr(found_module, "paths", paths)
-    monkeypatch.setattr(found_module, "joined", lambda _, paths, fps: paths)
+    monkeypatch.setattr(found_module, "joined", lambda _, paths: paths)
     monkeypatch.setattr(found_module, "without_others", lambda stage, *_: stage)
     monkeypatch.setattr(found_module, "person", lambda *_, **__: walk.person(frame=5))
     (one,) = people(video, QUIET)

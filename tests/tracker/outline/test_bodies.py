@@ -15,14 +15,14 @@ NEAR = 0.25  # leg lengths: places lie an eighth of one apart, and no body is th
 
 
 def found_in(stage):
-    return paths(stage, SHAPE, CYCLES, FPS)
+    return paths(stage, SHAPE, CYCLES)
 
 
 def surveyed(film):
     """The film with the log odds that a survey gives it."""
     seen = survey(iter(film.images), 1.0)
     odds, light = map(np.stack, zip(*seen.seen(film.images), strict=True))
-    return Stage(odds, light, seen.up, seen.places, 1)
+    return Stage(odds, light, seen.up, seen.places, 1, FPS)
 
 
 def away(path, walk):
@@ -67,9 +67,9 @@ def test_two_who_walk_apart_are_two_paths(walk, rng):
 
 
 def test_who_is_of_another_size_is_not_looked_for(walk, stage):
-    (path,) = paths(stage, SHAPE, CYCLES, FPS, UNIT)
+    (path,) = paths(stage, SHAPE, CYCLES, UNIT)
     assert away(path, walk).max() < NEAR
-    assert paths(stage, SHAPE, CYCLES, FPS, 3.0 * UNIT) == []
+    assert paths(stage, SHAPE, CYCLES, 3.0 * UNIT) == []
 
 
 @pytest.mark.parametrize("mean", [-2.0, -0.5])
@@ -87,5 +87,5 @@ def test_what_stands_out_everywhere_is_nobody(walk, rng):
 def test_who_is_too_large_for_the_picture_is_not_looked_for(walk, stage):
     cut = slice(60, 120)  # of rows: the leg is two thirds of what is left
     assert LARGEST * (cut.stop - cut.start) < 0.85 * UNIT
-    low = Stage(stage.odds[:, cut], stage.light[:, cut], stage.up, stage.places, 1)
+    low = Stage(stage.odds[:, cut], stage.light[:, cut], stage.up, stage.places, 1, FPS)
     assert all(path.units.max() < 0.85 * UNIT for path in found_in(low))

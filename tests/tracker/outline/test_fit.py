@@ -17,7 +17,7 @@ FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLE
 
 
 def fit(film, stage, start=None, frame=MIDDLE):
-    return fitted(stage, start or film.start(frame), frame, FPS, FEW)
+    return fitted(stage, start or film.start(frame), frame, FEW)
 
 
 def errors(found, film):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import FPS, SPEED, UNIT
+from tests.tracker.outline.films import SPEED, UNIT
 from tracker.outline.bodies import Path
 from tracker.outline.others import ABOVE, BESIDE, path_of, without_others
 from tracker.survey.evidence import NOTHING
@@ -28,7 +28,7 @@ def test_nothing_is_known_of_others_and_all_of_oneself(two, rng):
     left, right = two
     stage = left.behind(right).stage(rng)
     one, other = map(path, two)
-    found = without_others(stage, one, [one, other], FPS).odds
+    found = without_others(stage, one, [one, other]).odds
     own, theirs = left.cover > 0.5, right.cover > 0.9
     np.testing.assert_array_equal(found[own], stage.odds[own])
     assert (found[theirs] == NOTHING).mean() > 0.95
@@ -38,7 +38,7 @@ def test_of_who_passes_close_nothing_is_known_either(two, rng):
     left, _ = two
     stage, own = left.stage(rng), path(left)
     near = replace(own, hips=own.hips + np.array([0.3 * UNIT, 0.0]))
-    found = without_others(stage, own, [own, near], FPS).odds
+    found = without_others(stage, own, [own, near]).odds
     hidden = found == NOTHING
     covered = left.cover > 0.9
     assert 0.5 < hidden[covered].mean() < 1.0
@@ -48,15 +48,15 @@ def test_before_the_own_path_begins_the_own_figure_is_kept_where_it_must_have_be
     left, _ = two
     stage, late = left.stage(rng), path(left, first=12)
     piece = replace(path(left), hips=left.hips[:8], units=left.units[:8], score=np.ones(8))
-    np.testing.assert_array_equal(without_others(stage, late, [late, piece], FPS).odds, stage.odds)
+    np.testing.assert_array_equal(without_others(stage, late, [late, piece]).odds, stage.odds)
     away = replace(piece, hips=piece.hips + np.array([2.0 * UNIT, 0.0]))
-    assert (without_others(stage, late, [late, away], FPS).odds[:8] != stage.odds[:8]).any()
+    assert (without_others(stage, late, [late, away]).odds[:8] != stage.odds[:8]).any()
 
 
 def test_the_film_itself_stays_as_it_was(two, rng):
     stage = two[0].stage(rng)
     before = stage.odds.copy()
-    without_others(stage, path(two[0]), [path(two[1])], FPS)
+    without_others(stage, path(two[0]), [path(two[1])])
     np.testing.assert_array_equal(stage.odds, before)
 
 
@@ -64,7 +64,7 @@ def test_the_film_itself_stays_as_it_was(two, rng):
 def led(two, rng):
     """Which path leads to a hip in a frame."""
     stage = two[0].behind(two[1]).stage(rng)
-    return lambda hip, frame, paths: path_of(stage, hip, UNIT, frame, paths, FPS)
+    return lambda hip, frame, paths: path_of(stage, hip, UNIT, frame, paths)
 
 
 def test_the_path_of_a_marked_hip_is_the_one_that_leads_there(two, led):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, FPS, SIZE, UNIT, WALK, WALKER, a_walk
+from tests.tracker.outline.films import CYCLES, SIZE, UNIT, WALK, WALKER, a_walk
 from tracker.clip.found import TURNED
 from tracker.outline import person as outlines
 from tracker.outline.bodies import Path
@@ -23,7 +23,7 @@ def path_of(film, first=0):
 
 
 def found_in(film, rng):
-    return person(film.stage(rng), WALKER, path_of(film), FPS, FEW)
+    return person(film.stage(rng), WALKER, path_of(film), FEW)
 
 
 def apart(joints):
@@ -76,7 +76,7 @@ def test_who_is_never_in_sight_as_a_whole_is_nobody(walk, rng):
     stage = walk.part(slice(8, 28)).stage(rng)
     cut = slice(0, 136)  # of rows: the feet are below
     low = replace(stage, odds=stage.odds[:, cut], light=stage.light[:, cut])
-    assert person(low, WALKER, path_of(walk.part(slice(8, 28))), FPS, FEW) is None
+    assert person(low, WALKER, path_of(walk.part(slice(8, 28))), FEW) is None
 
 
 @pytest.mark.parametrize("alone", [True, False])
@@ -86,7 +86,7 @@ def test_who_is_seen_before_and_after_a_path_is_followed_there_too(alone, walk, 
     path = Path(cut.start, whole.hips[cut], whole.units[cut], whole.score[cut])
     cover = film.cover.copy()
     cover[:2] = 0.0  # nobody is there yet
-    found = person(replace(film, cover=cover).stage(rng), WALKER, path, FPS, FEW, alone=alone)
+    found = person(replace(film, cover=cover).stage(rng), WALKER, path, FEW, alone=alone)
     assert (found.first, found.last) == (2, 23)
     away = np.hypot(*np.moveaxis(found.outline.joints - film.joints[2:], -1, 0)) / UNIT
     assert min(away.mean(), away[:, WALKER.joint_twins].mean()) < 0.1
@@ -124,7 +124,7 @@ def test_who_is_mostly_in_one_place_is_one_person_and_who_only_passes_is_not(wal
 
 def test_a_facing_that_is_given_is_taken(walk, rng):
     film = walk.part(slice(8, 28))
-    found = person(film.stage(rng), WALKER, path_of(film), FPS, FEW, facing=-1)
+    found = person(film.stage(rng), WALKER, path_of(film), FEW, facing=-1)
     assert (found.facing, found.direction, found.turned) == (-1, 1, np.inf)
 
 
@@ -164,5 +164,5 @@ def test_a_larger_size_is_not_taken_for_walking_ahead_alone(walk, rng, monkeypat
 
     monkeypatch.setattr(outlines, "fitted", fitted)
     monkeypatch.setattr(outlines, "_explained", explained)
-    facing, larger, _ = outlines._fits(film.stage(rng), WALKER, path, (1, -1), FPS, FEW)
+    facing, larger, _ = outlines._fits(film.stage(rng), WALKER, path, (1, -1), FEW)
     assert (facing, larger) == (1, 1.0)

@@ -13,7 +13,7 @@ NOT_MARKED = np.full(len(columns_of(WALKER)), np.nan)
 def found(film, stage, *, hips=None, marked=None, fps=FPS):
     angles = film.q[MIDDLE, columns_of(WALKER)] if marked is None else marked
     hips = film.hips if hips is None else hips
-    return phases(stage, SHAPE, CYCLES, hips, film.units, angles, MIDDLE, fps)
+    return phases(replace(stage, fps=fps), SHAPE, CYCLES, hips, film.units, angles, MIDDLE)
 
 
 def late(film, phase):
@@ -73,7 +73,7 @@ def test_a_trunk_that_leans_further_than_the_cycles_is_found_to_lean(walk, stage
     back[..., 0] -= np.radians(30.0)
     angles = walk.q[MIDDLE, columns_of(WALKER)]
     leans = [
-        phases(stage, SHAPE, each, walk.hips, walk.units, angles, MIDDLE, FPS).lean
+        phases(stage, SHAPE, each, walk.hips, walk.units, angles, MIDDLE).lean
         for each in (upright, replace(upright, pose=back))
     ]
     assert np.all(leans[0] == 0.0)

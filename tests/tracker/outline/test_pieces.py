@@ -33,7 +33,7 @@ def piece(stage, first, last, *, x=10.0, y=90.0, step=STEP, size=1.0, score=20.0
 
 def test_who_was_hidden_for_a_while_is_one_path_straight_between(stage):
     whole = piece(stage, 0, 80)
-    (path,) = joined(stage, [piece(stage, 0, 30), piece(stage, 50, 80)], FPS)
+    (path,) = joined(stage, [piece(stage, 0, 30), piece(stage, 50, 80)])
     assert (path.first, path.last) == (0, 80)
     np.testing.assert_allclose(path.hips, whole.hips, atol=1e-9)
     np.testing.assert_allclose(path.units, UNIT)
@@ -43,7 +43,7 @@ def test_who_was_hidden_for_a_while_is_one_path_straight_between(stage):
 def test_three_pieces_are_one_and_the_surest_comes_first(stage):
     pieces = [piece(stage, 50, 70), piece(stage, 0, 20), piece(stage, 30, 40)]
     other = piece(stage, 10, 60, x=-3.0 * UNIT, score=90.0)
-    surest, one = joined(stage, [*pieces, other], FPS)
+    surest, one = joined(stage, [*pieces, other])
     assert (surest.first, surest.last) == (10, 60)
     assert (one.first, one.last) == (0, 70)
 
@@ -62,7 +62,7 @@ def test_three_pieces_are_one_and_the_surest_comes_first(stage):
 )
 def test_who_cannot_be_the_same_stays_another(other, stage):
     second = piece(stage, **{"first": 50, "last": 85} | other)
-    assert len(joined(stage, [piece(stage, 0, 30), second], FPS)) == 2
+    assert len(joined(stage, [piece(stage, 0, 30), second])) == 2
 
 
 def test_paths_that_went_back_with_who_was_met_are_put_right(stage):
@@ -70,7 +70,7 @@ def test_paths_that_went_back_with_who_was_met_are_put_right(stage):
     there, back = piece(stage, 0, met), piece(stage, met + 1, 80, x=10.0 + 2 * met * STEP, step=-STEP)
     exchanged = Path(0, *(np.concatenate([getattr(there, n), getattr(back, n)]) for n in NAMES))
     rest = piece(stage, 55, 80), piece(stage, 0, 25, x=10.0 + 2 * met * STEP, step=-STEP)
-    found = joined(stage, [exchanged, *rest], FPS)
+    found = joined(stage, [exchanged, *rest])
     assert [(path.first, path.last) for path in found] == [(0, 80), (0, 80)]
     ways = [np.diff(in_scene(stage, path)[:, 0]) for path in found]
     for way in ways:
@@ -81,4 +81,4 @@ def test_paths_that_went_back_with_who_was_met_are_put_right(stage):
 def test_a_few_places_on_who_is_met_do_not_tell_how_a_person_went(stage):
     second = piece(stage, 50, 80)
     second.hips[:4, 0] -= np.linspace(0.8 * UNIT, 0.2 * UNIT, 4)
-    assert len(joined(stage, [piece(stage, 0, 30), second], FPS)) == 1
+    assert len(joined(stage, [piece(stage, 0, 30), second])) == 1
