@@ -1,5 +1,7 @@
 """Values of frames averaged with those of the frames around."""
 
+from typing import Literal
+
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
@@ -17,20 +19,17 @@ def smooth(values: Array, spread: float) -> Array:
     """
     reach = round(REACH * spread)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / spread) ** 2)
-    ends = [(reach, reach)] + [(0, 0)] * (values.ndim - 1)
-    return _summed(np.pad(values, ends, mode="edge"), weights / weights.sum())
+    return sums_around(values, weights / weights.sum(), "edge")
 
 
-def sums_around(values: Array, weights: Array) -> Array:
-    """(T, ...) weighted sums of each frame's value and those around it, nothing beyond the ends.
+def sums_around(values: Array, weights: Array, beyond: Literal["edge", "constant"] = "constant") -> Array:
+    """(T, ...) weighted sums of each frame's value and those around it.
 
     Args:
         values: (T, ...) of frames.
         weights: (2 R + 1,) from R frames before to R frames after.
+        beyond: what stands beyond the ends, "edge" the value there, "constant" nothing.
     """
     reach = len(weights) // 2
-    return _summed(np.pad(values, [(reach, reach)] + [(0, 0)] * (values.ndim - 1)), weights)
-
-
-def _summed(padded: Array, weights: Array) -> Array:
+    padded = np.pad(values, [(reach, reach)] + [(0, 0)] * (values.ndim - 1), mode=beyond)
     return np.asarray(sliding_window_view(padded, len(weights), axis=0) @ weights)
