@@ -136,20 +136,6 @@ def _units(stage: Stage) -> Array:
 
 
 @dataclass(frozen=True)
-class _Size:
-    """One size that is looked for.
-
-    shape  : rows and columns of a map with DENSITY places in a leg length
-    inside : the mean body in such a map
-    around : what lies around it
-    """
-
-    shape: tuple[int, int]
-    inside: Kernels
-    around: Kernels
-
-
-@dataclass(frozen=True)
 class _Bodies:
     """Silhouettes of the gait, and the places around them.
 
@@ -170,17 +156,22 @@ class _Bodies:
         mean = np.stack([inside.mean(0), around.mean(0)])
         return cls(mean, np.ascontiguousarray(masks.T, dtype=np.float32))
 
-    def of_size(self, stage: Stage, unit: float) -> _Size:
-        """What looks for bodies with so many of the film's pixels in a leg length."""
+    def of_size(self, stage: Stage, unit: float) -> tuple[Kernels, Kernels]:
+        """The mean body with so many of the film's pixels in a leg length, and what lies around it.
+
+        They are for maps with DENSITY places in a leg length.
+        """
         by = unit / stage.up[0, 0] / DENSITY
         h, w = (max(round(n / by), 1) for n in stage.odds.shape[1:])
         inside, around = (Kernels.of(each[None], HIP, (h, w)) for each in self.mean)
-        return _Size((h, w), inside, around)
+        return inside, around
 
-    def at(self, odds: Planes, size: _Size) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    def at(
+        self, odds: Planes, means: tuple[Kernels, Kernels]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
         """Rows and columns of the best places of a map, and the best silhouette's sum there, nats."""
         both = odds, np.maximum(odds, 0.0)
-        inside, around = size.inside.sums(both[0])[0], size.around.sums(both[1])[0]
+        inside, around = (mean.sums(part)[0] for mean, part in zip(means, both, strict=True))
         sums = inside - around
         rows, columns = np.nonzero((sums == cv2.dilate(sums, np.ones((5, 5)))) & (inside > 0.0))
         order = np.argsort(-sums[rows, columns])[:PLACES]
@@ -191,18 +182,19 @@ class _Bodies:
         return rows[each, best], columns[each, best], score[each, best].astype(np.float64)
 
 
-def _places(stage: Stage, t: int, sizes: list[_Size], bodies: _Bodies) -> Places:
+def _places(stage: Stage, t: int, sizes: list[tuple[Kernels, Kernels]], bodies: _Bodies) -> Places:
     """The best places of every size in a frame."""
     h, w = stage.odds.shape[1:]
     image = stage.odds[t]
     scene, size, score = [], [], []
-    for s, each in enumerate(sizes):
+    for s, means in enumerate(sizes):
+        shape = means[0].shape
         # By halves first, which is fast.
-        while image.shape[1] > HALVED * each.shape[1]:
+        while image.shape[1] > HALVED * shape[1]:
             half = image.shape[1] // 2, image.shape[0] // 2
             image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-        small = cv2.resize(image, each.shape[::-1], interpolation=cv2.INTER_AREA)
-        rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS, each)
+        small = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_AREA)
+        rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS, means)
         x = (np.stack([columns, rows], axis=1) + 0.5) * [w / small.shape[1], h / small.shape[0]] - 0.5
         film = x * stage.up[0, 0] + stage.up[:2, 2]
         scene.append(film @ stage.places[t, :2, :2].T + stage.places[t, :2, 2])

@@ -18,20 +18,22 @@ class Kernels:
 
     spectra : (K, H, W) their Fourier transforms, as OpenCV packs them, as wide as a map and a silhouette
     hip     : row and column of the hip in each
+    shape   : rows and columns of a map
     """
 
     spectra: Planes
     hip: tuple[int, int]
+    shape: tuple[int, int]
 
     @classmethod
     def of(cls, silhouettes: Planes, hip: tuple[int, int], shape: tuple[int, int]) -> Self:
         """For maps of a shape, of silhouettes (K, h, w) with the hip at a row and column."""
         size = tuple(cv2.getOptimalDFTSize(m + n) for m, n in zip(shape, silhouettes.shape[1:], strict=True))
-        return cls(np.stack([_spectrum(each, size, (0, 0)) for each in silhouettes]), hip)
+        return cls(np.stack([_spectrum(each, size, (0, 0)) for each in silhouettes]), hip, shape)
 
     def sums(self, values: Planes) -> Planes:
         """(K, h, w) what a map (h, w) sums to under each silhouette with its hip at every place."""
-        h, w = values.shape
+        h, w = self.shape
         seen = _spectrum(values, self.spectra.shape[1:], self.hip)
         found = np.empty((len(self.spectra), h, w), np.float32)
         for k, each in enumerate(self.spectra):
