@@ -23,17 +23,14 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
     Args:
         unit: pixels in a leg length.
     """
-    reach = LATELY * stage.fps
-    here = [path for path in everybody if path.first - reach <= frame <= path.last + reach]
-    off = {i: np.abs(_prolonged(stage, path)[frame] - hip) / unit for i, path in enumerate(here)}
-
-    def rank(i: int) -> tuple[bool, bool, float]:
-        path, scene = here[i], in_scene(stage, here[i])
-        away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit
-        return away, not path.first <= frame <= path.last, float(off[i][0])
-
-    own = [i for i in off if (off[i] < [BESIDE, ABOVE]).all()]
-    return here[min(own, key=rank)] if own else None
+    reach, ranked = LATELY * stage.fps, []
+    for path in everybody:
+        off = np.abs(_prolonged(stage, path)[frame] - hip) / unit
+        if path.first - reach <= frame <= path.last + reach and (off < [BESIDE, ABOVE]).all():
+            scene = in_scene(stage, path)
+            away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit
+            ranked.append(((away, not path.first <= frame <= path.last, float(off[0])), path))
+    return min(ranked, key=lambda each: each[0])[1] if ranked else None
 
 
 def without_others(stage: Stage, own: Path, everybody: list[Path]) -> Stage:
