@@ -26,7 +26,7 @@ class Survey:
     """What a film shows as a whole.
 
     size   : width and height of the small pictures
-    film   : width and height of the film's
+    up     : (3, 3) from their pixels to the film's
     places : (T, 3, 3) from the pixels of each frame to those of the first, the film's own pixels
     scene  : in pixels of the small pictures
     sure   : (T,) whether enough corners told the camera's place
@@ -34,16 +34,11 @@ class Survey:
     """
 
     size: tuple[int, int]
-    film: tuple[int, int]
+    up: Array
     places: Array
     scene: Scene
     sure: NDArray[np.bool_]
     held: Sequence[Image]
-
-    @property
-    def up(self) -> Array:
-        """(3, 3) from the pixels of the small pictures to the film's."""
-        return to_film(self.size, self.film)
 
     def seen(self, images: Iterable[Image], expected: Expected = USUAL) -> Iterator[tuple[Image, Image]]:
         """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`.
@@ -66,38 +61,35 @@ def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:
         by: pixels of the film that a pixel of its small pictures is to span.
         frames: about how many images there are, 0 if that is not known.
     """
-    views: list[tuple[int, Image]] = []
+    views: list[Image] = []
     held: list[Image] = []
     places, sure = [], []
     camera: Camera | None = None
-    size = film = (0, 0)
-    up, every = np.eye(3), 1
+    every = 1
     for t, image in enumerate(images):
         if camera is None:
             film = image.shape[1], image.shape[0]
             size = small_size(*film, by)
             grey = small_size(*film, max(max(film) / GREY_SIDE, 1.0))
-            up = to_film(grey, film)
+            up, from_grey = to_film(size, film), to_film(grey, film)
             camera = first_camera(reduced(image, grey))
         else:
             camera = camera.follow(reduced(image, grey))
-        places.append(up @ camera.place @ np.linalg.inv(up))
+        places.append(from_grey @ camera.place @ np.linalg.inv(from_grey))
         sure.append(camera.sure)
         holds = len(held) == t and max(t + 1, frames) * size[0] * size[1] * 3 <= HELD
-        lab = _lab(image, size) if holds or t % every == 0 else None
-        if not holds:
-            held.clear()
-        elif lab is not None:
+        if holds or t % every == 0:
+            lab = _lab(image, size)
+        if holds:
             held.append(lab)
-        if lab is not None and t % every == 0:
-            views.append((t, lab))
+        else:
+            held.clear()
+        if t % every == 0:
+            views.append(lab)
             if len(views) > VIEWS:
-                every *= 2
-                views = [(i, view) for i, view in views if i % every == 0]
-    up = to_film(size, film)
-    small = [np.linalg.inv(up) @ places[t] @ up for t, _ in views]
-    scene = scene_of([view for _, view in views], small)
-    return Survey(size, film, np.stack(places), scene, np.array(sure), held)
+                every, views = 2 * every, views[::2]
+    scene = scene_of(views, [np.linalg.inv(up) @ place @ up for place in places[::every]])
+    return Survey(size, up, np.stack(places), scene, np.array(sure), held)
 
 
 def _lab(image: Image, size: tuple[int, int]) -> Image:
