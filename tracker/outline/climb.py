@@ -67,7 +67,9 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
     """
     T, D = q.shape
     figure = shape.figure
-    chain = _chain(figure, T, SIZE if marked.known.any() else SIZE_FOUND)
+    size = SIZE if marked.known.any() else SIZE_FOUND
+    spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, size, LENGTH)
+    chain = Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS))
     error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
     low, high = figure.limits
     arms = arms_worth(odds)
@@ -98,9 +100,3 @@ def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: flo
         return next((found for kind, found in kinds.items() if name.startswith(kind)), angle)
 
     return np.array([value(name) for name in figure.freedoms])
-
-
-def _chain(figure: Figure, T: int, size: float) -> Chain:
-    """The Markov chain that is the prior of the freedoms' paths over the film."""
-    spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, size, LENGTH)
-    return Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS))

@@ -23,17 +23,15 @@ def spread(shape: Shape, q: Array, odds: Planes, grid: Grid) -> Array:
         q: (T, D) poses on their outlines.
         odds: (T, *grid.shape) log odds around them.
     """
-    return np.array([_of_frame(shape, pose[None], seen, grid) for pose, seen in zip(q, odds, strict=True)])
-
-
-def _of_frame(shape: Shape, q: Array, odds: Planes, grid: Grid) -> float:
-    """The spread of one pose (1, D): silhouettes of a whole film at once would take hundreds of megabytes."""
-    (body,), (arms,) = shape.painted(q, grid)
-    place = grid.density**-2
-    out = np.maximum(odds, 0.0)
-    within = place * (out * body).sum()
-    beside = place * (out * (1.0 - np.maximum(body, arms))).sum()
-    not_out = place * (np.maximum(-odds, 0.0) * body).sum()
-    share = within / (within + beside + LITTLE[0])
-    against = not_out / max(place * body.sum(), LITTLE[1])
-    return float(np.exp(ALL + COVERED * share + AGAINST * against))
+    place, found = grid.density**-2, np.empty(len(q))
+    # Frame by frame, as silhouettes of a whole film would take hundreds of megabytes.
+    for t, seen in enumerate(odds):
+        (body,), (arms,) = shape.painted(q[t : t + 1], grid)
+        out = np.maximum(seen, 0.0)
+        within = place * (out * body).sum()
+        beside = place * (out * (1.0 - np.maximum(body, arms))).sum()
+        not_out = place * (np.maximum(-seen, 0.0) * body).sum()
+        share = within / (within + beside + LITTLE[0])
+        against = not_out / max(place * body.sum(), LITTLE[1])
+        found[t] = np.exp(ALL + COVERED * share + AGAINST * against)
+    return found

@@ -19,8 +19,8 @@ from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING, UNITS
 
 DENSITY = 8.0  # places in a leg length
-SIZES = np.log(1.12) * np.arange(-2, 3)  # log sizes against the marked one
-SAME = 2  # position of the marked size among them
+SIZES_OFF = np.arange(-2, 3)  # sizes that are tried, steps from the marked one
+SIZES = np.log(1.12) * SIZES_OFF  # their logs against it
 EVERY = 10  # so manieth phase of a cycle has a silhouette
 WEIGHT = 25.0  # nats for a square leg length of log odds
 STEP = 0.6  # nats for a step of one place a frame, along the way; half as far across it
@@ -56,8 +56,7 @@ def walk(
     x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
-    sizes = np.abs(np.arange(len(SIZES)) - SAME)
-    score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * sizes[:, None, None])
+    score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * np.abs(SIZES_OFF)[:, None, None])
     path = best_path(score, STEP, RESIZE, REACH)
     places = smooth(path[:, [2, 1]].astype(np.float64), SMOOTH)
     size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE if marked else SMOOTH_FOUND)

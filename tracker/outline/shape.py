@@ -6,7 +6,8 @@ they cover ARM_SHARE of the places, so that R is worth log (1 - share + share e^
 either way.
 """
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +21,7 @@ ARM_SHARE = 0.35
 TRUNK = "torso"
 
 
-@dataclass(frozen=True)
-class Bar:
+class Bar(NamedTuple):
     """The outline of one link.
 
     first, last : where its axis begins and ends, shares of the link's length
@@ -83,7 +83,7 @@ class Shape:
             half = 0.5 * link.width
             kind = link.name.removesuffix("_near").removesuffix("_far")
             found.append(BARS.get(kind, Bar(0.0, 1.0, half, half * link.taper)))
-        return cls(figure, np.array([astuple(bar) for bar in (*found, ARMS)]), names.index(TRUNK))
+        return cls(figure, np.array([*found, ARMS]), names.index(TRUNK))
 
     def painted(self, q: Array, grid: Grid) -> tuple[Planes, Planes]:
         """(N, *grid.shape) silhouettes of poses (N, D), and the arms' zone beside them."""
