@@ -55,7 +55,7 @@ def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
 def start_from(one: Person, video: Video, told: str) -> Found:
     """The start that a person makes, its near leg "sure", "unsure" or "given"."""
     points = detections(one.outline, one.first, video)
-    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, points, one.gait)
+    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, points, one.outline.gait)
 
 
 def borne_out(one: Person, video: Video) -> Person:

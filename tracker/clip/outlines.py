@@ -95,9 +95,8 @@ def _seen(plan: Plan, progress: Progress) -> Seen:
     del film  # which holds its small pictures
     stage = _alone(stage, start, frame - first, cycles)
     outline = fitted(stage, start, frame - first, cycles)
-    gait = cycles.gait(outline.phases.cycle)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
-    return Seen(points, outline.wrong, gait, outline.misnamed)
+    return Seen(points, outline.wrong, outline.gait, outline.misnamed)
 
 
 def _shown(plan: Plan, shown: Figure) -> Start:

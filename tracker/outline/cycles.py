@@ -43,13 +43,6 @@ class Cycles:
         """What a kind of stride is called."""
         return "run" if self.runs[cycle] > 0.5 else "walk"
 
-    def at(self, cycle: int, phase: Array) -> Array:
-        """(..., 8) poses at phases (...), which may lie between two."""
-        low = np.floor(phase).astype(int)
-        share = (phase - low)[..., None]
-        pose = self.pose[cycle]
-        return np.asarray((1.0 - share) * pose[low % PHASES] + share * pose[(low + 1) % PHASES])
-
     def halves(self, neck: float, every: int = 1, leans: Array = UPRIGHT) -> Array:
         """(n, C, P, 8) angles of the first half of every cycle, its trunk leaning further forward.
 
@@ -62,6 +55,13 @@ class Cycles:
         angles[..., TRUNK] += leans[:, None, None]
         angles[..., NECK] = neck
         return angles
+
+
+def at_phases(values: Array, phase: Array) -> Array:
+    """(..., n) of values (PHASES, n) those at phases (...), which may lie between two and go round."""
+    low = np.floor(phase).astype(int)
+    share = (phase - low)[..., None]
+    return np.asarray((1.0 - share) * values[low % PHASES] + share * values[(low + 1) % PHASES])
 
 
 def columns_of(figure: Figure) -> list[int]:

@@ -10,7 +10,7 @@ from kinematics.figure import SCALE, Array, Figure
 from kinematics.recover import Start
 from kinematics.spm import joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
-from tracker.outline.cycles import NECK, TRUNK, Cycles, columns_of, poses
+from tracker.outline.cycles import NECK, TRUNK, Cycles, at_phases, columns_of, poses
 from tracker.outline.doubt import spread
 from tracker.outline.near import NEARER, nearness
 from tracker.outline.phase import Phases, likeness, phases
@@ -32,18 +32,6 @@ SMOOTH_LEAN = 3.0  # the same of its lean
 
 
 @dataclass(frozen=True)
-class Way:
-    """Poses that a film may show, its legs named as in a marked one.
-
-    path : (T, D) through the marked pose
-    like : how like a cycle that is, nats
-    """
-
-    path: Array
-    like: float
-
-
-@dataclass(frozen=True)
 class Outline:
     """A figure as its outline was seen.
 
@@ -54,9 +42,10 @@ class Outline:
     score  : (T,) log odds under the outline, nats times leg lengths squared
     shown  : (T, J) whether the link that ends at a joint stands out from the scene
     spread : (T,) leg lengths by which its joints may be off
-    phases : which gait it was taken for
+    gait   : "walk" or "run"
+    way    : +1, -1 with time running back in its stride
     named  : log odds that the legs are named rightly
-    marked : log odds that the start, from which it goes on, names them rightly
+    misnamed : probability that the start, from which it goes on, names them wrongly
     """
 
     q: Array
@@ -66,19 +55,15 @@ class Outline:
     score: Array
     shown: NDArray[np.bool_]
     spread: Array
-    phases: Phases
+    gait: str
+    way: int
     named: float
-    marked: float
+    misnamed: float
 
     @property
     def wrong(self) -> float:
         """Probability that the legs are named wrongly."""
         return _improbable(self.named)
-
-    @property
-    def misnamed(self) -> float:
-        """Probability that the start names them wrongly."""
-        return _improbable(self.marked)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -96,7 +81,7 @@ class Outline:
         """The outline in some of the frames."""
         rows = ("q", "hips", "units", "joints", "score", "shown", "spread")
         some = {name: getattr(self, name)[frames] for name in rows}
-        return replace(self, **some, phases=self.phases.part(frames))
+        return replace(self, **some)
 
 
 def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int = ROUNDS) -> Outline:
@@ -110,7 +95,7 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     figure, shape, columns = start.figure, Shape.of(start.figure), columns_of(start.figure)
     hips, units, phase = _gait(stage, start, frame, cycles)
     axes = units[:, None] * np.array([stage.facing, -1.0])
-    angles = cycles.at(phase.cycle, phase.phase)
+    angles = at_phases(cycles.pose[phase.cycle], phase.phase)
     angles[:, TRUNK] += smooth(phase.lean, SMOOTH_LEAN)
     angles[:, NECK] = start.q[columns[NECK]]
     q = start.q.copy()
@@ -120,18 +105,18 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     path, marks = poses(figure, angles), Marked(frame, q, start.known)
     ways = [through(figure, way, marks, stage.fps) for way in (path, path[:, figure.exchanged])]
     better, margin = _as_marked(odds, shape, ways, marks) if start.known.any() else (0, 0.0)
-    best = climb(odds, shape, ways[better].path, marks, rounds)
+    best = climb(odds, shape, ways[better][0], marks, rounds)
     looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
     named = looks + agreeing(margin, RIGHTLY)
     if named < 0.0 and margin < RIGHTLY:
-        best = climb(odds, shape, ways[1 - better].path, marks, rounds)
+        best = climb(odds, shape, ways[1 - better][0], marks, rounds)
     elif named < 0.0:  # the marks themselves name the other leg
         best = replace(best, q=best.q[:, figure.exchanged])
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
     off = spread(shape, best.q, odds, GRID)
-    marked = RIGHTLY + looks
-    return Outline(best.q, hips, units, pixels, best.score, shown, off, phase, abs(named), marked)
+    gait, misnamed = cycles.gait(phase.cycle), _improbable(RIGHTLY + looks)
+    return Outline(best.q, hips, units, pixels, best.score, shown, off, gait, phase.way, abs(named), misnamed)
 
 
 def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array, Array, Phases]:
@@ -146,17 +131,18 @@ def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array
     return hips, units, found
 
 
-def through(figure: Figure, path: Array, marked: Marked, fps: float) -> Way:
+def through(figure: Figure, path: Array, marked: Marked, fps: float) -> tuple[Array, float]:
     """The path (T, D) drawn to the marked angles, the less the further from their frame.
 
-    People differ from a mean cycle, who starts off above all, and go on differing for a while.
+    People differ from a mean cycle, who starts off above all, and go on differing for a while. With the path
+    comes how like the cycle the marked angles are, nats.
     """
     columns = columns_of(figure)
     off = np.where(marked.known, marked.q - path[marked.frame], 0.0)[columns]
     away = np.abs(np.arange(len(path)) - marked.frame) / fps
     drawn = path.copy()
     drawn[:, columns] += np.exp(-away / LASTING)[:, None] * off
-    return Way(drawn, float(likeness(off)))
+    return drawn, float(likeness(off))
 
 
 def agreeing(one: float, other: float) -> float:
@@ -169,12 +155,14 @@ def _improbable(log_odds: float) -> float:
     return float(0.5 - 0.5 * np.tanh(0.5 * log_odds))
 
 
-def _as_marked(odds: Planes, shape: Shape, ways: list[Way], marked: Marked) -> tuple[int, float]:
+def _as_marked(
+    odds: Planes, shape: Shape, ways: list[tuple[Array, float]], marked: Marked
+) -> tuple[int, float]:
     """Which of two ways goes on from the marked pose, and its log odds."""
     first = max(marked.frame - AROUND, 0)
     part = slice(first, marked.frame + AROUND + 1)
     here = replace(marked, frame=marked.frame - first)
-    worth = [way.like - climb(odds[part], shape, way.path[part], here).cost / MARGIN for way in ways]
+    worth = [like - climb(odds[part], shape, path[part], here).cost / MARGIN for path, like in ways]
     better = int(np.argmax(worth))
     return better, worth[better] - worth[1 - better]
 

@@ -27,6 +27,7 @@ AHEAD = 0.04  # nats times square leg lengths a frame by which walking ahead is 
 ALIKE = 0.1  # log lengths by which trunk and legs differ at most there from what they mostly are
 EXPLAINED = 0.8  # of the median log odds under the outline has a frame to start from
 NEARLY = 0.9  # of the farthest that the ankles come apart in such a frame, they are in that to start from
+LINES = ("hip", "neck", "head_top"), ("hip", "near_knee", "near_ankle"), ("hip", "far_knee", "far_ankle")
 GOES = 0.5  # leg lengths over the scene from which it has a direction
 SAME = 0.5  # leg lengths between the hips of what is one person found twice
 NEAR = 1.5  # the same of a path that may be theirs
@@ -41,7 +42,6 @@ class Person:
     frame   : to start from
     facing  : +1 right, -1 left
     direction : +1 goes right, -1 left, 0 neither
-    gait    : "walk" or "run"
     turned  : by how much the other facing explains the picture worse, nats times square leg lengths a frame;
         infinite where the facing was given
     outline : in every frame from the first on
@@ -52,7 +52,6 @@ class Person:
     frame: int
     facing: int
     direction: int
-    gait: str
     turned: float
     outline: Outline
 
@@ -74,13 +73,12 @@ class Person:
 
     def _away(self, first: int, hips: Array) -> float:
         """Median distance from hips (n, 2) from frame `first` on, leg lengths; inf where none is shared."""
-        shared = range(max(self.first, first), min(self.last, first + len(hips) - 1) + 1)
-        if not shared:
+        start, stop = max(self.first, first), min(self.last + 1, first + len(hips))
+        if start >= stop:
             return np.inf
-        part = slice(shared.start - self.first, shared.stop - self.first)
-        others = hips[shared.start - first : shared.stop - first]
-        away = np.hypot(*(self.outline.hips[part] - others).T)
-        return float(np.median(away / self.outline.units[part]))
+        own = slice(start - self.first, stop - self.first)
+        away = np.hypot(*(self.outline.hips[own] - hips[start - first : stop - first]).T)
+        return float(np.median(away / self.outline.units[own]))
 
     @property
     def spread(self) -> float:
@@ -145,7 +143,6 @@ def person(
         frame=first + frame,
         facing=facing,
         direction=_direction(faced, outline),
-        gait=cycles.gait(outline.phases.cycle),
         turned=margin / float(np.median(outline.units)) ** 2,
         outline=outline,
     )
@@ -162,7 +159,7 @@ def _fits(
         faced, start = replace(part.part(near), facing=facing), _start(figure, path, best, facing, larger)
         outline = fitted(faced, start, best - near.start, cycles, FEW)
         # The same for whatever size is tried, or the largest would be the likeliest.
-        ahead = AHEAD * (outline.phases.way > 0) * float(np.median(path.units)) ** 2
+        ahead = AHEAD * (outline.way > 0) * float(np.median(path.units)) ** 2
         trials[facing, larger] = _explained(faced, outline, figure) + ahead
     better, size = max(trials, key=lambda trial: trials[trial])
     other = max((trials[trial] for trial in trials if trial[0] != better), default=-np.inf)
@@ -216,10 +213,6 @@ def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> in
 
 def _as_long(outline: Outline, figure: Figure) -> NDArray[np.bool_]:
     """(T,) whether trunk and legs are about as long as they mostly are: not one of them partly unseen."""
-    lines = [
-        ("hip", "neck", "head_top"),
-        *(("hip", f"{side}_knee", f"{side}_ankle") for side in ("near", "far")),
-    ]
-    at = outline.joints[:, [[figure.joints.index(name) for name in line] for line in lines]]
+    at = outline.joints[:, [[figure.joints.index(name) for name in line] for line in LINES]]
     length = np.log(np.hypot(*np.moveaxis(np.diff(at, axis=2), -1, 0)).sum(-1))
     return np.asarray(np.abs(length - np.median(length, axis=0)).max(1) < ALIKE)

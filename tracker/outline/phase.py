@@ -6,14 +6,13 @@ other half cycle looks the same; only the marked pose tells the two apart. Viter
 its own, with time ahead and, for who walks backwards, back; the best of all wins.
 """
 
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, poses
+from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, at_phases, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
 from tracker.outline.stage import Stage
 from tracker.outline.viterbi import best_phases
@@ -45,8 +44,6 @@ class Phases:
     phase  : (T,) 0 to PHASES
     shift  : (T, 2) by which the hip lies further ahead and up, leg lengths
     lean   : (T,) by which the trunk leans further forward than the cycle's, radians
-    period : frames a stride, the median
-    score  : of the best path, nats a frame
     """
 
     cycle: int
@@ -54,13 +51,6 @@ class Phases:
     phase: Array
     shift: Array
     lean: Array
-    period: float
-    score: float
-
-    def part(self, frames: slice) -> Self:
-        """The phases of some of the frames."""
-        some = {name: getattr(self, name)[frames] for name in ("phase", "shift", "lean")}
-        return replace(self, **some)
 
 
 def phases(
@@ -78,22 +68,19 @@ def phases(
     fine = max(FINE, int(np.ceil(FINE * stage.fps / 30.0)))
     ways = _ways(stage, hips, units)
     periods = np.geomspace(FASTEST * stage.fps, SLOWEST * stage.fps, SPEEDS)
-    best: tuple[float, int, int, NDArray[np.intp]] | None = None
+    found = []
     for cycle in range(len(cycles.pose)):
         whole = np.tile(score[:, cycle], 2)
         whole[frame] += named[cycle]
-        whole = _finer(whole, fine)
+        finer = np.ascontiguousarray(at_phases(whole.T, np.arange(PHASES * fine) / fine).T)
         for way in ways:
-            value, path = best_phases(whole, way * PHASES * fine / periods, CHANGE, SLIP)
-            if best is None or value > best[0]:
-                best = value, cycle, way, path
-    assert best is not None
-    value, cycle, way, path = best
+            value, path = best_phases(finer, way * PHASES * fine / periods, CHANGE, SLIP)
+            found.append((value, cycle, way, path))
+    _, cycle, way, path = max(found, key=lambda each: each[0])
     phase = path[:, 1] / fine
     half = np.rint(phase).astype(int) % (PHASES // 2)
     here = np.arange(len(stage)), cycle, half
-    period = float(np.median(periods[path[:, 0]]))
-    return Phases(cycle, way, phase, shift[here], lean[here], period, value / len(stage))
+    return Phases(cycle, way, phase, shift[here], lean[here])
 
 
 def likeness(off: Array) -> Array:
@@ -149,11 +136,3 @@ def _shifted(used: NDArray[np.intp], around: Grid, edge: tuple[int, int]) -> NDA
     rows, columns = row + ROWS_OFF[:, None] + edge[1], column + COLUMNS_OFF + edge[0]
     flat = np.ravel_multi_index(np.broadcast_arrays(layer, rows, columns), (2, *around.shape))
     return np.asarray(flat.reshape(len(used), -1))
-
-
-def _finer(score: Array, fine: int) -> Array:
-    """(T, P fine) scores of (T, P), linear between."""
-    at = np.arange(score.shape[1] * fine) / fine
-    low = np.floor(at).astype(int)
-    share = at - low
-    return np.ascontiguousarray((1.0 - share) * score[:, low] + share * score[:, (low + 1) % score.shape[1]])

@@ -64,7 +64,7 @@ def box(one: Person) -> tuple[int, int, int, int]:
 
 
 def _ways(one: Person) -> tuple[str, str, str]:
-    return _side(one.facing), _side(one.direction), one.gait
+    return _side(one.facing), _side(one.direction), one.outline.gait
 
 
 def _side(way: int) -> str:

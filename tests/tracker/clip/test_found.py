@@ -48,7 +48,7 @@ def found(video):
 def test_the_walker_of_a_film_is_found_where_the_walker_is(found, walk):
     (one,) = found
     assert (one.first, one.last) == (0, len(walk.q) - 1)
-    assert (one.facing, one.direction, one.gait) == (1, 1, "walk")
+    assert (one.facing, one.direction, one.outline.gait) == (1, 1, "walk")
     assert np.hypot(*(one.joints - walk.joints[one.frame]).T).mean() < 0.06 * UNIT
     assert one.outline.units == pytest.approx(UNIT, rel=0.2)
     assert one.turned > 2.0 * TURNED

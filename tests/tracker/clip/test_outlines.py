@@ -10,7 +10,7 @@ from scipy.special import expit
 
 from tests.tracker.clips import write_table, write_video
 from tests.tracker.outline import films
-from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALK, WALKER, a_walk, film
+from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
 from tracker.clip import outlines
 from tracker.clip.follow import follow, motions_of
@@ -119,7 +119,7 @@ def as_if(monkeypatch):
                 spread=np.full(len(times), spread),
                 wrong=expit(-named),
                 misnamed=misnamed,
-                phases=SimpleNamespace(cycle=WALK),
+                gait="walk",
             )
 
         monkeypatch.setattr(outlines, "fitted", fitted)

@@ -12,10 +12,9 @@ import numpy as np
 
 from kinematics.recover import Start
 from kinematics.spm import View, joints, skeleton
-from tracker.outline.cycles import PHASES, Cycles, poses
+from tracker.outline.cycles import PHASES, Cycles, at_phases, poses
 from tracker.outline.fit import Outline
 from tracker.outline.person import Person, seen_figure
-from tracker.outline.phase import Phases
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 from tracker.survey.evidence import NOTHING, UNITS
@@ -111,7 +110,6 @@ class Film:
     def person(self, frame=MIDDLE, *, direction=1, turned=0.3, named=9.0):
         """Who is found where everything is seen as it is."""
         T = len(self.q)
-        phases = Phases(WALK, 1, self.phase, np.zeros((T, 2)), np.zeros(T), PERIOD, 20.0)
         outline = Outline(
             self.q,
             self.hips,
@@ -120,11 +118,12 @@ class Film:
             np.ones(T),
             np.ones(self.joints.shape[:2], bool),
             np.zeros(T),
-            phases,
-            named,
-            marked=0.0,
+            gait="walk",
+            way=1,
+            named=named,
+            misnamed=0.5,
         )
-        return Person(WALKER, 0, frame, self.facing, direction, "walk", turned, outline)
+        return Person(WALKER, 0, frame, self.facing, direction, turned, outline)
 
     def backwards(self):
         """The film with time running back; of a camera that is still."""
@@ -141,7 +140,7 @@ def film(rng, *, frames=FRAMES, camera=(0.0, 0.0, 0.0, 0.0), alike=False, walker
     """
     t = np.arange(frames)
     phase = PHASES * t / PERIOD
-    q = poses(WALKER, CYCLES.at(WALK, phase))
+    q = poses(WALKER, at_phases(CYCLES.pose[WALK], phase))
     hips = np.stack([SIZE[0] / 2 + SPEED * (t - frames // 2), np.full(frames, HIP)], axis=1)
     places = np.stack([_place(*(np.array(camera) * i)) for i in t])
     scene, cloths = _scene(rng), _cloths(rng, alike)

@@ -5,7 +5,7 @@ import pytest
 
 from tests.tracker.outline.films import CYCLES, MIDDLE, SHAPE, WALK, WALKER
 from tracker.outline.climb import ANGLE, ANKLE, CHANGE, GIVE, GRID, MARKED_ANGLE, WEIGHT, Marked, climb
-from tracker.outline.cycles import columns_of, poses
+from tracker.outline.cycles import at_phases, columns_of, poses
 from tracker.outline.shape import arms_worth
 
 HERE = 4  # the marked frame among those around it
@@ -22,7 +22,7 @@ def odds(walk, stage):
 @pytest.fixture(scope="module")
 def path(walk):
     """Poses a little after the true ones."""
-    return poses(WALKER, CYCLES.at(WALK, walk.phase[PART] + 2.5))
+    return poses(WALKER, at_phases(CYCLES.pose[WALK], walk.phase[PART] + 2.5))
 
 
 def score(odds, q):

@@ -2,7 +2,7 @@ import numpy as np
 
 from kinematics.figure_file import load_figure
 from kinematics.sides import exchanged
-from tracker.outline.cycles import COLUMNS, NECK, PHASES, Cycles, poses
+from tracker.outline.cycles import COLUMNS, NECK, PHASES, Cycles, at_phases, poses
 
 CYCLES = Cycles.load()
 
@@ -18,7 +18,7 @@ def test_walks_and_runs_are_among_the_cycles_that_ship():
 
 
 def test_a_phase_between_two_is_their_mean_and_phases_go_round():
-    between = CYCLES.at(3, np.array([PHASES - 0.5]))
+    between = at_phases(CYCLES.pose[3], np.array([PHASES - 0.5]))
     np.testing.assert_allclose(between[0], 0.5 * (CYCLES.pose[3, -1] + CYCLES.pose[3, 0]))
 
 

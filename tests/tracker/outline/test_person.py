@@ -38,7 +38,7 @@ def apart(joints):
 def test_which_way_somebody_faces_and_goes_are_told_apart(paint, facing, direction, rng):
     film = paint().part(slice(4, 28))
     found = found_in(film, rng)
-    assert (found.facing, found.direction, found.gait) == (facing, direction, "walk")
+    assert (found.facing, found.direction, found.outline.gait) == (facing, direction, "walk")
     assert found.turned > TURNED
     assert (found.first, found.last) == (0, 23)
     away = np.hypot(*np.moveaxis(found.outline.joints - film.joints, -1, 0)) / UNIT
@@ -159,8 +159,7 @@ def test_a_larger_size_is_not_taken_for_walking_ahead_alone(walk, rng, monkeypat
 
     def fitted(stage, start, *others):
         found = usual(stage, start, *others)
-        ahead = replace(found.phases, way=1)
-        return replace(found, phases=ahead, units=np.full_like(found.units, start.view.unit))
+        return replace(found, way=1, units=np.full_like(found.units, start.view.unit))
 
     monkeypatch.setattr(outlines, "fitted", fitted)
     monkeypatch.setattr(outlines, "_explained", explained)
