@@ -74,11 +74,8 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
     low, high = figure.limits
     arms = arms_worth(odds)
 
-    def poses(z: Array) -> Array:
-        return q + chain.paths(z.reshape(T, D))
-
     def cost(z: Array) -> tuple[float, Array]:
-        now = poses(z)
+        now = q + chain.paths(z.reshape(T, D))
         score, slope = shape.under(now, odds, arms, GRID)
         off = np.where(marked.known, (now[marked.frame] - marked.q) / error, 0.0)
         over = np.maximum(now - high, 0.0) - np.maximum(low - now, 0.0)
@@ -88,15 +85,12 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
         return float(value), chain.slopes(slope).ravel() + z
 
     z, least = lowest(cost, np.zeros(T * D), rounds, SMALL_GAIN)
-    best = poses(z)
+    best = q + chain.paths(z.reshape(T, D))
     return Climbed(best, shape.under(best, odds, arms, GRID)[0], least)
 
 
 def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:
     """(D,) one number for each freedom, by its kind."""
-    kinds = {"ankle": ankle, "root": place, SCALE: size, STRETCH: length}
-
-    def value(name: str) -> float:
-        return next((found for kind, found in kinds.items() if name.startswith(kind)), angle)
-
-    return np.array([value(name) for name in figure.freedoms])
+    kinds = {"ankle": ankle, "root": place, SCALE: size, STRETCH: length, "": angle}
+    own = [next(kind for kind in kinds if name.startswith(kind)) for name in figure.freedoms]
+    return np.array([kinds[kind] for kind in own])

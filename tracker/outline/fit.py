@@ -19,6 +19,7 @@ from tracker.outline.shape import Shape
 from tracker.outline.smooth import smooth
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
+from tracker.survey.evidence import NOTHING
 
 LEAST = 0.3  # log odds under the outline, nats times square leg lengths; a figure in full sight has 1 to 1.5
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
@@ -74,8 +75,7 @@ class Outline:
         """The frames of `inner` and those before and after it up to the first in which it is not seen."""
         unseen = np.flatnonzero(self.score < LEAST)
         before, after = unseen[unseen < inner.start], unseen[unseen >= inner.stop]
-        start = int(before[-1]) + 1 if len(before) else 0
-        return slice(start, int(after[0]) if len(after) else len(self.score))
+        return slice(int(before.max(initial=-1)) + 1, int(after.min(initial=len(self.score))))
 
     def part(self, frames: slice) -> Self:
         """The outline in some of the frames."""
@@ -121,9 +121,8 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
 
 def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array, Array, Phases]:
     """Hip (T, 2), pixels in a leg length (T,) and phase in every frame."""
-    shape, view, columns = Shape.of(start.figure), start.view, columns_of(start.figure)
-    hip, known = np.asarray(view.origin), bool(start.known.any())
-    hips, units = walk(stage, shape, cycles, hip, view.unit, frame, known)
+    shape, columns = Shape.of(start.figure), columns_of(start.figure)
+    hips, units = walk(stage, shape, cycles, start, frame)
     marked = np.where(start.known[columns], start.q[columns], np.nan)
     found = phases(stage, shape, cycles, hips, units, marked, frame)
     scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * found.shift)
@@ -172,8 +171,8 @@ def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> N
     links = len(shape.figure.links)
     link, along = np.repeat(np.arange(links), len(ALONG)), np.tile(ALONG, links)
     places = surface(skeleton(shape.figure, q), link, along, np.zeros(len(link)))
-    odds = stage.odds_at(hips, units, places).reshape(len(q), links, len(ALONG))
-    out = (odds > 0.0).mean(-1) > MOSTLY
+    out = stage.at(stage.odds, hips, units, places, NOTHING) > NOTHING
+    out = out.reshape(len(q), links, len(ALONG)).mean(-1) > MOSTLY
     return np.concatenate([out[:, [shape.trunk]], out], axis=1)
 
 

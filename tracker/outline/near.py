@@ -35,21 +35,18 @@ NEARER = 1.5  # log odds for a standard error of which leg is in front
 
 @dataclass(frozen=True)
 class Leg:
-    """Places (P,) on a leg, in one frame or in all.
+    """Places (P,) on a leg in all frames.
 
-    place  : (..., P, 2) body coordinates
-    value  : (..., P) grey level that is seen there
-    look   : (..., P) grey level of the leg itself; NaN where no frame around shows it
-    shared : (..., P) whether the other leg lies there too
+    place  : (T, P, 2) body coordinates
+    value  : (T, P) grey level that is seen there
+    look   : (T, P) grey level of the leg itself; NaN where no frame around shows it
+    shared : (T, P) whether the other leg lies there too
     """
 
     place: Array
     value: Array
     look: Array
     shared: NDArray[np.bool_]
-
-    def at(self, frame: int) -> "Leg":
-        return Leg(self.place[frame], self.value[frame], self.look[frame], self.shared[frame])
 
 
 def nearness(
@@ -63,7 +60,7 @@ def nearness(
         seen: (T,) whether the outline is.
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
-    frames = [_told(near.at(t), far.at(t)) for t in np.flatnonzero(seen).tolist()]
+    frames = [_told(near, far, t) for t in np.flatnonzero(seen).tolist()]
     return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]))
 
 
@@ -85,27 +82,27 @@ def _legs(
     for own, other in (sides, sides[::-1]):
         place = _places(shape, bones, own)
         depth = _depth(shape, bones, other, place)
-        value = stage.light_at(hips, units, place)
+        value = stage.at(stage.light, hips, units, place)
         legs.append(Leg(place, value, _looks(value, seen[:, None] & (depth < -FREE)), depth > 0.0))
     return legs[0], legs[1]
 
 
-def _told(near: Leg, far: Leg) -> Array:
+def _told(near: Leg, far: Leg, t: int) -> Array:
     """(n,) what each pixel of a frame says for these names, grey levels."""
-    return np.concatenate([_less_alike(near, far), -_less_alike(far, near)])
+    return np.concatenate([_less_alike(near, far, t), -_less_alike(far, near, t)])
 
 
-def _less_alike(own: Leg, other: Leg) -> Array:
-    """(n,) by how much the pixels of a leg's shared places look less like the other leg."""
-    places = np.flatnonzero(own.shared & np.isfinite(own.look))
-    others = np.flatnonzero(np.isfinite(other.look))
+def _less_alike(own: Leg, other: Leg, t: int) -> Array:
+    """(n,) by how much the pixels of a leg's shared places in a frame look less like the other leg."""
+    places = np.flatnonzero(own.shared[t] & np.isfinite(own.look[t]))
+    others = np.flatnonzero(np.isfinite(other.look[t]))
     if not len(places) or not len(others):
         return np.zeros(0)
-    apart = np.square(own.place[places][:, None] - other.place[others]).sum(-1)
+    apart = np.square(own.place[t, places][:, None] - other.place[t, others]).sum(-1)
     nearest, near = apart.argmin(1), apart.min(1) < SAME**2
     places, at = places[near], others[nearest[near]]
-    value = own.value[places]
-    as_own, as_other = np.abs(value - own.look[places]), np.abs(value - other.look[at])
+    value = own.value[t, places]
+    as_own, as_other = np.abs(value - own.look[t, places]), np.abs(value - other.look[t, at])
     return np.asarray(np.minimum(as_other, MOST) - np.minimum(as_own, MOST))
 
 

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from kinematics.figure import SCALE, Array
+from kinematics.recover import Start
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
@@ -34,26 +35,22 @@ GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (9, 10)  # row and column of the hip in it
 
 
-def walk(
-    stage: Stage, shape: Shape, cycles: Cycles, hip: Array, unit: float, frame: int, marked: bool
-) -> tuple[Array, Array]:
+def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -> tuple[Array, Array]:
     """The path of a figure's hip.
 
     Args:
-        hip: (2,) where it was marked, the film's pixels.
-        unit: pixels in a leg length there.
-        frame: in which.
-        marked: whether it truly was, or was found and is only near.
+        start: pose in `frame`; where nothing of it is known it was not marked but found, and is only near.
 
     Returns:
         (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
     """
+    unit, marked = start.view.unit, bool(start.known.any())
     maps, to_map = _maps(stage, unit)
     # Then what stands out and is not covered tells the size: it costs as what is covered in vain.
     if not marked:
         maps = maps + np.maximum(maps, 0.0)
     score = _sums(maps, _silhouettes(shape, cycles, stage.facing))
-    x, y = (to_map @ stage.places[frame] @ np.append(hip, 1.0))[:2]
+    x, y = (to_map @ stage.places[frame] @ np.append(start.view.origin, 1.0))[:2]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
     score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * np.abs(SIZES_OFF)[:, None, None])

@@ -56,18 +56,13 @@ class Stage:
             found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
         return found
 
-    def light_at(self, hips: Array, units: Array, places: Array) -> Array:
-        """(T, P) grey levels at places (T, P, 2), body coordinates of figures as `around` has them."""
-        return self._at(self.light, hips, units, places)
+    def at(self, images: Image, hips: Array, units: Array, places: Array, beyond: int | None = None) -> Array:
+        """(T, P) values of the odds or the light, as stored, at places of figures as `around` has them.
 
-    def odds_at(self, hips: Array, units: Array, places: Array) -> Array:
-        """(T, P) log odds R at the same, nats."""
-        return (self._at(self.odds, hips, units, places, NOTHING) - NOTHING) / UNITS
-
-    def _at(
-        self, images: Image, hips: Array, units: Array, places: Array, beyond: int | None = None
-    ) -> Array:
-        """(T, P) values of images at places, and `beyond` them, None for the value at their edge."""
+        Args:
+            places: (T, P, 2) body coordinates.
+            beyond: value beyond the images, None for the one at their edge.
+        """
         pixels = hips[:, None] + places * units[:, None, None] * np.array([self.facing, -1.0])
         small = (_with_one(pixels) @ np.linalg.inv(self.up)[:2].T).astype(np.float32)
         found = np.empty(places.shape[:2])

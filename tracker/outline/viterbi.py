@@ -67,13 +67,12 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
     path = np.empty((T, 3), np.intp)
     place = value.argmax()
     s, y, x = place // N, place // W % h, place % W
-    for t in range(T - 1, 0, -1):
+    for t in range(T - 1, -1, -1):
         path[t, 0], path[t, 1], path[t, 2] = s, y, x
         back = before[t, s, y, x]
         s += back % WAYS - 1
         x += back // WAYS % columns - reach
         y += back // (WAYS * columns) - across
-    path[0, 0], path[0, 1], path[0, 2] = s, y, x
     return path
 
 

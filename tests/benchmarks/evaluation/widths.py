@@ -21,6 +21,7 @@ from tracker.clip.outlines import LEG
 from tracker.clip.staged import surveyed
 from tracker.clip.start import facing_at
 from tracker.outline.stage import Stage
+from tracker.survey.evidence import NOTHING
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
@@ -91,8 +92,9 @@ def _of_frame(stage: Stage, frame: int, start: Start) -> Iterator[tuple[str, Arr
         if i in figure.twins and np.hypot(*(bones.tip[i] - bones.tip[figure.twins[i]])) < APART:
             continue
         places = surface(bones, np.full(len(along), i), along, across)
-        odds = part.odds_at(np.array([view.origin]), np.array([view.unit]), places[None])[0]
-        yield link.name.removesuffix("_near").removesuffix("_far"), (odds > 0.0).reshape(len(ALONG), -1)
+        hips, units = np.array([view.origin]), np.array([view.unit])
+        out = part.at(part.odds, hips, units, places[None], NOTHING)[0] > NOTHING
+        yield link.name.removesuffix("_near").removesuffix("_far"), out.reshape(len(ALONG), -1)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ def off(found, seen):
 @pytest.mark.parametrize("facing", [1, -1])
 def test_the_hip_is_found_within_two_places_of_the_truth(frame, facing, walk, rng):
     seen = walk if facing > 0 else walk.mirrored()
-    found = place.walk(seen.stage(rng), SHAPE, CYCLES, seen.hips[frame], UNIT, frame, True)
+    found = place.walk(seen.stage(rng), SHAPE, CYCLES, seen.start(frame), frame)
     away, size = off(found, seen)
     assert away < 2.0 / DENSITY
     assert size < np.log(1.12)
@@ -28,7 +28,7 @@ def test_the_hip_is_found_within_two_places_of_the_truth(frame, facing, walk, rn
 
 def test_who_comes_nearer_is_found_larger_before_a_camera_that_moves(rng):
     seen = film(rng, camera=(1.0, 0.0, 0.0, -0.008))
-    found = place.walk(seen.stage(rng), SHAPE, CYCLES, seen.hips[MIDDLE], seen.units[MIDDLE], MIDDLE, True)
+    found = place.walk(seen.stage(rng), SHAPE, CYCLES, seen.start(), MIDDLE)
     away, size = off(found, seen)
     assert seen.units[-1] > 1.25 * seen.units[0]
     assert found[1][MIDDLE] == pytest.approx(seen.units[MIDDLE])
@@ -41,12 +41,12 @@ def test_of_two_alike_the_path_stays_with_the_marked_one(walk, stage):
     both = replace(stage, odds=np.maximum(stage.odds, behind))
     for away in (0.0, -70.0):
         hips = walk.hips + np.array([away, 0.0])
-        found, _ = place.walk(both, SHAPE, CYCLES, hips[MIDDLE], UNIT, MIDDLE, True)
+        found, _ = place.walk(both, SHAPE, CYCLES, replace(walk, hips=hips).start(), MIDDLE)
         assert np.hypot(*(found - hips).T).max() < 2.0 * UNIT / DENSITY
 
 
 def test_what_stands_still_beside_the_way_does_not_catch_the_path(walk, stage):
     odds = stage.odds.copy()
     odds[:, :, 190:220] = np.maximum(odds[:, :, 190:220], NOTHING + 40)
-    found = place.walk(replace(stage, odds=odds), SHAPE, CYCLES, walk.hips[0], UNIT, 0, True)
+    found = place.walk(replace(stage, odds=odds), SHAPE, CYCLES, walk.start(0), 0)
     assert off(found, walk)[0] < 2.0 / DENSITY

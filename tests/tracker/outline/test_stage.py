@@ -49,7 +49,7 @@ def test_the_light_of_a_place_is_that_of_its_pixel(facing):
     small = np.array([[[30, 50], [61, 20]], [[100, 11], [47, 70]]])
     places = (2.0 * small + 0.5 - HIPS[:, None]) / UNITS_SEEN[:, None, None] * (facing, -1.0)
     want = [[light[t, y, x] for x, y in small[t]] for t in range(2)]
-    np.testing.assert_allclose(stage.light_at(HIPS, UNITS_SEEN, places), want, atol=1e-3)
+    np.testing.assert_allclose(stage.at(stage.light, HIPS, UNITS_SEEN, places), want, atol=1e-3)
 
 
 def test_the_first_frames_pixels_are_found_by_each_frames_place_and_back(rng):
