@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from tracker.compiled import compiled
 from tracker.picture.pyramid import Array, Image, Planes
-from tracker.survey.mosaic import FULL, NOISE, Scene
+from tracker.survey.mosaic import FULL, NOISE, Scene, apart
 
 MOST = 2.5  # nats
 UNITS = 50.0  # steps that a nat is stored as
@@ -91,7 +91,7 @@ def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
         chroma: spread of its chroma.
     """
     lightness = -np.log(FULL * scene.contrast)
-    any_chroma = np.maximum(CHROMAS * scene.apart(np.arange(256.0)), FEWEST)
+    any_chroma = np.maximum(CHROMAS * apart(np.arange(256.0), scene.contrast), FEWEST)
     any_colour = np.log(1.0 - grey) + lightness - 2.0 * np.log(any_chroma)
     about_grey = np.log(max(grey, NONE) / (2.0 * np.pi * chroma**2)) + lightness
     return np.stack([any_colour, np.full(256, about_grey)]).astype(np.float32)

@@ -7,7 +7,7 @@ light leave, which is less where the film has little contrast or the place is da
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -48,10 +48,6 @@ class Scene:
     colourless: bool = False
     contrast: float = 1.0
 
-    def apart(self, light: Array | Planes) -> Array:
-        """How far colours are apart at a lightness, as a share of that in full light and contrast."""
-        return np.clip(light / DARK, 0.0, self.contrast)
-
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
     """The scene that small pictures show.
@@ -77,13 +73,17 @@ def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
     spread = SIGMA * medians(away, number).astype(np.float32)
     planes = lab.astype(np.float32)
     slope = np.hypot(*(cv2.Sobel(planes, -1, dx, 1 - dx, ksize=3, scale=0.125) for dx in (1, 0)))
-    known = number >= min(FEWEST, len(images))
-    scene = Scene(planes, spread, known, corner, _colourless(images), _contrast(images))
-    noise = np.maximum(scene.apart(planes[..., :1]) * NOISE, LEAST)
-    if scene.colourless:  # what has no colour has none anywhere
+    colourless, contrast = _colourless(images), _contrast(images)
+    noise = np.maximum(apart(planes[..., :1], contrast) * NOISE, LEAST)
+    if colourless:  # what has no colour has none anywhere
         noise[..., 1:] = NOISE[1:]
     spread = np.sqrt(noise**2 + spread**2 + (SLIP * slope) ** 2).astype(np.float32)
-    return replace(scene, spread=spread)
+    return Scene(planes, spread, number >= min(FEWEST, len(images)), corner, colourless, contrast)
+
+
+def apart(light: Array | Planes, contrast: float) -> Array:
+    """How far colours are apart at a lightness, as a share of that in full light and contrast."""
+    return np.clip(light / DARK, 0.0, contrast)
 
 
 def _contrast(images: Sequence[Image]) -> float:

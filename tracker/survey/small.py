@@ -16,8 +16,6 @@ def small_size(width: int, height: int, by: float) -> tuple[int, int]:
 def reduced(image: Image, size: tuple[int, int]) -> Image:
     """The means of an RGB frame (H, W, 3) in a picture of this width and height."""
     H, W = image.shape[:2]
-    if size == (W, H):
-        return image
     # By halves first, which is fast; between two pixels either way all are taken into account as well.
     while min(W / size[0], H / size[1]) >= 2.0:
         W, H = W // 2, H // 2

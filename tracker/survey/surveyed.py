@@ -72,9 +72,8 @@ def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:
             size = small_size(*film, by)
             grey = small_size(*film, max(max(film) / GREY_SIDE, 1.0))
             up, from_grey = to_film(size, film), to_film(grey, film)
-            camera = first_camera(reduced(image, grey))
-        else:
-            camera = camera.follow(reduced(image, grey))
+        seen = reduced(image, grey)
+        camera = first_camera(seen) if camera is None else camera.follow(seen)
         places.append(from_grey @ camera.place @ np.linalg.inv(from_grey))
         sure.append(camera.sure)
         holds = len(held) == t and max(t + 1, frames) * size[0] * size[1] * 3 <= HELD

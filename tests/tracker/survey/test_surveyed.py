@@ -7,7 +7,7 @@ import pytest
 from tests.tracker.outline.films import BORDER, SIZE, UNIT, a_walk, film, moved
 from tracker.survey import mosaic, surveyed
 from tracker.survey.evidence import NOTHING
-from tracker.survey.mosaic import DARK, FEWEST, LARGEST, LEAST, NOISE, Scene, scene_of
+from tracker.survey.mosaic import DARK, FEWEST, LARGEST, LEAST, NOISE, Scene, apart, scene_of
 from tracker.survey.surveyed import survey
 
 
@@ -178,4 +178,6 @@ def test_a_film_of_little_contrast_is_not_expected_to_be_noisier_than_it_is_wide
 def test_colours_come_together_in_the_dark():
     place = np.zeros((1, 1, 3), np.float32)
     scene = Scene(place, place + 1.0, np.ones((1, 1), bool), np.zeros(2), contrast=0.8)
-    np.testing.assert_allclose(scene.apart(DARK * np.array([0.0, 0.25, 0.8, 2.0])), [0.0, 0.25, 0.8, 0.8])
+    np.testing.assert_allclose(
+        apart(DARK * np.array([0.0, 0.25, 0.8, 2.0]), scene.contrast), [0.0, 0.25, 0.8, 0.8]
+    )
