@@ -223,7 +223,7 @@ def _best(places: list[Places], units: Array, fps: float, least: float) -> tuple
         gain = (here.score - BASE) * worth[here.size]
         come = np.zeros(len(gain))
         back = np.full(len(gain), -1)
-        if t > 0 and len(value[-1]) and len(gain):
+        if t > 0 and len(value[-1]):
             last = places[t - 1]
             unit = np.maximum(units[here.size][:, None], units[last.size][None])
             away = np.hypot(*np.moveaxis(here.scene[:, None] - last.scene[None], -1, 0)) / unit

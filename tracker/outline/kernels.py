@@ -35,11 +35,8 @@ class Kernels:
         """(K, h, w) what a map (h, w) sums to under each silhouette with its hip at every place."""
         h, w = self.shape
         seen = _spectrum(values, self.spectra.shape[1:], self.hip)
-        found = np.empty((len(self.spectra), h, w), np.float32)
-        for k, each in enumerate(self.spectra):
-            product = cv2.mulSpectrums(seen, each, 0, conjB=True)
-            found[k] = cv2.idft(product, flags=cv2.DFT_SCALE)[:h, :w]
-        return found
+        products = (cv2.mulSpectrums(seen, each, 0, conjB=True) for each in self.spectra)
+        return np.array([cv2.idft(each, flags=cv2.DFT_SCALE)[:h, :w] for each in products], np.float32)
 
 
 def _spectrum(values: Planes, size: tuple[int, ...], corner: tuple[int, int]) -> Planes:

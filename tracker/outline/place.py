@@ -85,13 +85,10 @@ def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
 
 def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
     """(S, P, *GRID.shape) for each size the mean silhouettes of some phases."""
-    q = poses(shape.figure, cycles.halves(0.0, EVERY)[0])
-    found = []
-    for size in SIZES:
-        q[..., shape.figure.index(SCALE)] = size
-        body, _ = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
-        found.append(body.reshape(*q.shape[:2], *GRID.shape).mean(0)[..., ::facing])
-    return np.stack(found)
+    q = np.repeat(poses(shape.figure, cycles.halves(0.0, EVERY)), len(SIZES), axis=0)
+    q[..., shape.figure.index(SCALE)] = SIZES[:, None, None]
+    body, _ = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
+    return np.asarray(body.reshape(*q.shape[:3], *GRID.shape).mean(1)[..., ::facing])
 
 
 def _sums(maps: Planes, silhouettes: Planes) -> Planes:
