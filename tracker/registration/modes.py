@@ -1,4 +1,4 @@
-"""What sets the papers' registration apart from the full one: an object for each."""
+"""What sets the papers' registration apart from the full one."""
 
 from dataclasses import dataclass
 
@@ -16,6 +16,9 @@ COARSE = 2  # every so manieth point is looked at where the blur makes neighbour
 class Mode:
     """How looks are cut, laid on a picture and climbed.
 
+    The defaults are the registration of Pavlović et al. (1999): grey templates of the first frame, plain
+    squares, no prior in the climb but on the lengths, which the papers' figure did not leave free.
+
     colour    : whether a picture has Lab's channels; else three times the lightness
     contrast  : how far grey levels around the figure are spread
     rim       : of template beyond a link's outline, leg lengths
@@ -29,17 +32,17 @@ class Mode:
     posed     : whether the climb leans on the prior of the whole pose, not of the lengths alone
     """
 
-    colour: bool
-    contrast: float
-    rim: float
-    backdrop: bool
-    learns: bool
-    coarse: int
-    robust: float
-    layered: bool
-    covered: float
-    stiffness: float
-    posed: bool
+    colour: bool = False
+    contrast: float = 0.0
+    rim: float = 0.0
+    backdrop: bool = False
+    learns: bool = False
+    coarse: int = 1
+    robust: float = np.inf
+    layered: bool = False
+    covered: float = 0.0
+    stiffness: float = 0.0
+    posed: bool = False
 
     def precision(self, cov: Array, figure: Figure) -> Array:
         """(H, D, D) by which a climb leans on priors of covariance (H, D, D)."""
@@ -49,8 +52,14 @@ class Mode:
         return precision
 
 
-def full(settings: Settings) -> Mode:
-    """Templates in colour that know what hides and covers them; robust, and leaning on the prior."""
+def mode_of(settings: Settings) -> Mode:
+    """The mode that the settings ask for.
+
+    The full one takes templates in colour that know what hides and covers them, is robust, and leans on the
+    prior.
+    """
+    if settings.mode == "classic":
+        return Mode()
     return Mode(
         colour=True,
         contrast=settings.contrast,
@@ -64,25 +73,3 @@ def full(settings: Settings) -> Mode:
         stiffness=float(1.0 / LIMIT_GIVE**2),
         posed=True,
     )
-
-
-# Pavlović et al. (1999): grey templates of the first frame, plain squares, no prior in the climb but on the
-# lengths, which the papers' figure did not leave free.
-CLASSIC = Mode(
-    colour=False,
-    contrast=0.0,
-    rim=0.0,
-    backdrop=False,
-    learns=False,
-    coarse=1,
-    robust=np.inf,
-    layered=False,
-    covered=0.0,
-    stiffness=0.0,
-    posed=False,
-)
-
-
-def mode_of(settings: Settings) -> Mode:
-    """The mode that the settings ask for."""
-    return CLASSIC if settings.mode == "classic" else full(settings)
