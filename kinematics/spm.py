@@ -6,7 +6,7 @@ x forward and y up; a `View` maps them to pixels, x right and y down.
 """
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,8 +59,7 @@ class View:
         return np.asarray((pixels - np.asarray(self.origin)) / self.axes)
 
 
-@dataclass(frozen=True)
-class Skeleton:
+class Skeleton(NamedTuple):
     """The links as poses lay them out, body coordinates; any leading axes.
 
     start     : (..., L, 2) where each link starts

@@ -20,6 +20,7 @@ from dynamics.gaussian import Array, Gaussian, apply
 from kinematics.figure import Figure
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.registration.chain_rule import Pins, Search, Tail, settled
+from tracker.registration.field import Likelihood
 from tracker.settings import Settings
 
 FREEDOM = 4.0
@@ -68,22 +69,6 @@ class Detections:
 
 
 @dataclass(frozen=True)
-class Likelihood:
-    """What was measured says of the pose, linearised once for each of H priors; any leading axes.
-
-    q           : (H, D) where: a mode of the posterior
-    information : (H, D, D)
-    vector      : (H, D) information times the linearised likelihood's own mode
-    cost        : (H,) minus the log likelihood at q, nats
-    """
-
-    q: Array
-    information: Array
-    vector: Array
-    cost: Array
-
-
-@dataclass(frozen=True)
 class Detector:
     """A pose network as it sees poses of a figure.
 
@@ -102,8 +87,12 @@ class Detector:
         Args:
             priors: mean (H, D), cov (H, D, D) over the pose.
         """
-        told = replace(self, doubt=found.doubt)._settled(found.ways(self.figure), found.pixels, priors)
-        return replace(told, cost=told.cost + self._prices[:, None])
+        doubted = replace(self, doubt=found.doubt)
+        pins = Pins(found.ways(self.figure), self.view.to_body(found.pixels))
+        tail = Tail(FREEDOM, doubted._spread)
+        q, information, gradient, away = settled(self.figure.layout, priors, pins, tail, SEARCH)
+        cost = doubted._cost(away) + self._prices[:, None]
+        return Likelihood(q, information, apply(information, q) - gradient, cost)
 
     def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
         """How well the points agree with a pose (D,), legs named as fits best.
@@ -146,17 +135,6 @@ class Detector:
         """(W,) minus the log of the probability of each of `Detections.ways`, nats."""
         rare = [self.settings.exchange, self.settings.one_leg / 2.0, self.settings.one_leg / 2.0]
         return np.asarray(-np.log([1.0 - sum(rare), *rare]))
-
-    def _settled(self, joint: NDArray[np.intp], pixels: Array, priors: Gaussian) -> Likelihood:
-        """The mode that each of H priors climbs to, for each of W namings.
-
-        Args:
-            joint: (W, J) of the points.
-            pixels: (J, 2) of them.
-        """
-        pins, tail = Pins(joint, self.view.to_body(pixels)), Tail(FREEDOM, self._spread)
-        q, information, gradient, away = settled(self.figure.layout, priors, pins, tail, SEARCH)
-        return Likelihood(q, information, apply(information, q) - gradient, self._cost(away))
 
     def _cost(self, away: Array) -> Array:
         """(...) minus the log likelihood of points (..., J, 2) away from their joints, nats."""

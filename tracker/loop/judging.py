@@ -34,7 +34,7 @@ def judged(
     matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
     gone = found.inside < LEAST_INSIDE or matched < LEAST_MATCH
     doubtful = matched < DOUBTFUL_MATCH or not before.measured
-    lost = gone or (doubtful and found.cost > 0.0) or field.bare(found) > BARE
+    lost = gone or (doubtful and found.cost > 0.0) or field.scenery.plain(found.pixels[inner]).mean() > BARE
     # A climb that found nothing may have ended anywhere.
     if inside(field.figure, field.view, foreseen if lost else found.q, size) < LEAST_INSIDE:
         return Outcome.OUTSIDE

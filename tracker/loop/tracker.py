@@ -26,13 +26,13 @@ from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
 from kinematics.spm import View, joints
-from tracker.loop.detections import Detections, Detector, Likelihood
+from tracker.loop.detections import Detections, Detector
 from tracker.loop.estimate import Estimate, State
 from tracker.loop.judging import LEAST_INSIDE, denied, inside, judged, judged_by_points
 from tracker.loop.outcome import Outcome
 from tracker.picture.pyramid import Box, Image, Level, pyramid
 from tracker.registration.align import align, reach, sought
-from tracker.registration.field import Field, Registration
+from tracker.registration.field import Field, Likelihood, Registration
 from tracker.registration.modes import Mode, mode_of
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
@@ -174,7 +174,7 @@ class Tracker:
         C = self.slds.C
         return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
 
-    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood | Registration) -> Belief:
+    def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
         """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for.
 
         Likelihoods may have a leading axis: then what they make of the belief has it.
@@ -208,12 +208,8 @@ class Tracker:
         return float(x0), float(y0), float(x1), float(y1)
 
     def _levels(self, image: Image, curve: Image, around: Box) -> list[Level]:
-        H, W = image.shape[:2]
-        low = np.clip(around[:2], 0, (W - 2, H - 2)).astype(int)
-        high = np.clip(around[2:], low + 2, (W, H)).astype(int)
-        box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
         sigmas = [blur * self.view.unit for blur in self.settings.blurs]
-        return pyramid(image, box, sigmas, self.mode.colour, curve)
+        return pyramid(image, around, sigmas, self.mode.colour, curve)
 
 
 def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:

@@ -16,14 +16,13 @@ Box = tuple[float, float, float, float]
 FAR = 3.0  # standard deviations that a blur reaches
 LEVELS = 256  # of grey
 AS_FILMED: Image = np.arange(LEVELS, dtype=np.uint8)  # a tone curve that changes nothing
-LEAST = 4  # pixels that a gradient between pixels takes
 
 
 @dataclass(frozen=True)
 class Level:
     """One blurred copy of a part of a frame.
 
-    planes : (h, w, 3) grey levels; at least LEAST pixels either way
+    planes : (h, w, 3) grey levels; at least 4 pixels either way, which a gradient between pixels takes
     corner : (2,) pixel of the part's top-left corner
     sigma  : blur, pixels
     """
@@ -35,7 +34,7 @@ class Level:
 
 def pyramid(
     image: Image,
-    box: tuple[int, int, int, int],
+    box: Box,
     sigmas: Sequence[float],
     colour: bool,
     curve: Image = AS_FILMED,
@@ -47,9 +46,10 @@ def pyramid(
     """
     H, W = image.shape[:2]
     margin = int(np.ceil(FAR * max(sigmas))) + 2
-    x0, y0 = max(box[0] - margin, 0), max(box[1] - margin, 0)
-    x1, y1 = min(max(box[2] + margin, x0 + LEAST), W), min(max(box[3] + margin, y0 + LEAST), H)
-    x0, y0 = min(x0, x1 - LEAST), min(y0, y1 - LEAST)
+    low = np.clip(box[:2], 0, (W - 2, H - 2)).astype(int)
+    high = np.clip(box[2:], low + 2, (W, H)).astype(int)
+    x0, y0 = np.maximum(low - margin, 0).tolist()
+    x1, y1 = np.minimum(high + margin, (W, H)).tolist()
     part = cv2.LUT(np.ascontiguousarray(image[y0:y1, x0:x1]), curve)
     lab = cv2.cvtColor(part, cv2.COLOR_RGB2Lab).astype(np.float32)
     if not colour:

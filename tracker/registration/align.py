@@ -15,7 +15,6 @@ import numpy as np
 
 from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import joints, surface
-from tracker.picture.pyramid import within
 from tracker.registration.chain_rule import descend
 from tracker.registration.field import Field, Registration
 from tracker.registration.objective import Fit, Objective
@@ -44,14 +43,14 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Regist
     for number in range(len(field.levels)):
         fit = _climb(objective, number, q)
         q = fit.q
-    information, gradient = objective.slope(fit)
+    cost, information, gradient = objective.linearised(fit)
     laid, templates = fit.laid, field.templates
     places = surface(fit.bones, templates.link, templates.along, templates.across)
     return Registration(
         q=q,
         information=information,
         vector=np.stack([info @ pose for info, pose in zip(information, q, strict=True)]) - gradient,
-        cost=field.settings.image_weight * objective.evidence(fit),
+        cost=field.settings.image_weight * cost,
         misfit=laid.mean,
         shown=laid.shown,
         match=laid.match,
@@ -65,7 +64,7 @@ def scan(field: Field, poses: Array) -> Array:
     """(H,) E of poses (H, D) at the coarsest blur, nats; none climbs."""
     anything = Gaussian(poses[:1], np.eye(poses.shape[1])[None])
     objective = Objective(field, anything)
-    return objective.evidence(objective.compare(0, poses))
+    return objective.linearised(objective.compare(0, poses))[0]
 
 
 def reach(priors: Gaussian) -> Array:
@@ -82,7 +81,7 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
     poses = np.repeat(q[None], len(shifts), axis=0)
     poses[:, :2] += shifts
     # What lies out of the picture cannot match badly.
-    there = _share_seen(field, poses) >= SEEN
+    there = field.in_part(field.view.to_pixels(joints(field.figure, poses))).mean(-1) >= SEEN
     if not there.any():
         return priors.mean
     poses, shifts = poses[there], shifts[there]
@@ -96,17 +95,9 @@ def _climb(objective: Objective, number: int, q: Array) -> Fit:
     """Levenberg-Marquardt at one blur, all poses (H, D) side by side."""
     fit = objective.begin(number, np.repeat(q, 2, axis=0))
     climbs, weights = Climbs.begin(len(q), DAMPING), objective.weights(fit)
-    links, priors = fit.links, (objective.mean, objective.precision)
     for _ in range(objective.field.settings.iterations + 1):
         objective.lay(number, fit, (climbs.own ^ 1)[climbs.on])
-        descend(objective.layout, links, weights, priors, climbs, DAMPING)
+        descend(objective.layout, fit.links, weights, objective.priors, climbs, DAMPING)
         if not climbs.on.any():
             break
     return fit[climbs.own]
-
-
-def _share_seen(field: Field, poses: Array) -> Array:
-    """(H,) share of the joints of poses (H, D) that lie in the part of the picture that is looked at."""
-    level = field.levels[0]
-    place = field.view.to_pixels(joints(field.figure, poses)) - np.asarray(level.corner)
-    return np.asarray(within(place, level.planes.shape).mean(-1))

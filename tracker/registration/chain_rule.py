@@ -74,7 +74,7 @@ def laid_out(tree: Layout, q: Array) -> Skeleton:
     """The links for poses q (H, D), as of `kinematics.spm.skeleton`."""
     H, L = len(q), len(tree.rest)
     bones = Skeleton(np.empty((H, L, 2)), np.empty((H, L, 2)), np.empty((H, L)), np.empty(H))
-    _lay_out(tuple(tree), np.ascontiguousarray(q), (bones.start, bones.direction, bones.length, bones.size))
+    _lay_out(tuple(tree), np.ascontiguousarray(q), tuple(bones))
     return bones
 
 

@@ -18,14 +18,28 @@ STANDS_OUT = 0.7  # share of a link of an unknown look that must differ from the
 
 
 @dataclass(frozen=True)
-class Registration:
+class Likelihood:
+    """What was measured says of the pose, linearised once for each of H priors; any leading axes.
+
+    q           : (H, D) where: a mode of the posterior
+    information : (H, D, D)
+    vector      : (H, D) information times the linearised likelihood's own mode
+    cost        : (H,) minus the log likelihood at q, nats
+    """
+
+    q: Array
+    information: Array
+    vector: Array
+    cost: Array
+
+
+@dataclass(frozen=True)
+class Registration(Likelihood):
     """Where the templates settled in one frame, of one prior or, with a leading axis, of several.
 
-    q           : (D,) pose at the last step
-    information : (D, D) tempered J'WJ / sigma^2 and the stiffness of the joints' limits, the Gauss-Newton
-                  matrix of E (`tracker.registration.objective`); singular where nothing visible constrains q
-    vector      : (D,) information times the mode of E, linearised at q
-    cost        : E at q, nats
+    The cost is E (`tracker.registration.objective`), the information its Gauss-Newton matrix, tempered
+    J'WJ / sigma^2 and the stiffness of the joints' limits; singular where nothing visible constrains q.
+
     misfit      : mean over the visible points of half the robust squared residual, in units of the noise
     shown       : share of the points within the outlines in the frame that nothing hides or covers
     match       : (P,) robust weight of each point without the rim's, 0 where not visible
@@ -34,10 +48,6 @@ class Registration:
     pixels      : (P, 2) where the points settled
     """
 
-    q: Array
-    information: Array
-    vector: Array
-    cost: Array
     misfit: Array
     shown: Array
     match: Array
@@ -71,10 +81,6 @@ class Field:
         offset = np.where(templates.strange[:, None], templates.light, found.offset)
         return np.asarray(shown - offset[templates.link])
 
-    def bare(self, found: Registration) -> float:
-        """Share of the points within the outlines at which the frame shows just what lies behind."""
-        return float(self.scenery.plain(found.pixels[self.templates.inner]).mean())
-
     def new(self, found: Registration) -> NDArray[np.bool_]:
         """(P,) which points not known yet the frame shows, on links in full sight."""
         templates, pixels = self.templates, found.pixels
@@ -84,11 +90,15 @@ class Field:
             parents = np.array(self.figure.parents)
             links |= templates.strange & (parents >= 0) & links[parents] & self._standing_out(pixels)
         sought = np.flatnonzero(~templates.known & links[templates.link])
-        sought = sought[self._in_part(pixels[sought]) & ~self.scenery.plain(pixels[sought])]
+        sought = sought[self.in_part(pixels[sought]) & ~self.scenery.plain(pixels[sought])]
         new = np.zeros(len(templates.link), dtype=bool)
-        if len(sought):
-            new[sought[~self._hidden(found, sought)]] = True
+        new[sought[~self._hidden(found, sought)]] = True
         return new
+
+    def in_part(self, pixels: Array) -> NDArray[np.bool_]:
+        """Whether pixels (..., 2) lie in the part of the frame that is looked at."""
+        level = self.levels[-1]
+        return within(pixels - np.asarray(level.corner), level.planes.shape)
 
     def _hidden(self, found: Registration, sought: Index) -> NDArray[np.bool_]:
         """Whether a nearer link lies over some of the points."""
@@ -97,14 +107,9 @@ class Field:
         points = surface(bones, link, templates.along[sought], templates.across[sought])
         return covering(self.figure, bones, points, link, hiding(self.levels[-1], self.view, self.settings))
 
-    def _in_part(self, pixels: Array) -> NDArray[np.bool_]:
-        """Whether pixels (N, 2) lie in the part of the frame that is looked at."""
-        level = self.levels[-1]
-        return within(pixels - np.asarray(level.corner), level.planes.shape)
-
     def _standing_out(self, pixels: Array) -> NDArray[np.bool_]:
         """(L,) whether most of a link is known to differ from the scene."""
-        out = self._in_part(pixels) & self.scenery.outstanding(pixels)
+        out = self.in_part(pixels) & self.scenery.outstanding(pixels)
         return np.asarray(self._share(out, self.templates.weight == 1.0) >= STANDS_OUT)
 
     def _in_sight(self, found: Registration) -> NDArray[np.bool_]:

@@ -55,14 +55,13 @@ def lay(
     """Lay the templates on one level at some of H poses, the rows of `laid` that are filled."""
     # Plain tuples, and nothing returned: to take a named one or to give back an array compiled code runs
     # Python, where an interrupt crashes it.
-    parts = bones.start, bones.direction, bones.length, bones.size
-    _fill(tuple(picture), parts, tuple(points), tuple(shape), tuple(noise), rows, tuple(laid))
+    _fill(tuple(picture), tuple(bones), tuple(points), tuple(shape), tuple(noise), rows, tuple(laid))
 
 
 @COMPILED
 def _fill(
     of_picture: tuple[Any, ...],
-    bones: tuple[Array, Array, Array, Array],
+    bones: tuple[Any, ...],
     of_points: tuple[Any, ...],
     of_shape: tuple[Any, ...],
     of_noise: tuple[Any, ...],

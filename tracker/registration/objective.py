@@ -15,9 +15,10 @@ of sight and cost no more for matching worse. behind_p is what the scene costs a
 usually does where that is not known, with log(sigma_scene / sigma) added, as both are densities of grey
 levels. What is hidden or out of the frame adds nothing: what it would show is explained by what hides it.
 
-The climb lowers E plus the prior; `slope` is the derivative of E and its Gauss-Newton matrix; the evidence
-of a hypothesis is E. Held fixed in the derivative are what jumps: which points are visible, what lies behind
-them, and the brightness offset o, a median that stays near its optimum, where E is flat in it.
+The climb lowers E plus the prior; `Objective.linearised` gives E, which is the evidence of a hypothesis, its
+Gauss-Newton matrix and its derivative. Held fixed in the derivative are what jumps: which points are
+visible, what lies behind them, and the brightness offset o, a median that stays near its optimum, where E is
+flat in it.
 """
 
 from dataclasses import dataclass
@@ -49,16 +50,13 @@ class Fit:
 
     def __getitem__(self, rows: NDArray[np.intp]) -> "Fit":
         """The fit of some of its poses, given by position."""
-        return Fit(self.q[rows], Skeleton(*(each[rows] for each in self._bones)), self.laid.of(rows))
-
-    @property
-    def _bones(self) -> tuple[Array, Array, Array, Array]:
-        return self.bones.start, self.bones.direction, self.bones.length, self.bones.size
+        bones = Skeleton._make(each[rows] for each in self.bones)
+        return Fit(self.q[rows], bones, Laid._make(each[rows] for each in self.laid))
 
     @property
     def links(self) -> Laying:
         """What the chain rule takes of it."""
-        return self.q, *self._bones, self.laid.moments, self.laid.pull, self.laid.cost
+        return self.q, *self.bones, self.laid.moments, self.laid.pull, self.laid.cost
 
 
 class Objective:
@@ -67,8 +65,7 @@ class Objective:
     def __init__(self, field: Field, priors: Gaussian) -> None:
         templates, figure, settings = field.templates, field.figure, field.settings
         self.field, self.mode = field, mode_of(settings)
-        self.mean = priors.mean
-        self.precision = self.mode.precision(priors.cov, figure)
+        self.priors = priors.mean, self.mode.precision(priors.cov, figure)
         self.layout = layout = figure.layout
         self.shape = Shape(layout.layer, layout.width, layout.taper)
         # Of densities of grey levels, with one sigma in the figure and another in the scene.
@@ -138,13 +135,9 @@ class Objective:
         noise = self.noise._replace(margin=hiding(field.levels[number], field.view, field.settings))
         lay(self.pictures[number], fit.bones, self.points[number], self.shape, noise, rows, fit.laid)
 
-    def evidence(self, fit: Fit) -> Array:
-        """(H,) the objective E of each pose, nats."""
-        return weighed(self.layout, fit.links, self.weights(fit))[0]
-
-    def slope(self, fit: Fit) -> tuple[Array, Array]:
-        """Gauss-Newton matrix (H, D, D) and derivative (H, D) of E by the pose."""
-        return weighed(self.layout, fit.links, self.weights(fit))[1:]
+    def linearised(self, fit: Fit) -> tuple[Array, Array, Array]:
+        """E (H,) of each pose, nats; its Gauss-Newton matrix (H, D, D) and derivative (H, D) by the pose."""
+        return weighed(self.layout, fit.links, self.weights(fit))
 
     def weights(self, fit: Fit) -> Weights:
         """How what is measured on the fit's level adds up to E."""

@@ -124,10 +124,6 @@ class Laid(NamedTuple):
     offset: Array
     inside: NDArray[np.bool_]
 
-    def of(self, rows: NDArray[np.intp]) -> "Laid":
-        """The record of some of its poses, given by position."""
-        return self._replace(**{name: each[rows] for name, each in self._asdict().items()})
-
 
 class Weights(NamedTuple):
     """How what is measured of links and joint limits add up to E of `tracker.registration.objective`.

@@ -13,7 +13,8 @@ from kinematics.spm import View, joint_jacobian, joints
 from tests.kinematics.figures import ARMS, FOOTLESS, WALKER, Puppet, upright
 from tests.oracles import central_difference, condition
 from tests.tracker.painted import FULL, STRIDE, VIEW
-from tracker.loop.detections import EXCHANGED, FARTHEST, FREEDOM, Detections, Detector, Likelihood
+from tracker.loop.detections import EXCHANGED, FARTHEST, FREEDOM, Detections, Detector
+from tracker.registration.field import Likelihood
 
 NAMES = ("head_top", "neck", "hip", "near_knee", "near_ankle", "near_toe", "far_knee", "far_ankle", "far_toe")
 D = len(WALKER.freedoms)
