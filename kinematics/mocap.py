@@ -57,7 +57,6 @@ class Sequence:
     y: Array
     subject: str
     label: str
-    licence: str
     name: str
 
     def __post_init__(self) -> None:
@@ -119,7 +118,7 @@ def sequences(trial: Trial, fps: float, *, curves: bool = False, arms: bool = Fa
             seen = project(body.between(start, stop), curve=CURVE in trial.tags, arms=arms)
             y = resample(seen, trial.fps, fps)
             name = f"{trial.subject}_{trial.trial}:{start}-{stop}"
-            found.append(Sequence(y, trial.subject, trial.activity, trial.licence, name))
+            found.append(Sequence(y, trial.subject, trial.activity, name))
     return found
 
 

@@ -94,11 +94,11 @@ def test_resampling_keeps_one_frame_and_refuses_a_rate_of_zero():
 
 
 def test_a_sequence_is_read_only_and_eight_wide():
-    sequence = Sequence(np.zeros((9, 8)), "s", "walk", "free", "n")
+    sequence = Sequence(np.zeros((9, 8)), "s", "walk", "n")
     with pytest.raises(ValueError, match="read-only"):
         sequence.y[0, 0] = 1.0
     with pytest.raises(ValueError, match=r"y must be \(T, 8\)"):
-        Sequence(np.zeros((9, 7)), "s", "walk", "free", "n")
+        Sequence(np.zeros((9, 7)), "s", "walk", "n")
 
 
 def test_each_segment_is_a_sequence_and_frames_outside_are_dropped(tmp_path):
