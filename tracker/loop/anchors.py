@@ -153,8 +153,7 @@ def _settled(
     tracker: Tracker, state: State, belief: Belief, anchor: Anchor, image: Image
 ) -> tuple[State, Estimate]:
     """The state at an anchor, its templates freshened from what the marks show."""
-    pose = tracker.pose(belief.merged())
-    now = tracker.templates_at(pose.mean, image, state.curve)
+    now = tracker.templates_at(tracker.pose(belief.merged()).mean, image, state.curve)
     ends = anchor.joint - 1
     # A limb whose end is not marked may lie anywhere: of its look nothing new is taken.
     told = ~np.isin(now.link, ends[~anchor.visible]) & (state.templates.known | np.isin(now.link, ends))
@@ -163,4 +162,4 @@ def _settled(
         now.colours, trust, BLEND, np.tile(state.templates.light, (len(tracker.figure.links), 1))
     )
     state = replace(state, belief=belief, templates=templates, outcome=Outcome.OK)
-    return state, Estimate(pose, int(belief.s[belief.best]), Outcome.OK, belief, state.shift)
+    return state, tracker.estimate(state)

@@ -114,17 +114,12 @@ class Backdrop:
 
 def first_backdrop(image: Image, box: Box, unit: float, curve: Image = AS_FILMED) -> Backdrop:
     """What the marked frame shows beside the figure, a leg of which is unit pixels; see `Backdrop.follow`."""
-    step = step_of(unit)
+    step = max(round(STEP * unit), 1)
     scene = small(image, step, curve)
     known = np.ones(scene.shape[:2], dtype=bool)
     known[_area(box, step, known.shape)] = False
     scenery = Scenery(np.full(known.shape, UNKNOWN, np.float32), step)
     return Backdrop(scene, known, (0, 0), scenery, curve)
-
-
-def step_of(unit: float) -> int:
-    """Pixels from one place of the scene to the next, where a leg is unit pixels."""
-    return max(round(STEP * unit), 1)
 
 
 def small(image: Image, step: int, curve: Image = AS_FILMED) -> Planes:

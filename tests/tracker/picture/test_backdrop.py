@@ -18,7 +18,6 @@ from tracker.picture.backdrop import (
     Scenery,
     first_backdrop,
     small,
-    step_of,
 )
 
 UNIT = 80.0  # pixels: a step is 2
@@ -69,7 +68,7 @@ def covered(image, box, by):
 def test_a_step_is_a_share_of_the_leg_and_a_pixel_at_least(image):
     for unit in (5.0, 80.0, 150.0, 160.0):
         step = first_backdrop(image, HERE, unit).scenery.step
-        assert step == step_of(unit) == max(1, round(STEP * unit))
+        assert step == max(1, round(STEP * unit))
 
 
 @pytest.mark.parametrize("step", [1, 2, 7])
