@@ -45,24 +45,18 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Key:
-    """A scene with its corners (P, 2), which lie beside the figure."""
-
-    scene: Scene
-    corners: Corners
-
-
-@dataclass(frozen=True)
 class Camera:
     """What is known of the camera after a frame.
 
-    last  : the frame
-    key   : what frames are compared with
-    moves : whether the camera has been seen to move
+    last    : the frame
+    key     : what frames are compared with
+    corners : (P, 2) of the key frame, beside the figure
+    moves   : whether the camera has been seen to move
     """
 
     last: Scene
-    key: Key
+    key: Scene
+    corners: Corners
     moves: bool = False
 
     @property
@@ -78,22 +72,22 @@ class Camera:
             box: (x0, y0, x1, y1) pixels around the figure, which moves by itself.
         """
         now, factor = _scene(image, box, self.shift)
-        key = self.key
-        way = _way(key, now, factor)
+        key, corners = self.key, self.corners
+        way = _way(key, corners, now, factor)
         if way is None:
-            key = _key(self.last)
-            way = _way(key, now, factor)
+            key, corners = self.last, _corners(self.last)
+            way = _way(key, corners, now, factor)
         if way is None:  # the old key may be recognised when a cover is gone
             return replace(self, last=now)
-        shift = key.scene.shift + way
+        shift = key.shift + way
         moves = self.moves or bool(np.abs(shift).max() > STILL * factor)
-        return replace(self, last=replace(now, shift=shift) if moves else now, key=key, moves=moves)
+        return type(self)(replace(now, shift=shift) if moves else now, key, corners, moves)
 
 
 def first_camera(image: Image, box: Box) -> Camera:
     """The camera in the marked frame; image and box as in `Camera.follow`."""
     scene, _ = _scene(image, box, np.zeros(2))
-    return Camera(scene, _key(scene))
+    return Camera(scene, scene, _corners(scene))
 
 
 def _scene(image: Image, box: Box, shift: Array) -> tuple[Scene, int]:
@@ -111,7 +105,7 @@ def _scene(image: Image, box: Box, shift: Array) -> tuple[Scene, int]:
     return Scene(plain.astype(np.uint8, copy=False), (x0, y0, x1, y1), shift), factor
 
 
-def _key(scene: Scene) -> Key:
+def _corners(scene: Scene) -> Corners:
     """The sharpest corner of every cell that has one."""
     sharp = sharpness(scene.image, WINDOW)
     edge = WINDOW // 2
@@ -119,19 +113,19 @@ def _key(scene: Scene) -> Key:
     inner[edge:-edge, edge:-edge] = sharp[edge:-edge, edge:-edge]
     x0, y0, x1, y1 = (int(np.clip(side, 0.0, SIZE)) for side in scene.box)
     inner[y0 : y1 + 1, x0 : x1 + 1] = 0.0
-    return Key(scene, sharpest(inner, CELL, CONTRAST))
+    return sharpest(inner, CELL, CONTRAST)
 
 
-def _way(key: Key, now: Scene, factor: int) -> Array | None:
+def _way(key: Scene, corners: Corners, now: Scene, factor: int) -> Array | None:
     """How far the scene has shifted since the key frame, pixels; None where too few corners tell it."""
-    if len(key.corners) < FEWEST:
+    if len(corners) < FEWEST:
         return None
-    guess = ((now.shift - key.scene.shift) / factor).astype(np.float32)
+    guess = ((now.shift - key.shift) / factor).astype(np.float32)
     found, status, _ = cv2.calcOpticalFlowPyrLK(
-        key.scene.image,
+        key.image,
         now.image,
-        key.corners,
-        key.corners + guess,
+        corners,
+        corners + guess,
         winSize=(WINDOW, WINDOW),
         maxLevel=HALVINGS,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
@@ -139,7 +133,7 @@ def _way(key: Key, now: Scene, factor: int) -> Array | None:
     seen = status[:, 0] > 0
     if seen.sum() < FEWEST:
         return None
-    found, ways = found[seen], (found - key.corners)[seen].astype(np.float64)
+    found, ways = found[seen], (found - corners)[seen].astype(np.float64)
     agree = np.abs(ways - np.median(ways, axis=0)).max(1) < AGREE
     if agree.sum() < FEWEST or found[agree, 0].std() < SPREAD * now.image.shape[1]:
         return None

@@ -268,43 +268,28 @@ def _linearise(of_tree: Parts, q: Array, points: Parts, tail: Parts, found: Part
     joint, place = points
     freedom, spread = tail
     information, gradient, away = found
-    L, J = len(Layout(*of_tree).rest), joint.shape[1]
+    L = len(Layout(*of_tree).rest)
     start, direction, length, size = np.empty((1, L, 2)), np.empty((1, L, 2)), np.empty((1, L)), np.empty(1)
-    moments, pull, weight = np.zeros((1, L, 5, 5)), np.zeros((1, L, 5)), np.empty((1, J))
+    moments, pull, f = np.zeros((1, L, 5, 5)), np.zeros((1, L, 5)), np.zeros((2, 5))
     _lay_out(of_tree, q, (start, direction, length, size))
-    for k in range(J):
-        i = joint[0, k] - 1
-        for x in range(2):
-            at = start[0, i, x] + length[0, i] * direction[0, i, x] if i >= 0 else q[0, x]
-            away[0, k, x] = at - place[k, x]
-        squares = (away[0, k, 0] ** 2 + away[0, k, 1] ** 2) / spread**2
-        weight[0, k] = (freedom + 2.0) / (freedom + squares) / spread**2
-    _pin((direction, length), (joint, away, weight), (moments, pull))
+    f[0, 0] = f[1, 1] = 1.0
+    for k in range(joint.shape[1]):
+        i = max(joint[0, k] - 1, 0)
+        u = length[0, i] if joint[0, k] > 0 else 0.0  # the base is where the first link starts
+        f[0, 2] = f[0, 4] = f[1, 3] = u
+        dx, dy = direction[0, i, 0], direction[0, i, 1]
+        x, y = start[0, i, 0] + u * dx - place[k, 0], start[0, i, 1] + u * dy - place[k, 1]
+        away[0, k, 0], away[0, k, 1] = x, y
+        squares = (x**2 + y**2) / spread**2
+        w = (freedom + 2.0) / (freedom + squares) / spread**2
+        along, across = x * dx + y * dy, y * dx - x * dy
+        for r in range(5):
+            pull[0, i, r] += w * (f[0, r] * along + f[1, r] * across)
+            for s in range(5):
+                moments[0, i, r, s] += w * (f[0, r] * f[0, s] + f[1, r] * f[1, s])
     information[:] = 0.0
     gradient[:] = 0.0
     _sum_up(of_tree, (start, direction, length), (moments, pull), (information, gradient))
-
-
-@COMPILED
-def _pin(bones: Parts, points: Parts, links: Parts) -> None:
-    """Sums over points into those of the links that they are fixed to."""
-    direction, length = bones
-    joint, away, weight = points
-    moments, pull = links
-    f = np.zeros((2, 5))
-    f[0, 0] = f[1, 1] = 1.0
-    for h in range(len(joint)):
-        for k in range(joint.shape[1]):
-            i, w = max(joint[h, k] - 1, 0), weight[h, k]
-            u = length[h, i] if joint[h, k] > 0 else 0.0
-            f[0, 2] = f[0, 4] = f[1, 3] = u
-            x, y = away[h, k, 0], away[h, k, 1]
-            dx, dy = direction[h, i, 0], direction[h, i, 1]
-            along, across = x * dx + y * dy, y * dx - x * dy
-            for r in range(5):
-                pull[h, i, r] += w * (f[0, r] * along + f[1, r] * across)
-                for s in range(5):
-                    moments[h, i, r, s] += w * (f[0, r] * f[0, s] + f[1, r] * f[1, s])
 
 
 @COMPILED

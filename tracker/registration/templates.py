@@ -164,14 +164,7 @@ def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Arra
         u, v = (grid.ravel() for grid in np.meshgrid(length, width, indexing="ij"))
         edge = 0.5 * part.width * (1.0 + (part.taper - 1.0) * np.clip(u / part.length, 0.0, 1.0))
         keep = np.abs(v) <= edge + rim
-        inner = (np.abs(v) <= edge) & (u <= part.length)
-        parts.append(
-            (
-                np.full(keep.sum(), i),
-                u[keep] / part.length,
-                v[keep],
-                np.where(inner, 1.0, RIM_WEIGHT)[keep],
-            )
-        )
+        weight = np.where((np.abs(v) <= edge) & (u <= part.length), 1.0, RIM_WEIGHT)
+        parts.append((np.full(keep.sum(), i), u[keep] / part.length, v[keep], weight[keep]))
     link, along, across, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return link.astype(np.intp), along, across, weight
