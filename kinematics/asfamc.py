@@ -167,9 +167,6 @@ def _read_frames(path: str | Path, lines: list[str], bones: dict[str, _Bone]) ->
             raise MotionError(
                 f"{path}: {T} frames, but bone {name!r} moves in {len(rows[name])}; is it cut short?"
             )
-    return {name: _in_radians(np.array(rows[name] or [[]] * T), bones[name], in_degrees) for name in bones}
-
-
-def _in_radians(values: Array, bone: _Bone, in_degrees: bool) -> Array:
-    scale = [np.pi / 180.0 if in_degrees and dof[0] == "r" else 1.0 for dof in bone.dofs]
-    return np.asarray(values * np.array(scale))
+    turn = np.pi / 180.0 if in_degrees else 1.0
+    units = {name: [turn if dof[0] == "r" else 1.0 for dof in bone.dofs] for name, bone in bones.items()}
+    return {name: np.array(rows[name] or [[]] * T) * np.array(units[name]) for name in bones}

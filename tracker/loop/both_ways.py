@@ -15,7 +15,7 @@ from dynamics.gaussian import Gaussian
 from kinematics.spm import joints
 from tracker.loop.anchors import FAR, Anchor, anew, passed
 from tracker.loop.detections import Detections
-from tracker.loop.estimate import Estimate, State
+from tracker.loop.estimate import NOTHING, Estimate, State
 from tracker.loop.tracker import Tracker
 from tracker.loop.trail import Trail
 from tracker.picture.pyramid import Image
@@ -73,7 +73,8 @@ class Passage:
                 there, estimate = self._step(other, there, frame - t * self.way, picture)
                 yield estimate
 
-        return tuple(estimate.light for estimate in self.smooth(other, run()))[-2:0:-1]
+        # Hypotheses take forty times the memory of the rest.
+        return tuple(replace(each, belief=NOTHING) for each in self.smooth(other, run()))[-2:0:-1]
 
 
 def prolong(tracker: Tracker, trail: Trail, estimate: Estimate) -> None:

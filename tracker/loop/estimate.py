@@ -1,6 +1,6 @@
 """What a frame came to, and what the loop carries to the next."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -39,11 +39,6 @@ class Estimate:
     misfit: float = 0.0
     began: bool = False
     back: tuple[Self, ...] = ()
-
-    @property
-    def light(self) -> Self:
-        """The estimate without its hypotheses, which take forty times the memory."""
-        return replace(self, belief=NOTHING)
 
 
 @dataclass(frozen=True)

@@ -122,7 +122,8 @@ class Tracker:
     ) -> tuple[State, Registration]:
         """The state after the templates were laid on the picture, and where they settled at the best."""
         priors = self.pose(proposed.states)
-        field = self.field(state, image, priors)
+        levels = self._levels(image, state.curve, self._around(priors))
+        field = Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
         starts = None if state.outcome.measured else sought(field, priors, proposed.best)
         found = align(field, priors, starts)
         fused = self.conditioned(proposed, priors, found).levelled()
@@ -136,11 +137,6 @@ class Tracker:
             # What matches nothing measures nothing.
             state = replace(state, belief=proposed)
         return replace(state, outcome=outcome), best
-
-    def field(self, state: State, image: Image, priors: Gaussian) -> Field:
-        """What poses around the priors are compared with in a frame that was `looked` at."""
-        levels = self._levels(image, state.curve, self._around(priors))
-        return Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
 
     def proposed(self, belief: Belief) -> Belief:
         """The priors of the next frame: one for each switching state that is tried."""
