@@ -17,6 +17,7 @@ from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import joints, surface
 from tracker.registration.chain_rule import descend
 from tracker.registration.field import Field, Registration
+from tracker.registration.modes import mode_of
 from tracker.registration.objective import Fit, Objective
 from tracker.registration.records import Climbs, Damping
 
@@ -38,10 +39,11 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Regist
 
     From each prior's mean (H, D), or from `starts` (H, D) where given.
     """
-    objective = Objective(field, priors)
+    lean = priors.mean, mode_of(field.settings).precision(priors.cov, field.figure)
     q = priors.mean if starts is None else starts
     for number in range(len(field.levels)):
-        fit = _climb(objective, number, q)
+        objective = Objective(field, number)
+        fit = _climb(objective, q, lean)
         q = fit.q
     cost, information, gradient = objective.linearised(fit)
     laid, templates = fit.laid, field.templates
@@ -62,9 +64,8 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Regist
 
 def scan(field: Field, poses: Array) -> Array:
     """(H,) E of poses (H, D) at the coarsest blur, nats; none climbs."""
-    anything = Gaussian(poses[:1], np.eye(poses.shape[1])[None])
-    objective = Objective(field, anything)
-    return objective.linearised(objective.compare(0, poses))[0]
+    objective = Objective(field, 0)
+    return objective.linearised(objective.compare(poses))[0]
 
 
 def reach(priors: Gaussian) -> Array:
@@ -91,13 +92,12 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
     return starts
 
 
-def _climb(objective: Objective, number: int, q: Array) -> Fit:
-    """Levenberg-Marquardt at one blur, all poses (H, D) side by side."""
-    fit = objective.begin(number, np.repeat(q, 2, axis=0))
-    climbs, weights = Climbs.begin(len(q), DAMPING), objective.weights(fit)
+def _climb(objective: Objective, q: Array, lean: tuple[Array, Array]) -> Fit:
+    """Levenberg-Marquardt at one blur, all poses (H, D) side by side, on priors' means and precisions."""
+    fit, climbs = objective.begin(np.repeat(q, 2, axis=0)), Climbs.begin(len(q), DAMPING)
     for _ in range(objective.field.settings.iterations + 1):
-        objective.lay(number, fit, (climbs.own ^ 1)[climbs.on])
-        descend(objective.layout, fit.links, weights, objective.priors, climbs, DAMPING)
+        objective.lay(fit, (climbs.own ^ 1)[climbs.on])
+        descend(objective.layout, fit.links, objective.weights, lean, climbs, DAMPING)
         if not climbs.on.any():
             break
     return fit[climbs.own]

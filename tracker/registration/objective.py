@@ -26,10 +26,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array
 from kinematics.spm import Skeleton
 from tracker.picture.backdrop import NOISE, UNKNOWN
-from tracker.picture.pyramid import Level, Planes
 from tracker.registration.chain_rule import laid_out, weighed
 from tracker.registration.field import Field
 from tracker.registration.kernel import lay, room
@@ -60,89 +59,80 @@ class Fit:
 
 
 class Objective:
-    """What H climbs from their priors lower in one frame."""
+    """E of the poses of one frame's figure, on one of the frame's levels."""
 
-    def __init__(self, field: Field, priors: Gaussian) -> None:
-        templates, figure, settings = field.templates, field.figure, field.settings
-        self.field, self.mode = field, mode_of(settings)
-        self.priors = priors.mean, self.mode.precision(priors.cov, figure)
-        self.layout = layout = figure.layout
-        self.shape = Shape(layout.layer, layout.width, layout.taper)
-        # Of densities of grey levels, with one sigma in the figure and another in the scene.
-        against = np.float32(np.log(NOISE / settings.noise))
-        behind = (field.scenery.differs + against, field.scenery.around + against, float(UNKNOWN + against))
-        self.pictures = [self._picture(level, *behind) for level in field.levels]
-        self.points = [self._points_at(number) for number in range(len(templates.colours))]
+    def __init__(self, field: Field, number: int) -> None:
+        figure, settings, mode = field.figure, field.settings, mode_of(field.settings)
+        self.field, self.layout = field, figure.layout
+        self.shape = Shape(self.layout.layer, self.layout.width, self.layout.taper)
+        self.picture = _picture(field, number)
+        self.points = _points(field, number)
         self.noise = Noise(
             variance=settings.noise**2,
             light=settings.light,
-            scale=self.mode.robust,
-            out_of_sight=-0.5 * self.mode.robust * np.log(max(settings.out_of_sight, 1e-9)),
-            in_sight=-0.5 * self.mode.robust * np.log(settings.in_sight),
+            scale=mode.robust,
+            out_of_sight=-0.5 * mode.robust * np.log(max(settings.out_of_sight, 1e-9)),
+            in_sight=-0.5 * mode.robust * np.log(settings.in_sight),
             fewest=FEWEST,
-            layered=self.mode.layered,
-            margin=0.0,
-            covered=self.mode.covered,
+            layered=mode.layered,
+            margin=hiding(field.levels[number], field.view, settings),
+            covered=mode.covered,
         )
+        # What a point of weight 1 counts, where each that is looked at stands for others.
+        nats = float(settings.tempering * len(field.templates.link) / len(self.points.along))
+        self.weights = Weights(nats, nats / (3.0 * self.noise.variance), *figure.limits, mode.stiffness)
 
-    def _points_at(self, number: int) -> Points:
-        """The templates' points with their colours at one blur, of the coarser ones a part."""
-        templates = self.field.templates
-        every = 1 if number == len(templates.colours) - 1 else self.mode.coarse
-        return Points(
-            np.searchsorted(templates.link[::every], np.arange(len(self.field.figure.links) + 1)),
-            templates.along[::every].copy(),
-            templates.across[::every].copy(),
-            templates.weight[::every].copy(),
-            templates.colours[number][::every].copy(),
-            templates.known[::every].copy(),
-            templates.light,
-        )
-
-    def _picture(self, level: Level, differs: Planes, around: Planes, unknown: float) -> Picture:
-        """What templates are laid on at one blur, see `Picture` for what tells of the scene."""
-        field = self.field
-        scenery, view, (left, top) = field.scenery, field.view, level.corner
-        (x, y), (axis_x, axis_y) = view.origin, view.axes.tolist()
-        return Picture(
-            planes=level.planes,
-            origin_x=x - left,
-            origin_y=y - top,
-            axis_x=axis_x,
-            axis_y=axis_y,
-            differs=differs,
-            around=around,
-            unknown=unknown,
-            step=scenery.step,
-            corner_x=left,
-            corner_y=top,
-        )
-
-    def compare(self, number: int, q: Array) -> Fit:
-        """The templates laid on one level at poses (H, D)."""
-        fit = self.begin(number, q)
-        self.lay(number, fit, np.arange(len(q)))
+    def compare(self, q: Array) -> Fit:
+        """The templates laid on the level at poses (H, D)."""
+        fit = self.begin(q)
+        self.lay(fit, np.arange(len(q)))
         return fit
 
-    def begin(self, number: int, q: Array) -> Fit:
+    def begin(self, q: Array) -> Fit:
         """Poses (H, D) with room for what `lay` finds."""
         bones = laid_out(self.layout, q)
-        return Fit(q, bones, room(bones.length.shape, len(self.points[number].along)))
+        return Fit(q, bones, room(bones.length.shape, len(self.points.along)))
 
-    def lay(self, number: int, fit: Fit, rows: NDArray[np.intp]) -> None:
-        """Lay the templates on one level at some of the poses."""
-        field = self.field
-        noise = self.noise._replace(margin=hiding(field.levels[number], field.view, field.settings))
-        lay(self.pictures[number], fit.bones, self.points[number], self.shape, noise, rows, fit.laid)
+    def lay(self, fit: Fit, rows: NDArray[np.intp]) -> None:
+        """Lay the templates on the level at some of the poses."""
+        lay(self.picture, fit.bones, self.points, self.shape, self.noise, rows, fit.laid)
 
     def linearised(self, fit: Fit) -> tuple[Array, Array, Array]:
         """E (H,) of each pose, nats; its Gauss-Newton matrix (H, D, D) and derivative (H, D) by the pose."""
-        return weighed(self.layout, fit.links, self.weights(fit))
+        return weighed(self.layout, fit.links, self.weights)
 
-    def weights(self, fit: Fit) -> Weights:
-        """How what is measured on the fit's level adds up to E."""
-        settings, templates, looked_at = self.field.settings, self.field.templates, fit.laid.match.shape[1]
-        # What a point of weight 1 counts, where each that is looked at stands for others.
-        nats = float(settings.tempering * len(templates.link) / looked_at)
-        low, high = self.field.figure.limits
-        return Weights(nats, nats / (3.0 * self.noise.variance), low, high, self.mode.stiffness)
+
+def _points(field: Field, number: int) -> Points:
+    """The templates' points with their colours at one blur, of the coarser ones a part."""
+    templates = field.templates
+    every = 1 if number == len(templates.colours) - 1 else mode_of(field.settings).coarse
+    return Points(
+        np.searchsorted(templates.link[::every], np.arange(len(field.figure.links) + 1)),
+        templates.along[::every].copy(),
+        templates.across[::every].copy(),
+        templates.weight[::every].copy(),
+        templates.colours[number][::every].copy(),
+        templates.known[::every].copy(),
+        templates.light,
+    )
+
+
+def _picture(field: Field, number: int) -> Picture:
+    """What templates are laid on at one blur, see `Picture` for what tells of the scene."""
+    scenery, view, level = field.scenery, field.view, field.levels[number]
+    (left, top), (x, y), (axis_x, axis_y) = level.corner, view.origin, view.axes.tolist()
+    # Of densities of grey levels, with one sigma in the figure and another in the scene.
+    against = np.float32(np.log(NOISE / field.settings.noise))
+    return Picture(
+        planes=level.planes,
+        origin_x=x - left,
+        origin_y=y - top,
+        axis_x=axis_x,
+        axis_y=axis_y,
+        differs=scenery.differs + against,
+        around=scenery.around + against,
+        unknown=float(UNKNOWN + against),
+        step=scenery.step,
+        corner_x=left,
+        corner_y=top,
+    )

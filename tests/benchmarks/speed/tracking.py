@@ -136,11 +136,10 @@ def by_points(job: Job) -> Growth:
     sizes, times = [], []
     for spacing in SPACINGS:
         field, prior = _field(job, Settings(spacing=spacing))
-        search = Objective(field, prior)
+        levels = [Objective(field, n) for n in range(len(field.levels))]
         q = np.repeat(prior.mean, 4, 0)
         sizes.append(len(field.templates.link))
-        levels = range(len(field.levels))
-        times.append(_best(lambda search=search, q=q, levels=levels: [search.compare(n, q) for n in levels]))
+        times.append(_best(lambda q=q, levels=levels: [level.compare(q) for level in levels]))
     return Growth(tuple(sizes), tuple(times))
 
 

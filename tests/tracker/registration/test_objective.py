@@ -49,8 +49,8 @@ def crossed(settings, rng):
 
 def laid(field, number):
     """The objective, and the templates laid on one level at the crossed legs."""
-    objective = Objective(field, Gaussian(CROSSED[None], WEAK[None]))
-    return objective, objective.compare(number, CROSSED[None])
+    objective = Objective(field, number)
+    return objective, objective.compare(CROSSED[None])
 
 
 class Twin:
@@ -183,10 +183,10 @@ def test_what_is_handed_on_is_the_function_at_the_mode_and_the_climb_has_lowered
     priors = Gaussian(CROSSED + 0.03 * rng.normal(size=(6, D)), np.repeat(WEAK[None], 6, axis=0))
     alone = replace(field, templates=replace(field.templates, colours=field.templates.colours[1:]))
     alone = replace(alone, levels=field.levels[1:])
-    objective = Objective(alone, priors)
-    before, _, _ = objective.linearised(objective.compare(0, priors.mean))
+    objective = Objective(alone, 0)
+    before, _, _ = objective.linearised(objective.compare(priors.mean))
     found = align(alone, priors)
-    fit = objective.compare(0, np.stack([r.q for r in found]))
+    fit = objective.compare(np.stack([r.q for r in found]))
     cost, information, gradient = objective.linearised(fit)
     assert_allclose([r.cost for r in found], 0.4 * cost, rtol=1e-9)
     assert_allclose([r.misfit for r in found], fit.laid.mean, rtol=1e-9)
