@@ -68,11 +68,7 @@ def beyond_limits(figure: Figure, marks: Marks, facing: int) -> list[str]:
 
 def _wrong(figure: Figure, marks: Marks, facing: int) -> list[str]:
     spans = _spans(figure, marks)
-    return [
-        *_uneven(figure, spans),
-        *_out_of_proportion(figure, spans),
-        *beyond_limits(figure, marks, facing),
-    ]
+    return _uneven(figure, spans) + _out_of_proportion(figure, spans) + beyond_limits(figure, marks, facing)
 
 
 def _spans(figure: Figure, marks: Marks) -> dict[int, float]:

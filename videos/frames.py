@@ -266,13 +266,13 @@ def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, i
     rate = stream.average_rate or stream.guessed_rate or stream.base_rate
     known = float(rate) if rate and rate <= FASTEST else None
     fps = known or rate_of(_told(container, stream)) or FOLDER_FPS
-    seconds = None
+    seconds = 0.0
     if stream.duration and stream.time_base:
         seconds = float(stream.duration * stream.time_base)
     elif container.duration:
         seconds = container.duration / av.time_base
     # A clip trimmed on the phone keeps its full count and shortens its duration, hence the lesser.
-    counts = [stream.frames or None, round(seconds * fps) if seconds else None]
+    counts = stream.frames, round(seconds * fps)
     return fps, min((count for count in counts if count), default=None)
 
 

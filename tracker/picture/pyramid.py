@@ -33,11 +33,7 @@ class Level:
 
 
 def pyramid(
-    image: Image,
-    box: Box,
-    sigmas: Sequence[float],
-    colour: bool,
-    curve: Image = AS_FILMED,
+    image: Image, box: Box, sigmas: Sequence[float], colour: bool, curve: Image = AS_FILMED
 ) -> list[Level]:
     """Levels of the part of an RGB frame within `box` (x0, y0, x1, y1), in the order of `sigmas`.
 
