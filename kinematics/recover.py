@@ -164,14 +164,10 @@ def facing_of(marks: Marks, later: Marks | None = None, figure: Figure = WALKER)
     """
     seen, base = _positions(marks), figure.base
     toes, clear, toe, bend = _votes(seen, figure)
-    travel = 0.0
-    if later is not None:
-        after = _positions(later)
-        travel = after[base][0] - seen[base][0] if base in seen and base in after else 0.0
-    for vote in (toes, clear, toe, travel, bend):
-        if vote != 0.0:
-            return 1 if vote > 0 else -1
-    return 1
+    after = _positions(later or {})
+    travel = after[base][0] - seen[base][0] if base in seen and base in after else 0.0
+    votes = [vote for vote in (toes, clear, toe, travel, bend) if vote != 0.0]
+    return 1 if not votes or votes[0] > 0 else -1
 
 
 def facing_told(marks: Marks, figure: Figure = WALKER) -> bool:

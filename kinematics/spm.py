@@ -108,19 +108,13 @@ def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
     the common scale.
     """
     u, v = along * bones.length.take(link, axis=-1), bones.size[..., None] * across
-    (x, y), ahead = (_of_links(each, link) for each in (bones.start, bones.direction))
+    # One coordinate after the other, as two numbers a point are too few for numpy to be fast.
+    x, y = (bones.start[..., k].take(link, axis=-1) for k in range(2))
+    dx, dy = (bones.direction[..., k].take(link, axis=-1) for k in range(2))
     places = np.empty((*u.shape, 2))
-    places[..., 0] = x + u * ahead[0] - v * ahead[1]
-    places[..., 1] = y + u * ahead[1] + v * ahead[0]
+    places[..., 0] = x + u * dx - v * dy
+    places[..., 1] = y + u * dy + v * dx
     return places
-
-
-def _of_links(vectors: Array, link: Index) -> tuple[Array, Array]:
-    """Both coordinates (..., P) of vectors (..., L, 2) of links (P,).
-
-    One by one, as two numbers a point are too few for numpy to be fast.
-    """
-    return vectors[..., 0].take(link, axis=-1), vectors[..., 1].take(link, axis=-1)
 
 
 def motions(figure: Figure, bones: Skeleton) -> Array:
