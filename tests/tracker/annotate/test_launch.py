@@ -9,6 +9,7 @@ import stat
 import webbrowser
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.parse import unquote
 
 import pytest
@@ -24,12 +25,14 @@ from tracker.tables.keypoints import Mark, read_keypoints
 
 @contextmanager
 def running(*words, cwd=None, command="annotate"):
-    """The command at work, and the address it printed."""
+    """The command at work, all that it `said` so far, and the address in it."""
     process = started(command, *words, "--no-browser", cwd=cwd)
     try:
         lines = iter(process.stdout.readline, "")
-        address = next(found[0] for line in lines if (found := re.search(r"http://\S+", line)))
-        yield process, address
+        process.said = next(lines)
+        while not (found := re.search(r"http://\S+", process.said)):
+            process.said += next(lines)
+        yield process, found[0]
     finally:
         process.kill()
         process.communicate()
@@ -88,22 +91,10 @@ def test_unless_told_the_table_is_called_after_the_video_and_lies_where_one_is(c
 
 
 @pytest.mark.whole
-def test_a_table_that_exists_is_opened_at_its_first_frame(clip, tmp_path):
-    table = tmp_path / "k.csv"
-    table.write_text("frame,keypoint,x,y\n7,hip,1,2\n")
-    with running(clip.video, "--out", table) as (_, address):
-        opening = page(address)
-    assert opening["frame"]["index"] == 7
-    assert opening["marks"] == {"7": told({"hip": Mark(1, 2)})}
-
-
-@pytest.mark.whole
 def test_marks_taken_from_another_program_open_their_frame(clip, tmp_path):
     source = people.dlc(tmp_path / "net.csv", {"4": WALKER})
-    with running(clip.video, "--out", tmp_path / "k.csv", "--from", source, "--facing", "left") as (
-        _,
-        address,
-    ):
+    more = ("--from", source, "--facing", "left")
+    with running(clip.video, "--out", tmp_path / "k.csv", *more) as (_, address):
         opening = page(address)
     assert opening["frame"]["index"] == opening["taken"]["frame"] == 4
     assert opening["taken"]["marks"]["near_knee"]["x"] == WALKER["left_knee"][0]
@@ -111,17 +102,10 @@ def test_marks_taken_from_another_program_open_their_frame(clip, tmp_path):
 
 
 def test_the_browser_is_opened_unless_told_not_to_or_it_would_take_the_terminal(monkeypatch):
-    class Window:
-        def __init__(self):
-            self.opened = []
-
-        def open(self, address):
-            self.opened.append(address)
-
-    window = Window()
-    monkeypatch.setattr(webbrowser, "get", lambda: window)
+    opened = []
+    monkeypatch.setattr(webbrowser, "get", lambda: SimpleNamespace(open=opened.append))
     module.show("http://here/")
-    assert window.opened == ["http://here/"]
+    assert opened == ["http://here/"]
 
     class Text(webbrowser.GenericBrowser):
         def open(self, *_):

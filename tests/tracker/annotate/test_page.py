@@ -72,6 +72,13 @@ class Page:
             f"document.querySelector('#advice').innerText.toLowerCase().includes({words.lower()!r})"
         )
 
+    def can_be_read(self, width):
+        """Whether nothing sticks out of a window and words stand out from what is behind them."""
+        assert self.browser.value("document.documentElement.scrollWidth") <= width
+        contrasts = self.browser.value(CONTRASTS)
+        assert len(contrasts) > 15
+        assert {words: ratio for words, ratio in contrasts if ratio < 4.5} == {}
+
     def turn_to(self, frame):
         self.browser.wait(f"document.querySelector('#picture').ariaLabel === 'Frame {frame} of walk.mp4'")
 
@@ -83,24 +90,28 @@ def table(tmp_path):
 
 @pytest.fixture
 def page(browser, clip, table):
-    """The page of a session on the rendered walk; its console must stay silent."""
+    """The page of a session on the rendered walk."""
     with session_page(browser, clip.video, table) as page:
         yield page
-    assert browser.errors == []
+
+
+def session_page(browser, video, table, *, taken=None, **window):
+    session = Session(video, Table(table), taken.frame if taken else 0, taken)
+    return served(browser, session, **window)
 
 
 @contextmanager
-def session_page(browser, video, table, *, taken=None, **window):
+def served(browser, session, **window):
+    """The page of a session; its console must stay silent."""
     browser.errors.clear()
-    with Server(Session(video, Table(table), taken.frame if taken else 0, taken)) as server:
+    with Server(session) as server:
         threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
         page = Page(browser, server.address, **window)
         page.server = server
         yield page
-        seen = list(browser.errors)
+        assert browser.errors == []
         browser.open("about:blank")  # a page that outlives its server complains
         server.shutdown()
-    browser.errors[:] = seen
 
 
 @pytest.fixture
@@ -405,7 +416,6 @@ def test_a_table_that_exists_is_opened_and_extended(browser, clip, table):
         assert browser.text("#marked").split()[-2:] == ["0", "4"]
         page.click(120, 40)
         page.save()
-    assert browser.errors == []
     first, *others = table.read_text().splitlines()[1:]
     assert others == ["0,hip,100,90,1,me", "4,neck,7,8,0,you"]
     assert first.startswith("0,head_top,")
@@ -440,7 +450,6 @@ def test_fingers_tap_drag_and_pinch(browser, clip, table):
             3.0 * before, rel=0.05
         )
         assert list(page.points()) == ["head_top"]
-    assert browser.errors == []
 
 
 @pytest.mark.parametrize("width", [1280, 390])
@@ -449,15 +458,11 @@ def test_nothing_sticks_out_and_words_stand_out_from_what_is_behind_them(browser
     with session_page(
         browser, clip.video, table, width=width, height=800, dark=dark, touch=width < 500
     ) as page:
-        assert browser.value("document.documentElement.scrollWidth") <= width
         page.press("s")
-        contrasts = browser.value(CONTRASTS)
-        assert len(contrasts) > 15
-        assert {words: ratio for words, ratio in contrasts if ratio < 4.5} == {}
+        page.can_be_read(width)
         assert (
             browser.value("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
         ) != dark
-    assert browser.errors == []
 
 
 # Every element with words of its own: the ratio of luminances of its ink and of what it stands on (WCAG 2).
@@ -502,3 +507,4 @@ def test_a_server_that_is_gone_is_said_and_the_marks_stay(browser, clip, table, 
         browser.push("#save")
         browser.wait("document.querySelector('#saved').textContent.includes('does not answer any more')")
         assert list(page.points()) == ["head_top"]
+        browser.errors.clear()
