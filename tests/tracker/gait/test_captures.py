@@ -1,8 +1,5 @@
 """Captured people, seen as a tracker sees them, against when their feet are on the ground."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -17,13 +14,9 @@ EVERY = 4  # row of the table
 
 
 @pytest.fixture(scope="module")
-def shown():
+def shown(data_dir):
     """Motions of the table of captures, a walk or run each."""
-    data = os.environ.get("FIGTRACK_DATA")
-    table = Path(data) / "mocap" / "trials.csv" if data else None
-    if table is None or not table.exists():
-        pytest.skip("captures want $FIGTRACK_DATA/mocap/trials.csv")
-    return [motion for _, motion in captures(read_trials(table)[::EVERY])]
+    return [motion for _, motion in captures(read_trials(data_dir / "mocap" / "trials.csv")[::EVERY])]
 
 
 @pytest.mark.parametrize(("label", "least"), [("walk", 60), ("run", 10)])

@@ -1,12 +1,11 @@
 """Scores: every number as the scoring tool gives it, and what counts as lost, swapped or untracked."""
 
-import importlib.util
-from types import ModuleType
-
 import numpy as np
 import pytest
 
+from kinematics.sides import other_side
 from tests.kinematics.figures import WALKER, Puppet
+from tests.tracker.records import validator
 from tests.tracker.tracks import random_track
 from tracker.run.score import error_curve, parting, places, score
 from tracker.tables.keypoints import KEYPOINTS, Mark
@@ -35,21 +34,7 @@ def off_by(error, pose=STANDING):
 
 def exchanged(pose=STANDING):
     """The legs' names exchanged."""
-    twin = {"near_knee": "far_knee", "near_ankle": "far_ankle"}
-    twin |= {far: near for near, far in twin.items()}
-    return {name: pose[twin.get(name, name)] for name in pose}
-
-
-@pytest.fixture(scope="session")
-def tool(data_dir) -> ModuleType:
-    """The tool that defines the scores."""
-    path = data_dir.parent / "tools" / "score_tracks.py"
-    if not path.is_file():
-        pytest.skip(f"no scoring tool at {path}")
-    spec = importlib.util.spec_from_file_location("score_tracks", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return {name: pose[other_side(name)] for name in pose}
 
 
 def random_case(rng):
@@ -80,8 +65,8 @@ def random_case(rng):
 
 @pytest.mark.filterwarnings("ignore:Mean of empty slice")  # the tool's, of a side that no frame shows
 @pytest.mark.filterwarnings("ignore:invalid value encountered")
-def test_every_number_is_the_scoring_tool_s(tool, rng):
-    told = []
+def test_every_number_is_the_scoring_tool_s(rng):
+    tool, told = validator("score_tracks.py"), []
     for _ in range(150):
         truth, found, start = random_case(rng)
         start += int(rng.integers(0, 2)) * (sorted(truth)[-2] - start)  # sometimes from a later frame
