@@ -5,6 +5,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 from typer.testing import CliRunner
 
@@ -67,6 +68,14 @@ def write_video(path, images, times=None):
     with Writer(path, FPS, (width, height), crf=16) as writer:
         for image, time in zip(images, times or [None] * len(images), strict=True):
             writer.write(image, time)
+
+
+def write_images(folder, images):
+    """A folder of the pictures, numbered."""
+    folder.mkdir()
+    for t, image in enumerate(images):
+        cv2.imwrite(str(folder / f"{t}.png"), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
+    return folder
 
 
 def write_table(path, rows, header=HEADER):

@@ -3,14 +3,13 @@
 from contextlib import contextmanager
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.motion.rate import at_rate
 from dynamics.store import load_shipped
-from tests.tracker.clips import FPS, read_csv, read_json, write_video
+from tests.tracker.clips import FPS, read_csv, read_json, write_images, write_video
 from tracker.clip import follow as follow_module
 from tracker.clip import pictures as reel_module
 from tracker.clip import plan as plan_module
@@ -54,13 +53,6 @@ def frames_read(monkeypatch):
     return read
 
 
-def write_images(folder, images):
-    folder.mkdir()
-    for t, image in enumerate(images):
-        cv2.imwrite(str(folder / f"{t}.png"), cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
-    return folder
-
-
 def test_every_frame_is_followed_from_the_start_frame_on(clip, ahead):
     assert ahead.frames == len(ahead.track) == len(clip)
     assert ahead.track.first == 0
@@ -68,11 +60,6 @@ def test_every_frame_is_followed_from_the_start_frame_on(clip, ahead):
     hips = ahead.track.joints()[:, ahead.track.figure.joints.index("hip")]
     # Cloth hides the joints themselves; a tenth of the leg is less than a thigh's half width.
     assert np.hypot(*(hips - clip.joints["hip"]).T).max() < 0.1 * clip.leg_px
-
-
-def test_progress_counts_every_frame_once_both_ways(clip, job, capsys):
-    follow(replace(job, start=4), Progress("plain"))
-    assert f"walk.mp4 with cv: {len(clip)} of {len(clip)} in" in capsys.readouterr().err
 
 
 def test_progress_goes_on_with_every_frame_that_is_tracked(job, monkeypatch):
@@ -335,13 +322,8 @@ def test_the_overlay_shows_what_was_followed(clip, ahead, tmp_path):
     assert np.abs(drawn[0].image.astype(int) - plain).max() > 100
 
 
-def test_the_results_may_call_the_video_by_another_name(ahead, tmp_path):
+def test_run_json_holds_the_settings_and_may_call_the_video_by_another_name(ahead, tmp_path):
     write_run(replace(ahead, job=replace(ahead.job, called="there/walk.mp4")), tmp_path, QUIET)
-    assert read_json(tmp_path / "run.json")["video"] == "there/walk.mp4"
-
-
-def test_run_json_holds_the_settings_that_the_clip_was_followed_with(job, tmp_path):
-    write_run(follow(replace(job, rate=0.5, stop=2), QUIET), tmp_path, QUIET)
     written = read_json(tmp_path / "run.json")
-    assert Settings(**written["settings"]) == job.settings
-    assert written["rate"] == 0.5
+    assert written["video"] == "there/walk.mp4"
+    assert Settings(**written["settings"]) == ahead.job.settings

@@ -3,11 +3,11 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tests.tracker.clips import write_images
 from tests.tracker.strolls import stroll
 from tests.videos.test_frames import make_clip, noise
 from tracker.progress import Progress
@@ -32,10 +32,8 @@ def test_the_film_shows_what_was_followed_from_its_start_on(finished, tmp_path, 
     alike = kind == "copied"
     finished.mended = int(kind == "mended")
     if kind == "folder":
-        images = tmp_path / "images"
-        images.mkdir()
-        save_images(finished.job.video, images)
-        finished.job.video = images
+        images = [frame.image for frame in Video(finished.job.video)]
+        finished.job.video = write_images(tmp_path / "images", images)
     film = write_film(finished, tmp_path / "film.mp4", Progress("quiet"))
     assert (film.path, film.size) == (tmp_path / "film.mp4", (96, 64))
     assert (film.start > 0.0) is alike
@@ -48,8 +46,3 @@ def test_the_film_shows_what_was_followed_from_its_start_on(finished, tmp_path, 
             assert np.corrcoef(ours.image.ravel(), theirs.image.ravel())[0, 1] > 0.9
     times = np.array([frame.time for frame in shown]) - film.start
     assert_allclose(times, finished.track.times - finished.track.times[0], atol=1e-4)
-
-
-def save_images(video, folder):
-    for frame in Video(video):
-        cv2.imwrite(str(folder / f"{frame.index}.png"), cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR))
