@@ -89,27 +89,33 @@ def test_where_the_light_changes_nobody_is_found(rng, tmp_path):
     assert people(as_video(np.rint(empty * ramp).astype(np.uint8), tmp_path), QUIET) == []
 
 
+@pytest.fixture
+def expected(monkeypatch):
+    """What clothes and shadows are expected to look like at every look at the film."""
+    looks, stage = [], staged_module.Surveyed.stage
+
+    def noted(surveyed, facing, expected=USUAL):
+        looks.append(expected)
+        return stage(surveyed, facing)
+
+    monkeypatch.setattr(staged_module.Surveyed, "stage", noted)
+    return looks
+
+
 @pytest.mark.parametrize(
     ("turned", "looks"),
     [((0.01, 0.3), 2), ((0.08, 0.02, 0.2), 3), ((0.01, 0.02, 0.01, 0.03), 4), ((0.05, 0.04, 0.02, 0.01), 4)],
 )
 def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shadows_expected(
-    turned, looks, walk, video, monkeypatch
+    turned, looks, walk, video, expected, monkeypatch
 ):
-    seen, real = [], staged_module.Surveyed.stage
-
-    def stage(surveyed, facing, expected=USUAL):
-        seen.append(expected)
-        return real(surveyed, facing)
-
     def before(*_):
-        look = len(seen) - 1
+        look = len(expected) - 1
         return [walk.person(turned=turned[look], frame=look), walk.shifted(60).person(frame=look)]
 
-    monkeypatch.setattr(staged_module.Surveyed, "stage", stage)
     monkeypatch.setattr(found_module, "_before", before)
     (one, sure) = people(video, QUIET)
-    assert seen == [USUAL, *AGAIN][:looks]
+    assert expected == [USUAL, *AGAIN][:looks]
     assert (one.frame, one.turned) == (int(np.argmax(turned)), max(turned))
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
@@ -125,28 +131,27 @@ def test_of_looks_that_are_not_clear_that_counts_which_shows_most_of_the_person(
     assert (found.frame, found.turned) == (2, 0.08)
 
 
-def test_a_film_without_colours_is_looked_through_again_where_nobody_is_seen(walk, tmp_path, monkeypatch):
-    grey = np.repeat(walk.images.mean(-1, keepdims=True), 3, axis=-1).astype(np.uint8)
-    seen, real = [], staged_module.Surveyed.stage
+@pytest.fixture
+def grey(walk, tmp_path):
+    """The film without colours."""
+    return as_video(np.repeat(walk.images.mean(-1, keepdims=True), 3, axis=-1).astype(np.uint8), tmp_path)
 
-    def stage(surveyed, facing, expected=USUAL):
-        seen.append(expected)
-        return real(surveyed, facing)
 
+def test_a_film_without_colours_is_looked_through_again_where_nobody_is_seen(
+    walk, grey, expected, monkeypatch
+):
     def before(_, facing, those=None):
         assert those is None
-        return [walk.person()] if len(seen) == 5 else []
+        return [walk.person()] if len(expected) == 5 else []
 
-    monkeypatch.setattr(staged_module.Surveyed, "stage", stage)
     monkeypatch.setattr(found_module, "_before", before)
-    assert len(people(as_video(grey, tmp_path), QUIET)) == 1
-    assert seen == [USUAL, *AGAIN, FULL_OF_SHADOWS]
+    assert len(people(grey, QUIET)) == 1
+    assert expected == [USUAL, *AGAIN, FULL_OF_SHADOWS]
 
 
 @pytest.mark.whole
-def test_a_walker_without_colours_is_found(walk, tmp_path):
-    grey = np.repeat(walk.images.mean(-1, keepdims=True), 3, axis=-1).astype(np.uint8)
-    (one,) = people(as_video(grey, tmp_path), QUIET)
+def test_a_walker_without_colours_is_found(walk, grey):
+    (one,) = people(grey, QUIET)
     assert one.facing == 1
     assert np.hypot(*(one.joints - walk.joints[one.frame]).T).mean() < 0.08 * UNIT
 
@@ -213,13 +218,6 @@ def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video,
     (one,) = people(video, QUIET)
     assert parts == [16, 16]
     assert (one.first, one.frame) == (16, 21)
-
-
-def test_nobody_is_no_start(rng, tmp_path):
-    empty = as_video(film(rng, frames=FEWEST, walker=False).images, tmp_path)
-    with pytest.raises(FoundError, match="nobody was found who walks") as said:
-        start_of([], Following(), empty)
-    assert said.value.suggested is None
 
 
 def test_of_several_one_must_be_named(walk, video):
