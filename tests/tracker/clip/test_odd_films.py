@@ -1,16 +1,16 @@
 """Films that are not one walk through a scene at rest: what is followed, found and said of each."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.tracker.clips import write_table, write_video
-from tests.tracker.outline.films import UNIT, WALKER, film
+from tests.tracker.clip.test_outlines import written
+from tests.tracker.outline.films import UNIT, film
 from tracker.clip.follow import follow
 from tracker.clip.found import people
-from tracker.clip.job import Job
 from tracker.loop.outcome import Outcome
 from tracker.progress import Progress
-from tracker.tables.keypoints import read_keypoints
 from videos.frames import Video
 
 QUIET = Progress("quiet")
@@ -29,11 +29,9 @@ def filmed(tmp_path):
     """A film of pictures, and one that is followed from the joints of a frame."""
 
     def as_film(images, joints, frame):
-        write_video(tmp_path / "film.mp4", np.clip(np.rint(images), 0, 255).astype(np.uint8))
-        marks = zip(WALKER.joints, joints[frame], strict=True)
-        write_table(tmp_path / "film.csv", [(frame, name, *place, 1) for name, place in marks])
-        job = Job(tmp_path / "film.mp4", read_keypoints(tmp_path / "film.csv"), "walk-run", facing=1)
-        return people(Video(tmp_path / "film.mp4"), QUIET), follow(job, QUIET).track
+        images = np.clip(np.rint(images), 0, 255).astype(np.uint8)
+        job = replace(written(tmp_path, images, joints, frame), model="walk-run")
+        return people(Video(job.video), QUIET), follow(job, QUIET).track
 
     return as_film
 
