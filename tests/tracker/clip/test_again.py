@@ -176,18 +176,8 @@ def test_a_track_is_read_back_as_it_was_written(anchored, tmp_path):
     run = replace(run, track=replace(run.track, misnamed=0.25))
     write_run(run, tmp_path, QUIET, overlay=False, report=False)
     track = read_track(tmp_path, run.track.mark)
-    assert (track.figure, track.view, track.misnamed, track.first) == (
-        run.track.figure,
-        run.track.view,
-        0.25,
-        0,
-    )
-    assert (track.model, track.labels, track.motions, track.outcome) == (
-        run.track.model,
-        run.track.labels,
-        run.track.motions,
-        run.track.outcome,
-    )
+    for name in ("figure", "view", "misnamed", "first", "model", "labels", "motions", "outcome"):
+        assert getattr(track, name) == getattr(run.track, name)
     for name in ("q", "cov", "s", "shift", "times"):
         assert_array_equal(getattr(track, name), getattr(run.track, name))
 

@@ -15,6 +15,7 @@ from tracker.annotate.session import CheckRequest, Session
 from tracker.api import follow
 from tracker.foreign.dlc import read_people
 from tracker.progress import Progress
+from tracker.tables.keypoints import points, read_keypoints
 
 FILE = Path(__file__).parents[1] / "five_legs.toml"
 FIVE = load_figure(FILE)
@@ -32,9 +33,8 @@ class Film:
 
     def errors(self, folder):
         """(T, J) pixels from the joints that a run found, in the order of the figure."""
-        rows = [row for row in read_csv(folder / "keypoints.csv") if row["x"]]
-        found = {(int(row["frame"]), row["keypoint"]): (float(row["x"]), float(row["y"])) for row in rows}
-        places = [[found[t, name] for name in FIVE.joints] for t in range(FRAMES)]
+        found = read_keypoints(folder / "keypoints.csv", FIVE.joints)
+        places = [[points(found[t])[name] for name in FIVE.joints] for t in range(FRAMES)]
         return np.hypot(*np.moveaxis(np.array(places) - self.joints, -1, 0))
 
 

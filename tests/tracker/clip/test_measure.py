@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from kinematics.recover import start_pose
 from tests.benchmarks.evaluation.spoiled import twins
 from tests.kinematics.figures import WALKER
-from tests.tracker.clips import figtrack, read_csv, read_json, refused, write_table
+from tests.tracker.clips import figtrack, read_json, refused, write_table
 from tests.tracker.tracks import random_track
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
@@ -22,7 +22,7 @@ from tracker.foreign.text_files import ForeignError
 from tracker.loop.detections import EXCHANGED, Detections
 from tracker.progress import Progress
 from tracker.settings import Settings
-from tracker.tables.keypoints import read_keypoints
+from tracker.tables.keypoints import points, read_keypoints
 
 ALONE = ("--no-templates", "--quiet")
 
@@ -201,15 +201,12 @@ def test_an_export_is_read_back_to_the_hundredth_of_a_pixel(clip, tmp_path, monk
     assert figtrack("track", clip.video, *words).exit_code == 0
     assert figtrack("export", "run", "--to", "dlc", "--quiet").exit_code == 0
     plan = prepare(Job(clip.video, read_keypoints(clip.keypoints), "cv", measure=tmp_path / "run.dlc.csv"))
-    exported = {
-        (int(row["frame"]), row["keypoint"]): (float(row["x"]), float(row["y"]))
-        for row in read_csv(tmp_path / "run" / "keypoints.csv")
-    }
+    exported = read_keypoints(tmp_path / "run" / "keypoints.csv")
     assert len(plan.measured.frames) == 10
     for frame, found in plan.measured.frames.items():
         names = [plan.start.figure.joints[j] for j in found.joint]
         assert len(names) == 9
-        assert_allclose(found.pixels, [exported[frame, name] for name in names], atol=0.01)
+        assert_allclose(found.pixels, [points(exported[frame])[name] for name in names], atol=0.01)
 
 
 def test_without_templates_and_points_there_is_nothing_to_follow(clip):
