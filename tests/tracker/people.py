@@ -22,6 +22,11 @@ WALKER = {
     "left_ankle": (124.0, 217.0),
     "left_toe": (141.0, 213.0),
 }
+LEGS = {  # as ours are named: the right leg of who faces right is the nearer one
+    f"{ours}_{part}": WALKER[f"{theirs}_{part}"]
+    for ours, theirs in (("near", "right"), ("far", "left"))
+    for part in ("knee", "ankle", "toe")
+}
 OPENPOSE_NAMES = {
     "right_toe": "RBigToe",
     "left_toe": "LBigToe",

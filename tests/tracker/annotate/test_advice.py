@@ -7,7 +7,7 @@ from numpy.testing import assert_array_equal
 
 from kinematics.figure_file import load_figure
 from kinematics.recover import PoseError
-from tests.tracker.people import WALKER
+from tests.tracker.people import LEGS
 from tracker.annotate.session import advise
 from tracker.clip.start import StartError, marked_start
 from tracker.tables.keypoints import Mark
@@ -17,11 +17,7 @@ MARKS = {
     "head_top": Mark(108, 28),
     "neck": Mark(100, 70),
     "hip": Mark(100, 130),
-    **{
-        f"{ours}_{part}": Mark(*WALKER[f"{theirs}_{part}"])
-        for ours, theirs in (("near", "right"), ("far", "left"))
-        for part in ("knee", "ankle", "toe")
-    },
+    **{name: Mark(*place) for name, place in LEGS.items()},
 }
 
 

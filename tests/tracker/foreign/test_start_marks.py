@@ -5,17 +5,12 @@ import json
 import pytest
 
 from tests.tracker import people
-from tests.tracker.people import WALKER, mirrored, moved
+from tests.tracker.people import LEGS, WALKER, mirrored, moved
 from tracker.foreign.names import CROWN
 from tracker.foreign.start_marks import read_marks, read_start
 from tracker.foreign.text_files import ForeignError
 from tracker.tables.keypoints import KEYPOINTS, Mark, points
 
-LEGS = {
-    f"{ours}_{part}": WALKER[f"{theirs}_{part}"]
-    for ours, theirs in (("near", "right"), ("far", "left"))
-    for part in ("knee", "ankle", "toe")
-}
 DERIVED = {"neck": (100.0, 70.0), "hip": (100.0, 130.0)}
 CROWN_AT = (100.0 + CROWN * 6.0, 70.0 - CROWN * 30.0)
 WHOLE = {"head_top": CROWN_AT, **DERIVED, **LEGS}
