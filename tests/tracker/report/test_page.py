@@ -174,27 +174,9 @@ def test_keys_step_frames_and_stop_at_the_ends(browser, tmp_path):
         report.shows(frame)
 
 
-def test_space_plays_and_pauses_at_a_whole_frame(browser, tmp_path):
-    report = Report(browser, made(tmp_path))
-    browser.press(" ")
-    browser.wait("document.querySelector('#play').ariaLabel === 'Pause'")
-    browser.wait("Number(document.querySelector('#frame').value) > 5")
-    browser.press(" ")
-    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
-    frame = int(browser.value("document.querySelector('#frame').value"))
-    assert 5 < frame < SECONDS * FPS - 1
-    report.shows(frame)
-    assert report.cursor() == pytest.approx(frame / (SECONDS * FPS - 1), abs=0.005)
-
-
-def test_at_its_end_the_clip_stops_and_plays_again_from_the_start(browser, tmp_path):
+def test_from_its_end_the_clip_plays_again_from_the_start(browser, tmp_path):
     report = Report(browser, made(tmp_path))
     last = round(SECONDS * FPS) - 1
-    report.slide(last - 3)
-    report.shows(last - 3)
-    browser.push("#play")
-    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
-    report.shows(last)
     report.slide(last)
     report.shows(last)
     browser.push("#play")
@@ -204,13 +186,10 @@ def test_at_its_end_the_clip_stops_and_plays_again_from_the_start(browser, tmp_p
 
 def test_a_click_in_a_plot_goes_there(browser, tmp_path):
     report = Report(browser, made(tmp_path))
-    box = browser.value(
-        "(() => {const b = document.querySelectorAll('.panel .chart')[1].getBoundingClientRect();"
-        "return [b.x, b.y, b.width, b.height]})()"
-    )
+    left, top, width, height = box(browser, ".panel .chart", 1)
     last = round(SECONDS * FPS) - 1
     for frame in (44, 7):
-        browser.click(box[0] + 1 + (box[2] - 1) * frame / last, box[1] + box[3] / 2)
+        browser.click(left + 1 + (width - 1) * frame / last, top + height / 2)
         report.shows(frame)
 
 
@@ -243,11 +222,13 @@ def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
     assert report.values(0) == ["near not seen", "far not seen"]
 
 
-def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, tmp_path):
+def test_below_two_sentences_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, tmp_path):
     track = stroll(6.0)
-    told = chapter(track)
+    told = chapter(track, warnings=["<i>odd</i>"])
     write_report(tmp_path / "report.html", told, write_clip(tmp_path / FILM, track.times[:10]))
     report = Report(browser, tmp_path / "report.html")
+    lines = browser.value("[...document.querySelectorAll('.gait > p')].slice(0, 2).map(p => p.innerText)")
+    assert lines == [headline(told), "Unusual: 1 warning at the top of the page."]
     strides = sum(len(of_side.sound) for of_side in told.gait.strides.values())
     for kind, count in (("thin", strides), ("curve", 2), ("band", 2), ("norm", 1)):
         found = browser.value(
@@ -261,22 +242,8 @@ def test_angles_over_the_stride_have_a_line_a_stride_and_a_band_a_leg(browser, t
     assert widths == pytest.approx([100.0] * 6)
     report.slide(7)
     report.shows(7)
-    box = browser.value(
-        "(() => {const b = document.querySelector('.cycles .chart').getBoundingClientRect();"
-        "window.scrollTo(0, b.y); const c = document.querySelector('.cycles .chart').getBoundingClientRect();"
-        "return [c.x, c.y, c.width, c.height]})()"
-    )
-    browser.click(box[0] + 0.5 * box[2], box[1] + 0.5 * box[3])
+    browser.push(".cycles .chart")
     report.shows(7)
-
-
-def test_two_sentences_stand_above_the_gait_figures(browser, tmp_path):
-    track = stroll(6.0)
-    told = chapter(track, warnings=["<i>odd</i>"])
-    write_report(tmp_path / "report.html", told, write_clip(tmp_path / FILM, track.times[:10]))
-    Report(browser, tmp_path / "report.html")
-    lines = browser.value("[...document.querySelectorAll('.gait > p')].slice(0, 2).map(p => p.innerText)")
-    assert lines == [headline(told), "Unusual: 1 warning at the top of the page."]
 
 
 def test_without_strides_there_are_no_plots_of_them(browser, tmp_path):
@@ -285,8 +252,13 @@ def test_without_strides_there_are_no_plots_of_them(browser, tmp_path):
     assert browser.value("document.querySelectorAll('.cycles').length") == 0
 
 
-def test_several_models_move_together_and_each_has_its_own_numbers(browser, tmp_path):
+def test_several_models_move_together_on_one_source_and_each_has_its_name_and_numbers(browser, tmp_path):
     report = Report(browser, compared(tmp_path))
+    words = browser.value("[...document.querySelectorAll('figcaption')].map((one) => one.innerText)")
+    assert words == ["walk-run", "cv"]
+    sources = browser.value("[...document.querySelectorAll('video')].map((one) => one.src)")
+    assert len(set(sources)) == 1
+    assert sources[0].startswith("blob:")
     report.slide(33)
     report.shows(33)
     first = report.values(0)
@@ -400,8 +372,8 @@ def test_long_clips_are_seen_a_few_seconds_at_a_time(browser, tmp_path):
         "choice.dispatchEvent(new Event('change'))})()"
     )
     assert report.cursor() == pytest.approx(0.5, abs=0.01)
-    box = browser.value("document.querySelector('.panel svg').viewBox.baseVal.width")
-    assert box == pytest.approx(3.0)
+    width = browser.value("document.querySelector('.panel svg').viewBox.baseVal.width")
+    assert width == pytest.approx(3.0)
     report.slide(500)
     assert 0.0 <= report.cursor() <= 1.0
 
@@ -425,10 +397,10 @@ PLACE = """((point, frame) => {{
 }})({point}, {frame})"""
 
 
-def screen_box(browser, clip=0):
-    """Left, top, width and height of a film, pixels of the window."""
+def box(browser, selector, i=0):
+    """Left, top, width and height of an element, pixels of the window."""
     return browser.value(
-        f"(() => {{const b = document.querySelectorAll('.screen')[{clip}].getBoundingClientRect();"
+        f"(() => {{const b = document.querySelectorAll('{selector}')[{i}].getBoundingClientRect();"
         "return [b.x, b.y, b.width, b.height]})()"
     )
 
@@ -436,7 +408,7 @@ def screen_box(browser, clip=0):
 def seen(browser, folder):
     """The first film and what is on it, as it is on the screen, (H, W, 3) RGB."""
     browser.picture(folder / "seen.png")
-    left, top, width, height = np.rint(screen_box(browser)).astype(int)
+    left, top, width, height = np.rint(box(browser, ".screen")).astype(int)
     image = cv2.cvtColor(cv2.imread(str(folder / "seen.png")), cv2.COLOR_BGR2RGB)
     return image[top : top + height, left : left + width].astype(int)
 
@@ -453,7 +425,7 @@ def test_the_figure_stands_where_the_track_has_it(browser, tmp_path, frame):
     report.slide(frame)
     report.shows(frame)
     image = seen(browser, tmp_path)
-    left, top, width, _ = screen_box(browser)
+    left, top, width, _ = box(browser, ".screen")
     scale = width / SIZE[0]
     for start, end, colour in (("hip", "near_knee", NEAR), ("neck", "head_top", TRUNK)):
         places = [track.joints()[frame, WALKER.joints.index(name)] for name in (start, end)]
@@ -496,7 +468,7 @@ def test_from_near_the_hip_stays_in_the_middle(browser, tmp_path, clips):
         report.slide(frame)
         report.shows(frame)
         for clip in range(clips):
-            left, top, width, height = screen_box(browser, clip)
+            left, top, width, height = box(browser, ".screen", clip)
             hip = np.array(browser.value(PLACE.format(clip=clip, point=0, frame=frame)))
             assert_allclose((hip - (left, top)) / (width, height), 0.5, atol=0.03)
             joints = [browser.value(PLACE.format(clip=clip, point=k, frame=frame)) for k in range(9)]
@@ -513,7 +485,7 @@ def test_from_near_the_hip_stays_in_the_middle(browser, tmp_path, clips):
     assert browser.value("document.querySelector('video').style.transform") == ""
 
 
-def test_while_it_plays_figure_and_film_are_at_one_frame(browser, tmp_path):
+def test_while_it_plays_figure_and_film_are_at_one_frame_and_it_pauses_at_a_whole_one(browser, tmp_path):
     report = Report(browser, made(tmp_path, start=0.4))
     report.shows(0)
     browser.value(
@@ -523,8 +495,13 @@ def test_while_it_plays_figure_and_film_are_at_one_frame(browser, tmp_path):
         "if (pairs.length < 2000) requestAnimationFrame(look)}; requestAnimationFrame(look)"
     )
     browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Pause'")
     browser.wait("Number(document.querySelector('#frame').value) > 45")
     browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    frame = int(browser.value("document.querySelector('#frame').value"))
+    report.shows(frame)
+    assert report.cursor() == pytest.approx(frame / (SECONDS * FPS - 1), abs=0.005)
     pairs = np.array(browser.value("pairs"))
     assert len(np.unique(pairs[:, 1])) > 15
     assert np.abs(pairs[:, 0] - pairs[:, 1])[pairs[:, 0] >= 0].max() <= 1.0 + 2.0 / STEP
@@ -600,15 +577,6 @@ def test_what_is_not_seen_is_drawn_broken_and_told(browser, tmp_path):
     for layer in ("limbs", "ellipses"):
         browser.push(f"[data-layer={layer}]")
     assert not browser.value("document.querySelector('figcaption').checkVisibility()")  # the film alone
-
-
-def test_of_several_films_each_tells_its_model_and_all_share_one_source(browser, tmp_path):
-    Report(browser, compared(tmp_path))
-    words = browser.value("[...document.querySelectorAll('figcaption')].map((one) => one.innerText)")
-    assert words == ["walk-run", "cv"]
-    sources = browser.value("[...document.querySelectorAll('video')].map((one) => one.src)")
-    assert len(set(sources)) == 1
-    assert sources[0].startswith("blob:")
 
 
 def test_a_film_that_was_not_in_sight_has_its_figure_once_it_is_chosen(browser, tmp_path):
