@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from kinematics.figure_file import load_figure
-from tests.kinematics.figures import HORSE, WALKER
+from tests.kinematics.figures import ARMS, HORSE, WALKER
 from tests.tracker.strolls import stroll
 from tests.tracker.tracks import random_track
 from tracker.report.document import written
@@ -18,7 +17,6 @@ from tracker.report.drawing import segments
 from videos.overlay import FARTHEST
 
 TENTH = 0.05 + 1e-9
-ARMS = load_figure("walker-arms")
 
 
 def figure_numbers(track):
