@@ -62,6 +62,11 @@ def test_every_frame_is_followed_from_the_start_frame_on(clip, ahead):
     assert np.hypot(*(hips - clip.joints["hip"]).T).max() < 0.1 * clip.leg_px
 
 
+def test_progress_counts_every_frame_once_both_ways(clip, job, capsys):
+    follow(replace(job, start=4), Progress("plain"))
+    assert f"walk.mp4 with cv: {len(clip)} of {len(clip)} in" in capsys.readouterr().err
+
+
 def test_progress_goes_on_with_every_frame_that_is_tracked(job, monkeypatch):
     seen, smoother = [], follow_module.smoothed
 
