@@ -29,14 +29,20 @@ def density(hmm, k, pose):
 
 
 def enumerated(hmm, y):
-    """prob, pair, log evidence and best path, by all K**T paths."""
-    T, K = len(y), len(hmm.pi0)
+    """prob, pair, log evidence and best path."""
+    densities = np.array([[density(hmm, k, pose) for k in range(len(hmm.pi0))] for pose in y])
+    with np.errstate(divide="ignore"):
+        return of_all_paths(np.log(hmm.pi0), np.log(hmm.Pi), densities)
+
+
+def of_all_paths(log_pi0, log_Pi, log_lik):
+    """The same of a chain, by all K**T paths."""
+    T, K = log_lik.shape
     paths = list(product(range(K), repeat=T))
-    densities = np.array([[density(hmm, k, pose) for k in range(K)] for pose in y])
     values = []
     for path in paths:
-        value = np.log(hmm.pi0[path[0]]) + densities[np.arange(T), path].sum()
-        values.append(value + sum(np.log(hmm.Pi[i, j]) for i, j in pairwise(path)))
+        value = log_pi0[path[0]] + log_lik[np.arange(T), path].sum()
+        values.append(value + sum(log_Pi[i, j] for i, j in pairwise(path)))
     log_evidence = np.logaddexp.reduce(values)
     prob, pair = np.zeros((T, K)), np.zeros((T - 1, K, K))
     for path, weight in zip(paths, np.exp(np.array(values) - log_evidence), strict=True):

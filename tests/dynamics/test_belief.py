@@ -58,34 +58,22 @@ def test_every_state_is_proposed_from_its_best_predecessor(s, rng):
         assert_allclose(got.states.cov[j], want, atol=1e-12)
 
 
-def test_proposals_much_dearer_than_the_best_are_dropped(rng):
+@pytest.mark.parametrize("keep", [1, 2, 3, 4])
+@pytest.mark.parametrize("by", ["cost", "number"])
+def test_only_the_cheapest_are_proposed(by, keep, rng):
     slds = random_slds(4, rng=rng)
     belief = some_belief(slds, (0, 1, 2, 3), rng)
-    everything = propose(slds, belief, prune=np.inf, most=9)
-    sorted_costs = np.sort(everything.cost)
-    for keep in (1, 2, 3):
-        prune = 0.5 * (sorted_costs[keep - 1] + sorted_costs[keep]) - sorted_costs[0]
-        got = propose(slds, belief, prune=prune, most=9)
-        want = np.sort(np.argsort(everything.cost)[:keep])
-        assert_array_equal(got.s, want)
-        assert_array_equal(got.cost, everything.cost[want])
-        assert_array_equal(got.states.mean, everything.states.mean[want])
-    assert len(propose(slds, belief, prune=0.0, most=9).s) == 1
-
-
-@pytest.mark.parametrize("most", [1, 2, 3, 4, 7])
-def test_no_more_than_the_cheapest_few_are_proposed(most, rng):
-    slds = random_slds(4, rng=rng)
-    belief = some_belief(slds, (0, 1, 2, 3), rng)
-    everything = propose(slds, belief, prune=np.inf, most=4)
+    everything = propose(slds, belief, prune=np.inf, most=7)
     assert_array_equal(everything.s, np.arange(4))
-    got = propose(slds, belief, prune=np.inf, most=most)
-    want = np.sort(np.argsort(everything.cost)[:most])
-    assert_array_equal(got.s, want)
-    assert_array_equal(got.parent, everything.parent[want])
-    assert_array_equal(got.cost, everything.cost[want])
-    assert_array_equal(got.states.mean, everything.states.mean[want])
-    assert_array_equal(got.states.cov, everything.states.cov[want])
+    dearer = np.append(np.sort(everything.cost) - everything.cost.min(), np.inf)
+    between = 0.5 * (dearer[keep - 1] + dearer[keep])
+    got = propose(slds, belief, prune=between if by == "cost" else np.inf, most=9 if by == "cost" else keep)
+    want = everything.at(np.sort(np.argsort(everything.cost)[:keep]))
+    for name in ("s", "parent", "cost"):
+        assert_array_equal(getattr(got, name), getattr(want, name))
+    assert_array_equal(got.states.mean, want.states.mean)
+    assert_array_equal(got.states.cov, want.states.cov)
+    assert len(propose(slds, belief, prune=0.0, most=9).s) == 1
 
 
 def test_a_state_that_cannot_be_reached_is_not_proposed(rng):

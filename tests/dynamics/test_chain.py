@@ -1,6 +1,5 @@
 """The discrete chain against the sum over all its paths."""
 
-from itertools import pairwise, product
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.chain import best_paths, blocks, forward_backward, side_by_side
+from tests.dynamics.hmms import of_all_paths
 
 
 def logs(array):
@@ -25,26 +25,6 @@ def ring():
     return logs(np.array([1.0, 0.0, 0.0])), logs(Pi)
 
 
-def log_path(log_pi0, log_Pi, log_lik, path):
-    total = log_pi0[path[0]] + sum(log_lik[t, s] for t, s in enumerate(path))
-    return total + sum(log_Pi[i, j] for i, j in pairwise(path))
-
-
-def enumerated(log_pi0, log_Pi, log_lik):
-    """prob, pair, log evidence and the best path, by all K**T paths."""
-    T, K = log_lik.shape
-    paths = list(product(range(K), repeat=T))
-    values = np.array([log_path(log_pi0, log_Pi, log_lik, path) for path in paths])
-    log_evidence = np.logaddexp.reduce(values)
-    prob, pair = np.zeros((T, K)), np.zeros((T - 1, K, K))
-    for path, weight in zip(paths, np.exp(values - log_evidence), strict=True):
-        for t in range(T):
-            prob[t, path[t]] += weight
-        for t in range(T - 1):
-            pair[t, path[t], path[t + 1]] += weight
-    return prob, pair, log_evidence, paths[values.argmax()]
-
-
 def answers(log_pi0, log_Pi, log_liks):
     """What is found of each sequence."""
     padded, lengths = side_by_side(log_liks, 0.0)
@@ -60,7 +40,7 @@ def answers(log_pi0, log_Pi, log_liks):
 
 def assert_that_of_all_paths(log_pi0, log_Pi, log_lik, *, atol=1e-12, rel=1e-13):
     """Probabilities, evidence and best path; rounding in sums of logs of at most a few hundred."""
-    prob, pair, log_evidence, path = enumerated(log_pi0, log_Pi, log_lik)
+    prob, pair, log_evidence, path = of_all_paths(log_pi0, log_Pi, log_lik)
     (got,) = answers(log_pi0, log_Pi, [log_lik])
     assert_allclose(got.prob, prob, atol=atol)
     assert_allclose(got.pair, pair, atol=atol)

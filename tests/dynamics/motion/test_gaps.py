@@ -11,10 +11,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.motion import gaps
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.rate import by_motion
-from tests.oracles import every_path, given_path, log_density, random_slds, sample
-
-# The smoother raises the predicted covariance by 1e-12 of its size, and its inverse may be 1e3 larger.
-SMOOTHED = 1e-9
+from tests.oracles import SMOOTHED, every_path, given_path, log_density, random_slds, sample
 
 
 def anywhere(slds, y):

@@ -3,6 +3,7 @@
 import tracemalloc
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -38,6 +39,7 @@ from tests.dynamics.hmms import enumerated as enumerated_hmm
 from tests.dynamics.hmms import random_hmm
 from tests.oracles import (
     all_paths,
+    condition,
     enumerated,
     given_path,
     log_density,
@@ -68,16 +70,14 @@ def quiet(slds, T, rng):
 def exactly(slds, ys, hints):
     """Exact inference with hints, by a sum over all paths; only prob and path."""
 
-    class Answer:
-        def __init__(self, y, hint):
-            paths, log_p = all_paths(slds, y)
-            log_p = log_p + hint[np.arange(len(y)), paths].sum(1)
-            weights = np.exp(log_p - np.logaddexp.reduce(log_p))
-            self.prob = np.tensordot(weights, np.eye(slds.K)[paths], 1)
-            self.path = paths[weights.argmax()]
-
-    hints = [np.zeros((len(y), slds.K)) for y in ys] if hints is None else hints
-    return [Answer(y, hint) for y, hint in zip(ys, hints, strict=True)]
+    found, hints = [], [np.zeros((len(y), slds.K)) for y in ys] if hints is None else hints
+    for y, hint in zip(ys, hints, strict=True):
+        paths, log_p = all_paths(slds, y)
+        log_p = log_p + hint[np.arange(len(y)), paths].sum(1)
+        weights = np.exp(log_p - np.logaddexp.reduce(log_p))
+        prob = np.tensordot(weights, np.eye(slds.K)[paths], 1)
+        found.append(SimpleNamespace(prob=prob, path=paths[weights.argmax()]))
+    return found
 
 
 def spoken_for(slds, y, weight):
@@ -354,7 +354,7 @@ def naive_recurrent(slds, y, horizon):
         if t > 0:
             prob, means, covs = naive_step(slds, reach, prob, means, covs, y[t])
         else:
-            found = [conditioned(slds, means[k], covs[k], y[0]) for k in range(K)]
+            found = [condition(means[k], covs[k], slds.C, slds.R, y[0]) for k in range(K)]
             prob = prob * np.exp([f[2] for f in found])
             prob, means, covs = prob / prob.sum(), [f[0] for f in found], [f[1] for f in found]
         ahead = prob, means, covs
@@ -373,7 +373,7 @@ def naive_step(slds, reach, prob, means, covs, y):
         switch = slds.Pi[j] * np.exp(POSE * np.array(seen))
         for i in range(K):
             cov = slds.A[i] @ covs[j] @ slds.A[i].T + slds.Q[i]
-            mean, cov, log_lik = conditioned(slds, led[i], cov, y)
+            mean, cov, log_lik = condition(led[i], cov, slds.C, slds.R, y)
             pairs[j, i] = mean, cov
             joint[j, i] = prob[j] * switch[i] / switch.sum() * np.exp(log_lik)
     joint /= joint.sum()
@@ -387,15 +387,6 @@ def naive_step(slds, reach, prob, means, covs, y):
         for i in range(K)
     ]
     return joint.sum(0), means, covs
-
-
-def conditioned(slds, mean, cov, y):
-    """The state given y, and log p(y); nothing measured changes nothing."""
-    if np.isnan(y).all():
-        return mean, cov, 0.0
-    S = slds.C @ cov @ slds.C.T + slds.R
-    gain = np.linalg.solve(S, slds.C @ cov).T
-    return mean + gain @ (y - slds.C @ mean), cov - gain @ S @ gain.T, log_density(y, slds.C @ mean, S)
 
 
 @pytest.mark.parametrize("order", [1, 2])

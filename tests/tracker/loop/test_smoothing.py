@@ -11,7 +11,7 @@ from dynamics.belief import Belief, first_belief, propose
 from dynamics.gaussian import Gaussian, apply
 from dynamics.kalman import update
 from dynamics.viterbi import viterbi
-from tests.oracles import condition, random_slds, sample
+from tests.oracles import given_path, random_slds, sample
 from tracker.loop.estimate import Estimate
 from tracker.loop.smoothing import smoothed, turned_belief
 
@@ -133,23 +133,13 @@ def test_the_other_way_begins_with_what_all_the_run_says_of_its_first_two_poses(
     second = list(smoothed(tracker_of(slds), estimates))[1]
     found = turned_belief(slds, estimates[0].belief, second.belief)
 
-    # The joint Gaussian of all states, conditioned on all measurements.
     N = slds.A.shape[-1]
-    mean, cov = [slds.mean0[0]], np.zeros((T * N, T * N))
-    cov[:N, :N] = slds.cov0[0]
-    for t in range(1, T):
-        was, now = slice((t - 1) * N, t * N), slice(t * N, (t + 1) * N)
-        mean.append(slds.A[0] @ mean[-1] + slds.b[0])
-        cov[now, : t * N] = slds.A[0] @ cov[was, : t * N]
-        cov[: t * N, now] = cov[now, : t * N].T
-        cov[now, now] = slds.A[0] @ cov[was, was] @ slds.A[0].T + slds.Q[0]
-    H, noise = np.kron(np.eye(T), slds.C), np.kron(np.eye(T), slds.R)
-    mean, cov, _ = condition(np.concatenate(mean), cov, H, noise, y.ravel())
+    mean, cov, _ = given_path(slds, y, [0] * T)
     after = N + np.arange(d) if order == 2 else []
     pick = np.r_[np.arange(d), after, N - drifts + np.arange(drifts)].astype(int)
     # The smoother raises the predicted covariance by 1e-12 of its size.
-    assert_allclose(found.states.mean[0], mean[pick], atol=1e-8)
-    assert_allclose(found.states.cov[0], cov[np.ix_(pick, pick)], atol=1e-8)
+    assert_allclose(found.states.mean[0], mean.ravel()[pick], atol=1e-8)
+    assert_allclose(found.states.cov[0], cov.reshape(T * N, T * N)[np.ix_(pick, pick)], atol=1e-8)
 
 
 def test_a_run_of_no_frames_is_none(rng):
