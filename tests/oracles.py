@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
+import pytest
+from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
@@ -135,6 +137,17 @@ def given_path(slds: SLDS, y: Array, paths: Sequence[int] | Array) -> tuple[Arra
     flat = cov.reshape(*paths.shape[:-1], T * N, T * N)
     x, P, log_lik = condition(mean.reshape(*paths.shape[:-1], T * N), flat, H, noise, y.reshape(T * M))
     return x.reshape(mean.shape), P.reshape(cov.shape), log_p + log_lik
+
+
+def assert_given_path(got: Posterior, slds: SLDS, y: Array, path: Sequence[int] | Array) -> None:
+    """The states and the evidence are those of the joint Gaussian given one path."""
+    mean, cov, log_p = given_path(slds, y, path)
+    assert got.log_evidence == pytest.approx(log_p, rel=1e-11, abs=1e-11)
+    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
+    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(len(y))], atol=SMOOTHED)
+    assert got.lag.shape == (len(y) - 1, *cov.shape[1::2])
+    for t in range(len(y) - 1):
+        assert_allclose(got.lag[t], cov[t + 1, :, t], atol=SMOOTHED)
 
 
 def every_path(K: int, T: int) -> Array:

@@ -1,14 +1,15 @@
 """Model files: there and back, and every way of being no good."""
 
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from dynamics.hmm import HMM
 from dynamics.store import VERSION, ModelError, load, save
+from tests.dynamics.hmms import random_hmm
+from tests.dynamics.periodic.strides import two_strides
 from tests.oracles import random_slds
 
 ARRAYS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
@@ -27,10 +28,11 @@ def path(slds, tmp_path):
 
 
 def assert_same(one, other):
-    for name in ARRAYS:
-        assert_array_equal(getattr(one, name), getattr(other, name))
-    for name in ("names", "travelling", "labels", "fps", "order"):
-        assert getattr(one, name) == getattr(other, name)
+    assert type(one) is type(other)
+    for field in fields(one):
+        got, want = (getattr(model, field.name) for model in (one, other))
+        assert type(got) is type(want)
+        assert_array_equal(got, want)
 
 
 def rewrite(path, *, entries=None, drop=(), **arrays):
@@ -45,6 +47,13 @@ def rewrite(path, *, entries=None, drop=(), **arrays):
 def test_what_is_saved_is_what_is_loaded(slds, path):
     assert_same(load(path), slds)
     assert_same(load(str(path)), slds)
+
+
+@pytest.mark.parametrize("make", [lambda rng: replace(random_hmm(2, rng, M=3), fps=25.0), two_strides])
+def test_models_of_other_kinds_are_kept_as_what_they_are(make, tmp_path, rng):
+    model = make(rng)
+    save(model, tmp_path / "other.npz", "a test")
+    assert_same(load(tmp_path / "other.npz"), model)
 
 
 def test_a_name_without_ending_is_kept_as_it_is(slds, tmp_path):
@@ -144,12 +153,6 @@ def test_a_header_that_does_not_fit_is_damage(entries, path):
         load(path)
 
 
-def asymmetric(cov):
-    wrong = cov.copy()
-    wrong[..., 0, 1] += 0.1
-    return wrong
-
-
 def indefinite(cov):
     wrong = cov.copy()
     wrong[..., 0, 0] *= -1.0
@@ -160,7 +163,7 @@ def indefinite(cov):
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (asymmetric, "{} must be symmetric; of state 0 it is not"),
+        (lambda cov: cov * (1.0 + np.eye(cov.shape[-1], k=1)), "{} must be symmetric; of state 0 it is not"),
         (np.negative, "{} must be positive definite; of state 0 it is not"),
         (indefinite, "{} must be positive definite; of state 0 it is not"),
         (np.zeros_like, "{} must be positive definite; of state 0 it is not"),
@@ -218,10 +221,8 @@ def test_a_small_file_that_unpacks_to_much_is_not_unpacked(path):
         load(path)
 
 
-def test_a_hidden_markov_models_covariances_are_looked_at_too(tmp_path):
-    cov = np.stack([np.eye(2), -np.eye(2)])
-    model = HMM(np.full(2, 0.5), np.full((2, 2), 0.5), np.zeros((2, 2)), cov, ("a", "b"), ("w", "r"), 30.0)
-    save(model, tmp_path / "h.npz", "a test")
+def test_a_hidden_markov_models_covariances_are_looked_at_too(tmp_path, rng):
+    save(replace(random_hmm(2, rng), cov=np.stack([np.eye(2), -np.eye(2)])), tmp_path / "h.npz", "a test")
     with pytest.raises(ModelError, match="cov must be positive definite; of state 1"):
         load(tmp_path / "h.npz")
 
@@ -249,21 +250,3 @@ def test_flipped_bits_are_found_or_harmless(slds, path, rng):
             assert_same(got, slds)
     # Measured with every byte: 70 % of the flips are found.
     assert found > 0.5 * len(whole) / 5
-
-
-def test_a_hidden_markov_model_is_kept_as_one(tmp_path, rng):
-    hmm = HMM(
-        pi0=[0.25, 0.75],
-        Pi=[[0.9, 0.1], [0.2, 0.8]],
-        mean=rng.normal(size=(2, 3)),
-        cov=np.stack([np.eye(3), 2.0 * np.eye(3)]),
-        names=("a", "b", "c"),
-        labels=("walk", "run"),
-        fps=25.0,
-    )
-    save(hmm, tmp_path / "hmm.npz", "a test")
-    again = load(tmp_path / "hmm.npz")
-    assert isinstance(again, HMM)
-    assert (again.names, again.labels, again.fps) == (hmm.names, hmm.labels, hmm.fps)
-    for name in ("pi0", "Pi", "mean", "cov"):
-        assert_array_equal(getattr(again, name), getattr(hmm, name))

@@ -8,17 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.gaussian import Gaussian, log_density
 from dynamics.viterbi import CHUNK, viterbi, viterbi_all
-from tests.oracles import SMOOTHED, all_paths, drawn, given_path, random_slds, sample
-
-
-def assert_same(one, other, *, atol):
-    assert_array_equal(one.path, other.path)
-    assert one.log_evidence == pytest.approx(other.log_evidence, rel=1e-11)
-    assert_allclose(one.states.mean, other.states.mean, atol=atol)
-    assert_allclose(one.states.cov, other.states.cov, atol=atol)
-    assert_allclose(one.lag, other.lag, atol=atol)
-    assert_array_equal(one.prob, other.prob)
-    assert_array_equal(one.pair, other.pair)
+from tests.dynamics.test_inference import assert_same
+from tests.oracles import SMOOTHED, all_paths, assert_given_path, drawn, given_path, random_slds, sample
 
 
 def drawn_hints(T, K, rng):
@@ -56,11 +47,7 @@ def test_the_answer_is_exact_given_its_own_path(order, gaps, dense, rng):
         slds = replace(slds, A=A, Q=Q, C=rng.normal(size=slds.C.shape))
     y = drawn(slds, 9, rng, gaps=gaps)
     got = viterbi(slds, y)
-    mean, cov, log_p = given_path(slds, y, got.path)
-    assert got.log_evidence == pytest.approx(log_p, rel=1e-11)
-    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(9)], atol=SMOOTHED)
-    assert_allclose(got.lag, [cov[t + 1, :, t] for t in range(8)], atol=SMOOTHED)
+    assert_given_path(got, slds, y, got.path)
     assert_array_equal(got.prob.argmax(1), got.path)
     assert_array_equal(got.pair.sum(2), got.prob[:-1])
     assert_array_equal(got.pair.sum(1), got.prob[1:])
@@ -151,19 +138,14 @@ def test_hints_that_do_not_fit_and_paths_that_cannot_be_are_refused(rng):
 def test_smoothing_is_exact_over_more_frames_than_are_taken_at_a_time(rng):
     slds = random_slds(1, d=1, order=2, rng=rng)
     y = drawn(slds, 2 * CHUNK + 3, rng, gaps=True)
-    mean, cov, log_p = given_path(slds, y, [0] * len(y))
-    got = viterbi(slds, y)
-    assert got.log_evidence == pytest.approx(log_p, rel=1e-11)
-    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(len(y))], atol=SMOOTHED)
-    assert_allclose(got.lag, [cov[t + 1, :, t] for t in range(len(y) - 1)], atol=SMOOTHED)
+    assert_given_path(viterbi(slds, y), slds, y, [0] * len(y))
 
 
 def test_long_sequences_that_end_at_different_frames_are_each_on_its_own(rng):
     slds = random_slds(3, order=2, d=1, rng=rng)
     ys = [drawn(slds, T, rng, gaps=T % 2 == 0) for T in (CHUNK + 70, CHUNK + 60, 60, CHUNK // 2, 3)]
     for got, y in zip(viterbi_all(slds, ys), ys, strict=True):
-        assert_same(got, viterbi(slds, y), atol=1e-11)  # the same operations, batched otherwise
+        assert_same(got, viterbi(slds, y), atol=1e-11, rel=1e-11)  # the same operations, batched otherwise
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dynamics.stride import Stride, half_a_stride_on, harmonics
+from dynamics.stride import Stride, combine_strides, half_a_stride_on, harmonics
 
 NAMES = ("root_x", "torso", "hip_near", "hip_far")
 TWINS = np.array([0, 1, 3, 2])
@@ -30,6 +30,11 @@ def little(rng, *, speed=6.0, hurry=0.5, label="walk", drift=0.2):
         bend=np.array([0.3]), drift=np.array([drift]),
         names=NAMES, travelling=("root_x",), labels=(label,), fps=FPS,
     )  # fmt: skip
+
+
+def two_strides(rng):
+    """A walk and a run."""
+    return combine_strides([little(rng), little(rng, speed=10.0, label="run")])
 
 
 def drawn(stride, T, rng, *, k=0, fps=FPS):

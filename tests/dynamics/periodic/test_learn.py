@@ -10,6 +10,8 @@ from dynamics.periodic.fit import Stretch
 from dynamics.periodic.learn import PEOPLE, Piece, _manner, _sinusoid, learn, maximise, mirror_matrix, moments
 from tests.dynamics.periodic.strides import FPS, NAMES, TWINS, Z, drawn, little, noisy
 
+LEARNT = {"names": NAMES, "travelling": ("root_x",), "twins": TWINS, "fps": FPS, "label": "walk"}
+
 
 @pytest.fixture
 def people(rng):
@@ -88,9 +90,8 @@ def test_the_mirror_image_of_a_piece_teaches_the_same(people):
 def test_people_count_alike_however_much_there_is_of_them(rng):
     stride = little(rng)
     ys = [noisy(stride, drawn(stride, 40, rng)[1], rng) for _ in range(3)]
-    told = {"names": NAMES, "travelling": ("root_x",), "twins": TWINS, "fps": FPS, "label": "walk"}
-    once = learn(ys, "abc", rounds=2, **told)
-    often = learn([*ys, ys[0], ys[0]], "abcaa", rounds=2, **told)
+    once = learn(ys, "abc", rounds=2, **LEARNT)
+    often = learn([*ys, ys[0], ys[0]], "abcaa", rounds=2, **LEARNT)
     assert_allclose(often.mean, once.mean, atol=1e-9)
     assert_allclose(often.slow, once.slow, atol=1e-9)
 
@@ -99,8 +100,7 @@ def test_what_people_have_in_common_is_learned(rng):
     stride = little(rng, drift=0.05)
     ys = [noisy(stride, drawn(stride, 70, rng)[1], rng) for _ in range(8)]
     ticks = []
-    told = {"names": NAMES, "travelling": ("root_x",), "twins": TWINS, "fps": FPS, "label": "walk"}
-    got = learn(ys, "abcdefgh", rounds=4, tick=lambda: ticks.append(1), **told)
+    got = learn(ys, "abcdefgh", rounds=4, tick=lambda: ticks.append(1), **LEARNT)
     assert len(ticks) == 4
     assert (got.labels, got.names, got.fps) == (("walk",), NAMES, FPS)
     assert got.mean[0, -2] == pytest.approx(6.0, abs=0.5)
@@ -119,6 +119,4 @@ def test_the_first_phase_is_that_of_the_best_sinusoid(rng):
 
 def test_sequences_too_short_for_a_stride_are_refused(rng):
     with pytest.raises(ValueError, match=r"no sequence of 'walk' lasts 0\.6 seconds"):
-        learn(
-            [np.zeros((10, 4))], "a", names=NAMES, travelling=(), twins=TWINS, fps=FPS, label="walk", rounds=1
-        )
+        learn([np.zeros((10, 4))], "a", rounds=1, **LEARNT)
