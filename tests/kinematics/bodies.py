@@ -4,6 +4,10 @@ import numpy as np
 
 from kinematics.sagittal import Body
 
+# Joints of both legs from the hip down, the neck and the head, as CMU's captures name them.
+CMU = ("RightUpLeg", "RightLeg", "RightFoot", "RightToeBase")
+CMU += ("LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "Neck", "Head_end")
+
 
 def walker(
     T,

@@ -124,18 +124,16 @@ def test_a_turn_about_each_axis_takes_the_next_axis_to_the_one_after():
         assert_allclose(rotation(axis, quarter) @ start, end, atol=1e-15)
 
 
-def test_a_neck_on_spine1_is_raised_by_spine1s_length(tmp_path):
+@pytest.mark.parametrize(
+    ("neck", "at", "shoulder"), [("0 0 0", [4, 10, 1], [4, 10, 1]), ("0 2 0", [4, 7, 1], [4, 5, 1])]
+)
+def test_a_neck_on_spine1_is_raised_by_spine1s_length_and_one_that_stands_off_it_stays(
+    neck, at, shoulder, tmp_path
+):
     path = tmp_path / "spine.bvh"
-    path.write_text(SPINE.format(neck="0 0 0"))
-    assert_allclose(read_bvh(path).at("Neck"), [[4, 10, 1]])
-    assert_allclose(read_bvh(path).at("LeftShoulder"), [[4, 10, 1]])
-
-
-def test_a_neck_that_stands_off_spine1_stays(tmp_path):
-    path = tmp_path / "spine.bvh"
-    path.write_text(SPINE.format(neck="0 2 0"))
-    assert_allclose(read_bvh(path).at("Neck"), [[4, 7, 1]])
-    assert_allclose(read_bvh(path).at("LeftShoulder"), [[4, 5, 1]])
+    path.write_text(SPINE.format(neck=neck))
+    assert_allclose(read_bvh(path).at("Neck"), [at])
+    assert_allclose(read_bvh(path).at("LeftShoulder"), [shoulder])
 
 
 def test_carriage_returns_and_braces_on_the_name_line_change_nothing(tmp_path):

@@ -54,24 +54,16 @@ def test_marks_are_judged_from_the_first_on():
 
 
 @pytest.mark.parametrize(
-    ("joint", "onto", "said"),
+    ("joint", "onto", "than"),
     [
-        (
-            "near_ankle",
-            "near_knee",
-            "from near_knee to near_ankle is 2.3 times as far as from far_knee to far_",
-        ),
-        (
-            "far_ankle",
-            "far_knee",
-            "from far_knee to far_ankle is 2.3 times as far as from near_knee to near_",
-        ),
-        ("head_top", "neck", "from neck to head_top is 2.3 times as far as the other limbs suggest"),
+        ("near_ankle", "near_knee", "from far_knee to far_"),
+        ("far_ankle", "far_knee", "from near_knee to near_"),
+        ("head_top", "neck", "the other limbs suggest"),
     ],
 )
-def test_a_limb_of_impossible_length_is_named(joint, onto, said):
+def test_a_limb_of_impossible_length_is_named(joint, onto, than):
     clauses = doubted(stretched(clicked(without=TOES), joint, onto, 2.3))
-    assert clauses[0].startswith(said)
+    assert clauses[0].startswith(f"from {onto} to {joint} is 2.3 times as far as {than}")
 
 
 @pytest.mark.parametrize(("share", "wrong"), [(2.0, True), (1.8, False), (0.55, False), (0.45, True)])

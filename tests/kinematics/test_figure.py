@@ -42,17 +42,8 @@ def test_the_walkers_pose_is_a_pose_row_then_ankles_scale_and_stretches():
     stretches = tuple(f"stretch_{link.name}" for link in WALKER.links if not link.name.startswith("foot"))
     assert WALKER.freedoms == (*WALKER.pose_freedoms, "scale", *stretches)
     assert [WALKER.index(name) for name in WALKER.freedoms] == list(range(17))
-    assert WALKER.joints == (
-        "hip",
-        "neck",
-        "head_top",
-        "near_knee",
-        "near_ankle",
-        "far_knee",
-        "far_ankle",
-        "near_toe",
-        "far_toe",
-    )
+    legs = ("near_knee", "near_ankle", "far_knee", "far_ankle", "near_toe", "far_toe")
+    assert WALKER.joints == ("hip", "neck", "head_top", *legs)
     assert sum(link.length for link in WALKER.links if link.name in ("thigh_near", "shank_near")) == 1.0
 
 
@@ -132,14 +123,8 @@ def test_degrees_become_radians_and_what_is_left_out_its_default():
     upper, fore = figure_from(tomllib.loads(ARM)).links
     assert_allclose(upper.limits, [-np.pi / 2.0, np.pi / 2.0])
     assert_allclose(fore.limits, [-np.pi, np.pi])
-    assert (fore.parent, fore.at, fore.rest, fore.sense, fore.taper, fore.layer) == (
-        "upper",
-        1.0,
-        0.0,
-        1,
-        1.0,
-        0,
-    )
+    assert (fore.parent, fore.at, fore.rest, fore.sense) == ("upper", 1.0, 0.0, 1)
+    assert (fore.taper, fore.layer) == (1.0, 0)
     assert fore.breathes
     assert WALKER.links[0].rest == pytest.approx(np.pi / 2.0)
 
@@ -149,6 +134,7 @@ def swapped(text, old, new):
     return text.replace(old, new)
 
 
+PARENT, SHARED = 'parent = "upper"', "two freedoms of figure 'arm' share a name"
 SIZES = "link 'fore': length, width and taper must be positive"
 # What is added to the figure, what to its forearm, or put in place of something else, and what is said of it.
 OF_THE_FIGURE = {
@@ -193,38 +179,14 @@ MISTAKES = {
     "no length": ("length = 0.4", "", "link 'fore' lacks the key 'length'; add it"),
     "no joint": ('joint = "wrist"', "", "link 'fore' lacks the key 'joint'"),
     "a nameless link": ('name = "fore"', "", r"link '\?' lacks the key 'name'"),
-    "no such parent": (
-        'parent = "upper"',
-        'parent = "uper"',
-        "link 'fore' hangs on an unlisted link, 'uper'",
-    ),
-    "its own parent": ('parent = "upper"', 'parent = "fore"', "link 'fore' comes before its parent 'fore'"),
-    "parent last": (
-        'joint = "elbow"',
-        'joint = "elbow"\nparent = "fore"',
-        "'upper' comes before its parent 'fore'",
-    ),
-    "one name twice": (
-        'name = "fore"',
-        'name = "upper"',
-        "link 'upper' is listed twice; give each its own name",
-    ),
-    "one joint twice": (
-        'joint = "wrist"',
-        'joint = "elbow"',
-        "link 'fore': another link or the base has the joint",
-    ),
-    "base as joint": (
-        'joint = "wrist"',
-        'joint = "shoulder"',
-        "link 'fore': another link or the base has the joi",
-    ),
-    "one freedom twice": (
-        '"bend"',
-        '"raise"',
-        "two freedoms of figure 'arm' share a name; got root_x, root_y, raise",
-    ),
-    "a freedom that is": ('"bend"', '"scale"', "two freedoms of figure 'arm' share a name"),
+    "no such parent": (PARENT, 'parent = "uper"', "link 'fore' hangs on an unlisted link, 'uper'"),
+    "its own parent": (PARENT, 'parent = "fore"', "link 'fore' comes before its parent 'fore'"),
+    "parent last": ('"elbow"', '"elbow"\nparent = "fore"', "'upper' comes before its parent 'fore'"),
+    "one name twice": ('"fore"', '"upper"', "link 'upper' is listed twice; give each its own name"),
+    "one joint twice": ('"wrist"', '"elbow"', "link 'fore': another link or the base has the joint"),
+    "base as joint": ('"wrist"', '"shoulder"', "link 'fore': another link or the base has the joint"),
+    "one freedom twice": ('"bend"', '"raise"', f"{SHARED}; got root_x, root_y, raise"),
+    "a freedom that is": ('"bend"', '"scale"', SHARED),
     "zero length": ("length = 0.4", "length = 0", SIZES),
     "negative width": ("width = 0.1", "width = -0.1", SIZES),
     "nan length": ("length = 0.4", "length = nan", SIZES),

@@ -22,18 +22,16 @@ from kinematics.mocap import (
     sequences,
 )
 from kinematics.sagittal import Body
-from tests.kinematics.bodies import walker
+from tests.kinematics.bodies import CMU, walker
 
 FPS = 30.0
 TABLE = "file,subject,trial,activity,fps,segments,tags,licence\n"
-NAMES = ("Hips", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase", "LeftUpLeg", "LeftLeg", "LeftFoot")
-NAMES += ("LeftToeBase", "Neck", "Head_end")
 
 
 def write_bvh(path, positions, fps=FPS):
     """Joints that do not turn, each placed by its own position channels."""
     joints = "\n".join(
-        f"ROOT {name}\n{{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n}}" for name in NAMES[1:]
+        f"ROOT {name}\n{{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n}}" for name in CMU
     ).replace("Head_end", "Head")
     head = "End Site\n{\nOFFSET 0 0 0\n}\n}"
     hierarchy = f"HIERARCHY\n{joints[:-1]}{head}"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from kinematics.figure import ROOT, SCALE, STRETCH
+from kinematics.figure import SCALE, STRETCH
 from kinematics.recover import PoseError, facing_of, facing_told, met, recover, start_pose
 from kinematics.spm import joints
 from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, marks_of, random_pose, upright
@@ -43,11 +43,6 @@ def lengths_in(start):
     figure, layout = start.figure, start.figure.layout
     stretch = np.where(layout.breathes, start.q[layout.stretch], 0.0)
     return np.array([link.length for link in figure.links]) * np.exp(stretch)
-
-
-def angles(figure):
-    """Columns of the angles."""
-    return slice(len(ROOT), len(figure.pose_freedoms))
 
 
 @every_figure
@@ -136,8 +131,7 @@ def test_a_missing_ankle_takes_its_twins_shank_a_straight_knee_and_a_square_foot
     assert_array_equal(np.flatnonzero(~start.known), unseen)
     assert_array_equal(start.q[unseen], 0.0)
     assert_allclose(np.delete(start.q, unseen), np.delete(q, unseen), **ROUNDING)
-    lengths = [[link.length for link in which.links] for which in (start.figure, someone)]
-    assert_allclose(*lengths, rtol=1e-12)
+    assert_allclose(start.figure.layout.length, someone.layout.length, rtol=1e-12)
 
 
 def test_without_both_ankles_the_shank_is_the_proportion_of_what_was_seen():
@@ -156,11 +150,9 @@ def test_without_both_ankles_the_shank_is_the_proportion_of_what_was_seen():
 
 
 def test_toes_may_be_marked_or_not_where_the_figure_has_none(rng):
-    footless = FOOTLESS
-    q = random_pose(footless, rng, size=0.0)
-    marks = marks_of(footless, q)
+    marks = marks_of(FOOTLESS, random_pose(FOOTLESS, rng, size=0.0))
     toes = {"near_toe": (1.0, 2.0), "far_toe": (float("nan"), 3.0)}
-    with_toes, without = start_pose(footless, {**marks, **toes}, 1), start_pose(footless, marks, 1)
+    with_toes, without = (start_pose(FOOTLESS, given, 1) for given in (marks | toes, marks))
     assert with_toes.figure == without.figure
     assert_array_equal(with_toes.q, without.q)
 
@@ -206,9 +198,8 @@ def test_a_missing_joint_is_where_its_links_meet_bent_as_their_limits_have_it(rn
     assert_allclose(start.q, q, **ROUNDING)
     assert start.known.all()
     body = {name: start.view.to_body(np.array(place)) for name, place in marks.items()}
-    assert_allclose(
-        met(start.figure, body)["far_knee"], Puppet(HORSE, q).joints()["far_knee"] - q[:2], **ROUNDING
-    )
+    knee = Puppet(HORSE, q).joints()["far_knee"] - q[:2]
+    assert_allclose(met(start.figure, body)["far_knee"], knee, **ROUNDING)
 
 
 def test_links_that_cannot_meet_point_at_each_other(rng):
@@ -255,11 +246,7 @@ def test_recover_rests_what_it_cannot_see_and_still_reads_what_hangs_at_its_star
         (HORSE, "poll", ["neck", "head"]),
         (HORSE, "near_hoof", []),
         (BREATHING, "near_hoof", ["hoof_near"]),  # which has no angle
-        (
-            BREATHING,
-            "withers",
-            ["trunk", "neck", "head", "arm_near", "arm_far"],
-        ),  # the tail starts at the croup
+        (BREATHING, "withers", ["trunk", "neck", "head", "arm_near", "arm_far"]),  # its tail is at the croup
     ],
 )
 def test_a_stretch_is_known_where_both_ends_of_its_link_are(figure, missing, links, rng):

@@ -80,26 +80,20 @@ def test_motions_are_the_one_way_to_move_each_link_that_its_differenced_points_a
 def test_poses_side_by_side_are_what_each_is_alone(figure, rng):
     points = random_points(figure, rng)
     q = np.array([[random_pose(figure, rng) for _ in range(3)] for _ in range(2)])
-    bones = skeleton(figure, q)
-    together = {
-        "start": bones.start,
-        "direction": bones.direction,
-        "length": bones.length,
-        "size": bones.size,
-        "joints": joints(figure, q),
-        "surface": surface(bones, *points),
-        "motions": motions(figure, bones),
-        "jacobian": jacobian(figure, bones, *points),
-        "joint_jacobian": joint_jacobian(figure, q),
-    }
+
+    def everything(q):
+        bones = skeleton(figure, q)
+        return {name: getattr(bones, name) for name in ("start", "direction", "length", "size")} | {
+            "joints": joints(figure, q),
+            "surface": surface(bones, *points),
+            "motions": motions(figure, bones),
+            "jacobian": jacobian(figure, bones, *points),
+            "joint_jacobian": joint_jacobian(figure, q),
+        }
+
+    together = everything(q)
     for at in np.ndindex(q.shape[:-1]):
-        alone = skeleton(figure, q[at])
-        want = {name: getattr(alone, name) for name in ("start", "direction", "length", "size")}
-        want["joints"], want["surface"] = joints(figure, q[at]), surface(alone, *points)
-        want["motions"] = motions(figure, alone)
-        want["jacobian"] = jacobian(figure, alone, *points)
-        want["joint_jacobian"] = joint_jacobian(figure, q[at])
-        for name, value in want.items():
+        for name, value in everything(q[at]).items():
             assert together[name][at].shape == np.shape(value)
             assert_allclose(together[name][at], value, rtol=0.0, atol=1e-13, err_msg=name)
 
