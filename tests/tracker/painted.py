@@ -8,6 +8,8 @@ import numpy as np
 from kinematics.figure import STRETCH
 from kinematics.spm import View
 from tests.kinematics.figures import WALKER, Puppet, upright
+from tracker.picture.pyramid import pyramid
+from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
 # Every setting, so that tuning the defaults does not move the tests.
@@ -52,6 +54,13 @@ BARE = FULL.model_copy(update={"rim": 0.0})  # templates end at the outline
 VIEW = View(origin=(90.0, 92.0), unit=80.0, facing=1)
 SIZE = (180, 190)  # width and height, pixels: the whole walker with a border of 10 or more
 STRIDE = upright(WALKER, torso=0.08, neck=0.1, hip_near=0.4, knee_near=0.15, hip_far=-0.3, knee_far=0.35)
+
+
+def levels_of(image, settings=FULL, view=VIEW, **how):
+    """The whole picture at every blur."""
+    height, width = image.shape[:2]
+    blurs = [blur * view.unit for blur in settings.blurs]
+    return pyramid(image, (0, 0, width, height), blurs, mode_of(settings).colour, **how)
 
 
 class Cloth:

@@ -23,14 +23,17 @@ JOINTS = WALKER.joints
 NEARBY = STRIDE + upright(WALKER, root_x=0.04, torso=0.05, hip_near=0.1, knee_near=0.15, hip_far=-0.1)
 
 
+def at_a_stride(model):
+    """A tracker, its state at a marked stride, and that picture."""
+    image = Painted(np.random.default_rng(1)).picture(STRIDE)
+    start = Start(WALKER, VIEW, STRIDE, np.ones(len(STRIDE), dtype=bool))
+    tracker = make_tracker(start, find_model(model, 30.0, FULL), FULL)
+    return tracker, begin(tracker, start, image)[0], image
+
+
 @pytest.fixture(scope="module", params=["cv", "walk-run"])
 def begun(request):
-    """A tracker, its state at a marked stride, and that picture."""
-    painted = Painted(np.random.default_rng(1))
-    image = painted.picture(STRIDE)
-    start = Start(WALKER, VIEW, STRIDE, np.ones(len(STRIDE), dtype=bool))
-    tracker = make_tracker(start, find_model(request.param, 30.0, FULL), FULL)
-    return tracker, begin(tracker, start, image)[0], image
+    return at_a_stride(request.param)
 
 
 def anchor_of(q, names=JOINTS, hidden=(), figure=WALKER):
@@ -121,11 +124,7 @@ def test_a_toe_marked_nearer_than_the_foot_is_long_only_turns_it(begun):
 
 
 def test_templates_that_slid_are_shifted_without_a_change_of_speed():
-    painted = Painted(np.random.default_rng(1))
-    image = painted.picture(STRIDE)
-    start = Start(WALKER, VIEW, STRIDE, np.ones(len(STRIDE), dtype=bool))
-    tracker = make_tracker(start, find_model("cv", 30.0, FULL), FULL)
-    state, _ = begin(tracker, start, image)
+    tracker, state, image = at_a_stride("cv")
     for _ in range(4):
         state, _ = tracker.step(state, image)
     shifted = STRIDE + upright(WALKER, root_x=3.0 / VIEW.unit)

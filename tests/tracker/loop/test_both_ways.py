@@ -29,20 +29,13 @@ def places(estimates):
     return [e.pose.mean[0] for e in estimates]
 
 
-def test_each_way_counts_by_how_near_its_own_anchor_is():
-    found = between_anchors(TRACKER, [estimate(0.0)] * 3, [estimate(0.1)] * 3)
-    assert_allclose(places(found), [0.025, 0.05, 0.075])
-
-
 def test_the_way_whose_pictures_cost_less_counts_more():
     (found,) = between_anchors(TRACKER, [estimate(0.0, cost=3.0)], [estimate(0.1, cost=1.0)])
     assert places([found])[0] == pytest.approx(0.075)
 
 
-def test_an_average_is_no_surer_than_the_two_and_speaks_as_the_nearer():
-    there, back = [estimate(spread=1.0, outcome="hidden")] * 3, [estimate(spread=3.0)] * 3
-    found = between_anchors(TRACKER, there, back)
-    assert_allclose([e.pose.cov[0, 0] for e in found], [1.5, 2.0, 2.5])
+def test_an_average_speaks_as_the_nearer():
+    found = between_anchors(TRACKER, [estimate(outcome="hidden")] * 3, [estimate()] * 3)
     assert [e.outcome for e in found][::2] == ["hidden", "ok"]
 
 

@@ -8,12 +8,11 @@ from numpy.testing import assert_allclose
 
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
-from kinematics.recover import start_pose
 from kinematics.spm import joint_jacobian, joints
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, filled, median, spoil
 from tests.kinematics.figures import WALKER, upright
-from tests.tracker.loop.test_detections import detected
-from tests.tracker.loop.test_tracker import begun
+from tests.tracker.loop.test_detections import detected, other_leg
+from tests.tracker.loop.test_tracker import begun, start_of
 from tests.tracker.painted import STRIDE
 from tracker.foreign.points import Points
 from tracker.loop.begin import begin
@@ -43,20 +42,25 @@ def true_points(walk):
     return Points(names, places, np.ones(places.shape[:2]))
 
 
-def followed(walk, points, settings=ALONE, model="walk-run", shifts=None):
-    """Smoothed estimates of a walk by points; no picture is looked at but the first."""
-    start = start_pose(WALKER, {name: tuple(at[0]) for name, at in walk.joints.items()}, walk.facing)
-    tracker = make_tracker(start, find_model(model, walk.fps, settings), settings)
+def tracker_of(walk, settings=ALONE, model="walk-run"):
+    """A start as marked, and its tracker."""
+    start = start_of(walk.joints, walk.facing)
+    return start, make_tracker(start, find_model(model, walk.fps, settings), settings)
 
-    def run():
-        state, estimate = begin(tracker, start, walk.images[0])
+
+def run(start, tracker, images, points):
+    """Estimates of a walk by points."""
+    state, estimate = begin(tracker, start, images[0])
+    yield estimate
+    for image, places in zip(images[1:], points.places[1:], strict=True):
+        state, estimate = tracker.step(state, image, Detections.of(start.figure, points.names, places))
         yield estimate
-        for t in range(1, FRAMES):
-            found = Detections.of(start.figure, points.names, points.places[t])
-            state, estimate = tracker.step(state, walk.images[0 if shifts is None else t], found)
-            yield estimate
 
-    return start, list(smoothed(tracker, run()))
+
+def followed(walk, points):
+    """Smoothed estimates of a walk by points; no picture is looked at but the first."""
+    start, tracker = tracker_of(walk)
+    return start, list(smoothed(tracker, run(start, tracker, walk.images[:1] * FRAMES, points)))
 
 
 def places_of(start, estimates):
@@ -82,14 +86,10 @@ def error(walk, rows):
 def exchanged_frames(walk, rows):
     """Frames in which the legs fit the truth better when they are exchanged."""
     legs = ("near_knee", "near_ankle", "far_knee", "far_ankle")
-    other = {"near": "far", "far": "near"}
     out = []
     for t in range(1, FRAMES):
         told = sum(np.hypot(*(rows[t][n] - walk.joints[n][t])) for n in legs)
-        twin = sum(
-            np.hypot(*(rows[t][n] - walk.joints[f"{other[n.split('_')[0]]}_{n.split('_')[1]}"][t]))
-            for n in legs
-        )
+        twin = sum(np.hypot(*(rows[t][n] - walk.joints[other_leg(n)][t])) for n in legs)
         if twin < told - 0.1 * 4 * walk.leg_px:
             out.append(t)
     return out
@@ -122,13 +122,10 @@ def test_where_there_is_no_point_the_covariance_grows_and_the_figure_is_lost_the
     hole = slice(20, 28)
     places = true_points.places.copy()
     places[hole] = np.nan
-    start = start_pose(WALKER, {name: tuple(at[0]) for name, at in walk.joints.items()}, walk.facing)
-    tracker = make_tracker(start, find_model("walk-run", walk.fps, ALONE), ALONE)
-    state, _ = begin(tracker, start, walk.images[0])
+    start, tracker = tracker_of(walk)
     spread, outcomes = [], []
-    for t in range(1, 35):
-        found = Detections.of(start.figure, true_points.names, places[t])
-        state, estimate = tracker.step(state, walk.images[0], found)
+    estimates = run(start, tracker, walk.images[:1] * FRAMES, replace(true_points, places=places))
+    for estimate in list(estimates)[1:]:
         J = joint_jacobian(start.figure, estimate.pose.mean)[start.figure.joints.index("near_ankle")]
         spread.append(np.trace(J @ estimate.pose.cov @ J.T))
         outcomes.append(estimate.outcome)
@@ -142,8 +139,7 @@ def test_where_there_is_no_point_the_covariance_grows_and_the_figure_is_lost_the
 
 
 def test_without_points_a_figure_that_has_left_the_picture_is_outside_and_one_within_is_lost(walk):
-    start = start_pose(WALKER, {name: tuple(at[0]) for name, at in walk.joints.items()}, walk.facing)
-    tracker = make_tracker(start, find_model("cv", walk.fps, ALONE), ALONE)
+    start, tracker = tracker_of(walk, model="cv")
     state, _ = begin(tracker, start, walk.images[0])
     mean = state.belief.states.mean.copy()
     mean[:, tracker.slds.names.index("root_x")] -= 20.0  # leg lengths
@@ -157,7 +153,8 @@ def test_points_of_a_picture_that_a_moving_camera_shifted_are_where_it_shows_the
     images = [np.roll(walk.images[t], pan[t].astype(int), axis=(1, 0)) for t in range(FRAMES)]
     panned = replace(true_points, places=true_points.places + pan[:, None])
     moved = replace(walk, images=images, joints={n: at + pan for n, at in walk.joints.items()})
-    start, estimates = followed(moved, panned, ALONE.model_copy(update={"camera": True}), shifts=pan)
+    start, tracker = tracker_of(moved, ALONE.model_copy(update={"camera": True}))
+    estimates = list(smoothed(tracker, run(start, tracker, images, panned)))
     shifts = np.array([e.shift for e in estimates])
     assert_allclose(shifts, pan - pan[0], atol=1.0)
     rows = [

@@ -14,7 +14,7 @@ from kinematics.recover import Start, start_pose
 from kinematics.spm import joint_jacobian, joints
 from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.oracles import condition
-from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted, freedoms, placed
+from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted, freedoms, levels_of, placed
 from tests.tracker.walls import behind_wall
 from tracker.loop.begin import START_ANGLE, START_LENGTH, START_PLACE, begin, start_belief
 from tracker.loop.estimate import Estimate, State
@@ -23,7 +23,6 @@ from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Tracker, make_tracker
 from tracker.models.find import find_model
 from tracker.picture.backdrop import ALIKE, first_backdrop
-from tracker.picture.pyramid import Level, pyramid
 from tracker.registration.align import align
 from tracker.registration.field import Field, Registration
 from tracker.registration.templates import Templates
@@ -123,24 +122,11 @@ def began(tracker: Tracker, start: Start) -> list[Hypothesis]:
     return found
 
 
-def levels_of(tracker: Tracker, image, curve) -> list[Level]:
-    """The whole frame at every blur."""
-    height, width = image.shape[:2]
-    blurs = [blur * tracker.view.unit for blur in tracker.settings.blurs]
-    return pyramid(image, (0, 0, width, height), blurs, colour=True, curve=curve)
-
-
 def field_of(tracker: Tracker, templates: Templates, state: State, image) -> Field:
     """What the templates are laid on: the whole frame, before the scene as the loop has come to know it."""
-    view = tracker.view.shifted(state.shift)
-    return Field(
-        templates,
-        levels_of(tracker, image, state.curve),
-        tracker.figure,
-        view,
-        tracker.settings,
-        state.scenery,
-    )
+    view, settings = tracker.view.shifted(state.shift), tracker.settings
+    levels = levels_of(image, settings, view, curve=state.curve)
+    return Field(templates, levels, tracker.figure, view, settings, state.scenery)
 
 
 def stepped(

@@ -39,11 +39,6 @@ def assert_holds(trail, rows):
     assert trail.outcome == [row.outcome for row in rows]
 
 
-def test_columns_hold_what_was_appended(rng):
-    rows = estimates(rng, 7)
-    assert_holds(trail_of(rows), rows)
-
-
 @pytest.mark.parametrize("foreseen", [-1, 0, 3, 600, 10**12])
 def test_more_or_fewer_frames_may_come_than_were_foreseen(rng, foreseen):
     rows = estimates(rng, ROOM + 5)

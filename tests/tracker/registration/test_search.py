@@ -9,16 +9,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.gaussian import Gaussian
 from kinematics.spm import View, joints
 from tests.kinematics.figures import WALKER, upright
-from tests.tracker.painted import FULL, STRIDE, Painted
-from tracker.picture.pyramid import pyramid
+from tests.tracker.painted import FULL, STRIDE, Painted, levels_of
 from tracker.registration.align import FARTHEST, SEEN, SPREADS, STEP, align, reach, sought
 from tracker.registration.field import Field
 from tracker.registration.templates import cut
 
 D = len(WALKER.freedoms)
-UNIT = 50.0
 SIZE = (220, 160)
-VIEW = View(origin=(110.0, 72.0), unit=UNIT, facing=1)
+VIEW = View(origin=(110.0, 72.0), unit=50.0, facing=1)
 ANGLES = np.full(D - 2, 0.05**2)
 
 
@@ -34,9 +32,7 @@ def painted():
 
 def field_of(painted, q):
     """The stride's templates before a picture of another pose."""
-    width, height = SIZE
-    blurs = [blur * UNIT for blur in FULL.blurs]
-    before, after = (pyramid(painted.picture(p), (0, 0, width, height), blurs, True) for p in (STRIDE, q))
+    before, after = (levels_of(painted.picture(p), view=VIEW) for p in (STRIDE, q))
     return Field(cut(WALKER, VIEW, STRIDE, before, FULL), after, WALKER, VIEW, FULL)
 
 
@@ -97,9 +93,8 @@ def test_all_priors_are_shifted_alike_to_where_the_best_of_them_fits(painted):
 def nowhere(painted):
     """The stride's templates before a picture that none of them matches anywhere."""
     blocks = np.random.default_rng(4).integers(0, 2, (SIZE[1] // 10, SIZE[0] // 10, 3)) * 255
-    blurs = [blur * UNIT for blur in FULL.blurs]
     picture = np.kron(blocks, np.ones((10, 10, 1))).astype(np.uint8)
-    return replace(field_of(painted, STRIDE), levels=pyramid(picture, (0, 0, *SIZE), blurs, True))
+    return replace(field_of(painted, STRIDE), levels=levels_of(picture, view=VIEW))
 
 
 @pytest.mark.parametrize("x", [1.2, 1.8, -1.4])

@@ -9,16 +9,21 @@ from scipy.ndimage import map_coordinates
 
 from kinematics.spm import View, covering, skeleton
 from tests.kinematics.figures import HORSE, WALKER, random_pose, upright
-from tests.tracker.painted import BARE, CLASSIC, FULL, STRIDE, VIEW, Painted, covered, outline, placed
-from tracker.picture.pyramid import pyramid
+from tests.tracker.painted import (
+    BARE,
+    CLASSIC,
+    FULL,
+    STRIDE,
+    VIEW,
+    Painted,
+    covered,
+    levels_of,
+    outline,
+    placed,
+)
 from tracker.registration.templates import ALIKE, ELSEWHERE, ENOUGH, RIM_WEIGHT, Templates, cut
 
 CROSSING = upright(WALKER, hip_near=0.1, knee_near=0.2, hip_far=-0.1, knee_far=0.1)
-
-
-def levels_of(image, unit=VIEW.unit, settings=FULL):
-    height, width = image.shape[:2]
-    return pyramid(image, (0, 0, width, height), [blur * unit for blur in settings.blurs], colour=True)
 
 
 @pytest.fixture
@@ -52,11 +57,6 @@ def test_the_classic_mode_has_no_rim(levels):
     assert (templates.weight == 1.0).all()
 
 
-def test_the_light_of_templates_just_cut_is_their_own(levels):
-    templates = cut(WALKER, VIEW, CROSSING, levels, FULL)
-    assert_array_equal(templates.light, np.zeros(3))
-
-
 def test_points_are_spread_evenly_over_every_link(levels):
     templates = cut(WALKER, VIEW, CROSSING, levels, BARE)
     for i, link in enumerate(WALKER.links):
@@ -71,7 +71,7 @@ def test_points_are_spread_evenly_over_every_link(levels):
 @pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
 def test_cut_takes_the_picture_s_colours_where_the_points_lie(figure, facing, rng):
     view = View((90.3, 92.7), 60.0, facing)
-    levels = levels_of(rng.integers(0, 256, (190, 180, 3)).astype(np.uint8), view.unit)
+    levels = levels_of(rng.integers(0, 256, (190, 180, 3)).astype(np.uint8), view=view)
     q = random_pose(figure, rng, size=0.1)
     templates = cut(figure, view, q, levels, FULL)
     body = placed(figure, q, templates)
@@ -295,10 +295,11 @@ def test_a_strange_link_is_one_of_which_nothing_is_known():
     assert_array_equal(met.strange, [False, False, False])
 
 
-def test_of_templates_just_cut_the_links_that_lie_nobody_knows_where_are_strange(levels):
+def test_templates_just_cut_have_their_own_light_and_those_that_lie_nobody_knows_where_are_strange(levels):
     nowhere = np.array([link.name.endswith("far") for link in WALKER.links])
     templates = cut(WALKER, VIEW, STRIDE, levels, FULL, ~nowhere)
     assert_array_equal(templates.strange, nowhere)
+    assert_array_equal(templates.light, np.zeros(3))
     assert not cut(WALKER, VIEW, STRIDE, levels, FULL).strange.any()
     assert not templates.alike.any()
     assert templates.place.shape == (len(templates.link), 2)
