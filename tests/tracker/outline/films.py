@@ -23,6 +23,7 @@ WALKER = seen_figure()
 SHAPE = Shape.of(WALKER)
 CYCLES = Cycles.load()
 WALK = 4  # among the cycles
+FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
 FRAMES, SIZE, UNIT, FPS = 32, (240, 160), 40.0, 30.0
 MIDDLE = FRAMES // 2
 PERIOD = float(CYCLES.period[WALK] * FPS)  # frames a stride
@@ -96,6 +97,18 @@ class Film:
             joints=self.joints + by,
         )
 
+    def on_the_spot(self, frame=MIDDLE):
+        """Who steps on the spot: the hip stays where it is in a frame, and the scene moves instead."""
+        by = np.rint(self.hips[:, 0] - self.hips[frame, 0]).astype(int)
+        away = np.stack([by, 0 * by], axis=1)
+        return replace(
+            self,
+            images=rolled(self.images, -by),
+            cover=rolled(self.cover, -by),
+            hips=self.hips - away,
+            joints=self.joints - away[:, None],
+        )
+
     def part(self, frames):
         """Some of its frames."""
         names = ("images", "cover", "places", "q", "phase", "hips", "units", "joints")
@@ -164,6 +177,11 @@ def film(rng, *, frames=FRAMES, camera=(0.0, 0.0, 0.0, 0.0), alike=False, walker
         units=UNIT * np.sqrt(np.linalg.det(inverse)),
         joints=moved(inverse, hips[:, None] + joints(WALKER, q) * UNIT * (1.0, -1.0)),
     )
+
+
+def rolled(pictures, right):
+    """Each picture moved so many pixels, what leaves it on the other side."""
+    return np.stack([np.roll(each, x, axis=1) for each, x in zip(pictures, right, strict=True)])
 
 
 @cache

@@ -7,13 +7,12 @@ import pytest
 from numpy.testing import assert_array_equal
 from scipy.special import expit
 
-from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, WALK, WALKER, film
+from tests.tracker.outline.films import FEW, FPS, MIDDLE, WALKER, film
 from tracker.outline.climb import Marked
-from tracker.outline.cycles import NECK, Cycles, columns_of
+from tracker.outline.cycles import NECK, columns_of
 from tracker.outline.fit import LASTING, RIGHTLY, agreeing, fitted, through
 
 NEAR = 0.05  # leg lengths, in the mean
-FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
 
 
 def fit(film, stage, start=None, frame=MIDDLE):

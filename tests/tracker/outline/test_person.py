@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, SIZE, UNIT, WALK, WALKER, a_walk
+from tests.tracker.outline.films import FEW, SIZE, UNIT, WALKER, a_walk
 from tracker.clip.found import TURNED
 from tracker.outline import person as outlines
 from tracker.outline.bodies import Path
-from tracker.outline.cycles import Cycles
 from tracker.outline.person import GOES, person
 
-FEW = Cycles(*(each[[2, WALK, 6]] for each in (CYCLES.pose, CYCLES.period, CYCLES.runs)))  # for speed
 ANKLES = [WALKER.joints.index(name) for name in ("near_ankle", "far_ankle")]
 
 
@@ -99,13 +97,7 @@ def test_who_is_seen_before_and_after_a_path_is_followed_there_too(alone, walk, 
 def test_who_steps_on_the_spot_goes_nowhere(walk, rng):
     """The scene moves under a walker who stays: a treadmill, or a camera that goes along."""
     film = walk.part(slice(4, 28))
-    by = np.rint(film.hips[:, 0] - film.hips[12, 0]).astype(int)
-    spot = replace(
-        film,
-        cover=np.stack([np.roll(each, -x, axis=1) for each, x in zip(film.cover, by, strict=True)]),
-        images=np.stack([np.roll(each, -x, axis=1) for each, x in zip(film.images, by, strict=True)]),
-        hips=film.hips - np.stack([by, 0 * by], axis=1),
-    )
+    spot = film.on_the_spot(12)
     assert np.ptp(spot.hips[:, 0]) < GOES * UNIT < np.ptp(film.hips[:, 0])
     found = found_in(spot, rng)
     assert (found.facing, found.direction) == (1, 0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, MIDDLE, UNIT, WALKER
+from tests.tracker.outline.films import CYCLES, MIDDLE, UNIT, WALKER, rolled
 from tracker.outline.spot import PART, spot
 from tracker.survey.evidence import NOTHING
 
@@ -15,14 +15,9 @@ LEGS = [i for i, name in enumerate(WALKER.joints) if name.endswith(("knee", "ank
 @pytest.fixture
 def treadmill(walk, rng):
     """The walk with the hip at rest, where what is covered in most frames is the scene; and its joints."""
-    by = np.rint(walk.hips[:, 0] - walk.hips[MIDDLE, 0]).astype(int)
-    cover = rolled(walk.cover, -by)
-    cover = np.abs(cover - (cover.mean(0) > 0.5))
-    return replace(walk, cover=cover).stage(rng), walk.joints - np.stack([by, 0 * by], axis=1)[:, None]
-
-
-def rolled(cover, right):
-    return np.stack([np.roll(each, x, axis=1) for each, x in zip(cover, right, strict=True)])
+    film = walk.on_the_spot()
+    cover = np.abs(film.cover - (film.cover.mean(0) > 0.5))
+    return replace(film, cover=cover).stage(rng), film.joints
 
 
 def test_legs_that_swing_on_the_spot_tell_where_and_about_how_large(treadmill):
