@@ -154,7 +154,7 @@ def stands(trials: Mapping[str, Trial]) -> list[Capture]:
 def whole(trial: Trial) -> Capture:
     """Every frame of a capture of FPS frames a second."""
     y = project(read_body(trial))
-    return Capture(y, trial.subject, trial.activity, trial.licence, trial.path.stem)
+    return Capture(y, trial.subject, trial.activity, trial.path.stem)
 
 
 def compare(change: Change, labels: Sequence[str]) -> Found:

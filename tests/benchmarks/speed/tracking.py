@@ -56,7 +56,7 @@ STAGES = {
     "fuse": (track.Tracker, "conditioned"),
     "templates": (track.Tracker, "_templates"),
     "smooth": (smoothing, "_back"),
-    "playback speed": (clip, "_rate"),
+    "playback speed": (clip, "playback_rate"),
 }
 
 
