@@ -53,7 +53,7 @@ def gait(label, subject, frames=100, seed=0):
         y[:, side] = 0.5 * np.cos(phase + turn)
         y[:, side + 1] = 0.6 + 0.5 * np.cos(phase + turn - 2.0)
     y[:, 2:] += 0.01 * rng.normal(size=(frames, 6))
-    return Capture(y, subject, label, "free", f"{subject}_{label}{seed}")
+    return Capture(y, subject, label, f"{subject}_{label}{seed}")
 
 
 def study(**changes):
@@ -177,7 +177,7 @@ def test_bends_are_learned_from_but_never_measured_on(monkeypatch):
 def flat(value, label, subject, frames=120):
     """A capture that stands at one angle, by which its pieces are known again."""
     y = np.full((frames, 8), float(value))
-    return Capture(y, subject, label, "free", subject)
+    return Capture(y, subject, label, subject)
 
 
 def test_a_splice_is_pieces_of_the_right_length_and_label_smoothed_only_at_joints(rng):
@@ -318,7 +318,7 @@ def test_prediction_is_called_better_only_where_its_error_is_lower(better, verdi
 
 @pytest.mark.parametrize("degree", [1, 3])
 def test_lines_and_splines_fill_lines_and_cubics_exactly(degree):
-    capture = Capture(np.outer((np.arange(31.0) / 10.0) ** degree, np.ones(8)), "a", "walk", "free", "a")
+    capture = Capture(np.outer((np.arange(31.0) / 10.0) ** degree, np.ones(8)), "a", "walk", "a")
     found = measures.gap_errors(partial(measures.across, degree), capture, 10)
     assert_allclose(found.squares, 0.0, atol=1e-15)  # a not-a-knot spline of a cubic is the cubic
     assert found.count == 10
