@@ -1,4 +1,7 @@
-"""What `make models` learns is what ships, to the fourth digit after the point; one model takes a minute."""
+"""What `make models` learns is what ships, to the fourth digit after the point.
+
+Left out is `gait-started`, which takes a minute to learn.
+"""
 
 from pathlib import Path
 

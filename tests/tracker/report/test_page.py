@@ -174,6 +174,19 @@ def test_keys_step_frames_and_stop_at_the_ends(browser, tmp_path):
         report.shows(frame)
 
 
+def test_space_plays_and_pauses_at_a_whole_frame(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Pause'")
+    browser.wait("Number(document.querySelector('#frame').value) > 5")
+    browser.press(" ")
+    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
+    frame = int(browser.value("document.querySelector('#frame').value"))
+    assert 5 < frame < SECONDS * FPS - 1
+    report.shows(frame)
+    assert report.cursor() == pytest.approx(frame / (SECONDS * FPS - 1), abs=0.005)
+
+
 def test_from_its_end_the_clip_plays_again_from_the_start(browser, tmp_path):
     report = Report(browser, made(tmp_path))
     last = round(SECONDS * FPS) - 1
@@ -485,7 +498,7 @@ def test_from_near_the_hip_stays_in_the_middle(browser, tmp_path, clips):
     assert browser.value("document.querySelector('video').style.transform") == ""
 
 
-def test_while_it_plays_figure_and_film_are_at_one_frame_and_it_pauses_at_a_whole_one(browser, tmp_path):
+def test_while_it_plays_figure_and_film_are_at_one_frame(browser, tmp_path):
     report = Report(browser, made(tmp_path, start=0.4))
     report.shows(0)
     browser.value(
@@ -495,18 +508,11 @@ def test_while_it_plays_figure_and_film_are_at_one_frame_and_it_pauses_at_a_whol
         "if (pairs.length < 2000) requestAnimationFrame(look)}; requestAnimationFrame(look)"
     )
     browser.press(" ")
-    browser.wait("document.querySelector('#play').ariaLabel === 'Pause'")
     browser.wait("Number(document.querySelector('#frame').value) > 45")
     browser.press(" ")
-    browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
-    frame = int(browser.value("document.querySelector('#frame').value"))
-    report.shows(frame)
-    assert report.cursor() == pytest.approx(frame / (SECONDS * FPS - 1), abs=0.005)
     pairs = np.array(browser.value("pairs"))
     assert len(np.unique(pairs[:, 1])) > 15
-    off = np.abs(pairs[:, 0] - pairs[:, 1])[pairs[:, 0] >= 0]
-    # A busy machine may show the film's next pictures before the page hears of them, once in a while.
-    assert np.percentile(off, 90) <= 1.0 + 2.0 / STEP
+    assert np.abs(pairs[:, 0] - pairs[:, 1])[pairs[:, 0] >= 0].max() <= 1.0 + 2.0 / STEP
 
 
 @pytest.mark.parametrize(
