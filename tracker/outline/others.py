@@ -25,8 +25,10 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
     """
     reach, ranked = LATELY * stage.fps, []
     for path in everybody:
+        if not path.first - reach <= frame <= path.last + reach:
+            continue
         off = np.abs(_prolonged(stage, path)[frame] - hip) / unit
-        if path.first - reach <= frame <= path.last + reach and (off < [BESIDE, ABOVE]).all():
+        if (off < [BESIDE, ABOVE]).all():
             scene = in_scene(stage, path)
             away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit
             ranked.append(((away, not path.first <= frame <= path.last, float(off[0])), path))

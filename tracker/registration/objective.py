@@ -66,7 +66,7 @@ class Objective:
         self.field, self.layout = field, figure.layout
         self.shape = Shape(self.layout.layer, self.layout.width, self.layout.taper)
         self.picture = _picture(field, number)
-        self.points = _points(field, number)
+        self.points = _points(field, number, mode.coarse)
         self.noise = Noise(
             variance=settings.noise**2,
             light=settings.light,
@@ -102,10 +102,10 @@ class Objective:
         return weighed(self.layout, fit.links, self.weights)
 
 
-def _points(field: Field, number: int) -> Points:
-    """The templates' points with their colours at one blur, of the coarser ones a part."""
+def _points(field: Field, number: int, coarse: int) -> Points:
+    """The templates' points with their colours at one blur, of the blurred ones every `coarse`-th."""
     templates = field.templates
-    every = 1 if number == len(templates.colours) - 1 else mode_of(field.settings).coarse
+    every = 1 if number == len(templates.colours) - 1 else coarse
     return Points(
         np.searchsorted(templates.link[::every], np.arange(len(field.figure.links) + 1)),
         templates.along[::every].copy(),
