@@ -339,6 +339,21 @@ def test_the_slider_passes_frames_and_stops_at_one(page, browser):
     browser.wait(WHOLE)
 
 
+def test_the_slider_stays_where_it_is_held_while_earlier_frames_come(page, browser):
+    held = browser.value(
+        """new Promise(done => {
+          const [slider, picture] = ['#slider', '#picture'].map(id => document.querySelector(id));
+          const held = [];
+          new MutationObserver(() => {
+            held.push(slider.value);
+            if (picture.ariaLabel.startsWith('Frame 4 ')) done(held);
+          }).observe(picture, {attributeFilter: ['aria-label']});
+          for (const at of [8, 4]) {slider.value = at; slider.dispatchEvent(new Event('input'))}
+        })"""
+    )
+    assert held == ["4", "4"]
+
+
 def test_a_further_frame_begins_with_the_nearest_that_is_marked_and_its_hip_carries_all(page, browser, truth):
     page.mark(truth)
     first = page.points()

@@ -41,7 +41,8 @@ function turnTo(frame) {
   picture.show(frame);
   $("slider").disabled = !frame.count;
   $("slider").max = (frame.count ?? 1) - 1;
-  $("frame").value = $("slider").value = frame.index;
+  $("frame").value = frame.index;
+  $("slider").value = heading; // who drags it may be farther than the frame that has just been read
   $("picture").setAttribute("aria-label", `Frame ${frame.index} of ${opening.video}`);
   $("count").textContent = frame.count ? `/ ${frame.count - 1}` : "";
   $("back1").disabled = $("back10").disabled = frame.index === 0;
