@@ -74,12 +74,15 @@ def test_what_is_wrong_is_found_out(wrong, code, said):
     assert any(one.startswith(said) for one in wrong(code)), wrong(code)
 
 
-def test_what_takes_much_memory_or_time_or_leaves_processes_is_found_out(wrong, monkeypatch):
+def test_what_takes_much_time_is_found_out(wrong, monkeypatch):
     monkeypatch.setattr(ending, "MOST_SECONDS", 2.0)
+    assert wrong("time.sleep(60)") == ["it had not ended after 2 s"]
+
+
+def test_what_takes_much_memory_or_leaves_processes_is_found_out(wrong, monkeypatch):
     monkeypatch.setattr(ending, "GRACE", 0.2)
     own = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # a process begins as a copy of this one
     monkeypatch.setattr(ending, "MOST_MEMORY", own + 2**27)
-    assert wrong("time.sleep(60)") == ["it had not ended after 2 s"]
     (said,) = wrong(f"a = bytearray({own + 2**28})")
     assert said.startswith("it took ")
     assert wrong("os.fork() or time.sleep(60)") == ["1 processes that it started did not end"]
