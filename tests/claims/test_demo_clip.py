@@ -17,14 +17,14 @@ from tracker.tables.keypoints import read_keypoints
 
 pytestmark = pytest.mark.claims
 
-SEEDS = range(3)
+SEEDS, FRAMES = range(3), 60
 CV_NOISES = ((2.0, 0.01), (4.0, 0.02), (4.0, 0.04), (8.0, 0.04))  # degrees, leg lengths a frame
 
 
 def followed(seed: int) -> tuple[bool, list[bool]]:
     """Whether the learned model, and constant velocity at each noise, follow the demo's clip by templates."""
     with TemporaryDirectory() as folder:
-        video, marks = write_scene(render(seed), Path(folder))
+        video, marks = write_scene(render(seed, frames=FRAMES), Path(folder))
         truth = read_keypoints(marks)
 
         def never_lost(model: str, settings: Settings) -> bool:

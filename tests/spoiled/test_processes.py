@@ -172,7 +172,7 @@ print("alive")"""
 
 def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder):
     images = [frame.image for frame in Video(folder / "walk.mp4")]
-    write_video(folder / "long.mp4", images * 60)
+    write_video(folder / "long.mp4", images * 20)
     table = "video,keypoints,model,out\nwalk.mp4,marks.csv,cv,a\nlong.mp4,marks.csv,cv,b\n"
     (folder / "jobs.csv").write_text(table)
     process = started("batch", "jobs.csv", "--workers", "1", "--progress", "json")
@@ -208,7 +208,7 @@ def test_a_reader_that_hangs_up_is_no_error_to_speak_of(folder):
 
 def test_what_is_killed_outright_leaves_the_old_run_and_the_next_run_is_not_in_its_way(folder):
     images = [frame.image for frame in Video(folder / "walk.mp4")]
-    write_video(folder / "long.mp4", images * 40)
+    write_video(folder / "long.mp4", images * 20)
     before = everything(folder / "run")
     words_long = ["long.mp4" if word == "walk.mp4" else word for word in words("track")]
     process = started(*[word for word in words_long if word != "--quiet"], "--progress", "json")

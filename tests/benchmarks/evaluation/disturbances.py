@@ -46,7 +46,7 @@ def write_film(film: Film, path: Path) -> None:
     """The pictures as they are, without loss, in a .mov of their own rate."""
     height, width = film.images[0].shape[:2]
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("png", rate=Fraction(film.fps).limit_denominator(1001))
+        stream = container.add_stream("qtrle", rate=Fraction(film.fps).limit_denominator(1001))
         stream.width, stream.height, stream.pix_fmt = width, height, "rgb24"
         for image in film.images:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="rgb24")))
