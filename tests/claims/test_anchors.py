@@ -21,7 +21,7 @@ def scored(clip: Path, anchors: bool) -> Score:
     truth = marks_of(clip)
     given = {t: marks for t, marks in truth.items() if t % EVERY == 0}
     between = {t: marks for t, marks in truth.items() if t == 0 or t not in given}
-    job = Job(clip, given, "walk-run", stop=max(truth), anchors=anchors)
+    job = Job(clip, given, stop=max(truth), anchors=anchors)
     return score(between, places(follow(job, Progress("quiet")).track), 0)
 
 
@@ -38,7 +38,7 @@ def test_from_a_start_in_the_middle_the_clip_is_followed_back_to_frame_zero(
 ) -> None:
     clip = data_dir / "video" / f"{name}.mp4"
     truth = marks_of(clip)
-    job = Job(clip, truth, "walk-run", start=start, stop=start + 5)
+    job = Job(clip, truth, start=start, stop=start + 5)
     found = places(follow(job, Progress("quiet")).track)
     # As a clip that runs backwards, so that the start is its first frame.
     there = {start - t: marks for t, marks in truth.items() if t <= start}
@@ -52,7 +52,7 @@ def test_from_a_start_in_the_middle_the_clip_is_followed_back_to_frame_zero(
 def test_legs_keep_their_names_from_a_start_in_the_middle(data_dir: Path) -> None:
     clip = data_dir / "video" / "desert_walk_rl.mp4"
     truth = marks_of(clip)
-    found = places(follow(Job(clip, truth, "walk-run", start=150, stop=max(truth)), Progress("quiet")).track)
+    found = places(follow(Job(clip, truth, start=150, stop=max(truth)), Progress("quiet")).track)
     # The start frame is scored in no case, so that all others may come after it.
     result = score({-1: truth.pop(150), **truth}, found, -1)
     assert result.swaps == 0

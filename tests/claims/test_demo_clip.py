@@ -29,7 +29,7 @@ def followed(seed: int) -> tuple[bool, list[bool]]:
 
         def never_lost(model: str, settings: Settings) -> bool:
             bare = settings.model_copy(update={"outline": False})
-            run = follow(Job(video, truth, model, bare), Progress("quiet"))
+            run = follow(Job(video, truth, model=model, settings=bare), Progress("quiet"))
             return score(truth, places(run.track), 0).first_failure_frame is None
 
         rivals = [never_lost("cv", Settings(cv_angle=a, cv_place=p)) for a, p in CV_NOISES]

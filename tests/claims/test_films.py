@@ -21,7 +21,7 @@ FRAMES = 60  # of a clip
 def scored(film: Film, path: Path, **changes: object) -> Score:
     write_film(film, path)
     settings = Settings.model_validate(changes)
-    job = Job(path, film.marks, "walk-run", settings, start=0, stop=max(film.marks))
+    job = Job(path, film.marks, settings=settings, start=0, stop=max(film.marks))
     return score(film.marks, places(follow(job, Progress("quiet")).track), 0)
 
 

@@ -31,7 +31,7 @@ def test_a_clip_is_followed_as_well_from_a_start_without_some_marks(
     clip = data_dir / "video" / f"{name}.mp4"
     truth = marks_of(clip)
     start = {joint: mark for joint, mark in truth[0].items() if joint not in missing}
-    job = Job(clip, {**truth, 0: start}, "walk-run", start=0, stop=max(truth))
+    job = Job(clip, {**truth, 0: start}, start=0, stop=max(truth))
     result = score(truth, places(follow(job, Progress("quiet")).track), 0)
     assert result.first_failure_frame is None
     assert result.swaps == 0

@@ -31,7 +31,7 @@ def followed(model: str, clip: Path) -> Track:
     """The whole clip from its first frame, as the program does it; with the rival, as far as it is marked."""
     marks = marks_of(clip)
     stop = max(marks) if model == RIVAL else None
-    return follow(Job(clip, marks, model, start=0, stop=stop), Progress("quiet")).track
+    return follow(Job(clip, marks, model=model, start=0, stop=stop), Progress("quiet")).track
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +152,7 @@ def test_legs_that_are_exchanged_in_the_marks_are_told_and_right_ones_are_not_do
             start = 3 if path.stem == "street_run_lr" else min(marks)
             other = {other_side(name): mark for name, mark in marks[start].items()}
             said[path.stem] = [
-                outlined(prepare(Job(path, {start: each}, LEARNED)), Progress("quiet")).misnamed > 0.0
+                outlined(prepare(Job(path, {start: each}, model=LEARNED)), Progress("quiet")).misnamed > 0.0
                 for each in (marks[start], other)
             ]
     assert sum(wrongly for wrongly, _ in said.values()) <= 1

@@ -33,7 +33,7 @@ def film(data_dir: Path) -> Film:
 def walled(film: Film, tmp_path_factory: pytest.TempPathFactory) -> Track:
     path = tmp_path_factory.mktemp("wall") / "walk.mov"
     write_film(film, path)
-    return follow(Job(path, film.marks, "walk-run", start=0), Progress("quiet")).track
+    return follow(Job(path, film.marks, start=0), Progress("quiet")).track
 
 
 def covered(film: Film) -> list[int]:

@@ -57,7 +57,7 @@ def run_demo(
         with progress.task("rendering a walk", frames) as advance:
             scene = render(seed, frames=frames, advance=advance)
         video, marks = write_scene(scene, aside)
-        job = Job(video, read_keypoints(marks), models[0], called=str(out / video.name))
+        job = Job(video, read_keypoints(marks), model=models[0], called=str(out / video.name))
         table = compare_models(job, job.marks, models, aside, progress, [NOTE])
         news = {"figtrack": __version__, "seed": seed}
         (aside / "demo.json").write_text(json.dumps(news) + "\n", encoding="utf-8")

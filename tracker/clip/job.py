@@ -50,12 +50,8 @@ class About:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Following:
-    """How a clip is followed, as it is asked for.
-
-    Raises:
-        ValueError: a number out of its range, or a word that is none of those known.
-    """
+class Options:
+    """What is asked for of a clip and stays with its job as it is."""
 
     start: Annotated[
         int | None, About("The marked frame to start from [default: the first marked].", least=0)
@@ -68,16 +64,6 @@ class Following:
     ] = None
     figure: Annotated[str, About("What is followed: a figure that ships, or a TOML file of one.")] = "walker"
     model: Annotated[str, About("cv, a shipped model, or a file from 'figtrack learn'.")] = "walk-run"
-    facing: Annotated[Facing | None, About("Which way the figure faces [default: seen from the marks].")] = (
-        None
-    )
-    person: Annotated[
-        int | None, About("Which of those that 'figtrack find' lists, where no joint is marked.", least=1)
-    ] = None
-    near: Annotated[
-        Nearer | None,
-        About("Where the leg towards the camera is in the frame started from [default: seen from the film]."),
-    ] = None
     anchors: Annotated[bool, About("Pass through every marked frame, not the start alone.")] = False
     measure: Annotated[
         Path | None,
@@ -86,7 +72,6 @@ class Following:
             "DeepLabCut CSV, OpenPose JSON (file or folder), COCO or labelme JSON, or TRC in pixels."
         ),
     ] = None
-    templates: Annotated[bool, About("Follow looks, or with --measure points alone.")] = True
     rate: Annotated[
         float | None,
         About(
@@ -100,6 +85,31 @@ class Following:
         float | None, About("Pixels a metre where the figure walks, in place of --height.", 0.1, 1e5)
     ] = None
     smooth: Annotated[bool, About("Write each pose given the whole clip, or as first seen.")] = True
+
+    def kept(self) -> dict[str, Any]:
+        """These options by name."""
+        return {each.name: getattr(self, each.name) for each in fields(Options)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Following(Options):
+    """How a clip is followed, as it is asked for.
+
+    Raises:
+        ValueError: a number out of its range, or a word that is none of those known.
+    """
+
+    facing: Annotated[Facing | None, About("Which way the figure faces [default: seen from the marks].")] = (
+        None
+    )
+    person: Annotated[
+        int | None, About("Which of those that 'figtrack find' lists, where no joint is marked.", least=1)
+    ] = None
+    near: Annotated[
+        Nearer | None,
+        About("Where the leg towards the camera is in the frame started from [default: seen from the film]."),
+    ] = None
+    templates: Annotated[bool, About("Follow looks, or with --measure points alone.")] = True
     settings: Annotated[Path | None, About("TOML file of tracker settings.")] = None
 
     def __post_init__(self) -> None:
@@ -145,12 +155,7 @@ class Following:
         else:
             found, marks = None, start
         facing = towards(self.facing) if found is None else found.facing
-        read = {"video": video, "marks": marks, "settings": self.tuned(settings), "facing": facing}
-        asked = {name: value for name, value in vars(self).items() if name not in ELSEWHERE}
-        return Job(**asked | read | {"found": found})
-
-
-ELSEWHERE = ("templates", "person", "near")  # options that a job holds in another form
+        return Job(video, marks, settings=self.tuned(settings), facing=facing, found=found, **self.kept())
 
 
 @dataclass(frozen=True)
@@ -219,33 +224,21 @@ def options() -> Iterator[Option]:
 
 
 @dataclass(frozen=True)
-class Job:
-    """What to follow, and how; what is not told of here is as in `Following`.
+class Job(Options):
+    """What to follow, and how.
 
     marks  : marked joints by frame
-    found  : the start that these are, None where they were given
-    figure : a figure that ships, or a TOML file
     facing : +1 right, -1 left, None to see it from the start pose
     called : what the results call the video, None for its path
+    found  : the start that the marks are, None where they were given
     """
 
     video: Path
     marks: "Marks"
-    model: str
-    settings: "Settings" = field(default_factory=lambda: Following().tuned())
-    figure: str = "walker"
-    start: int | None = None
-    from_: int | None = None
-    stop: int | None = None
-    facing: int | None = None
-    rate: float | None = None
-    height: float | None = None
-    scale: float | None = None
-    called: str | None = None
-    smooth: bool = True
-    anchors: bool = False
-    measure: Path | None = None
-    found: Found | None = None
+    settings: "Settings" = field(default_factory=lambda: Following().tuned(), kw_only=True)
+    facing: int | None = field(default=None, kw_only=True)
+    called: str | None = field(default=None, kw_only=True)
+    found: Found | None = field(default=None, kw_only=True)
 
     @property
     def first(self) -> int:
@@ -254,8 +247,7 @@ class Job:
 
     def asked(self) -> dict[str, Any]:
         """The options that it was asked for with, as JSON can hold them, files by their whole path."""
-        names = {option.name for option in options()} & set(vars(self)) - {"settings", "facing"}
-        return {name: _whole(getattr(self, name)) for name in sorted(names)}
+        return {name: _whole(value) for name, value in sorted(self.kept().items())}
 
 
 def _whole(value: Any) -> Any:

@@ -97,7 +97,15 @@ def outcome(case: Case) -> Outcome:
     if isinstance(case.way, Ours):
         way = case.way
         if way.marked:
-            job = Job(case.clip, marks, way.model, way.settings, start=start, stop=last, smooth=way.smooth)
+            job = Job(
+                case.clip,
+                marks,
+                model=way.model,
+                settings=way.settings,
+                start=start,
+                stop=last,
+                smooth=way.smooth,
+            )
         else:
             job, start = asked(Following(model=way.model), case.clip, None, way.settings, QUIET), BEFORE_ALL
         track = follow(job, QUIET).track
@@ -158,7 +166,7 @@ def outcomes(
 def _rival_places(
     clip: Path, marks: Marks, way: Flow | Boxes, last: int
 ) -> dict[int, dict[str, tuple[float, float]]]:
-    plan = prepare(Job(clip, marks, "cv", start=START))
+    plan = prepare(Job(clip, marks, model="cv", start=START))
     body = body_at(plan.start, marks[START])
     images = (frame.image for frame in islice(plan.video, last + 1))
     if isinstance(way, Flow):

@@ -17,7 +17,7 @@ from tests.benchmarks.rendered.filming import film
 from tests.benchmarks.rendered.measure import AWAY, start_frame
 from tests.benchmarks.rendered.plans import planned
 from tracker.clip.follow import follow
-from tracker.clip.job import Following, Job
+from tracker.clip.job import Job
 from tracker.clip.start import StartError
 from tracker.loop.outcome import Outcome
 from tracker.run.score import leg_length, places, score
@@ -128,7 +128,7 @@ def _followed(path: Path, marks: Marks, start: int, way: str) -> Told:
     row, leg = marks[start], leg_length(marks, [start])
     later = marks[min(marks.keys() - {start}, key=lambda t: abs(t - start - LATER))]
     given = WAYS[way](row, later, leg, np.random.default_rng([start, *way.encode()]))
-    job = Job(path, {start: given}, Following().model, start=start, stop=max(marks))
+    job = Job(path, {start: given}, start=start, stop=max(marks))
     try:
         run = follow(job, QUIET)
     except (StartError, PoseError):

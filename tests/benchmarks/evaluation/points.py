@@ -152,7 +152,9 @@ def repaired(case: Case) -> Found:
         path = Path(folder) / "points.csv"
         write_dlc(bad.points, path)
         job = Job(
-            *(case.clip, marks, model, Settings(templates=templates)),
+            *(case.clip, marks),
+            model=model,
+            settings=Settings(templates=templates),
             start=START,
             stop=max(marks),
             measure=path if measure else None,

@@ -256,7 +256,7 @@ def _score_film(film: Film, given: Marks) -> Score | None:
 
 def _score(video: Path, given: Marks, truth: Marks, way: Ours = OURS) -> Score | None:
     """Errors against the true marks of a track that starts from those given."""
-    job = Job(video, given, way.model, way.settings, start=START, stop=max(truth))
+    job = Job(video, given, model=way.model, settings=way.settings, start=START, stop=max(truth))
     try:
         return score(truth, places(follow(job, Progress("quiet")).track), START)
     except (StartError, PoseError):

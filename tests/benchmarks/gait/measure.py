@@ -18,7 +18,7 @@ from tests.benchmarks.rendered.filming import Film, film
 from tests.benchmarks.rendered.measure import start_frame
 from tests.benchmarks.rendered.plans import MOMENTS, Plan, planned
 from tracker.clip.follow import follow
-from tracker.clip.job import Following, Job
+from tracker.clip.job import Job
 from tracker.clip.start import StartError
 from tracker.gait.figures import runs
 from tracker.gait.lengths import Known, lengths
@@ -103,7 +103,7 @@ def measured(none: Case, plan: Plan, track: Track) -> Case:
 def clip(path: Path, tracks: Path) -> Track:
     """An open clip followed from its marks, where `tracks` does not hold that yet."""
     marks = read_keypoints(path.with_name(f"{path.stem}.keypoints.csv"))
-    job = Job(path, marks, Following().model)
+    job = Job(path, marks)
     track = _kept(tracks / f"{path.stem}.pkl", lambda: follow(job, Progress("quiet")).track)
     assert isinstance(track, Track)
     return track
@@ -126,7 +126,7 @@ def _followed(made: Film) -> Track | str:
         path = Path(folder) / "film.mp4"
         made.write(path)
         try:
-            return follow(Job(path, {frame: made.marks[frame]}, Following().model), Progress("quiet")).track
+            return follow(Job(path, {frame: made.marks[frame]}), Progress("quiet")).track
         except (StartError, PoseError) as refused:
             return str(refused)
 

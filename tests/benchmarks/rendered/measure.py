@@ -105,7 +105,7 @@ def case(seed: int, trials: Path, with_marks: bool = True) -> Case:
 def from_marks(made: Film, path: Path) -> Followed | str:
     """Followed from the true joints of one frame, or why not."""
     frame = start_frame(made)
-    return _followed(made, Job(path, {frame: made.marks[frame]}, Following().model))
+    return _followed(made, Job(path, {frame: made.marks[frame]}))
 
 
 def without_marks(made: Film, path: Path) -> tuple[Start | None, Followed | str]:

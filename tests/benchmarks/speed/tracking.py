@@ -97,7 +97,7 @@ class Growth:
 
 def job_of(video: Path) -> Job:
     """A clip with its marks beside it."""
-    return Job(video, read_keypoints(video.with_name(f"{video.stem}.keypoints.csv")), MODEL, start=0)
+    return Job(video, read_keypoints(video.with_name(f"{video.stem}.keypoints.csv")), model=MODEL, start=0)
 
 
 def cost(job: Job) -> Cost:

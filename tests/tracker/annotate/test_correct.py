@@ -41,7 +41,7 @@ def tracked(scene, tmp_path_factory):
     folder = tmp_path_factory.mktemp("exchanged")
     write_video(folder / "walk.mp4", scene.images)
     write_table(folder / "walk.csv", [row for row in truth_table(scene) if row[0] == 0])
-    finished = follow(Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), "walk-run"), QUIET)
+    finished = follow(Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv")), QUIET)
     track, (twin, q) = finished.track, (sides(finished.track.figure.freedoms), finished.track.q.copy())
     q[TURN:] = q[TURN:, twin]
     (folder / "run").mkdir()

@@ -61,9 +61,11 @@ def test_a_row_is_the_job_that_track_would_do(table, tmp_path, clip):
     marks = one.marks
     assert len(marks) == len(clip)
     settings = Settings(iterations=3, templates=False)
-    wanted = Job(clip.video, marks, "cv", settings, start=3, from_=2, stop=7, facing=-1, rate=0.5)
+    wanted = Job(
+        clip.video, marks, model="cv", settings=settings, start=3, from_=2, stop=7, facing=-1, rate=0.5
+    )
     assert one == replace(wanted, smooth=False, anchors=True, measure=tmp_path / "Läufe" / "net.csv")
-    assert other == Job(clip.video, marks, "cv")
+    assert other == Job(clip.video, marks, model="cv")
 
 
 def test_short_rows_have_empty_cells_and_columns_any_order(table, tmp_path):

@@ -159,7 +159,7 @@ def test_a_run_of_another_job_is_replaced_only_when_asked(table, tmp_path):
 
 def test_a_job_is_another_when_anything_it_comes_from_is(clip, tmp_path):
     mark = {"hip": Mark(1.0, 2.0)}
-    job = Job(clip.video, {0: mark}, "cv")
+    job = Job(clip.video, {0: mark}, model="cv")
     others = {
         "video": clip.keypoints,
         "marks": {0: {"hip": Mark(1.0, 2.0, visible=False)}},
@@ -191,7 +191,7 @@ def test_a_job_is_another_when_the_file_of_its_model_or_figure_or_an_image_is(tm
     (tmp_path / "images").mkdir()
     (tmp_path / "images" / "0.png").write_bytes(b"one")
     (tmp_path / "f.toml").write_text("one")
-    job = Job(tmp_path / "images", {}, str(tmp_path / "m.npz"), figure=str(tmp_path / "f.toml"))
+    job = Job(tmp_path / "images", {}, model=str(tmp_path / "m.npz"), figure=str(tmp_path / "f.toml"))
     keys = [job_key(job)]
     (tmp_path / "m.npz").write_bytes(b"two")
     keys.append(job_key(job))

@@ -13,7 +13,7 @@ from tests.tracker.clips import read_json
 from tests.tracker.tracks import random_track
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
-from tracker.clip.job import Job
+from tracker.clip.job import Following, Job
 from tracker.progress import Progress
 from tracker.report.results import write_run
 from tracker.run.read import RunError, read_track
@@ -32,7 +32,8 @@ def ran(clip, tmp_path_factory):
     folder = tmp_path_factory.mktemp("again")
     film = folder / "walk.mp4"
     shutil.copy(clip.video, film)
-    job = Job(film, read_keypoints(clip.keypoints), "cv", TUNED, start=4, stop=7, rate=0.5, smooth=False)
+    how = Following(model="cv", start=4, stop=7, rate=0.5, smooth=False)
+    job = how.job(film, read_keypoints(clip.keypoints), TUNED)
     run = follow(job, QUIET)
     (folder / "run").mkdir()
     write_run(run, folder / "run", QUIET, "a key", overlay=False, report=False)
@@ -165,7 +166,7 @@ def test_another_figure_or_place_does_not_fit(rng):
 def anchored(clip, tmp_path_factory):
     """A job with anchors, its run, and its track read back."""
     marks = read_keypoints(clip.keypoints)
-    job = Job(clip.video, {t: marks[t] for t in (4, 7)}, "cv", start=4, anchors=True, smooth=False)
+    job = Job(clip.video, {t: marks[t] for t in (4, 7)}, model="cv", start=4, anchors=True, smooth=False)
     run, folder = follow(job, QUIET), tmp_path_factory.mktemp("run")
     write_run(run, folder, QUIET, overlay=False, report=False)
     return job, run, read_track(folder, run.track.mark)

@@ -30,7 +30,7 @@ QUIET = Progress("quiet")
 
 @pytest.fixture(scope="module")
 def job(clip):
-    return Job(clip.video, read_keypoints(clip.keypoints), "cv")
+    return Job(clip.video, read_keypoints(clip.keypoints), model="cv")
 
 
 @pytest.fixture(scope="module")

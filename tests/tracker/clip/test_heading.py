@@ -63,7 +63,7 @@ def test_a_figure_faces_the_way_it_goes_whichever_way_its_start_was_taken(taken,
     ],
 )
 def test_without_all_toes_or_the_bend_of_both_legs_the_facing_is_untold(missing, want, clip, marks):
-    job = Job(clip.video, without(marks, missing), "cv")
+    job = Job(clip.video, without(marks, missing), model="cv")
     assert untold(job, WALKER) == want
     assert not untold(replace(job, facing=1), WALKER)
 
@@ -72,21 +72,21 @@ def test_a_job_whose_marks_lack_the_feet_faces_as_the_film_shows(clip, marks, mi
     images, turn = mirrored
     write_video(tmp_path / "left.mp4", images)
     lacking = turn(without(marks, FEET))
-    job = Job(tmp_path / "left.mp4", lacking, "cv")
+    job = Job(tmp_path / "left.mp4", lacking, model="cv")
     assert prepare(job).start.view.facing == -1
     assert prepare(replace(job, facing=1)).start.view.facing == 1
 
 
 @pytest.mark.parametrize("facing", [None, 1])
 def test_a_facing_that_nobody_told_is_said(facing, clip, marks):
-    job = Job(clip.video, without(marks, FEET), "cv", facing=facing, stop=1)
+    job = Job(clip.video, without(marks, FEET), model="cv", facing=facing, stop=1)
     said = [warning for warning in follow(job, Progress("quiet")).warnings if "face right" in warning]
     assert len(said) == (facing is None)
 
 
 def test_a_job_with_a_foot_marked_is_not_asked_of_the_film(clip, marks, monkeypatch):
     monkeypatch.setattr(plan_module, "heading", None)
-    assert prepare(Job(clip.video, marks, "cv")).start.view.facing == 1
+    assert prepare(Job(clip.video, marks, model="cv")).start.view.facing == 1
 
 
 @pytest.mark.parametrize("facing", [1, -1])

@@ -7,7 +7,7 @@ import pytest
 
 from tests.tracker.clips import figtrack, write_table
 from tracker.batch.jobs import COLUMNS, read_jobs
-from tracker.clip.job import ELSEWHERE, Facing, Following, Job, Nearer, options
+from tracker.clip.job import Facing, Following, Job, Nearer, Options, options
 from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import read_keypoints
@@ -42,8 +42,15 @@ def test_command_line_and_table_have_every_option_with_its_words_and_range():
         least, most = option.about.least, option.about.most
         bounds = "" if least is None else f"[{least}<=x<={most}]" if most else f"[x>={least}]"
         assert "".join(option.about.text.split()) + bounds in shown, option
-    own = {"video", "marks", "found", "called"}
-    assert {field.name for field in fields(Job)} == names - set(ELSEWHERE) | own
+
+
+def test_a_job_keeps_what_the_marks_and_settings_that_were_read_do_not_hold():
+    kept = {field.name for field in fields(Options)}
+    assert OTHERS.keys() - kept == {"facing", "person", "near", "templates", "settings"}
+    own = {"video", "marks", "settings", "facing", "called", "found"}
+    assert {field.name for field in fields(Job)} == kept | own
+    asked = Following(**{name: OTHERS[name][0] for name in kept - {"scale"}})
+    assert asked.job(Path("a.mp4"), {}, Settings()).kept() == asked.kept()
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -87,7 +94,7 @@ def test_a_job_has_the_settings_of_the_file_or_those_given_and_templates_are_one
     assert (job.settings, job.facing, job.start) == (Settings(iterations=3), -1, 2)
     given = Following(templates=False).job(clip.video, marks, Settings(iterations=4))
     assert given.settings == Settings(iterations=4, templates=False)
-    assert Following().job(clip.video, marks) == Job(clip.video, marks, "walk-run")
+    assert Following().job(clip.video, marks) == Job(clip.video, marks)
 
 
 def test_the_files_that_are_read_are_told_and_a_shipped_model_is_none(tmp_path):

@@ -99,7 +99,7 @@ def test_jitter_is_measured_whichever_leg_is_whose(wrong, rng):
 def test_points_that_jitter_more_are_trusted_less_and_never_more_than_the_setting_says(
     clip, true_points, measured, rng
 ):
-    job = Job(clip.video, read_keypoints(clip.keypoints), "cv", Settings(point=0.02))
+    job = Job(clip.video, read_keypoints(clip.keypoints), model="cv", settings=Settings(point=0.02))
     spread = {}
     for px in (0.0, 6.0):
         noise = rng.normal(0.0, px, true_points.places.shape)
@@ -147,7 +147,7 @@ def test_points_alone_carry_the_clip_both_ways_from_the_middle(clip, true_points
 
 
 def test_points_narrow_what_templates_find(clip, true_points, measured):
-    job = Job(clip.video, read_keypoints(clip.keypoints), "cv")
+    job = Job(clip.video, read_keypoints(clip.keypoints), model="cv")
     with_points = follow(replace(job, measure=measured(true_points)), Progress("quiet"))
     without = follow(job, Progress("quiet"))
     assert without.points is None
@@ -172,7 +172,7 @@ def test_points_of_few_frames_are_warned_of(clip, true_points, measured):
     places = true_points.places.copy()
     places[4:] = np.nan
     points = replace(true_points, places=places)
-    job = Job(clip.video, read_keypoints(clip.keypoints), "cv", Settings(templates=False))
+    job = Job(clip.video, read_keypoints(clip.keypoints), model="cv", settings=Settings(templates=False))
     few = follow(replace(job, measure=measured(points)), Progress("quiet"))
     assert few.points.frames == 4
     assert any(text.endswith("p.csv has points in 4 of 10 frames") for text in few.warnings)
@@ -184,11 +184,8 @@ def test_points_of_few_frames_are_warned_of(clip, true_points, measured):
 def test_between_anchors_the_points_count_too(clip, true_points, measured, tmp_path):
     marks = tmp_path / "both ends.csv"
     write_table(marks, clip.rows([0, 9]))
-    job = Job(
-        *(clip.video, read_keypoints(marks), "walk-run", Settings(templates=False)),
-        measure=measured(true_points),
-        anchors=True,
-    )
+    job = Job(clip.video, read_keypoints(marks), settings=Settings(templates=False), anchors=True)
+    job = replace(job, measure=measured(true_points))
     found = follow(job, Progress("quiet")).track
     assert set(found.outcome) <= {"ok", "hidden"}
     truth = np.stack([clip.joints[name] for name in found.figure.joints], axis=1)
@@ -200,7 +197,9 @@ def test_an_export_is_read_back_to_the_hundredth_of_a_pixel(clip, tmp_path, monk
     words = ("--keypoints", clip.keypoints, "--model", "cv", "--out", "run", "--quiet")
     assert figtrack("track", clip.video, *words).exit_code == 0
     assert figtrack("export", "run", "--to", "dlc", "--quiet").exit_code == 0
-    plan = prepare(Job(clip.video, read_keypoints(clip.keypoints), "cv", measure=tmp_path / "run.dlc.csv"))
+    plan = prepare(
+        Job(clip.video, read_keypoints(clip.keypoints), model="cv", measure=tmp_path / "run.dlc.csv")
+    )
     exported = read_keypoints(tmp_path / "run" / "keypoints.csv")
     assert len(plan.measured.frames) == 10
     for frame, found in plan.measured.frames.items():

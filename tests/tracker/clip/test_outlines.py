@@ -34,7 +34,7 @@ def written(folder, images, joints, frame=MIDDLE):
     write_video(folder / "walk.mp4", images)
     marks = zip(WALKER.joints, joints[frame], strict=True)
     write_table(folder / "walk.csv", [(frame, name, *place, 1) for name, place in marks])
-    return Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), "cv", facing=1)
+    return Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv"), model="cv", facing=1)
 
 
 @pytest.fixture(scope="module")

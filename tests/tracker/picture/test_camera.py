@@ -225,7 +225,7 @@ def panned(clip, tmp_path_factory):
         t: {name: carried(mark, way[t] + 100.0) for name, mark in of_frame.items()}
         for t, of_frame in read_keypoints(clip.keypoints).items()
     }
-    return Job(folder, marks, "walk-run", start=4), way
+    return Job(folder, marks, start=4), way
 
 
 @pytest.fixture(scope="module")
@@ -292,7 +292,7 @@ def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, data_dir, mon
     def error(job):
         return score(job.marks, places(follow(job, QUIET).track), 0).mean_error_leg
 
-    still = Job(source, marks, "walk-run", start=0, stop=max(marks))
+    still = Job(source, marks, start=0, stop=max(marks))
     settled = error(still)
     monkeypatch.setattr(plan_module, "Video", Moved)
     carry = {t: {n: carried(m, way[t] + 110.0) for n, m in of_frame.items()} for t, of_frame in marks.items()}

@@ -21,7 +21,7 @@ from tracker.report.document import written
 
 def chapter(track=None, video="walk.mp4", rate=1.0, given=False, **changes):
     track = stroll() if track is None else track
-    job = Job(Path(video), {}, "walk-run", rate=rate if given else None)
+    job = Job(Path(video), {}, rate=rate if given else None)
     run = Run(job, 0, job.settings, track, 30.0, len(track), (640, 360), rate, {}, [])
     return replace(Chapter("walk-run", run, gait_of(track), []), **changes)
 

@@ -47,7 +47,7 @@ def done(clip, tmp_path_factory):
 
 @pytest.fixture
 def job(clip):
-    return Job(clip.video, read_keypoints(clip.keypoints), "cv")
+    return Job(clip.video, read_keypoints(clip.keypoints), model="cv")
 
 
 def test_a_comparison_leaves_a_run_a_model_and_one_page(done):
