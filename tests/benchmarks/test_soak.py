@@ -93,7 +93,7 @@ def test_what_takes_much_memory_or_leaves_processes_is_found_out(wrong, monkeypa
 )
 def test_only_what_is_killed_outright_may_leave_something(wrong, number, complaints):
     code = "pathlib.Path('.a.part').mkdir(); time.sleep(60)"
-    assert len(wrong(code, Kill(number, 0.5))) == complaints
+    assert len(wrong(code, Kill(number, 2.0))) == complaints
 
 
 @pytest.mark.parametrize(

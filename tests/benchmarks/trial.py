@@ -29,7 +29,6 @@ ENDINGS = {
     "openpose": "-openpose",
     "myogait": ".myogait.json",
 }
-METRES = {"trc": " --height 1.75", "mot": " --height 1.75"}
 RUN = "walk-track"
 
 
@@ -124,9 +123,8 @@ def _mark_and_follow(terminal: Terminal, profile: Path) -> None:
 
 
 def _export(terminal: Terminal) -> None:
-    for to, path in exports(terminal.folder).items():
-        terminal.type(f"figtrack export {RUN} --to {to}{METRES.get(to, '')}")
-        assert path.exists(), path
+    terminal.type(f"figtrack export {RUN} --to all --height 1.75")
+    assert all(path.exists() for path in exports(terminal.folder).values())
 
 
 def _places(path: Path) -> dict[tuple[str, str], tuple[float, float]]:
