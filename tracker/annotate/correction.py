@@ -14,7 +14,7 @@ from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
 from tracker.clip.start import outside
 from tracker.errors import fault
-from tracker.progress import Progress
+from tracker.progress import Progress, counted
 from tracker.report.results import OVERLAY, REPORT, write_run
 from tracker.run.folder import FolderError, fresh_folder
 from tracker.run.read import read_run, read_track
@@ -111,7 +111,7 @@ class Correction(Session):
                 write_run(run, aside, self.progress, self._finished.key, overlay=overlay, report=report)
             self._read()
             self.table = self._table()
-            frames = "1 frame" if len(job.marks) == 1 else f"{len(job.marks)} frames"
+            frames = counted(len(job.marks), "frame")
             self._said = f"Followed again through {frames}; {self.folder} is replaced."
             self._opening = self.frame(self._shown)
         except Exception as error:

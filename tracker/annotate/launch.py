@@ -4,25 +4,15 @@ from pathlib import Path
 from threading import Thread
 
 from kinematics.figure_file import load_figure
-from tracker.annotate.correction import Correction
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
 from tracker.annotate.session import Session
 from tracker.annotate.wanted import Request
-from tracker.clip.asked import suggestion_path
-from tracker.clip.found import TURNED, people
 from tracker.clip.job import towards
-from tracker.clip.naming import marks_of, nearer, sure_of_leg
-from tracker.foreign.start_marks import Taken, read_start
-from tracker.outline.person import Person
-from tracker.progress import Progress
+from tracker.progress import Progress, counted
 from tracker.run.folder import FolderError
-from tracker.tables.keypoints import read_keypoints
-from videos.frames import Video
 
 POLL = 0.1  # seconds between looks at whether the page was closed
-CHECK = "check every joint, and which leg is nearer"
-UNSURE = " (not sure)"
 
 
 def mark(request: Request, progress: Progress) -> None:
@@ -39,6 +29,8 @@ def mark(request: Request, progress: Progress) -> None:
     table = Table(request.table, overwrite=request.overwrite, figure=figure)
     taken, facing = None, towards(request.facing)
     if request.source is not None:
+        from tracker.foreign.start_marks import read_start  # slow to import
+
         taken = read_start(request.source, request.frame, facing, figure=figure)
         print(taken.told)
     marked = min(table.marks, default=0)
@@ -48,8 +40,7 @@ def mark(request: Request, progress: Progress) -> None:
         if taken is None and not table.marks and not request.empty and figure.outline:
             _suggest(request, session, progress)
         _serve(server, "mark the joints", not request.no_browser)
-    frames = "1 frame" if len(table.marks) == 1 else f"{len(table.marks)} frames"
-    print(f"{frames} marked in {table.path}")
+    print(f"{counted(len(table.marks), 'frame')} marked in {table.path}")
     print(f"next: {session.next_command()}")
 
 
@@ -61,6 +52,8 @@ def correct(folder: Path, frame: int | None, port: int, browser: bool, progress:
         RunError, VideoError, FolderError: a folder or file that cannot be used, or the port is taken.
         KeyboardInterrupt: nothing was saved.
     """
+    from tracker.annotate.correction import Correction  # slow to import
+
     session = Correction(folder, frame, progress)
     with Server(session, port) as server:
         _serve(server, f"put {folder} right", browser)
@@ -90,7 +83,9 @@ def _serve(server: Server, what: str, browser: bool) -> None:
 
 def _suggest(request: Request, session: Session, progress: Progress) -> None:
     """Let the page open with a suggestion, if there is one of the frame that is asked for."""
-    taken = suggested(request.video, session.table, progress)
+    from tracker.annotate.suggestion import suggested
+
+    taken = suggested(request.video, request.table, progress)
     if taken is None:
         print("nobody was found who walks through the film; the page opens without marks")
     elif request.frame not in (None, taken.frame):
@@ -98,28 +93,3 @@ def _suggest(request: Request, session: Session, progress: Progress) -> None:
     else:
         session.start_from(taken)
         print(taken.told)
-
-
-def suggested(video: Path, table: Table, progress: Progress) -> Taken | None:
-    """What 'figtrack track' left beside the table, else the surest person in the film; None for nobody.
-    KeypointsError: what was left is no table; VideoError: the video cannot be read."""
-    left = suggestion_path(table.path.parent, video)
-    if left.exists():
-        marks = read_keypoints(left)
-        frame = min(marks)
-        return Taken(frame, marks[frame], f"frame {frame} has the suggestion of {left.name}: {CHECK}")
-    everybody = people(Video(video), progress)
-    if not everybody:
-        return None
-    one = everybody[0]
-    return Taken(one.frame, marks_of(one), _told(one, len(everybody)))
-
-
-def _told(one: Person, people: int) -> str:
-    who = "who walks" if people == 1 else f"the surest of {people} people who walk"
-    way = "right" if one.facing > 0 else "left"
-    return (
-        f"frame {one.frame} has a suggestion, {who} through the film: "
-        f"faces {way}{'' if one.turned >= TURNED else UNSURE}, "
-        f"the near leg {nearer(one)}{'' if sure_of_leg(one) else UNSURE}; {CHECK}"
-    )

@@ -5,7 +5,6 @@ No answer depends on a path given by the client: files are read and written only
 
 from http import HTTPStatus
 
-from tracker.annotate.correction import Correction
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
 from tracker.annotate.session import CheckRequest, SaveRequest, Session, UnknownJointError
 from tracker.report.document import Document
@@ -41,8 +40,8 @@ class Handler(LoopbackHandler):
             self.answer(session.frame(_index(what.removeprefix("frame/"))))
         elif what.startswith("quick/"):
             self.answer(session.frame(_index(what.removeprefix("quick/")), quick=True))
-        elif what == "following" and isinstance(session, Correction):
-            self.answer(session.following())
+        elif what == "following" and (now := session.following()):
+            self.answer(now)
         else:
             raise nothing_here()
 
@@ -61,8 +60,8 @@ class Handler(LoopbackHandler):
             self.answer(reply)
             if reply["closed"]:
                 self.server.shutdown()
-        elif what == "follow" and isinstance(session, Correction):
-            self.answer(session.follow(self.body(SaveRequest)))
+        elif what == "follow" and (begun := session.follow(self.body(SaveRequest))):
+            self.answer(begun)
         else:
             raise nothing_here()
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Lock
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, Field
 
@@ -19,8 +19,10 @@ from tracker.annotate.frames import Frames
 from tracker.annotate.marks import Table
 from tracker.clip.job import Facing, towards
 from tracker.clip.start import facing_at, objections, outside
-from tracker.foreign.start_marks import Taken
 from tracker.tables.keypoints import Mark, Marks, points
+
+if TYPE_CHECKING:
+    from tracker.foreign.start_marks import Taken
 
 FARTHEST = 1e5  # pixels; nobody marks a joint beyond it
 
@@ -97,7 +99,7 @@ class Session:
         video: Path,
         table: Table,
         first: int,
-        taken: Taken | None = None,
+        taken: "Taken | None" = None,
         facing: int | None = None,
         figure: str = "walker",
     ) -> None:
@@ -115,7 +117,7 @@ class Session:
         self._asked: Queue[Callable[[], None]] = Queue()
         self._opening = self.frame(first)
 
-    def start_from(self, taken: Taken) -> None:
+    def start_from(self, taken: "Taken") -> None:
         """Open with marks that nobody saved, at their frame; raises VideoError."""
         self.taken, self._opening = taken, self.frame(taken.frame)
 
@@ -170,6 +172,14 @@ class Session:
             "closed": closed,
             "next": self.next_command(),
         }
+
+    def follow(self, request: SaveRequest) -> Reply | None:
+        """Save, and follow the figure again; None of a film that is only marked, where nothing is done."""
+        return None
+
+    def following(self) -> Reply | None:
+        """How far following has come; None of a film that is only marked."""
+        return None
 
     def next_command(self) -> str:
         """What to type in the terminal to follow the figure from the saved marks."""

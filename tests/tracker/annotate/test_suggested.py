@@ -13,9 +13,8 @@ from tests.tracker.annotate.test_page import Page, near, session_page
 from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_video
 from tests.tracker.outline.films import WALKER, a_walk
-from tracker.annotate import launch as module
-from tracker.annotate.launch import suggested
-from tracker.annotate.marks import Table
+from tracker.annotate import suggestion as module
+from tracker.annotate.suggestion import suggested
 from tracker.clip.asked import suggestion_path
 from tracker.clip.found import TURNED, people
 from tracker.foreign.start_marks import Taken
@@ -59,7 +58,7 @@ def table(tmp_path):
 
 
 def test_the_suggestion_is_who_walks_through_the_film_with_the_ankles_apart(film, table):
-    taken = suggested(film, Table(table), QUIET)
+    taken = suggested(film, table, QUIET)
     truth = truth_of(taken.frame)
     assert taken.marks.keys() == truth.keys()
     for name, place in points(taken.marks).items():
@@ -70,7 +69,7 @@ def test_the_suggestion_is_who_walks_through_the_film_with_the_ankles_apart(film
 def test_what_is_not_sure_is_suggested_all_the_same_and_said(film, walker, table, monkeypatch):
     unsure = replace(walker, turned=0.9 * TURNED, outline=replace(walker.outline, named=0.1))
     monkeypatch.setattr(module, "people", lambda *_: [unsure, walker])
-    taken = suggested(film, Table(table), QUIET)
+    taken = suggested(film, table, QUIET)
     assert "the surest of 2 people who walk through the film" in taken.told
     assert "faces right (not sure), the near leg behind (not sure)" in taken.told
 
@@ -78,7 +77,7 @@ def test_what_is_not_sure_is_suggested_all_the_same_and_said(film, walker, table
 def test_what_track_left_beside_the_table_is_suggested_without_a_look_at_the_film(film, table, monkeypatch):
     monkeypatch.setattr(module, "people", None)
     write_marks(suggestion_path(table.parent, film), LEFT)
-    taken = suggested(film, Table(table), QUIET)
+    taken = suggested(film, table, QUIET)
     assert {taken.frame: taken.marks} == LEFT
     assert "the suggestion of walk.suggested.keypoints.csv" in taken.told
 

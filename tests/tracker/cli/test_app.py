@@ -141,6 +141,12 @@ def test_the_command_line_itself_imports_nothing_slow():
     assert printed_by(code, ROOT) == ["[]"]
 
 
+def test_a_page_to_mark_a_film_imports_nothing_that_following_it_needs():
+    heavy = ("numba", "scipy", "tracker.clip.asked", "tracker.foreign", "tracker.loop", "tracker.outline")
+    code = f"import sys, tracker.annotate.launch; print([name for name in {heavy} if name in sys.modules])"
+    assert printed_by(code, ROOT) == ["[]"]
+
+
 def test_before_the_film_is_read_nothing_is_imported_that_marks_do_not_need(clip, tmp_path):
     # Where it would be read the command ends, and says what has been imported so far.
     ours = ("tracker.outline", "tracker.survey", "tracker.annotate.session", "tracker.experiments")

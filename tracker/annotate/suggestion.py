@@ -1,0 +1,40 @@
+"""What the marking page opens with where nobody has marked anything; slow to import."""
+
+from pathlib import Path
+
+from tracker.clip.asked import suggestion_path
+from tracker.clip.found import TURNED, people
+from tracker.clip.naming import marks_of, nearer, sure_of_leg
+from tracker.foreign.start_marks import Taken
+from tracker.outline.person import Person
+from tracker.progress import Progress
+from tracker.tables.keypoints import read_keypoints
+from videos.frames import Video
+
+CHECK = "check every joint, and which leg is nearer"
+UNSURE = " (not sure)"
+
+
+def suggested(video: Path, table: Path, progress: Progress) -> Taken | None:
+    """What 'figtrack track' left beside the table, else the surest person in the film; None for nobody.
+    KeypointsError: what was left is no table; VideoError: the video cannot be read."""
+    left = suggestion_path(table.parent, video)
+    if left.exists():
+        marks = read_keypoints(left)
+        frame = min(marks)
+        return Taken(frame, marks[frame], f"frame {frame} has the suggestion of {left.name}: {CHECK}")
+    everybody = people(Video(video), progress)
+    if not everybody:
+        return None
+    one = everybody[0]
+    return Taken(one.frame, marks_of(one), _told(one, len(everybody)))
+
+
+def _told(one: Person, people: int) -> str:
+    who = "who walks" if people == 1 else f"the surest of {people} people who walk"
+    way = "right" if one.facing > 0 else "left"
+    return (
+        f"frame {one.frame} has a suggestion, {who} through the film: "
+        f"faces {way}{'' if one.turned >= TURNED else UNSURE}, "
+        f"the near leg {nearer(one)}{'' if sure_of_leg(one) else UNSURE}; {CHECK}"
+    )
