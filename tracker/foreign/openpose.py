@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tracker.foreign.people import People, Person, frame_number, person, triples
-from tracker.foreign.points import HIPS, JOINTS, SHOULDERS, Points
+from tracker.foreign.points import HALPE, Points
 from tracker.foreign.text_files import ForeignError, laid_out, load_json
 
 BODY_25 = (
@@ -18,14 +18,11 @@ BODY_25 = (
     *("REye", "LEye", "REar", "LEar"),
     *("LBigToe", "LSmallToe", "LHeel", "RBigToe", "RSmallToe", "RHeel"),
 )
-COCO_18 = (
-    *("Nose", "Neck", "RShoulder", "RElbow", "RWrist", "LShoulder", "LElbow", "LWrist"),
-    *("RHip", "RKnee", "RAnkle", "LHip", "LKnee", "LAnkle", "REye", "LEye", "REar", "LEar"),
-)
+# The older layout has neither MidHip nor feet.
+COCO_18 = tuple(name for name in BODY_25[:19] if name != "MidHip")
 LAYOUTS = {3 * len(names): names for names in (BODY_25, COCO_18)}
 # The head's top is not among the 25, and no nose is tracked.
-NAMES = {"MidHip" if name == "Hip" else name: joint for name, joint in JOINTS.items() if name != "Head"}
-NAMES |= HIPS | SHOULDERS
+NAMES = {"MidHip" if name == "Hip" else name: joint for name, joint in HALPE.items() if name != "Head"}
 OTHERS = ("face", "hand_left", "hand_right")
 FILE = re.compile(r"(.*_)?(\d+)_keypoints\.json")
 

@@ -15,22 +15,17 @@ from tracker.run.read import Record, RunError
 from tracker.run.stature import LEGS, along
 from tracker.run.track import likelihood
 
+SIDES = (("R", "right"), ("L", "left"))
 # Of each side's joints; HALPE_26 and BODY_25 agree on these.
 LEG_POINTS = {
     f"{letter}{part}": f"{side}_{joint}"
-    for letter, side in (("R", "right"), ("L", "left"))
+    for letter, side in SIDES
     for part, joint in (("Knee", "knee"), ("Ankle", "ankle"), ("BigToe", "toe"))
 }
-HIPS = {"RHip": "hip", "LHip": "hip"}
-SHOULDERS = {"RShoulder": "neck", "LShoulder": "neck"}
 JOINTS = {"Head": "head_top", "Neck": "neck", "Hip": "hip"} | LEG_POINTS
-HALPE = JOINTS | HIPS | SHOULDERS
+HALPE = JOINTS | {"RHip": "hip", "LHip": "hip", "RShoulder": "neck", "LShoulder": "neck"}
 # Of a figure that has them, beside those.
-ARMS = {
-    f"{letter}{part}": f"{side}_{part.lower()}"
-    for letter, side in (("R", "right"), ("L", "left"))
-    for part in ("Elbow", "Wrist")
-}
+ARMS = {f"{letter}{part}": f"{side}_{part.lower()}" for letter, side in SIDES for part in ("Elbow", "Wrist")}
 
 
 @dataclass(frozen=True)
