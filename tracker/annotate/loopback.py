@@ -131,19 +131,20 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         try:
             self.get(self._admitted(changes=False))
         except RefusalError as refusal:
-            self._refuse(refusal.status, str(refusal))
+            self.answer({"error": str(refusal)}, refusal.status)
         except (VideoError, OSError) as error:
-            self._refuse(HTTPStatus.NOT_FOUND, str(error))
+            self.answer({"error": str(error)}, HTTPStatus.NOT_FOUND)
 
     def do_POST(self) -> None:
         try:
             self.post(self._admitted(changes=True))
         except RefusalError as refusal:
-            self._refuse(refusal.status, str(refusal))
+            self.answer({"error": str(refusal)}, refusal.status)
         except FolderError as error:
-            self._refuse(HTTPStatus.CONFLICT, str(error))
+            self.answer({"error": str(error)}, HTTPStatus.CONFLICT)
         except OSError as error:
-            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, f"{error.strerror or error}; nothing was written")
+            said = f"{error.strerror or error}; nothing was written"
+            self.answer({"error": said}, HTTPStatus.INTERNAL_SERVER_ERROR)
 
     def log_message(self, format: str, *args: Any) -> None:
         """Nothing: the terminal is for what the user needs to know."""
@@ -213,9 +214,6 @@ class LoopbackHandler(BaseHTTPRequestHandler):
                 HTTPStatus.FORBIDDEN, f"open the very address that figtrack {self.server.command} printed"
             )
         return what
-
-    def _refuse(self, status: HTTPStatus, text: str) -> None:
-        self.answer({"error": text}, status)
 
 
 def nothing_here() -> RefusalError:
