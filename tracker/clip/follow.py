@@ -169,8 +169,8 @@ class _Ways:
     def _passage(self, way: int) -> Passage:
         plan = self.plan
         here, other = (plan.tracker, lambda: plan.back) if way > 0 else (plan.back, lambda: plan.tracker)
-        marks = plan.job.marks if plan.job.anchors else {plan.frame: plan.job.marks[plan.frame]}
-        anchors = {t: Anchor.of(plan.start.figure, points(each), hidden(each)) for t, each in marks.items()}
+        marks, figure = plan.job.passed(plan.frame), plan.start.figure
+        anchors = {t: Anchor.of(figure, points(each), hidden(each)) for t, each in marks.items()}
         smooth = smoothed if plan.job.smooth else as_first_known
         return Passage(here, other, anchors, way, self.reel.span, smooth, plan.points)
 

@@ -245,6 +245,10 @@ class Job(Options):
         """Number of the first frame that is followed."""
         return self.from_ or 0
 
+    def passed(self, start: int) -> "Marks":
+        """The marks that the track passes through: of the frame that it starts from, and of anchors."""
+        return self.marks if self.anchors else {start: self.marks[start]}
+
     def asked(self) -> dict[str, Any]:
         """The options that it was asked for with, as JSON can hold them, files by their whole path."""
         return {name: _whole(value) for name, value in sorted(self.kept().items())}

@@ -67,6 +67,11 @@ class Chapter:
         """Whether the playback speed was given; only then are times multiplied by it."""
         return self.run.job.rate is not None
 
+    @property
+    def camera(self) -> float:
+        """How far the camera moved the background from where it was at the start, at most, pixels."""
+        return float(np.hypot(*self.track.shift.T).max())
+
     def facts(self) -> list[tuple[str, str]]:
         counts = Counter(self.track.outcome)
         outcomes = ", ".join(f"{counts[name]} {word}" for name, word in WORDS.items() if counts[name])
@@ -79,7 +84,7 @@ class Chapter:
             ("Faces", self.track.view.side),
             ("Tracked", outcomes),
         ]
-        return facts if self.gait is None else [*facts, *_walked(self.gait, self.track)]
+        return facts if self.gait is None else [*facts, *_walked(self.gait, self.camera)]
 
     def cautions(self) -> list[str]:
         """What to know before the gait figures are used."""
@@ -202,14 +207,13 @@ def unusual(chapter: Chapter) -> str:
     return f"Nothing unusual: the legs differ by no more than {NOTED:.0f} % or the errors of their figures."
 
 
-def _walked(gait: Gait, track: Track) -> list[tuple[str, str]]:
+def _walked(gait: Gait, camera: float) -> list[tuple[str, str]]:
     """What gait it is, and what its lengths are told in and measured against."""
     lengths = "in leg lengths (thigh + shank); --height METRES tells metres"
     if gait.leg is not None:
         lengths = f"in metres; a leg length (thigh + shank) is {gait.leg:.2f} m"
-    moved = float(np.hypot(*track.shift.T).max())
-    if moved > 0.0:
-        lengths += f"; against the background, which the camera moves by up to {moved:.0f} px"
+    if camera > 0.0:
+        lengths += f"; against the background, which the camera moves by up to {camera:.0f} px"
     return [("Motion", gait.motion), ("Lengths", lengths)]
 
 

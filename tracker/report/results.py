@@ -5,8 +5,6 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
-
 from tracker import __version__
 from tracker.clip.again import START, film_told
 from tracker.clip.follow import Run
@@ -14,9 +12,8 @@ from tracker.progress import Progress
 from tracker.report.chapter import Chapter, headline
 from tracker.report.drawing import write_film, write_overlay
 from tracker.report.page import linked, write_report
-from tracker.run.track import Track
 from tracker.run.write import write_tables
-from tracker.tables.keypoints import Marks, write_marks
+from tracker.tables.keypoints import write_marks
 from videos.playable import Playable
 
 OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
@@ -39,7 +36,7 @@ def write_run(
     """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)
-    write_marks(folder / START, _passed(finished))
+    write_marks(folder / START, finished.job.passed(finished.start))
     if overlay:
         write_overlay(finished, folder / OVERLAY, progress)
     told = Chapter.of(finished)
@@ -74,7 +71,7 @@ def write_run(
         "rate": round(finished.rate, 2),
         "height": job.height,
         "scale": job.scale,
-        "camera": _camera(finished.track),
+        "camera": {"moves": told.camera > 0.0, "pixels": round(told.camera, 1)},
         "facing": finished.track.view.side,
         "headline": headline(told),
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
@@ -82,15 +79,3 @@ def write_run(
     } | ({"job": key} if key else {})
     (folder / "run.json").write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
     return told
-
-
-def _passed(finished: Run) -> Marks:
-    """The marks that the track passes through: the start's, and those of anchors."""
-    marks = finished.job.marks
-    return marks if finished.job.anchors else {finished.start: marks[finished.start]}
-
-
-def _camera(track: Track) -> dict[str, bool | float]:
-    """Whether the camera moved, and how far from the start at most, pixels."""
-    farthest = float(np.hypot(*track.shift.T).max())
-    return {"moves": farthest > 0.0, "pixels": round(farthest, 1)}
