@@ -4,7 +4,7 @@ const followed = new Map(); // as it was followed, of frames that were marked si
 /** What a frame that is not marked begins with: the figure as followed, or as marked in the nearest frame. */
 function begun() {
   if (opening.run) return exchangedBefore(shown.index) ? twins(shown.figure) : shown.figure;
-  return marks.of(nearestMarked(shown.index));
+  return marks.of(nearestMarked()[0]);
 }
 
 function begins() {
@@ -25,8 +25,10 @@ function put(figure, burst = null) {
   marks.replace(shown.index, figure, burst);
 }
 
-function nearestMarked(frame) {
-  return marks.marked().sort((a, b) => Math.abs(a - frame) - Math.abs(b - frame))[0];
+/** The marked frames, the nearest to the one that is shown first. */
+function nearestMarked() {
+  const away = (frame) => Math.abs(frame - shown.index);
+  return marks.marked().sort((a, b) => away(a) - away(b));
 }
 
 /** Whether the legs were exchanged in the marked frame that the figure comes from in this one. */

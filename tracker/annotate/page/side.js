@@ -66,7 +66,7 @@ function beginning() {
     const what = " Drag a joint that is wrong, or exchange the legs. Where all is right, Enter keeps it so.";
     return [strong("This frame is as it was followed."), what];
   }
-  const from = ` The figure is that of frame ${nearestMarked(shown.index)}. `;
+  const from = ` The figure is that of frame ${nearestMarked()[0]}. `;
   const what = `Drag its ${label(base)}, and the whole of it goes along; then drag every joint to its place.`;
   return [strong("This frame is not marked yet."), from, what];
 }
@@ -107,8 +107,7 @@ function placed(mark) {
 
 /** Buttons of the marked frames that are nearest. */
 function showMarkedFrames() {
-  const away = (frame) => Math.abs(frame - shown.index);
-  const nearest = marks.marked().sort((a, b) => away(a) - away(b)).slice(0, NEAREST).sort((a, b) => a - b);
+  const nearest = nearestMarked().slice(0, NEAREST).sort((a, b) => a - b);
   const focused = document.activeElement.closest("#marked") && document.activeElement.textContent;
   const about = (frame) => ({ "aria-label": `Marked frame ${frame}`, "aria-current": frame === shown.index });
   const buttons = nearest.map((frame) => button(() => go(frame), about(frame), frame));
