@@ -37,10 +37,12 @@ function told(frame) {
   play.setAttribute("aria-label", player.playing ? "Pause" : "Play");
 }
 
-function step(by) {
+function go(frame) {
   player.pause();
-  player.show(player.frame + by);
+  player.show(frame);
 }
+
+const step = (by) => go(player.frame + by);
 
 function toggle() {
   if (player.playing) player.pause();
@@ -55,10 +57,7 @@ function choose(chapter) {
 }
 
 slider.max = times.length - 1;
-slider.addEventListener("input", () => {
-  player.pause();
-  player.show(Number(slider.value));
-});
+slider.addEventListener("input", () => go(Number(slider.value)));
 play.addEventListener("click", toggle);
 find("#back").addEventListener("click", () => step(-1));
 find("#ahead").addEventListener("click", () => step(1));
@@ -97,14 +96,13 @@ document.addEventListener("click", (event) => {
 });
 
 for (const chart of all(".plots .chart")) {
-  const go = (event) => {
+  const follow = (event) => {
     const box = chart.getBoundingClientRect();
-    player.pause();
-    player.show(axis.frameAt((event.clientX - box.left) / box.width));
+    go(axis.frameAt((event.clientX - box.left) / box.width));
   };
-  chart.addEventListener("pointerdown", go);
+  chart.addEventListener("pointerdown", follow);
   chart.addEventListener("pointermove", (event) => {
-    if (event.buttons === 1) go(event);
+    if (event.buttons === 1) follow(event);
   });
 }
 

@@ -26,14 +26,11 @@ const SECONDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 36
 // The seconds that all charts of a page show, and where in them the cursor stands.
 class Axis {
   constructor(times) {
-    this.times = times;
+    Object.assign(this, { times, charts: [], rulers: [], roots: [] });
     const step = times.length > 1 ? times.at(-1) - times.at(-2) : 1;
     this.whole = [times[0], times.at(-1) + (times.length > 1 ? 0 : step)];
     this.edges = [...times, times.at(-1) + step];
     this.shown = this.whole;
-    this.charts = [];
-    this.rulers = [];
-    this.roots = [];
   }
 
   // Seconds at which a frame begins; frames may have fractions.
@@ -77,12 +74,10 @@ class Axis {
 // One stretched SVG from `low` (below) to `high` on an axis.
 class Chart {
   constructor(axis, low, high) {
-    this.low = low;
-    this.high = high;
+    Object.assign(this, { axis, low, high });
     this.svg = shape("svg", { preserveAspectRatio: "none", "aria-hidden": "true" });
     this.box = element("div", { class: "chart" }, this.svg, element("div", { class: "cursor" }));
     axis.charts.push(this);
-    this.axis = axis;
     this.fit(axis.shown);
   }
 
