@@ -63,28 +63,23 @@ def read_start(
     program, people = read_people(path)
     people = {number: seen for number, seen in people.items() if seen}
     source = _choose_frame(people, frame, (first, last), path, figure)
-    number = largest(people[source])
-    parts = parts_of(_likely(people[source][number]), figure)
+    seen = people[source]
+    number = largest(seen)
+    parts = parts_of(_likely(seen[number]), figure)
     way = facing or facing_seen(parts, figure)
     joints, derived = joints_of(parts, way, figure)
     if not joints:
-        known = ", ".join(people[source][number])
+        known = ", ".join(seen[number])
         raise ForeignError(f"{path} has no point of ours, only {known}; docs/annotate.md has the names")
     marks = {
         name: Mark(round(point.x, 2), round(point.y, 2), point.visible and point.confidence >= SURE)
         for name, point in joints.items()
     }
-    which = (
-        f", person {number + 1} of {len(people[source])}, the largest and surest"
-        if len(people[source]) > 1
-        else ""
-    )
-    sides = {side for side, _ in parts} & {"right", "left"}
+    which = f", person {number + 1} of {len(seen)}, the largest and surest" if len(seen) > 1 else ""
     told = [f"took {len(marks)} joints from {path.name} ({program}, frame {source}{which})"]
-    if sides:
-        told += [
-            "faces right, so the right leg is near" if way > 0 else "faces left, so the left leg is near"
-        ]
+    if any(side in ("right", "left") for side, _ in parts):
+        near = "right" if way > 0 else "left"
+        told += [f"faces {near}, so the {near} leg is near"]
     if derived:
         told += [f"estimated: {', '.join(derived)}"]
     lacking = [name for name in figure.marks if name not in marks]
