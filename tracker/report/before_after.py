@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -110,16 +109,15 @@ def _walked(folder: Path) -> Walked:
 def _changes(before: Gait, after: Gait) -> Iterator[Change]:
     """Every figure that both have, of each leg where legs have their own."""
     for measure in before.measures:
-        other = after.named(measure.name)
-        make = partial(Change, unit=unit_of(measure))
-        legs = 0
-        for side in SIDES:
-            values = getattr(measure, side), other and getattr(other, side)
-            if values[0] and values[1]:
-                legs += 1
-                yield make(name=f"{measure.name}, {side}", before=values[0], after=values[1])
-        if not legs and other and measure.both and other.both:
-            yield make(name=measure.name, before=measure.both, after=other.both)
+        other, unit = after.named(measure.name), unit_of(measure)
+        if other is None:
+            continue
+        values = {leg: (getattr(measure, leg), getattr(other, leg)) for leg in (*SIDES, "both")}
+        legs = [side for side in SIDES if all(values[side])]
+        for side in legs:
+            yield Change(f"{measure.name}, {side}", unit, *values[side])
+        if not legs and all(values["both"]):
+            yield Change(measure.name, unit, *values["both"])
 
 
 def _notes(gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked]) -> Iterator[str]:

@@ -184,8 +184,7 @@ def headline(chapter: Chapter) -> str:
     if speed is not None and speed.both is not None:
         told += f", {speed.both.mean:.2f} {SECOND[speed.unit]}"
     stance = gait.named(STANCE)
-    legs = {} if stance is None else {side: getattr(stance, side) for side in SIDES}
-    shares = [f"{value.mean:.0f} % {side}" for side, value in legs.items() if value]
+    shares = [f"{value.mean:.0f} % {side}" for side in SIDES if (value := getattr(stance, side, None))]
     return f"{told}; stance {', '.join(shares)}." if shares else f"{told}."
 
 

@@ -57,10 +57,10 @@ def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
     path.write_bytes(data.tobytes())
 
 
-def box(one: Person) -> tuple[int, int, int, int]:
+def box(one: Person) -> tuple[int, ...]:
     """Left, top, right and bottom pixel of the joints in the frame to start from."""
-    low, high = one.joints.min(0).round().astype(int), one.joints.max(0).round().astype(int)
-    return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+    corners = np.concatenate([one.joints.min(0), one.joints.max(0)])
+    return tuple(corners.round().astype(int).tolist())
 
 
 def _ways(one: Person) -> tuple[str, str, str]:
