@@ -21,7 +21,6 @@ class Server(LoopbackServer):
     """Serves one session."""
 
     def __init__(self, session: Session, port: int = 0) -> None:
-        """Args: port: 0 for any that is free. Raises FolderError where the port cannot be had."""
         super().__init__(Handler, port, session.command)
         self.session = session
 

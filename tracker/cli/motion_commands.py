@@ -93,5 +93,4 @@ def reproduce(
     """
     from tracker.experiments.reproduce import reproduce as repeat
 
-    shown = common.shown()
-    print(repeat(trials, out, overwrite=common.overwrite, progress=shown, seed=seed, quick=quick))
+    print(repeat(trials, out, overwrite=common.overwrite, progress=common.shown(), seed=seed, quick=quick))

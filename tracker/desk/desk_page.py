@@ -90,7 +90,6 @@ class Server(LoopbackServer):
     """Serves a desk."""
 
     def __init__(self, desk: Desk, port: int = 0) -> None:
-        """Args: port: 0 for any that is free. Raises FolderError where the port cannot be had."""
         super().__init__(Handler, port, "app")
         self.desk = desk
 
