@@ -53,12 +53,12 @@ def test_every_format_is_written_beside_one_unless_told(run, tmp_path, monkeypat
 
 def test_all_are_written_as_each_by_itself_and_what_cannot_be_is_said(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = figtrack("export", run, "--to", "all", "--height", 1.7)
+    done = figtrack("export", run, "--to", "all", *HEIGHT[True])
     assert done.exit_code == 0, done.output
     assert [line.split()[0] for line in done.stdout.splitlines()] == ["wrote"] * len(FORMATS)
     every = everything(tmp_path)
     for to in FORMATS:
-        exported(run, to, "--overwrite", *(("--height", 1.7) if FORMATS[to].scaled else ()))
+        exported(run, to, "--overwrite", *HEIGHT[FORMATS[to].scaled])
     assert everything(tmp_path) == every
 
     (tmp_path / "walk-track.trc").unlink()

@@ -10,10 +10,14 @@ from tracker.foreign.people import Sighting
 from tracker.foreign.text_files import ForeignError
 
 
+def write(path, shape):
+    path.write_text(json.dumps({"shapes": [shape]}))
+    return path
+
+
 def test_the_centre_of_the_top_left_pixel_is_our_zero(tmp_path):
-    path = tmp_path / "a.json"
-    path.write_text(json.dumps({"shapes": [{"label": "hip", "points": [[0.5, 0.5]], "shape_type": "point"}]}))
-    assert read_people(path) == {0: [{"hip": Sighting(0.0, 0.0)}]}
+    point = {"label": "hip", "points": [[0.5, 0.5]], "shape_type": "point"}
+    assert read_people(write(tmp_path / "a.json", point)) == {0: [{"hip": Sighting(0.0, 0.0)}]}
 
 
 def test_people_are_told_apart_by_their_group(tmp_path):
@@ -35,10 +39,8 @@ def test_the_frame_is_the_images_number_else_the_files(tmp_path, image, name, fr
 
 
 def test_boxes_and_outlines_are_no_points(tmp_path):
-    path = tmp_path / "a.json"
     box = {"label": "hip", "points": [[1, 2], [3, 4]], "shape_type": "rectangle"}
-    path.write_text(json.dumps({"shapes": [box]}))
-    assert read_people(path) == {}
+    assert read_people(write(tmp_path / "a.json", box)) == {}
 
 
 @pytest.mark.parametrize(
@@ -52,7 +54,5 @@ def test_boxes_and_outlines_are_no_points(tmp_path):
     ],
 )
 def test_a_shape_that_does_not_fit_is_refused_in_words(tmp_path, shape):
-    path = tmp_path / "a.json"
-    path.write_text(json.dumps({"shapes": [shape]}))
     with pytest.raises(ForeignError, match="no labelme file"):
-        read_people(path)
+        read_people(write(tmp_path / "a.json", shape))
