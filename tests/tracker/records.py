@@ -12,6 +12,7 @@ import pytest
 
 from tests.kinematics.figures import WALKER
 from tests.tracker.tracks import random_track
+from tracker.run.read import read_run
 from tracker.run.write import write_tables
 
 FPS, SIZE = 25.0, (640, 480)
@@ -41,6 +42,11 @@ def write_folder(track, folder, *, length=FRAMES, video="späte Läufe/walk 1.mp
     news = {key: value for key, value in (news | changes).items() if value is not None}
     (folder / "run.json").write_text(json.dumps(news))
     return folder
+
+
+def made_record(rng, folder, **made):
+    """A run of a track that is `made_track`, read back."""
+    return read_run(write_folder(made_track(rng, **made), folder))
 
 
 def tools():

@@ -3,20 +3,19 @@
 import numpy as np
 import pytest
 
-from tests.tracker.records import FRAMES, made_track, validated, validator, write_folder
+from tests.tracker.records import FRAMES, made_record, validated, validator
 from tracker.foreign.dlc import read_people, write_dlc
 from tracker.foreign.formats import read_points
 from tracker.foreign.people import Sighting
 from tracker.foreign.points import JOINTS, Points, named_points
 from tracker.foreign.text_files import ForeignError
-from tracker.run.read import read_run
 
 NOWHERE = (np.nan, np.nan)
 
 
 @pytest.fixture
 def points(rng, tmp_path):
-    return named_points(read_run(write_folder(made_track(rng), tmp_path / "run")), JOINTS, 1)
+    return named_points(made_record(rng, tmp_path / "run"), JOINTS, 1)
 
 
 def test_the_layout_to_the_letter(tmp_path):

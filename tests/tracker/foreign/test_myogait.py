@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.tracker.records import FPS, FRAMES, SIZE, made_track, write_folder
+from tests.tracker.records import FPS, FRAMES, SIZE, made_record
 from tracker.foreign.myogait import NAMES, write_myogait
 from tracker.foreign.points import near_far
-from tracker.run.read import read_run
 
 
 @pytest.fixture(params=[1, -1], ids=["right", "left"])
 def record(request, rng, tmp_path):
-    return read_run(write_folder(made_track(rng, facing=request.param), tmp_path / "run"))
+    return made_record(rng, tmp_path / "run", facing=request.param)
 
 
 @pytest.fixture

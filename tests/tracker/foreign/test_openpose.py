@@ -7,18 +7,17 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.tracker import people
-from tests.tracker.records import FRAMES, made_track, write_folder
+from tests.tracker.records import FRAMES, made_record
 from tracker.foreign.formats import read_points
 from tracker.foreign.openpose import NAMES, holds_frames, read_people, write_openpose
 from tracker.foreign.points import named_points
 from tracker.foreign.text_files import ForeignError
-from tracker.run.read import read_run
 from tracker.tables.keypoints import KEYPOINTS
 
 
 @pytest.fixture
 def points(rng, tmp_path):
-    return named_points(read_run(write_folder(made_track(rng), tmp_path / "run")), NAMES, 1)
+    return named_points(made_record(rng, tmp_path / "run"), NAMES, 1)
 
 
 @pytest.fixture

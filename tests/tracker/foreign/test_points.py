@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.kinematics.figures import FOOTLESS, WALKER
-from tests.tracker.records import FIRST, T, made_track, write_folder
+from tests.tracker.records import FIRST, T, made_record, made_track, write_folder
 from tracker.foreign.points import HALPE, leg_pixels, named_points
 from tracker.run.read import RunError, read_run
 from tracker.run.track import WITHIN
@@ -25,7 +25,7 @@ def at(points, name):
 
 @pytest.mark.parametrize(("facing", "near", "far"), [(1, "R", "L"), (-1, "L", "R")])
 def test_the_side_towards_the_camera_is_the_right_one_of_who_faces_right(rng, tmp_path, facing, near, far):
-    record = record_of(made_track(rng), tmp_path)
+    record = made_record(rng, tmp_path)
     points = named_points(record, HALPE, facing)
     for part, joint in (("Knee", "knee"), ("Ankle", "ankle"), ("BigToe", "toe")):
         assert_array_equal(at(points, near + part), record.place(f"near_{joint}"))
@@ -33,7 +33,7 @@ def test_the_side_towards_the_camera_is_the_right_one_of_who_faces_right(rng, tm
 
 
 def test_both_hips_are_at_the_hip_and_both_shoulders_at_the_neck(rng, tmp_path):
-    record = record_of(made_track(rng), tmp_path)
+    record = made_record(rng, tmp_path)
     points = named_points(record, HALPE, 1)
     for letter in "RL":
         assert_array_equal(at(points, f"{letter}Hip"), record.place("hip"))
@@ -42,7 +42,7 @@ def test_both_hips_are_at_the_hip_and_both_shoulders_at_the_neck(rng, tmp_path):
 
 
 def test_a_figure_without_feet_has_no_toes(rng, tmp_path):
-    record = record_of(made_track(rng, figure=FOOTLESS), tmp_path)
+    record = made_record(rng, tmp_path, figure=FOOTLESS)
     names = named_points(record, HALPE, 1).names
     assert set(HALPE) - set(names) == {"RBigToe", "LBigToe"}
 
@@ -69,6 +69,6 @@ def test_a_leg_is_as_long_as_its_links(rng, tmp_path):
 
 
 def test_a_run_that_followed_nothing_is_refused(rng, tmp_path):
-    record = record_of(made_track(rng, outcomes=("lost",) * T), tmp_path)
+    record = made_record(rng, tmp_path, outcomes=("lost",) * T)
     with pytest.raises(RunError, match="followed in no frame"):
         named_points(record, HALPE, 1)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.kinematics.figures import FOOTLESS, WALKER
-from tests.tracker.records import T, made_track, write_folder
+from tests.tracker.records import T, made_record, made_track, write_folder
 from tracker.foreign.scale import scale_by_height, scale_by_points
 from tracker.run.read import RunError, read_run
 
@@ -68,7 +68,7 @@ def test_points_that_give_no_scale_are_refused(standing, points):
 
 
 def test_a_run_that_followed_nothing_has_no_scale(rng, tmp_path):
-    record = read_run(write_folder(made_track(rng, outcomes=("lost",) * T), tmp_path / "run"))
+    record = made_record(rng, tmp_path / "run", outcomes=("lost",) * T)
     with pytest.raises(RunError):
         scale_by_height(record, 1.8, 1)
     with pytest.raises(RunError):

@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
-from tests.tracker.records import FPS, FRAMES, made_track, validated, validator, write_folder
+from tests.tracker.records import FPS, FRAMES, made_record, validated, validator
 from tracker.foreign.points import HALPE, Points, named_points
 from tracker.foreign.scale import Scale, scale_by_height
 from tracker.foreign.text_files import ForeignError
 from tracker.foreign.trc import read_people, write_trc
-from tracker.run.read import read_run
 
 
 @pytest.fixture(params=[1, -1], ids=["right", "left"])
 def record(request, rng, tmp_path):
-    return read_run(write_folder(made_track(rng, facing=request.param), tmp_path / "run"))
+    return made_record(rng, tmp_path / "run", facing=request.param)
 
 
 def test_the_layout_to_the_letter(tmp_path):
