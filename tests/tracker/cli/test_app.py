@@ -18,6 +18,7 @@ pytestmark = pytest.mark.whole
 
 ROOT = Path(__file__).parents[3]
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
+OF_FOLLOWING = ("numba", "scipy", "tracker.clip.asked", "tracker.foreign", "tracker.loop", "tracker.outline")
 HEAVY = ("scipy.optimize", "scipy.spatial", "scipy.special", "scipy.stats", "matplotlib")
 
 
@@ -136,14 +137,9 @@ def printed_by(code, folder):
     return said.stdout.splitlines()
 
 
-def test_the_command_line_itself_imports_nothing_slow():
-    code = f"import sys, tracker.cli; print([name for name in {SLOW} if name in sys.modules])"
-    assert printed_by(code, ROOT) == ["[]"]
-
-
-def test_a_page_to_mark_a_film_imports_nothing_that_following_it_needs():
-    heavy = ("numba", "scipy", "tracker.clip.asked", "tracker.foreign", "tracker.loop", "tracker.outline")
-    code = f"import sys, tracker.annotate.launch; print([name for name in {heavy} if name in sys.modules])"
+@pytest.mark.parametrize(("module", "slow"), [("cli", SLOW), ("annotate.launch", OF_FOLLOWING)])
+def test_the_command_line_and_the_page_to_mark_a_film_import_nothing_slow(module, slow):
+    code = f"import sys, tracker.{module}; print([name for name in {slow} if name in sys.modules])"
     assert printed_by(code, ROOT) == ["[]"]
 
 
