@@ -99,8 +99,7 @@ def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(
         tracked = shown.points()
         browser.push("#legs")
         assert {other_side(name): place for name, place in shown.points().items()} == tracked
-        shown.press(">")
-        shown.turn_to(TURN + 10)
+        shown.turn_to(TURN + 10, ">")
         assert "as it was followed" in browser.text("#guide")
         assert near(shown.points()["near_ankle"], scene.joints["near_ankle"][TURN + 10], 6.0)
         assert "Followed again through 2 frames" in follow_on(browser)
@@ -141,8 +140,7 @@ def test_a_dragged_joint_corrects_its_frame_and_stays_corrected(browser, scene, 
 
 def test_the_legs_of_all_frames_are_exchanged_undone_and_done_again_together(browser, run):
     def turned(key, frame):
-        shown.press(key)
-        shown.turn_to(frame)
+        shown.turn_to(frame, key)
         return shown.points()
 
     def exchanged(places):
@@ -167,8 +165,7 @@ def test_the_legs_of_all_frames_are_exchanged_undone_and_done_again_together(bro
 @pytest.mark.whole
 def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run):
     with correcting(browser, run) as shown:
-        shown.press(".")
-        shown.turn_to(1)
+        shown.turn_to(1, ".")
         tracked = shown.points()
         browser.push("#all")
         assert {other_side(name): place for name, place in shown.points().items()} == tracked
@@ -179,8 +176,7 @@ def test_the_legs_of_all_frames_are_exchanged_with_one_click(browser, scene, run
 def test_the_start_stays_marked_and_other_frames_need_not(browser, run):
     with correcting(browser, run) as shown:
         assert browser.value("document.querySelector('#clear').disabled")
-        shown.press(".")
-        shown.turn_to(1)
+        shown.turn_to(1, ".")
         tracked = shown.points()
         shown.press("Enter")
         assert "corrected" in browser.text("#guide")
@@ -245,9 +241,7 @@ def test_where_the_figure_was_lost_the_forecast_is_carried_by_its_hip_and_counts
         shown.drag((x, y), (x + 8, y + 4))
         assert all(near(place, np.add(before[name], (8, 4)), 0.02) for name, place in shown.points().items())
         assert browser.value("document.querySelectorAll('#points .unseen').length") == 0
-        shown.press(",")
-        shown.press(",")
-        shown.turn_to(7)
+        shown.turn_to(7, ",", ",")
         assert "as it was followed" in browser.text("#guide")
 
 

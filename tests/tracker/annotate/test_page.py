@@ -79,7 +79,9 @@ class Page:
         assert len(contrasts) > 15
         assert {words: ratio for words, ratio in contrasts if ratio < 4.5} == {}
 
-    def turn_to(self, frame):
+    def turn_to(self, frame, *keys):
+        """Press keys, and wait until a frame is shown."""
+        self.press(*keys)
         self.browser.wait(f"document.querySelector('#picture').ariaLabel === 'Frame {frame} of walk.mp4'")
 
 
@@ -284,16 +286,14 @@ def test_every_frame_has_marks_of_its_own(page, browser, table, truth):
     page.turn_to(1)
     page.press("1")
     page.click(50, 60)
-    page.press(".")
-    page.turn_to(2)
+    page.turn_to(2, ".")
     browser.value(
         "(f => {f.value = 7; f.dispatchEvent(new Event('change'))})(document.querySelector('#frame'))"
     )
     page.turn_to(7)
     page.press("1")
     page.click(70, 80)
-    page.press(",", ",")
-    page.turn_to(5)
+    page.turn_to(5, ",", ",")
     browser.push("#marked button:first-of-type")
     page.turn_to(0)
     assert near(page.points()["head_top"], truth["head_top"])
@@ -354,8 +354,7 @@ def test_the_slider_stays_where_it_is_held_while_earlier_frames_come(page, brows
 def test_a_further_frame_begins_with_the_nearest_that_is_marked_and_its_hip_carries_all(page, browser, truth):
     page.mark(truth)
     first = page.points()
-    page.press(".")
-    page.turn_to(1)
+    page.turn_to(1, ".")
     assert page.points() == first
     assert "The figure is that of frame 0" in browser.text("#guide")
     assert browser.text("#marked").split()[-1] == "0"  # nothing is marked by looking

@@ -4,6 +4,7 @@ import base64
 import json
 import socket
 import threading
+from contextlib import ExitStack, contextmanager
 from http.client import HTTPConnection
 from pathlib import Path
 
@@ -390,9 +391,17 @@ def test_a_request_with_two_hosts_is_judged_by_the_first(client):
     assert answer(client, request.encode()).startswith(b"HTTP/1.0 403 ")
 
 
+@contextmanager
+def connected(client, count):
+    """So many connections to the server of a client."""
+    address = ("127.0.0.1", client.server.server_port)
+    with ExitStack() as stack:
+        yield [stack.enter_context(socket.create_connection(address, timeout=10.0)) for _ in range(count)]
+
+
 def answer(client, request):
     """What comes back for raw bytes."""
-    with socket.create_connection(("127.0.0.1", client.server.server_port), timeout=10.0) as connection:
+    with connected(client, 1) as (connection,):
         connection.sendall(request)
         connection.shutdown(socket.SHUT_WR)
         parts = iter(lambda: connection.recv(65536), b"")
@@ -421,31 +430,21 @@ def test_what_is_no_request_of_bounded_size_is_refused_and_the_page_goes_on(clie
 def test_a_hundred_connections_that_say_nothing_do_not_keep_the_page_from_answering(client, monkeypatch):
     assert module.Handler.timeout <= 60.0
     monkeypatch.setattr(module.Handler, "timeout", 0.5)
-    address = ("127.0.0.1", client.server.server_port)
-    silent = [socket.create_connection(address, timeout=10.0) for _ in range(100)]
-    try:
+    with connected(client, 100) as silent:
         silent[0].sendall(b"GET /")
         assert client.ask("GET", "")[0] == 200
         assert [connection.recv(1) for connection in silent] == [b""] * len(silent)  # hung up on
-    finally:
-        for connection in silent:
-            connection.close()
 
 
 def test_of_more_requests_than_are_waited_for_at_once_the_oldest_are_given_up(client, monkeypatch):
     monkeypatch.setattr(loopback, "MOST_AT_ONCE", 10)
-    address = ("127.0.0.1", client.server.server_port)
-    silent = [socket.create_connection(address, timeout=10.0) for _ in range(40)]
-    try:
+    with connected(client, 40) as silent:
         assert client.ask("GET", "")[0] == 200
         assert [connection.recv(1) for connection in silent[:31]] == [b""] * 31  # one for the page
         silent[-1].settimeout(0.05)
         with pytest.raises(TimeoutError):
             silent[-1].recv(1)
         assert len(client.server.waiting) <= 10
-    finally:
-        for connection in silent:
-            connection.close()
 
 
 def test_marks_however_wild_are_judged_and_nothing_is_printed_of_them(client, rng, capfd):

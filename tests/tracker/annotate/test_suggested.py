@@ -171,8 +171,7 @@ def test_legs_are_exchanged_by_the_keyboard_undone_and_done_again(browser, film,
         page.save()
         saved = read_keypoints(table)[0]
         assert (points(saved), [name for name in saved if not saved[name].visible]) == (other, ["far_ankle"])
-        page.press(".")
-        page.turn_to(1)
+        page.turn_to(1, ".")
         assert page.points() == other  # a further frame begins with the figure as it was marked last
         page.press("x")
         assert page.points() == marks
