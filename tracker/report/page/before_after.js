@@ -2,8 +2,5 @@
 
 const { cycles } = opening;
 const [plots, table] = [".cycles", "table"].map((selector) => document.querySelector(selector));
-if (cycles.length) {
-  drawCycles(cycles, plots);
-  plots.after(savers("strides", () => cycleRows(cycles), plots));
-}
+drawCycles(cycles, plots, "strides");
 table.parentElement.after(savers("gait", () => tableRows(table)));

@@ -8,9 +8,6 @@ const axis = new Axis(times);
 
 const within = (i, selector) => find(`article[data-chapter="${i}"] ${selector}`);
 const tellers = opening.chapters.map((chapter, i) => drawChapter(axis, chapter, within(i, ".plots")));
-opening.chapters.forEach((chapter, i) => {
-  if (chapter.cycles.length) drawCycles(chapter.cycles, within(i, ".cycles"));
-});
 if (opening.errors) {
   find("#errors").hidden = false;
   drawErrors(axis, opening.errors, find("#errors .plots"));
@@ -129,7 +126,7 @@ if (seconds > LONG) {
 opening.chapters.forEach((chapter, i) => {
   const [plots, cycles, table] = [".plots", ".cycles", ".gait table"].map((selector) => within(i, selector));
   plots.after(savers(`angles-${chapter.name}`, () => angleRows(chapter), plots));
-  if (chapter.cycles.length) cycles.after(savers(`strides-${chapter.name}`, () => cycleRows(chapter.cycles), cycles));
+  drawCycles(chapter.cycles, cycles, `strides-${chapter.name}`);
   if (table) table.parentElement.after(savers(`gait-${chapter.name}`, () => tableRows(table)));
 });
 

@@ -242,13 +242,16 @@ function drawChapter(axis, chapter, root) {
   };
 }
 
-function drawCycles(cycles, root) {
+// Angles over the stride, and buttons that save them.
+function drawCycles(cycles, root, file) {
+  if (!cycles.length) return;
   const names = [...new Set(cycles.flatMap(({ legs }) => Object.keys(legs)))];
   const counts = (name) => Math.max(...cycles.map(({ legs }) => legs[name]?.strides.length ?? 0));
   const named = names.map((name) => [`${name}, ${counts(name)} ${counts(name) > 1 ? "strides" : "stride"}`, TONES[name]]);
   const { norm } = cycles[0];
   if (norm) named.push([`${norm.people} people, from motion capture`, "--quiet"]);
   root.append(...cycles.map(cyclePanel), legend(named));
+  root.after(savers(file, () => cycleRows(cycles), root));
 }
 
 // Errors of every model against the marked frames.
