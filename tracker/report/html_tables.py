@@ -1,6 +1,6 @@
 """The tables of a report: how models compare, and the gait figures."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from markupsafe import Markup
 
@@ -27,23 +27,18 @@ DASH = "\N{EN DASH}"
 
 def table_rows(scores: Mapping[str, Score]) -> list[tuple[str, ...]]:
     """One row a model, in words; errors in leg lengths."""
-    rows: list[tuple[str, ...]] = []
-    for name, result in scores.items():
-        lost = "never" if result.first_failure_frame is None else str(result.first_failure_frame)
-        angle = "" if result.angle_median_deg is None else f"{result.angle_median_deg:.1f} deg"
-        rows.append(
-            (
-                name,
-                lost,
-                f"{result.frames_followed} of {result.truth_frames}",
-                f"{result.mean_error_leg:.3f}",
-                f"{result.median_error_leg:.3f}",
-                f"{100.0 * result.pck_02_leg:.0f} %",
-                str(result.swaps),
-                angle,
-            )
-        )
-    return rows
+    return [(name, *_score_cells(result)) for name, result in scores.items()]
+
+
+def _score_cells(result: Score) -> Iterator[str]:
+    lost, angle = result.first_failure_frame, result.angle_median_deg
+    yield "never" if lost is None else str(lost)
+    yield f"{result.frames_followed} of {result.truth_frames}"
+    yield f"{result.mean_error_leg:.3f}"
+    yield f"{result.median_error_leg:.3f}"
+    yield f"{100.0 * result.pck_02_leg:.0f} %"
+    yield str(result.swaps)
+    yield "" if angle is None else f"{angle:.1f} deg"
 
 
 def in_columns(rows: Sequence[Sequence[str]]) -> str:

@@ -56,15 +56,16 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
     frames = sheet_frames(scores)
     shown = {frame.index: frame.image for frame in Video(video) if frame.index in frames}
     best = min(scores, key=lambda name: scores[name].mean_error_leg)
-    rows = [
-        [_cropped(paint(shown[t], track, t), tracks[best], t, shown[t].shape[0]) for t in frames]
+    images = [
+        _cropped(paint(shown[t], track, t), tracks[best], t, shown[t].shape[0])
         for track in tracks.values()
+        for t in frames
     ]
-    height, width = np.max([image.shape[:2] for row in rows for image in row], axis=0) / DPI + GAP
-    size = width * len(frames) + LABEL, height * len(rows) + GAP
+    height, width = np.max([image.shape[:2] for image in images], axis=0) / DPI + GAP
+    size = width * len(frames) + LABEL, height * len(tracks) + GAP
     figure = Figure(figsize=size, dpi=DPI, layout="constrained")
-    grid = figure.subplots(len(rows), len(frames), squeeze=False)
-    for axes, image in zip(grid.ravel(), (image for row in rows for image in row), strict=True):
+    grid = figure.subplots(len(tracks), len(frames), squeeze=False)
+    for axes, image in zip(grid.ravel(), images, strict=True):
         axes.imshow(image)
         axes.set(xticks=[], yticks=[], frame_on=False)
     for axes, t in zip(grid[0], frames, strict=True):
