@@ -61,5 +61,5 @@ def _frame(points: Points, t: int, time: float, size: tuple[int, int]) -> dict[s
         }
         for j in seen
     }
-    sure = float(points.likelihood[t].mean()) if len(points.names) else 0.0
-    return {"frame_idx": t, "time_s": round(time, 6), "landmarks": landmarks, "confidence": round(sure, 4)}
+    sure = round(float(points.likelihood[t].mean()), 4)
+    return {"frame_idx": t, "time_s": round(time, 6), "landmarks": landmarks, "confidence": sure}

@@ -10,7 +10,6 @@ import re
 from collections.abc import Mapping
 
 from kinematics.figure import Figure
-from kinematics.figure_file import WALKER
 from kinematics.recover import facing_of
 from tracker.foreign.people import Person, Sighting
 from tracker.foreign.points import near_far
@@ -30,7 +29,7 @@ CROWN = 1.5  # from the neck, in multiples of the way from there to the ears
 Parts = Mapping[tuple[str, str], Sighting]  # by side ("" for none) and part
 
 
-def parts_of(person: Person, figure: Figure = WALKER) -> Parts:
+def parts_of(person: Person, figure: Figure) -> Parts:
     """Those of a person's points that are named like one of ours, or one that ours are derived from."""
     out: dict[tuple[str, str], Sighting] = {}
     for name, point in person.items():
@@ -47,7 +46,7 @@ def parts_of(person: Person, figure: Figure = WALKER) -> Parts:
     return out
 
 
-def joints_of(parts: Parts, facing: int, figure: Figure = WALKER) -> tuple[dict[str, Sighting], list[str]]:
+def joints_of(parts: Parts, facing: int, figure: Figure) -> tuple[dict[str, Sighting], list[str]]:
     """The joints of a figure that faces right (+1) or left (-1), in its order, and the names of those derived
     rather than seen."""
     seen: dict[str, Sighting] = {}
@@ -60,7 +59,7 @@ def joints_of(parts: Parts, facing: int, figure: Figure = WALKER) -> tuple[dict[
     return joints, [name for name in joints if name not in seen]
 
 
-def facing_seen(parts: Parts, figure: Figure = WALKER) -> int:
+def facing_seen(parts: Parts, figure: Figure) -> int:
     """Which way a figure faces: by its toes, else by its nose, else as `facing_of` has it."""
     head, nose = _middle(parts, "ear"), parts.get(("", "nose"))
     toes = any(part.endswith("toe") for _, part in parts)
