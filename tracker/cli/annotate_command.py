@@ -1,7 +1,5 @@
 """The commands on films to be looked at: who walks through one, and pages on which to mark and correct."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +7,8 @@ import typer
 
 from tracker.annotate.wanted import NoBrowser, Port, Request
 from tracker.cli.options import Common, Shown, Video, beside
+from tracker.clip.job import Following, Job
+from tracker.progress import Progress
 
 
 def annotate(request: Request, *, shown: Shown) -> None:
@@ -95,16 +95,16 @@ def find(
     print(told(everybody, video.name))
 
 
-@contextmanager
-def suggestion(video: Path, folder: Path) -> Iterator[None]:
-    """Where no start can be had for sure, the marks of one that may be right are left beside the results."""
-    from tracker.clip.asked import suggestion_path
+def job_of(how: Following, video: Path, keypoints: Path | None, folder: Path, progress: Progress) -> Job:
+    """The job that is asked for. Where no start can be had for sure, the marks of one that may be right are
+    left beside the results."""
+    from tracker.clip.asked import asked, suggestion_path
     from tracker.clip.start import FoundError
     from tracker.run.folder import fresh_file
     from tracker.tables.keypoints import write_marks
 
     try:
-        yield
+        return asked(how, video, keypoints, None, progress)
     except FoundError as error:
         if error.suggested is None:
             raise

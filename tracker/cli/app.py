@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from tracker import __version__
-from tracker.cli.annotate_command import annotate, correct, find, suggestion
+from tracker.cli.annotate_command import annotate, correct, find, job_of
 from tracker.cli.annotate_command import app as desk
 from tracker.cli.file_commands import batch, compare_runs, export, settings
 from tracker.cli.motion_commands import classify, interpolate, learn, predict, reproduce, synthesise
@@ -99,7 +99,6 @@ def track(
 
     Or, for numbers alone: figtrack track walk.mp4 --no-overlay --no-report
     """
-    from tracker.clip.asked import asked
     from tracker.clip.follow import follow
     from tracker.report.results import write_run
     from tracker.run.folder import fresh_folder
@@ -107,8 +106,7 @@ def track(
     shown, folder = common.shown(), out or beside(video, "track")
     inputs = [video, keypoints, *how.inputs]
     with fresh_folder(folder, overwrite=common.overwrite, inputs=inputs) as aside:
-        with suggestion(video, folder):
-            job = asked(how, video, keypoints, None, shown)
+        job = job_of(how, video, keypoints, folder, shown)
         finished = follow(job, shown)
         told = write_run(finished, aside, shown, overlay=overlay, report=report)
     for warning in told.warnings:
@@ -136,7 +134,7 @@ def compare(
 
     Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
     """
-    from tracker.clip.asked import asked, marks_in
+    from tracker.clip.asked import marks_in
     from tracker.report.comparison import compare_models
     from tracker.run.folder import fresh_folder
 
@@ -149,8 +147,7 @@ def compare(
     files = [Path(name) for name in names if Path(name).is_file()]
     inputs = [video, keypoints, truth, *how.inputs, *files]
     with fresh_folder(folder, overwrite=common.overwrite, inputs=inputs) as aside:
-        with suggestion(video, folder):
-            job = asked(how, video, keypoints, None, shown)
+        job = job_of(how, video, keypoints, folder, shown)
         table = compare_models(job, marks, names, aside, shown)
     print(table)
     print(f"\nopen {folder / 'report.html'}")
