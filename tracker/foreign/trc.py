@@ -56,7 +56,7 @@ def read_people(path: Path) -> People:
     """The markers of a TRC in pixels, one person a row, frames from 0. ForeignError: not that layout, or in
     metres."""
     rows = load_rows(path, "\t")
-    if len(rows) <= HEADER or not rows[0] or rows[0][0] != MAGIC:
+    if len(rows) <= HEADER or rows[0][0] != MAGIC:
         raise ForeignError(f"{path} is no TRC file: it must begin with {MAGIC} and hold a frame")
     units = dict(zip(rows[1], rows[2], strict=False)).get("Units", "")
     if units.strip().lower() != "px":
