@@ -17,9 +17,9 @@ WHOLE = {"head_top": CROWN_AT, **DERIVED, **LEGS}
 WITHOUT_TOES = {name: place for name, place in WHOLE.items() if "toe" not in name}
 
 WRITERS = {
-    "OpenPose": lambda path, who: people.openpose(path, who),
+    "OpenPose": people.openpose,
     "COCO": lambda path, who: people.coco(path, {"img0.png": who}),
-    "labelme": lambda path, who: people.labelme(path, who),
+    "labelme": people.labelme,
     "DeepLabCut": lambda path, who: people.dlc(
         path, {"0": who}, individuals=[f"one{i}" for i in range(len(who))]
     ),
