@@ -25,6 +25,13 @@ def started(*line, before=None, environment=None, **more):
     return subprocess.Popen(command, env=AT_HOME | (environment or {}), preexec_fn=prepared, **pipes)
 
 
+def printed_by(code, folder=ROOT):
+    """The lines that a fresh interpreter prints, in a folder."""
+    words, environment = [sys.executable, "-c", code], os.environ | {"PYTHONPATH": str(ROOT)}
+    said = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+    return said.stdout.splitlines()
+
+
 def ended(*line, **how):
     """Its status and what it wrote to stdout and stderr."""
     process = started(*line, **how)

@@ -1,11 +1,8 @@
 """The Python face: the same poses as the command, as arrays, and nothing written."""
 
 import statistics
-import subprocess
-import sys
 import time
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +10,9 @@ from numpy.testing import assert_allclose
 
 import tracker
 from tests.tracker.clips import everything, figtrack, read_csv
+from tests.tracker.processes import printed_by
 from tracker.settings import Settings
 
-ROOT = Path(__file__).parents[2]
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich", "typer")
 
 
@@ -99,15 +96,14 @@ def test_what_the_command_warns_of_is_a_warning(clip, tmp_path):
 
 def test_importing_it_imports_nothing_slow():
     code = f"import sys, tracker; print([name for name in {SLOW} if name in sys.modules])"
-    ran = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert ran.stdout == "[]\n"
+    assert printed_by(code) == ["[]"]
 
 
 @pytest.mark.speed
 def test_it_is_imported_at_once():
     def seconds():
         began = time.perf_counter()
-        subprocess.run([sys.executable, "-c", "import tracker"], cwd=ROOT, check=True)
+        printed_by("import tracker")
         return time.perf_counter() - began
 
     assert statistics.median(seconds() for _ in range(5)) < 0.5

@@ -1,22 +1,17 @@
 """The commands: what they leave, what they say, and how they fail."""
 
-import os
 import statistics
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 
 from tests.tracker.clips import RUN_FILES, figtrack, read_json
-from tests.tracker.processes import ended
+from tests.tracker.processes import ended, printed_by
 from tracker import __version__
 from tracker.cli.app import COMMANDS
 
 pytestmark = pytest.mark.whole
 
-ROOT = Path(__file__).parents[3]
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
 OF_FOLLOWING = ("numba", "scipy", "tracker.clip.asked", "tracker.foreign", "tracker.loop", "tracker.outline")
 HEAVY = ("scipy.optimize", "scipy.spatial", "scipy.special", "scipy.stats", "matplotlib")
@@ -130,17 +125,10 @@ def test_it_also_runs_as_a_module():
     assert ended("--version") == (0, f"figtrack {__version__}\n", "")
 
 
-def printed_by(code, folder):
-    """The lines that a fresh interpreter prints, in a folder."""
-    words, environment = [sys.executable, "-c", code], os.environ | {"PYTHONPATH": str(ROOT)}
-    said = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=True)
-    return said.stdout.splitlines()
-
-
 @pytest.mark.parametrize(("module", "slow"), [("cli", SLOW), ("annotate.launch", OF_FOLLOWING)])
 def test_the_command_line_and_the_page_to_mark_a_film_import_nothing_slow(module, slow):
     code = f"import sys, tracker.{module}; print([name for name in {slow} if name in sys.modules])"
-    assert printed_by(code, ROOT) == ["[]"]
+    assert printed_by(code) == ["[]"]
 
 
 def test_before_the_film_is_read_nothing_is_imported_that_marks_do_not_need(clip, tmp_path):
@@ -183,7 +171,7 @@ app.main = lambda: print("numpy" in sys.modules, os.environ["OPENBLAS_NUM_THREAD
 sys.modules["tracker.cli.app"] = app
 from tracker.__main__ import main
 main()"""
-    assert printed_by(code, ROOT) == [f"False {taken}"]
+    assert printed_by(code) == [f"False {taken}"]
 
 
 def test_at_its_end_it_does_not_look_for_cycles_in_all_that_was_loaded():
@@ -195,7 +183,7 @@ app.main = lambda: print(gc.get_freeze_count())
 sys.modules["tracker.cli.app"] = app
 from tracker.__main__ import main
 main()"""
-    assert printed_by(code, ROOT) == ["0", "True"]
+    assert printed_by(code) == ["0", "True"]
 
 
 @pytest.mark.speed
