@@ -33,12 +33,11 @@ class Handler(LoopbackHandler):
     def get(self, what: str) -> None:
         """The page, its frames, and how far following has come."""
         session = self.server.session
+        kind, slash, index = what.partition("/")
         if what == "":
             self.answer_page(PAGE, session.opening())
-        elif what.startswith("frame/"):
-            self.answer(session.frame(_index(what.removeprefix("frame/"))))
-        elif what.startswith("quick/"):
-            self.answer(session.frame(_index(what.removeprefix("quick/")), quick=True))
+        elif slash and kind in ("frame", "quick"):
+            self.answer(session.frame(_index(index), quick=kind == "quick"))
         elif what == "following" and (now := session.following()):
             self.answer(now)
         else:
