@@ -15,9 +15,9 @@ from tracker.clip.follow import follow
 from tracker.clip.start import outside
 from tracker.errors import fault
 from tracker.progress import Progress, counted
-from tracker.report.results import OVERLAY, REPORT, write_run
+from tracker.report.results import write_run
 from tracker.run.folder import FolderError, fresh_folder
-from tracker.run.read import read_run, read_track
+from tracker.run.read import OVERLAY, REPORT, read_run, read_track
 from tracker.tables.keypoints import Mark
 from tracker.tables.poses import stretches
 

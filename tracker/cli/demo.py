@@ -19,8 +19,9 @@ from tracker.clip.job import Following, Job
 from tracker.progress import Progress
 from tracker.report.chapter import headline
 from tracker.report.comparison import compare_models
-from tracker.report.results import REPORT, write_run
+from tracker.report.results import write_run
 from tracker.run.folder import fresh_folder
+from tracker.run.read import REPORT
 from tracker.scene.film import Scene, render, truth_table
 from tracker.tables.keypoints import read_keypoints
 from tracker.tables.table import write_table
@@ -61,7 +62,7 @@ def run_demo(
         table = compare_models(job, job.marks, models, aside, progress, [NOTE])
         news = {"figtrack": __version__, "seed": seed}
         (aside / "demo.json").write_text(json.dumps(news) + "\n", encoding="utf-8")
-    return out / "report.html", table
+    return out / REPORT, table
 
 
 def write_scene(scene: Scene, folder: Path) -> tuple[Path, Path]:

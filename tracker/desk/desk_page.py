@@ -16,8 +16,8 @@ from tracker.annotate.frames import Frames
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
 from tracker.desk.work import EXPORTS, Asked, Command, Film, Work, films, words_for
 from tracker.report.document import Document
-from tracker.report.results import FILM
 from tracker.run.folder import FolderError
+from tracker.run.read import FILM, REPORT
 
 POLL = 0.1  # seconds between looks at whether it was interrupted
 MOST_SENT = 8 * 2**20  # bytes of a clip at a time
@@ -127,7 +127,7 @@ class Handler(LoopbackHandler):
             self.send(HTTPStatus.OK, self.server.desk.picture(film), "image/jpeg", {})
         elif kind == "people":
             self.send(HTTPStatus.OK, film.people.with_suffix(".png").read_bytes(), "image/png", {})
-        elif file == "report.html":
+        elif file == REPORT:
             # A folder may come from anywhere: its page has no part in ours.
             alone = {"Content-Security-Policy": "sandbox allow-scripts allow-downloads allow-modals"}
             self.send(HTTPStatus.OK, (film.run / file).read_bytes(), "text/html; charset=utf-8", alone)

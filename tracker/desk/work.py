@@ -17,7 +17,7 @@ from typing import IO, Any, Literal
 from pydantic import BaseModel, Field
 
 from tracker.foreign.export import FORMATS
-from tracker.run.read import RunError, read_news
+from tracker.run.read import REPORT, RunError, read_news
 from tracker.tables.table import by_column, read_lines
 from videos.frames import films_in
 
@@ -194,7 +194,7 @@ def _run(folder: Path) -> dict[str, Any] | None:
     """What a complete run tells of itself, None without one."""
     with suppress(RunError):
         news = read_news(folder)
-        report = (folder / "report.html").exists()
+        report = (folder / REPORT).exists()
         return {"headline": news.headline, "warnings": news.warnings, "report": report}
     return None
 

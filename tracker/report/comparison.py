@@ -14,8 +14,9 @@ from tracker.report.chapter import Chapter
 from tracker.report.drawing import write_film
 from tracker.report.html_tables import SCORE_COLUMNS, in_columns, table_rows
 from tracker.report.page import linked, write_comparison
-from tracker.report.results import FILM, write_run
+from tracker.report.results import write_run
 from tracker.report.sheets import write_error_plot, write_sheet
+from tracker.run.read import FILM, REPORT
 from tracker.run.score import Score, places, score
 from tracker.tables.keypoints import Marks
 from videos.playable import Playable
@@ -65,7 +66,7 @@ def compare_models(
     sheet = folder / "failure.png"
     write_sheet(job.video, {name: each.track for name, each in chapters.items()}, scores, sheet)
     said = [f"{len(given)} anchors not scored"] if given else []
-    page, told = folder / "report.html", list(chapters.values())
+    page, told = folder / REPORT, list(chapters.values())
     write_comparison(page, job.video.name, films[0], told, scores, sheet, [*said, *notes])
     if not linked(films[0]):
         films[0].path.unlink()

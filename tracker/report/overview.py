@@ -12,8 +12,7 @@ import cv2
 from markupsafe import Markup
 
 from tracker.report.document import STYLES, Document, write_page
-from tracker.report.results import OVERLAY, REPORT
-from tracker.run.read import RunError, read_news
+from tracker.run.read import OVERLAY, REPORT, RunError, read_news
 from videos.frames import Video, VideoError
 
 PAGE = Document("report/overview.html", STYLES)

@@ -12,11 +12,10 @@ from tracker.progress import Progress
 from tracker.report.chapter import Chapter, headline
 from tracker.report.drawing import write_film, write_overlay
 from tracker.report.page import linked, write_report
+from tracker.run.read import FILM, OVERLAY, REPORT
 from tracker.run.write import write_tables
 from tracker.tables.keypoints import write_marks
 from videos.playable import Playable
-
-OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
 
 
 def write_run(

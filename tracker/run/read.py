@@ -20,7 +20,8 @@ from tracker.run.track import Track
 from tracker.run.write import whole_times
 from tracker.tables.table import ordinary, why
 
-RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "overlay.mp4")
+OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
+RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", OVERLAY)
 
 
 class RunError(ValueError):

@@ -13,7 +13,7 @@ from tracker.cli.app import COMMANDS
 pytestmark = pytest.mark.whole
 
 SLOW = ("numpy", "scipy", "cv2", "av", "matplotlib", "pydantic", "rich")
-OF_FOLLOWING = ("numba", "scipy", "tracker.clip.asked", "tracker.foreign", "tracker.loop", "tracker.outline")
+OF_FOLLOWING = ("numba", "scipy", "matplotlib", "tracker.clip.asked", "tracker.outline")
 HEAVY = ("scipy.optimize", "scipy.spatial", "scipy.special", "scipy.stats", "matplotlib")
 
 
@@ -125,8 +125,10 @@ def test_it_also_runs_as_a_module():
     assert ended("--version") == (0, f"figtrack {__version__}\n", "")
 
 
-@pytest.mark.parametrize(("module", "slow"), [("cli", SLOW), ("annotate.launch", OF_FOLLOWING)])
-def test_the_command_line_and_the_page_to_mark_a_film_import_nothing_slow(module, slow):
+@pytest.mark.parametrize(
+    ("module", "slow"), [("cli", SLOW), ("annotate.launch", OF_FOLLOWING), ("desk.desk_page", OF_FOLLOWING)]
+)
+def test_the_command_line_and_the_servers_of_pages_import_nothing_slow(module, slow):
     code = f"import sys, tracker.{module}; print([name for name in {slow} if name in sys.modules])"
     assert printed_by(code) == ["[]"]
 

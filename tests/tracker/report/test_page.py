@@ -21,7 +21,7 @@ from tests.videos.test_playable import begin_later
 from tracker.report import page
 from tracker.report.chapter import headline
 from tracker.report.page import write_comparison, write_report
-from tracker.report.results import FILM
+from tracker.run.read import FILM
 from tracker.tables.table import by_column, read_lines
 from videos.frames import Video
 from videos.overlay import NEAR, TRUNK
