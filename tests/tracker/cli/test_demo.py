@@ -1,5 +1,8 @@
 """The demo on few frames: the whole of it, but short."""
 
+from contextlib import redirect_stderr
+from io import StringIO
+
 import numpy as np
 import pytest
 
@@ -12,19 +15,21 @@ from videos.frames import Video
 
 pytestmark = pytest.mark.whole
 
-QUIET = Progress("quiet")
 FEW = 6
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
-    """A short demo's folder and what it gave."""
-    out = tmp_path_factory.mktemp("demo") / "out"
-    return out, *run_demo(out, 2, overwrite=False, progress=QUIET, models=["cv"], frames=FEW)
+    """A short demo's folder, what it gave and what it told on the way."""
+    out, shown = tmp_path_factory.mktemp("demo") / "out", Progress("plain")
+    with redirect_stderr(StringIO()) as said:
+        page, table = run_demo(out, 2, overwrite=False, progress=shown, models=["cv"], frames=FEW)
+    return out, page, table, said.getvalue()
 
 
-def test_a_demo_leaves_the_clip_its_truth_and_a_comparison(done):
-    out, page, table = done
+def test_a_demo_tells_of_every_picture_and_leaves_the_clip_its_truth_and_a_comparison(done):
+    out, page, table, said = done
+    assert f"rendering a walk: {FEW} of {FEW} in" in said
     assert {path.name for path in out.iterdir()} == {
         "walk.mp4", "walk.keypoints.csv", "cv",
         "compare.json", "failure.png", "errors.png", "report.html", "demo.json",
@@ -36,7 +41,7 @@ def test_a_demo_leaves_the_clip_its_truth_and_a_comparison(done):
 
 
 def test_its_results_name_the_clip_where_it_came_to_lie_and_say_that_it_is_rendered(done):
-    out, page, _ = done
+    out, page, *_ = done
     assert read_json(out / "cv" / "run.json")["video"] == str(out / "walk.mp4")
     assert "A rendered clip" in page.read_text(encoding="utf-8")
 
@@ -56,8 +61,3 @@ def test_the_clip_and_its_marks_are_those_of_the_scene(tmp_path):
         for name, mark in marked.items():
             assert (mark.x, mark.y) == pytest.approx(tuple(scene.joints[name][t]), abs=0.0051)
             assert mark.visible == scene.visible[name][t]
-
-
-def test_every_picture_that_is_rendered_is_a_step(tmp_path, capsys):
-    run_demo(tmp_path / "out", 2, overwrite=False, progress=Progress("plain"), models=["cv"], frames=FEW)
-    assert f"rendering a walk: {FEW} of {FEW} in" in capsys.readouterr().err
