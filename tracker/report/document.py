@@ -1,12 +1,14 @@
 """Pages as one document each: style, scripts and data are written into it, and nothing is fetched."""
 
 import json
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import resources
 from itertools import chain
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from jinja2 import Environment, FunctionLoader
@@ -53,6 +55,11 @@ def write_page(path: Path, page: Document, data: object, **shown: Any) -> None:
     # A file's name may be no text at all.
     with path.open("w", encoding="utf-8", errors="replace") as file:
         file.writelines(page.compose(data, policy=POLICY, **shown))
+
+
+def linked_from(folder: Path, path: Path) -> str:
+    """The address of a file in a page that lies in a folder."""
+    return quote(Path(os.path.relpath(path, folder)).as_posix())
 
 
 def written(data: object) -> Iterator[str]:

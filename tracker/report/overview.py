@@ -1,17 +1,15 @@
 """The page of a batch: a row a clip, with a picture, its gait in a sentence, its warnings and its report."""
 
 import base64
-import os
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
 
 import cv2
 from markupsafe import Markup
 
-from tracker.report.document import STYLES, Document, write_page
+from tracker.report.document import STYLES, Document, linked_from, write_page
 from tracker.run.read import OVERLAY, REPORT, RunError, read_news
 from videos.frames import Video, VideoError
 
@@ -54,7 +52,7 @@ def _shown(row: Row, place: Path) -> dict[str, object]:
             shown["picture"] = _picture(row.run / OVERLAY)
             report = row.run / REPORT
             if report.exists():
-                shown["report"] = quote(Path(os.path.relpath(report, place)).as_posix())
+                shown["report"] = linked_from(place, report)
     return shown
 
 

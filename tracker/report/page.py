@@ -1,14 +1,12 @@
 """report.html, one document with its numbers, pictures and, unless it is large, its film."""
 
 import base64
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from tracker.report.chapter import Chapter, headline, unusual
-from tracker.report.document import STYLES, Document, write_page
+from tracker.report.document import STYLES, Document, linked_from, write_page
 from tracker.report.html_tables import SCORE_COLUMNS, gait_table, html_table, table_rows
 from tracker.run.score import LOST_ERROR, Score, error_curve
 from videos.playable import Playable
@@ -75,7 +73,8 @@ def _write(
     errors: Mapping[str, object] | None = None,
     **shown: Any,
 ) -> None:
-    about = {"link": _link(film, path), "start": round(film.start, 6), "size": film.size}
+    link = linked_from(path.parent, film.path) if linked(film) else None  # a film within the page has none
+    about = {"link": link, "start": round(film.start, 6), "size": film.size}
     write_page(
         path,
         PAGE,
@@ -85,7 +84,7 @@ def _write(
         chapters=chapters,
         said=lambda chapter: {"headline": headline(chapter), "unusual": unusual(chapter)},
         gait_table=gait_table,
-        film=() if linked(film) else _base64(film.path),
+        film=() if link else _base64(film.path),
         **shown,
     )
 
@@ -93,11 +92,6 @@ def _write(
 def _told(chapter: Chapter) -> str:
     *names, last = (name.replace("_", " ") for name in chapter.track.figure.scored)
     return f"{', '.join(names)} and {last}" if names else last
-
-
-def _link(film: Playable, page: Path) -> str | None:
-    """Where the page finds the film; None if that is within it."""
-    return quote(Path(os.path.relpath(film.path, page.parent)).as_posix()) if linked(film) else None
 
 
 def _base64(path: Path) -> Iterator[str]:
