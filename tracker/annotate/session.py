@@ -126,7 +126,6 @@ class Session:
         return {
             "command": self.command,
             "video": self.video.name,
-            "table": str(self.table.path),
             "joints": _joints(self._figure),
             "base": self._figure.base,
             "marks": {frame: told(marks) for frame, marks in self.table.marks.items()},

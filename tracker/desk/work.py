@@ -23,7 +23,7 @@ from videos.frames import films_in
 
 EXPORTS = ("all", *FORMATS)
 PATIENCE = 10.0  # seconds for a command that was told to stop
-TOLD = ("person", "first", "last", "facing", "direction", "motion", "near_leg", "near_sure")
+TOLD = ("person", "first", "last", "facing", "motion")
 
 
 @dataclass(frozen=True)

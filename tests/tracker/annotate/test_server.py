@@ -109,8 +109,9 @@ def test_no_two_pages_share_a_nonce_and_no_two_servers_a_key(client, clip, table
 
 
 def test_a_name_with_markup_in_it_cannot_leave_its_place_in_the_page(clip, tmp_path):
-    name = "</script><script>alert(1)</script>{{style}}.csv"
-    session = Session(clip.video, Table(tmp_path / name.replace("/", "")), 0)
+    video = tmp_path / "</script><script>alert(1)</script>{{style}}.mp4".replace("/", "")
+    video.write_bytes(clip.video.read_bytes())
+    session = Session(video, Table(tmp_path / "k.csv"), 0)
     with Server(session) as server:
         page = "".join(PAGE.compose(session.opening(), "n", title="figtrack"))
     assert page.count("<script") == 2
