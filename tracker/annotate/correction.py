@@ -78,15 +78,9 @@ class Correction(Session):
         return reply | {"follows": self._follows}
 
     def following(self) -> Reply:
-        """How far following has come, and what was told of it once it ended."""
+        """How far following has come."""
         now = self.progress
-        return {
-            "task": now.name,
-            "done": now.done,
-            "total": now.total,
-            "ended": not self._follows,
-            "told": self._said,
-        }
+        return {"task": now.name, "done": now.done, "total": now.total, "ended": not self._follows}
 
     def next_command(self) -> str:
         """What to type to follow what was corrected and saved, but not followed yet; "" where nothing was."""

@@ -275,9 +275,8 @@ def test_what_cannot_be_followed_is_said_and_the_run_stays(run, monkeypatch):
     far = Placed(x=9e4, y=9e4)
     session.follow(SaveRequest(frames={0: dict.fromkeys(LEGS, far)}, anyway=True))
     session.work(1.0)
-    now = session.following()
-    assert now["ended"]
-    assert now["told"].startswith("Could not be followed: ")
+    assert session.following()["ended"]
+    assert session.opening()["run"]["told"].startswith("Could not be followed: ")
     assert {name: data for name, data in everything(run).items() if name.name[0] != "c"} == before
 
 
