@@ -24,7 +24,6 @@ from tracker.experiments.section import (
     Section,
     Table,
     as_sequence,
-    as_svg,
     left_out,
     share_verdict,
     spread,
@@ -291,11 +290,7 @@ def _cut_plot(study: Study, draw: Draw, n: int) -> Plot:
         rows[NAMES[Inference(name)]] = labelling(labels, found.prob, found.path)
     sequences = [as_sequence(name, y) for name in rows]
     return Plot(
-        as_svg(
-            lambda file: draw_labels(
-                sequences, list(rows.values()), file, "True and found motion", shares=False
-            )
-        ),
+        lambda file: draw_labels(sequences, list(rows.values()), file, "True and found motion", shares=False),
         "One spliced sequence: the true motion and what each inference makes of it",
         f"One sequence of people learned from; {counted(n, 'state')} a motion, second order.",
     )

@@ -12,17 +12,7 @@ from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
 from tracker.experiments.ahead import model
 from tracker.experiments.measures import ANGLES, SIDE, Errors, Fill
-from tracker.experiments.section import (
-    Claim,
-    Heading,
-    Plot,
-    Section,
-    Table,
-    as_sequence,
-    as_svg,
-    left_out,
-    verdict,
-)
+from tracker.experiments.section import Claim, Heading, Plot, Section, Table, as_sequence, left_out, verdict
 from tracker.experiments.study import Study
 from tracker.motion.plots import draw_forecast
 
@@ -130,7 +120,7 @@ def _example(study: Study, walk: Capture) -> Plot:
     filled[hole] = mean[hole]
     true = as_sequence(walk.name, y[shown], shown.start)
     return Plot(
-        as_svg(lambda file: draw_forecast(true, filled[shown], sd[shown], file, "", "filled")),
+        lambda file: draw_forecast(true, filled[shown], sd[shown], file, "", "filled"),
         "Angles over a gap: measured, and filled by the SLDS",
         f"The longest walk ({walk.name}), of which frames {first} to {end - 1} were not shown. {inside:.0f} "
         "% of its six hidden angles lie within the band of two sigma (95 % if the band were calibrated).",

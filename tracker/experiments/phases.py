@@ -12,17 +12,7 @@ from dynamics.gaussian import Array
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
-from tracker.experiments.section import (
-    Claim,
-    Heading,
-    Plot,
-    Section,
-    Table,
-    as_svg,
-    left_out,
-    spread,
-    verdict,
-)
+from tracker.experiments.section import Claim, Heading, Plot, Section, Table, left_out, spread, verdict
 from tracker.experiments.study import FPS, Recipe, Study
 from tracker.models.centred import centred
 from tracker.motion.plots import draw_synthesis
@@ -158,7 +148,7 @@ def claim(cuts: dict[int, Cut]) -> Claim:
 def _plot(shown: Capture, path: NDArray[np.intp]) -> Plot:
     T = min(SHOWN, len(shown.y))
     return Plot(
-        as_svg(lambda file: draw_synthesis(path[:T], ("state",) * 2, shown.y[:T], FPS, file, "")),
+        lambda file: draw_synthesis(path[:T], ("state",) * 2, shown.y[:T], FPS, file, ""),
         "Stick figures, thigh and knee angles of a jog over a bar of the switching states",
         f"The longest jog ({shown.name}), {T} frames, 30 a second, and the states of the two-state model.",
     )

@@ -56,11 +56,22 @@ class Table:
 
 @dataclass(frozen=True)
 class Plot:
-    """A picture: SVG, what it shows for who cannot see it, and what is said below it."""
+    """A picture: what draws it into a file, what it shows for who cannot see it, and what stands below it."""
 
-    svg: Markup
+    draw: Callable[[IO[bytes]], None]
     alt: str
     caption: str
+
+    @property
+    def svg(self) -> Markup:
+        """An SVG element whose ink is the page's own."""
+        out = io.BytesIO()
+        with matplotlib.rc_context(SVG):
+            self.draw(out)
+        text = out.getvalue().decode("utf-8")
+        for ink in INKS:
+            text = text.replace(ink, "currentColor")
+        return Markup(text[text.index("<svg") :])
 
 
 @dataclass(frozen=True)
@@ -106,17 +117,6 @@ def verdict(holds: bool, partly: bool = False) -> Verdict:
 def share_verdict(cases: Sequence[bool]) -> Verdict:
     """The verdict on a claim made of every case: it holds in part from half of them."""
     return verdict(all(cases), 2 * sum(cases) >= len(cases))
-
-
-def as_svg(draw: Callable[[IO[bytes]], None]) -> Markup:
-    """What a function draws into a file, as an SVG element whose ink is the page's own."""
-    out = io.BytesIO()
-    with matplotlib.rc_context(SVG):
-        draw(out)
-    text = out.getvalue().decode("utf-8")
-    for ink in INKS:
-        text = text.replace(ink, "currentColor")
-    return Markup(text[text.index("<svg") :])
 
 
 def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:

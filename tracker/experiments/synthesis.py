@@ -4,17 +4,7 @@ import numpy as np
 
 from dynamics.motion.tasks import synthesise
 from tracker.experiments.measures import WIDER, out_of_range
-from tracker.experiments.section import (
-    Claim,
-    Heading,
-    Plot,
-    Section,
-    Table,
-    as_svg,
-    left_out,
-    spread,
-    verdict,
-)
+from tracker.experiments.section import Claim, Heading, Plot, Section, Table, left_out, spread, verdict
 from tracker.experiments.study import FPS, Recipe, Study
 from tracker.models.learn import STATES
 from tracker.motion.plots import draw_synthesis
@@ -44,7 +34,7 @@ def run(study: Study) -> Section:
     )
     states, shown = made[0]
     plot = Plot(
-        as_svg(lambda file: draw_synthesis(states, slds.labels, shown, FPS, file, "")),
+        lambda file: draw_synthesis(states, slds.labels, shown, FPS, file, ""),
         "Stick figures, thigh and knee angles and switching states of a synthesised walk",
         "The first run: stick figures at its start, in its middle and at its end, the angles and the "
         "switching state.",
