@@ -8,7 +8,7 @@ from typing import Any
 from tracker.report.chapter import Chapter, headline, unusual
 from tracker.report.document import STYLES, Document, linked_from, write_page
 from tracker.report.html_tables import SCORE_COLUMNS, gait_table, html_table, table_rows
-from tracker.run.score import LOST_ERROR, Score, error_curve
+from tracker.run.score import LOST_ERROR, Score
 from videos.playable import Playable
 
 SCRIPTS = ("plots", "saving", "player", "figure", "page")
@@ -46,7 +46,7 @@ def write_comparison(
         {
             "name": name,
             "lost": score.first_failure_frame,
-            "points": [[int(t) - first, round(e, 4)] for t, e in zip(*error_curve(score), strict=True)],
+            "points": [[t - first, round(e, 4)] for t, e in score.frame_errors.items()],
         }
         for name, score in scores.items()
     ]

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tracker.report.drawing import paint
-from tracker.run.score import LOST_ERROR, Score, error_curve, parting
+from tracker.run.score import LOST_ERROR, Score, parting
 from tracker.run.track import Track
 from videos.frames import Video
 
@@ -25,7 +25,7 @@ def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
     figure = Figure(figsize=(7.0, 3.2), dpi=DPI, layout="constrained")
     axes = figure.subplots()
     for name, result in scores.items():
-        frames, errors = error_curve(result)
+        frames, errors = list(result.frame_errors), list(result.frame_errors.values())
         (line,) = axes.plot(frames, errors, marker="o", markersize=3, label=name)
         if result.first_failure_frame is not None:
             at = result.first_failure_frame

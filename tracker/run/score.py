@@ -12,7 +12,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from tracker.run.track import Track
@@ -28,7 +27,7 @@ Places = Mapping[str, tuple[float, float]]
 class Score:
     """One track against the marks; the fields of compare.json.
 
-    frame_errors : mean error of each marked frame after the start, leg lengths
+    frame_errors : mean error of each marked frame after the start, in their order, leg lengths
     mark_errors  : error of every mark in these frames, leg lengths
     link_errors  : error of every visible leg link's direction in these frames, degrees
     """
@@ -176,9 +175,3 @@ def _angles(marks: Mapping[str, Mark], found: Places, legs: Sequence[Sequence[st
 
 def _apart(a: Mark, b: Mark) -> float:
     return float(np.hypot(a.x - b.x, a.y - b.y))
-
-
-def error_curve(result: Score) -> tuple[Array, Array]:
-    """Marked frames and their mean errors, for plotting."""
-    frames = np.array(sorted(result.frame_errors), dtype=float)
-    return frames, np.array([result.frame_errors[int(frame)] for frame in frames])

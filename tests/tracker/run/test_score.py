@@ -7,7 +7,7 @@ from kinematics.sides import other_side
 from tests.kinematics.figures import WALKER, Puppet
 from tests.tracker.records import validator
 from tests.tracker.tracks import random_track
-from tracker.run.score import error_curve, parting, places, score
+from tracker.run.score import parting, places, score
 from tracker.tables.keypoints import KEYPOINTS, Mark
 
 # A leg of 100 px on each side, hanging straight.
@@ -210,8 +210,7 @@ def test_two_tracks_part_where_their_errors_differ_most():
     assert parting([{1: 0.2}, {2: 0.3}]) is None
 
 
-def test_the_error_curve_runs_in_time():
+def test_errors_run_in_time():
     result = score(marks([0, 9, 4]), {4: off_by(0.1), 9: off_by(0.2)}, 0)
-    frames, errors = error_curve(result)
-    assert frames.tolist() == [4.0, 9.0]
-    assert errors == pytest.approx([0.1, 0.2])
+    assert list(result.frame_errors) == [4, 9]
+    assert list(result.frame_errors.values()) == pytest.approx([0.1, 0.2])
