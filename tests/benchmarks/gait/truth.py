@@ -9,9 +9,7 @@ The definition hardly matters: with SLOW of 0.35 or 0.7, or LOW of 0.02 or 0.05,
 move by at most 11 ms in the median.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +17,7 @@ from numpy.typing import NDArray
 from kinematics.sides import SIDES, Side
 from tests.benchmarks.rendered.captures import RATE
 from tracker.scene.steps import Build, Gait, joint_places
+from tracker.tables.poses import stretches
 
 LOW = 0.03  # leg lengths; 2.5 cm of a grown-up
 SLOW = 0.5
@@ -56,7 +55,7 @@ def _stretches(rests: NDArray[np.bool_]) -> list[Contact]:
     on = _filled(_filled(rests, False), True)
     return [
         Contact(start / RATE, end / RATE)
-        for start, end in _runs(on)
+        for start, end in stretches(on.tolist())
         if on[start] and start > 0 and end < len(on)
     ]
 
@@ -64,12 +63,7 @@ def _stretches(rests: NDArray[np.bool_]) -> list[Contact]:
 def _filled(on: NDArray[np.bool_], level: bool) -> NDArray[np.bool_]:
     """Without the short stretches of this level."""
     kept = on.copy()
-    for start, end in _runs(on):
+    for start, end in stretches(on.tolist()):
         if on[start] == level and end - start < GAP * RATE and start > 0 and end < len(on):
             kept[start:end] = not level
     return kept
-
-
-def _runs(on: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """First and end of each stretch of one level."""
-    return pairwise([0, *(np.flatnonzero(np.diff(on)) + 1).tolist(), len(on)])
