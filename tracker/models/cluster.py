@@ -113,11 +113,9 @@ def spread_over(client: "Client", make: Callable[[], Infer], batches: Batches) -
             for turn, batch in zip(turns, chosen, strict=True)
         ]
         found = client.gather(client.map(itemgetter(0), turns, pure=False))
-        by_number = {
-            n: posterior
-            for batch, posteriors in zip(chosen, found, strict=True)
-            for n, posterior in zip(batch, posteriors, strict=True)
-        }
+        by_number: dict[int, Posterior] = {}
+        for batch, posteriors in zip(chosen, found, strict=True):
+            by_number |= zip(batch, posteriors, strict=True)
         return [by_number[n] for n in range(len(ys))]
 
     return infer
