@@ -11,10 +11,10 @@ from dynamics.hmm import HMM, expected
 from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
-from tracker.experiments.measures import ANGLES, NOISES, Errors, noisy, rootless
+from tracker.experiments.measures import NOISES, Errors, noisy
 from tracker.experiments.section import Claim, Heading, Section, Table, share_verdict
 from tracker.experiments.study import Recipe, Study
-from tracker.models.centred import centred
+from tracker.models.centred import ANGLES, centred, rootless
 from tracker.models.learn import STATES
 from tracker.progress import counted
 
@@ -65,10 +65,9 @@ def run(study: Study) -> Section:
     )
 
 
-def shown(captures: Sequence[Capture], seed: int) -> list[Array]:
+def shown(study: Study, captures: Sequence[Capture]) -> list[Array]:
     """The six angles as measured; the same noise for whoever asks."""
-    rngs = [np.random.default_rng([seed, 3, *c.name.encode()]) for c in captures]
-    return [noisy(rootless(centred(c.y)), NOISE, rng) for c, rng in zip(captures, rngs, strict=True)]
+    return [noisy(rootless(centred(c.y)), NOISE, study.rng(3, *c.name.encode())) for c in captures]
 
 
 def hmm_forecast(hmm: HMM, y: Array, horizon: int) -> Array:
@@ -89,7 +88,7 @@ def _errors(study: Study, keys: Sequence[Key]) -> Found:
         slds = study.slds(model(study, held))
         hmm = study.hmm(Recipe(HIDDEN, 0, NOISE, held, study.motions))
         captures = [c for c in study.tested(held) if c.label == motion]
-        ys = shown(captures, study.seed)
+        ys = shown(study, captures)
         means = {
             "slds": [f.mean for f in predict(slds, ys, h)],
             "hmm": [np.pad(hmm_forecast(hmm, y[:, ANGLES], h), ((0, 0), (2, 0))) for y in ys],
@@ -98,7 +97,7 @@ def _errors(study: Study, keys: Sequence[Key]) -> Found:
             found[name][motion, h] += measures.forecast_errors(captures, means[name], FIRST)
     for motion, h in study.each("constant velocity", keys):
         captures, noises = study.of(motion), NOISES[:: 10 if study.quick else 1]
-        tried = measures.rival_errors(captures, shown(captures, study.seed), h, FIRST, noises)
+        tried = measures.rival_errors(captures, shown(study, captures), h, FIRST, noises)
         found["kalman"][motion, h] = tried[measures.best_noises(tried)]
     return found
 

@@ -16,7 +16,7 @@ from dynamics.gaussian import Array
 from dynamics.hmm import HMMPosterior, hmm_all
 from dynamics.motion.tasks import labelling
 from dynamics.posterior import Posterior, Switching
-from tracker.experiments.measures import ANGLES, noisy, wrong_shares
+from tracker.experiments.measures import noisy, wrong_shares
 from tracker.experiments.section import (
     Claim,
     Heading,
@@ -31,6 +31,7 @@ from tracker.experiments.section import (
 )
 from tracker.experiments.splices import LONGEST, PIECES, SHORTEST, Splice, long_enough, splice
 from tracker.experiments.study import MOTIONS, Recipe, Study
+from tracker.models.centred import ANGLES
 from tracker.motion.choices import Inference
 from tracker.motion.label_plot import draw_labels
 from tracker.motion.tasks import INFERENCES

@@ -11,9 +11,10 @@ from dynamics.viterbi import viterbi
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
 from tracker.experiments.ahead import model
-from tracker.experiments.measures import ANGLES, SIDE, Errors, Fill
+from tracker.experiments.measures import SIDE, Errors, Fill
 from tracker.experiments.section import Claim, Heading, Plot, Section, Table, as_sequence, left_out, verdict
 from tracker.experiments.study import Study
+from tracker.models.centred import ANGLES
 from tracker.motion.plots import draw_forecast
 
 HEADING = Heading("interpolation", "Frames that are missing", "1999, figure 6")

@@ -16,14 +16,12 @@ from dynamics.gaussian import Array
 from dynamics.motion.tasks import forecasts
 from dynamics.slds import SLDS, constant_velocity
 from dynamics.viterbi import viterbi
-from kinematics.figure import ROOT
 from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments.section import spread
 from tracker.experiments.study import FPS
-from tracker.models.centred import centred, own_offset
+from tracker.models.centred import ANGLES, centred, own_offset
 
-ANGLES = slice(2, None)
 CHANGES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # degrees a frame a frame
 MEASURED = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)  # degrees
 NOISES = tuple(product(CHANGES, MEASURED))  # that constant velocity is tried at
@@ -71,13 +69,6 @@ def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
     """White noise on every angle, none on the root."""
     noise = np.r_[0.0, 0.0, np.full(y.shape[1] - 2, np.radians(degrees))]
     return np.asarray(y + noise * rng.normal(size=y.shape))
-
-
-def rootless(y: Array) -> Array:
-    """The angles alone: the root was not measured."""
-    blank = y.copy()
-    blank[:, : len(ROOT)] = np.nan
-    return blank
 
 
 def wrong_shares(found: Sequence[str], wanted: Sequence[str], far: NDArray[np.bool_]) -> tuple[float, float]:

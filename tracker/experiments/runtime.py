@@ -5,10 +5,10 @@ from timeit import repeat
 import numpy as np
 
 from tracker.experiments.classify import NAMES, NOISE, counts, tries
-from tracker.experiments.measures import noisy, rootless
+from tracker.experiments.measures import noisy
 from tracker.experiments.section import Claim, Heading, Section, Table, verdict
 from tracker.experiments.study import Study
-from tracker.models.centred import centred
+from tracker.models.centred import centred, rootless
 from tracker.motion.choices import Inference
 
 HEADING = Heading("runtime", "Which inference is quickest?", "2000, section 4.1")

@@ -15,8 +15,7 @@ from scipy.interpolate import make_lsq_spline
 from dynamics.gaussian import Array
 from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import mirror
-from tracker.experiments.measures import rootless
-from tracker.models.centred import centred
+from tracker.models.centred import centred, rootless
 
 SHORTEST, LONGEST = 28, 75  # frames of a piece
 SIDE = 4

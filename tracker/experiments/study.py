@@ -153,13 +153,11 @@ def _folds(
         return ()
     rng = np.random.default_rng([seed, 1])
     groups: list[set[str]] = [set() for _ in range(count)]
-    dealt: set[str] = set()
     for motion in sorted(doing, key=lambda motion: len(doing[motion])):
         for subject in rng.permutation(doing[motion]).tolist():
-            if subject not in dealt:
+            if not any(subject in group for group in groups):
                 fewest = min(groups, key=lambda group: len(group & set(doing[motion])))
                 fewest.add(subject)
-                dealt.add(subject)
     return tuple(frozenset(group) for group in groups)
 
 

@@ -22,11 +22,10 @@ from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
-from tracker.models.centred import centred
+from tracker.models.centred import ANGLES, centred
 from tracker.models.copies import Labelled
 
 VITERBI = "viterbi"
-ANGLES = slice(len(ROOT), None)  # of a figure's learned freedoms
 
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]

@@ -9,10 +9,19 @@ from dynamics.gaussian import Array
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
 
+ANGLES = slice(len(ROOT), None)  # of learned freedoms
+
 
 def centred(y: Array, figure: Figure = WALKER) -> Array:
     """Poses (T, M) of a figure's learned freedoms less their `own_offset`; NaN entries were not measured."""
     return y - own_offset(y, figure)
+
+
+def rootless(y: Array) -> Array:
+    """The angles alone: poses (T, M) of which the root was not measured."""
+    blank = y.copy()
+    blank[:, : len(ROOT)] = np.nan
+    return blank
 
 
 def own_offset(y: Array, figure: Figure = WALKER) -> Array:

@@ -22,15 +22,9 @@ from dynamics.store import Model
 from dynamics.stride import Stride
 from dynamics.viterbi import best_log_p_all
 from kinematics.mocap import POSE_COLUMNS
-from tracker.models.centred import centred, own_offset
+from tracker.models.centred import centred, own_offset, rootless
 from tracker.models.find import motion_model
-from tracker.motion.tasks import (
-    SILENT,
-    UNKNOWN_PLACE,
-    check_names,
-    first_measured,
-    whole_pose,
-)
+from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, check_names, first_measured, whole_pose
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
@@ -114,9 +108,7 @@ def angles_evidence(slds: SLDS, window: Array, fps: float) -> float:
 
     The noise beyond the model's is the likeliest that a stride tries, too.
     """
-    shown = window.copy()
-    shown[:, :ROOT_COLUMNS] = np.nan
-    shown = spaced(shown, fps)
+    shown = spaced(rootless(window), fps)
     best = -np.inf
     for noise in (0.0, *NOISES):
         noisy = replace(slds, R=slds.R + np.diag(np.where(slds.travels, 0.0, noise**2)))

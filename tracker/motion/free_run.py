@@ -12,7 +12,7 @@ from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
-from tracker.motion.summary import ANGLES
+from tracker.models.centred import ANGLES
 from tracker.motion.tasks import check_names, whole_pose
 
 TURNED = float(np.radians(360.0))  # no angle of a figure is as large

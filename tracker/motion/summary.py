@@ -8,11 +8,11 @@ import numpy as np
 from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
 from kinematics.mocap import POSE_COLUMNS
+from tracker.models.centred import ANGLES
 from tracker.motion.fill import Filled
 from tracker.progress import counted
-from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
+from tracker.tables.poses import PoseSequence
 
-ANGLES = slice(ROOT_COLUMNS, len(POSE_COLUMNS))
 STRIDES = 3.0  # at least so many lie in what their period is measured from
 
 

@@ -18,9 +18,9 @@ from dynamics.gaussian import Array
 from dynamics.store import Model
 from kinematics.mocap import POSE_COLUMNS, mirror
 from kinematics.mocap import Sequence as Capture
-from tracker.experiments.measures import ANGLES, Errors, by_person, noisy, rms
+from tracker.experiments.measures import Errors, by_person, noisy, rms
 from tracker.experiments.study import Recipe, Study, read_study
-from tracker.models.centred import centred
+from tracker.models.centred import ANGLES, centred
 from tracker.models.learn import NOISE, STATES
 from tracker.progress import Progress
 

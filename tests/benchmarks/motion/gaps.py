@@ -36,7 +36,6 @@ from tests.benchmarks.motion.data import (
 )
 from tests.benchmarks.page import Claim, number, table
 from tracker.experiments.measures import (
-    ANGLES,
     SIDE,
     Errors,
     Fill,
@@ -48,7 +47,7 @@ from tracker.experiments.measures import (
     spans,
 )
 from tracker.experiments.study import FPS, Recipe
-from tracker.models.centred import centred
+from tracker.models.centred import ANGLES, centred
 from tracker.models.learn import NOISE
 from tracker.motion.fill import angles_evidence
 

@@ -22,8 +22,9 @@ from tests.benchmarks.motion.data import (
     splices,
 )
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import ANGLES, wrong_shares
+from tracker.experiments.measures import wrong_shares
 from tracker.experiments.study import Recipe
+from tracker.models.centred import ANGLES
 from tracker.models.learn import NOISE
 from tracker.motion.choices import Inference
 from tracker.motion.tasks import INFERENCES

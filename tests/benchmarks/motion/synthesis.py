@@ -21,9 +21,9 @@ from kinematics.mocap import Sequence as Capture
 from tests.benchmarks.motion.data import MOTIONS, SHOWN_STATES, Job, Results, Source, both, named, study
 from tests.benchmarks.motion.data import STRIDE as HARMONIC
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import ANGLES, WIDER, out_of_range
+from tracker.experiments.measures import WIDER, out_of_range
 from tracker.experiments.study import FPS, Recipe
-from tracker.models.centred import centred
+from tracker.models.centred import ANGLES, centred
 
 HEADING = "Synthesis"
 FRAMES = 500

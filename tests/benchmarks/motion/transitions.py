@@ -18,9 +18,9 @@ from kinematics.mocap import Trial, read_body, read_trials, sequences
 from kinematics.sagittal import project
 from tests.benchmarks.motion.data import MOTIONS, TABLE, Results, Source, both, study
 from tests.benchmarks.page import Claim, table
-from tracker.experiments.measures import noisy, rootless
+from tracker.experiments.measures import noisy
 from tracker.experiments.study import FPS, Recipe, Study
-from tracker.models.centred import centred
+from tracker.models.centred import centred, rootless
 
 HEADING = "Walk, run and stand"
 STAND = "stand"
