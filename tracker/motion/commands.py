@@ -64,7 +64,7 @@ def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
         slds = whole_pose(model, "predict")
         forecasts = forecast_all(slds, sequences, task.horizon, progress)
         means = [forecast.mean for forecast in forecasts]
-        sds = [_deviations(f.mean, np.diagonal(f.cov, axis1=1, axis2=2)) for f in forecasts]
+        sds = [np.sqrt(np.diagonal(f.cov, axis1=1, axis2=2)) for f in forecasts]
         write_poses(table, _pose_rows(sequences, means, sds), SD_COLUMNS)
         if plot is not None:
             from tracker.motion.plots import draw_forecast
@@ -209,10 +209,6 @@ def _pose_rows(
             if keep:
                 cells = [old or new for old, new in zip(sequence.cells[t], cells, strict=True)]
             yield [sequence.name, sequence.first + t, *cells, *pose_cells(sd[t])]
-
-
-def _deviations(mean: Array, variances: Array) -> Array:
-    return np.where(np.isfinite(mean), np.sqrt(variances), np.nan)
 
 
 def _see(places: Places) -> str:

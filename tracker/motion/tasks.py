@@ -22,7 +22,7 @@ from dynamics.stride import Stride
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from kinematics.mocap import POSE_COLUMNS
-from tracker.models.centred import centred, first_place
+from tracker.models.centred import centred, first_place, rootless
 from tracker.motion.choices import Inference, Use
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, PosesError
@@ -125,7 +125,7 @@ def forecast_all(
         for column in range(ROOT_COLUMNS):
             seen = np.flatnonzero(s.seen[:, column])
             unplaced = seen[0] + horizon if len(seen) else len(mean)
-            mean[:unplaced, column] = np.nan
+            mean[:unplaced, column] = cov[:unplaced, column, column] = np.nan
         forecasts.append(Gaussian(mean, cov))
     return forecasts
 
@@ -136,8 +136,8 @@ def _evidence(sequence: PoseSequence, use: Use) -> Array:
         raise PosesError(f"sequence {sequence.name!r} has no measured angle; leave it out")
     y = centred(sequence.y)
     if use is Use.ANGLES:
-        y[:, :ROOT_COLUMNS] = np.nan
-    elif not sequence.seen[:, :ROOT_COLUMNS].any(0).all():
+        return rootless(y)
+    if not sequence.seen[:, :ROOT_COLUMNS].any(0).all():
         raise PosesError(
             f"--use all wants root_x and root_y, sequence {sequence.name!r} lacks them; give --use angles"
         )
