@@ -20,13 +20,8 @@ from kinematics.mocap import POSE_COLUMNS
 Labelled = tuple[str, str, Array]
 
 COPIES = ((0.85, 1.0), (0.85, 0.8), (1.0, 0.8))  # speed, size
-STAND = {
-    "torso": 0.0,
-    "hip_near": 6.0,
-    "hip_far": 6.0,
-    "knee_near": 20.0,
-    "knee_far": 20.0,
-}  # degrees; captured
+# Degrees, as captured.
+STAND = {"torso": 0.0, "hip_near": 6.0, "hip_far": 6.0, "knee_near": 20.0, "knee_far": 20.0}
 STILL, RISE = 0.4, 0.6  # seconds of a stand, and until the motion is its own
 
 

@@ -139,11 +139,7 @@ def read_run(folder: Path) -> Record:
             covs=_padded(rows["joint_covs"], here, T),
             freedoms=(*ROOT, *angles),
             poses=_padded(rows["q"][:, : len(ROOT) + len(angles)], here, T),
-            outcome=(
-                *[None] * first,
-                *map(Outcome, rows["outcome"].tolist()),
-                *[None] * (T - here.stop),
-            ),
+            outcome=(*[None] * first, *map(Outcome, rows["outcome"].tolist()), *[None] * (T - here.stop)),
             shift=_padded(rows["shift"], here, T, 0.0),
             unit=float(header["view"][2]),
         )
