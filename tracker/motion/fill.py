@@ -122,11 +122,10 @@ def angles_evidence(slds: SLDS, window: Array, fps: float) -> float:
 def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussian, tuple[str, ...]]:
     """Poses (T, 8) and covariances of the frames in gaps, and what filled each gap."""
     slds, stride = fillers.slds, fillers.stride
-    if stride is None:
-        assert slds is not None
-        return interpolate(slds, y, rng, recurrent=fillers.recurrent), ()
-    found = [_by_stride(stride, slds, y, rows, fillers.fps) for rows in gaps(stride, y, fillers.fps)]
-    if slds is not None and None in found:
+    found: list[Filling | None] = []
+    if stride is not None:
+        found = [_by_stride(stride, slds, y, rows, fillers.fps) for rows in gaps(stride, y, fillers.fps)]
+    if slds is not None and (stride is None or None in found):
         whole = interpolate(slds, y, rng, recurrent=fillers.recurrent)
     else:
         whole = Gaussian(y.copy(), np.zeros((*y.shape, y.shape[1])))

@@ -95,10 +95,9 @@ def draw_synthesis(
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, fontsize=8, frameon=False)
         axes.spines[["top", "right"]].set_visible(False)
     names = [f"{label} {k}" if len(labels) > 1 else label for k, label in enumerate(labels)]
-    used = [names[s] for s in dict.fromkeys(sorted(states.astype(int).tolist()))]
     shades = matplotlib.colormaps["tab20"]
-    colour = {name: matplotlib.colors.to_hex(shades(STATES[names.index(name) % 20])) for name in used}
-    bar(strip, frame_edges(0, T), [names[int(s)] for s in states], colour, 0.0, 1.0)
+    colour = {names[s]: matplotlib.colors.to_hex(shades(STATES[s % 20])) for s in np.unique(states)}
+    bar(strip, frame_edges(0, T), [names[s] for s in states], colour, 0.0, 1.0)
     strip.set(yticks=[], ylabel="state", xlabel="frame", xlim=(-0.5, T - 0.5), ylim=(0, 1))
     below.legend(handles=patches(colour), loc="outside lower center", ncols=8, frameon=False)
     top.suptitle(title, x=0.01, ha="left", fontsize=12)
