@@ -30,6 +30,13 @@ VITERBI = "viterbi"
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
 
+# What makes the E-step of each inference, and the batches in which it works.
+E_STEPS: dict[str, tuple[Callable[[], Infer], Batches]] = {
+    VITERBI: (lambda: viterbi_all, batches),
+    "gpb2": (lambda: gpb2_all, batches),
+    "variational": (Variational, variational_batches),
+}
+
 
 @dataclass(frozen=True)
 class ESteps:
@@ -46,12 +53,7 @@ class ESteps:
 
     def begin(self) -> Infer:
         """A fresh E-step: variational inference keeps its posterior from round to round."""
-        steps: dict[str, tuple[Callable[[], Infer], Batches]] = {
-            VITERBI: (lambda: viterbi_all, batches),
-            "gpb2": (lambda: gpb2_all, batches),
-            "variational": (Variational, variational_batches),
-        }
-        make, own = steps[self.inference]
+        make, own = E_STEPS[self.inference]
         step = make() if self.spread is None else self.spread(make, own)
 
         def infer(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:

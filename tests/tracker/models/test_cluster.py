@@ -12,12 +12,12 @@ import pytest
 from distributed import Security
 
 from dynamics.frames import batches
-from dynamics.gpb2 import gpb2_all
 from dynamics.variational import Variational, variational_batches
 from dynamics.viterbi import viterbi_all
 from tests.oracles import random_slds
 from tests.tracker.clips import figtrack, refused
 from tests.tracker.gaits import both, sequence, write_poses
+from tracker.models.by_motion import E_STEPS
 from tracker.models.cluster import ClusterError, _uninterrupted, cluster_at, local_cluster, spread_over
 
 pytestmark = pytest.mark.whole
@@ -41,16 +41,9 @@ def numbers(posterior):
     return [posterior.prob, posterior.pair, posterior.lag, posterior.path, posterior.log_evidence, *arrays]
 
 
-STEPS = {
-    "viterbi": (lambda: viterbi_all, batches),
-    "gpb2": (lambda: gpb2_all, batches),
-    "variational": (Variational, variational_batches),
-}
-
-
-@pytest.mark.parametrize("inference", STEPS)
+@pytest.mark.parametrize("inference", E_STEPS)
 def test_an_e_step_on_a_cluster_is_the_same_to_the_last_bit(cluster, problem, inference):
-    make, cut = STEPS[inference]
+    make, cut = E_STEPS[inference]
     sldss, ys = problem
     assert len(cut(sldss[0], ys)) > 1
     here, there = make(), spread_over(cluster, make, cut)
