@@ -51,16 +51,13 @@ def test_one_state_knows_no_near_leg_from_far(sequences, order):
         assert_allclose(slds.cov0[k][np.ix_(swap, swap)], slds.cov0[k], atol=1e-8)
 
 
-def test_it_does_not_matter_which_leg_was_called_near(sequences):
-    other = [(subject, label, mirror(y)) for subject, label, y in sequences]
-    first, second = learned(sequences), learned(other)
-    for name in ("A", "b", "Q", "R", "mean0", "cov0"):
-        assert_allclose(getattr(second, name), getattr(first, name), atol=1e-8)
-
-
-def test_where_a_subject_holds_the_head_and_where_it_started_do_not_matter(sequences):
-    moved = np.r_[7.0, 0.0, 0.0, 0.4, np.zeros(4)]
-    other = [(subject, label, y + moved * i) for i, (subject, label, y) in enumerate(sequences)]
+@pytest.mark.parametrize(
+    "changed",
+    [lambda y, i: mirror(y), lambda y, i: y + i * np.r_[7.0, 0.0, 0.0, 0.4, np.zeros(4)]],
+    ids=["which leg was called near", "where a subject holds the head and started"],
+)
+def test_the_near_leg_the_head_and_the_place_do_not_matter(sequences, changed):
+    other = [(subject, label, changed(y, i)) for i, (subject, label, y) in enumerate(sequences)]
     first, second = learned(sequences), learned(other)
     for name in ("A", "b", "Q", "R", "mean0", "cov0"):
         assert_allclose(getattr(second, name), getattr(first, name), atol=1e-8)
@@ -72,22 +69,14 @@ def mean_speed(slds, poses):
     return change[:, 0].mean()
 
 
-def test_subjects_count_alike_however_much_there_is_of_them(rng):
+@pytest.mark.parametrize(("label", "subjects"), [("walk", "bbbbb"), ("run", "bcdef")])
+def test_subjects_and_pooled_motions_count_alike_however_much_there_is_of_them(rng, label, subjects):
     slow = [("a", "walk", gait(rng, T=96, speed=0.04))]
-    fast = [("b", "walk", gait(rng, T=96, speed=0.08)) for _ in range(5)]
-    slds = learned(slow + fast, replace(ONE, order=1))
+    fast = [(subject, label, gait(rng, T=96, speed=0.08)) for subject in subjects]
+    slds = learned(slow + fast, replace(ONE, order=1), pooled=label == "run")
     whole = np.concatenate([y for _, _, y in slow + fast])
     whole[:, 3] -= whole[:, 3].mean()
     # Midway between the two; by sequences it would be 0.073. Slopes of noise 0.003 over sqrt(500) frames.
-    assert mean_speed(slds, whole) == pytest.approx(0.06, abs=2e-3)
-
-
-def test_motions_count_alike_when_pooled(rng):
-    walk = [("a", "walk", gait(rng, T=96, speed=0.04))]
-    run = [(str(i), "run", gait(rng, T=96, speed=0.08)) for i in range(5)]
-    slds = learned(walk + run, replace(ONE, order=1), pooled=True)
-    whole = np.concatenate([y for _, _, y in walk + run])
-    whole[:, 3] -= whole[:, 3].mean()
     assert mean_speed(slds, whole) == pytest.approx(0.06, abs=2e-3)
 
 
