@@ -14,6 +14,7 @@ from tracker.tables.poses import PoseSequence, pose_cells
 HEADER = ("seq", "frame", *POSE_COLUMNS)
 STRIDES = {"walk": 34.0, "run": 22.0}  # frames
 NECK = POSE_COLUMNS.index("neck")
+OFFSET = np.array([7.0, -3.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0])  # of the place and of how the head is carried
 
 
 def gait(label, frames, rng, phase=0.0, noise=0.3):

@@ -11,8 +11,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from dynamics.hmm import HMM
-from kinematics.mocap import POSE_COLUMNS
 from kinematics.mocap import Sequence as Capture
+from tests.tracker import gaits
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
 from tracker.experiments import study as studies
@@ -42,17 +42,11 @@ KEYS = ["phases", "classification", "prediction", "synthesis", "interpolation", 
 PEOPLE = "abcdef"
 
 
-def gait(label, subject, frames=100, seed=0):
-    """A capture of swinging legs: 34 frames a stride of walk, 22 of run."""
-    rng = np.random.default_rng([seed, *subject.encode()])
-    phase = 2.0 * np.pi * (np.arange(frames) / (34.0 if label == "walk" else 22.0) + rng.random())
-    y = np.zeros((frames, len(POSE_COLUMNS)))
-    y[:, 0] = 0.05 * np.arange(frames)
-    for side, turn in ((4, 0.0), (6, np.pi)):
-        y[:, side] = 0.5 * np.cos(phase + turn)
-        y[:, side + 1] = 0.6 + 0.5 * np.cos(phase + turn - 2.0)
-    y[:, 2:] += 0.01 * rng.normal(size=(frames, 6))
-    return Capture(y, subject, label, f"{subject}_{label}{seed}")
+def gait(label, subject, frames=100):
+    """A capture of somebody's gait."""
+    rng = np.random.default_rng([*subject.encode()])
+    y = gaits.gait(label, frames, rng, phase=2.0 * np.pi * rng.random())
+    return Capture(y, subject, label, f"{subject}_{label}")
 
 
 def study(**changes):

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.periodic.synthesis import synthesise_stride
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.gaits import blanked, gait, gait_hmm, gait_model, gait_stride, sequence
+from tests.tracker.gaits import OFFSET, blanked, gait, gait_hmm, gait_model, gait_stride, sequence
 from tracker.models.find import motion_model
 from tracker.motion.fill import (
     BY_STRIDE,
@@ -21,33 +21,20 @@ from tracker.motion.fill import (
 )
 from tracker.tables.poses import PosesError
 
-OFFSET = np.array([7.0, -3.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0])  # of the place and of how the head is carried
-
-
-def switching():
-    return Fillers(gait_model(), None, 30.0)
-
-
-def papers():
-    return Fillers(gait_model(), None, 30.0, recurrent=False)
-
-
-def stride():
-    return Fillers(None, gait_stride(), 30.0)
-
-
-def by_evidence():
-    return Fillers(gait_model(), gait_stride(), 30.0)
-
-
-EACH_WAY = pytest.mark.parametrize("way", [switching, papers, stride, by_evidence])
+WAYS = {
+    "switching": lambda: Fillers(gait_model(), None, 30.0),
+    "papers": lambda: Fillers(gait_model(), None, 30.0, recurrent=False),
+    "stride": lambda: Fillers(None, gait_stride(), 30.0),
+    "by evidence": lambda: Fillers(gait_model(), gait_stride(), 30.0),
+}
+EACH_WAY = pytest.mark.parametrize("way", WAYS)
 
 
 @EACH_WAY
 def test_what_was_measured_stays_and_the_rest_is_filled(rng, way):
     y = gait("walk", 70, rng) + OFFSET
     given = blanked(blanked(y, slice(30, 38)), slice(50, 60), [4, 5])
-    filled = fill_gaps(way(), sequence(given), rng)
+    filled = fill_gaps(WAYS[way](), sequence(given), rng)
     seen = np.isfinite(given)
     assert_array_equal(filled.y[seen], given[seen])
     assert_array_equal(np.isnan(filled.sd), seen)
@@ -74,7 +61,7 @@ def test_a_table_is_filled_at_its_own_noise(rng):
 @EACH_WAY
 def test_a_gap_at_the_start_and_at_the_end_is_filled(rng, way):
     y = gait("walk", 60, rng)
-    filled = fill_gaps(way(), sequence(blanked(y, [*range(8), *range(52, 60)])), rng)
+    filled = fill_gaps(WAYS[way](), sequence(blanked(y, [*range(8), *range(52, 60)])), rng)
     assert np.isfinite(filled.y).all()
     assert np.degrees(np.abs(filled.y - y)[:, 2:]).mean() < 5.0
     # The figure goes on at its pace to both sides.
@@ -85,7 +72,8 @@ def test_a_gap_at_the_start_and_at_the_end_is_filled(rng, way):
 def test_filling_does_not_hang_on_the_place_or_the_head(rng, way):
     given = blanked(gait("walk", 40, rng), slice(15, 22))
     here, there = (
-        fill_gaps(way(), sequence(shifted), np.random.default_rng(1)) for shifted in (given, given + OFFSET)
+        fill_gaps(WAYS[way](), sequence(shifted), np.random.default_rng(1))
+        for shifted in (given, given + OFFSET)
     )
     # As above: rounding of the place.
     assert_allclose(there.y - OFFSET, here.y, atol=1e-6)
@@ -95,7 +83,7 @@ def test_filling_does_not_hang_on_the_place_or_the_head(rng, way):
 @EACH_WAY
 def test_a_root_that_was_never_measured_stays_empty(rng, way):
     given = blanked(blanked(gait("walk", 40, rng), slice(None), slice(0, 2)), slice(15, 20))
-    filled = fill_gaps(way(), sequence(given), rng)
+    filled = fill_gaps(WAYS[way](), sequence(given), rng)
     assert np.isnan(filled.y[:, :2]).all()
     assert np.isnan(filled.sd[:, :2]).all()
     assert np.isfinite(filled.y[:, 2:]).all()
@@ -104,7 +92,7 @@ def test_a_root_that_was_never_measured_stays_empty(rng, way):
 @EACH_WAY
 def test_a_sequence_without_gaps_comes_back_as_it_was(rng, way):
     y = gait("walk", 12, rng)
-    filled = fill_gaps(way(), sequence(y), rng)
+    filled = fill_gaps(WAYS[way](), sequence(y), rng)
     assert_array_equal(filled.y, y)
     assert np.isnan(filled.sd).all()
 
@@ -114,9 +102,11 @@ def test_each_gap_is_filled_by_what_its_neighbourhood_speaks_for(rng, monkeypatc
     given = blanked(y, [*range(10, 18), *range(110, 118)])
     evidence = iter([-1e6, 1e6])
     monkeypatch.setattr("tracker.motion.fill.angles_evidence", lambda slds, window, fps: next(evidence))
-    found = fill_gaps(by_evidence(), sequence(given), np.random.default_rng(1))
+    found = fill_gaps(WAYS["by evidence"](), sequence(given), np.random.default_rng(1))
     assert found.by == (BY_STRIDE, BY_SWITCHING)
-    one, other = (fill_gaps(way(), sequence(given), np.random.default_rng(1)) for way in (stride, switching))
+    one, other = (
+        fill_gaps(WAYS[way](), sequence(given), np.random.default_rng(1)) for way in ("stride", "switching")
+    )
     assert_array_equal(found.y[:100], one.y[:100])
     assert_array_equal(found.y[100:], other.y[100:])
     assert_array_equal(found.sd[100:], other.sd[100:])
@@ -151,15 +141,15 @@ def test_a_gap_near_which_no_angle_was_measured_is_left_to_the_switching_model(r
     y[0, 2:] = 0.1
     y = np.vstack([y[:1], np.full((300, 8), np.nan), y[1:]])
     y[1:90, 0] = np.arange(89) * 0.06
-    assert np.isfinite(fill_gaps(by_evidence(), sequence(y), rng).y).all()
+    assert np.isfinite(fill_gaps(WAYS["by evidence"](), sequence(y), rng).y).all()
     with pytest.raises(ValueError, match="no angle was measured near a gap"):
-        fill_gaps(stride(), sequence(blanked(y, 0, slice(2, 8))), rng)
+        fill_gaps(WAYS["stride"](), sequence(blanked(y, 0, slice(2, 8))), rng)
 
 
 def test_models_that_fill_no_gaps_are_refused(rng):
     nothing = sequence(np.full((4, 8), np.nan), "b")
     with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
-        fill_gaps(switching(), nothing, rng)
+        fill_gaps(WAYS["switching"](), nothing, rng)
     with pytest.raises(ValueError, match="a hidden Markov model, which cannot interpolate"):
         fillers("hmm.npz", gait_hmm(), 30.0, recurrent=True)
     with pytest.raises(ValueError, match="a stride has no switch, so --no-recurrent does not apply"):

@@ -9,12 +9,11 @@ from scipy.stats import norm
 
 from dynamics.viterbi import viterbi
 from kinematics.mocap import POSE_COLUMNS
-from tests.tracker.gaits import NECK, STRIDES, blanked, both, gait, gait_hmm, gait_model, sequence
+from tests.tracker.gaits import NECK, OFFSET, STRIDES, blanked, both, gait, gait_hmm, gait_model, sequence
 from tracker.motion.free_run import of_motion
 from tracker.motion.tasks import Inference, Use, chosen_inference, forecast_all, label_all, whole_pose
 from tracker.tables.poses import PosesError
 
-OFFSET = np.array([7.0, -3.0, 0.0, 0.4, 0.0, 0.0, 0.0, 0.0])  # of the place and of how the head is carried
 SLDS_INFERENCES = [Inference.VITERBI, Inference.GPB2, Inference.VARIATIONAL]
 
 
