@@ -103,15 +103,7 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
     moments = [moment for each in cases for moment in each.moments]
     wanted.append(Claim("moments inside", _inside_moments(moments), INSIDE[1], INSIDE[0], unit="%"))
     for name in ("stance share", "step time"):
-        wanted.append(
-            Claim(
-                f"{name} inside",
-                _inside(_figures(cases, name)),
-                INSIDE[1],
-                INSIDE[0],
-                unit="%",
-            )
-        )
+        wanted.append(Claim(f"{name} inside", _inside(_figures(cases, name)), INSIDE[1], INSIDE[0], unit="%"))
     for name in ("step length", "speed"):
         wanted.append(
             Claim(f"{name}, half within", _within(_shares(_figures(cases, name)), 0.5), 3.0, unit="%")
@@ -119,13 +111,7 @@ def claims(cases: Sequence[Case]) -> list[Claim]:
     named = [each for each in cases if each.moments]
     right = sum(each.runs == (each.kinds["gait"] == "run") for each in named)
     wanted.append(
-        Claim(
-            "walk or run rightly named",
-            100.0 * right / max(len(named), 1),
-            100.0,
-            97.0,
-            unit="%",
-        )
+        Claim("walk or run rightly named", 100.0 * right / max(len(named), 1), 100.0, 97.0, unit="%")
     )
     for i, leg in enumerate(("near", "far")):
         wanted.append(

@@ -30,14 +30,7 @@ from tests.benchmarks.motion.data import (
     summary,
 )
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import (
-    Errors,
-    Noises,
-    best_noises,
-    forecast_errors,
-    rival_errors,
-    rms,
-)
+from tracker.experiments.measures import Errors, Noises, best_noises, forecast_errors, rival_errors, rms
 from tracker.experiments.study import Recipe
 from tracker.models.learn import NOISE as LEARNED_NOISE
 

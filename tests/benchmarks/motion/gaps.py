@@ -35,17 +35,7 @@ from tests.benchmarks.motion.data import (
     study,
 )
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import (
-    SIDE,
-    Errors,
-    Fill,
-    across,
-    best_path,
-    gap_errors,
-    gappy,
-    rms,
-    spans,
-)
+from tracker.experiments.measures import SIDE, Errors, Fill, across, best_path, gap_errors, gappy, rms, spans
 from tracker.experiments.study import FPS, Recipe
 from tracker.models.centred import ANGLES, centred
 from tracker.models.learn import NOISE

@@ -88,12 +88,7 @@ def claims(results: Results) -> list[Claim]:
         for noise, target in TARGETS.items()
     ]
     found += [
-        Claim(
-            f"far from junctions, {noise}°",
-            unseen[noise].far,
-            target,
-            unit="%",
-        )
+        Claim(f"far from junctions, {noise}°", unseen[noise].far, target, unit="%")
         for noise, target in FAR_TARGETS.items()
     ]
     for noise, target in SEEN_TARGETS.items():

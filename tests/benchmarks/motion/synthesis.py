@@ -116,12 +116,7 @@ def claims(results: Results) -> list[Claim]:
         Claim("synthesised walk: frames out of range", 100.0 * walk.out, OUT, unit="%"),
         Claim("synthesised walk: stride off the data's", 100.0 * walk.stride_error, STRIDE, unit="%"),
         Claim("synthesised walk: spectrum off the data's", decibels, SPECTRUM, unit="dB"),
-        Claim(
-            "synthesised run: frames not finite, or far out",
-            100.0 * run.far_out,
-            0.0,
-            unit="%",
-        ),
+        Claim("synthesised run: frames not finite, or far out", 100.0 * run.far_out, 0.0, unit="%"),
         Claim("synthesised run: stride off the data's", 100.0 * run.stride_error, RUN_STRIDE, unit="%"),
         *(
             Claim(
@@ -217,11 +212,7 @@ def _cells(like: Likeness) -> list[str]:
     if like.finite:
         least, most = min(like.strides), max(like.strides)
         strides = f"{float(np.median(like.strides)):.1f} ({least:.1f} to {most:.1f})"
-    return [
-        *map(number, (100.0 * like.out, 100.0 * like.far_out)),
-        strides,
-        number(like.decibels),
-    ]
+    return [*map(number, (100.0 * like.out, 100.0 * like.far_out)), strides, number(like.decibels)]
 
 
 def _welch(y: Array) -> Array:
