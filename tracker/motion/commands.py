@@ -12,8 +12,8 @@ from dynamics.gaussian import Array
 from dynamics.hmm import HMM
 from dynamics.motion.rate import at_rate
 from dynamics.motion.tasks import Labelling
+from dynamics.slds import SLDS
 from dynamics.store import Model
-from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.find import from_a_stand, motion_model
 from tracker.motion.choices import Classify, Inference, Interpolate, PosesTask, Predict, Synthesise, Task
@@ -166,14 +166,12 @@ def _read(
 def _model(task: Task) -> tuple[Model, float]:
     model = motion_model(task.model, task.fps or USUAL_FPS)
     fps = task.fps or model.fps
-    if isinstance(model, HMM):
-        if not abs(fps / model.fps - 1.0) <= 1e-3:
-            raise ValueError(
-                f"{task.model} was learned at {model.fps:g} frames a second and cannot be converted to "
-                f"{fps:g}; learn it again with --fps {fps:g}"
-            )
-        return model, fps
-    return (model if isinstance(model, Stride) else at_rate(model, fps)), fps
+    if isinstance(model, HMM) and not abs(fps / model.fps - 1.0) <= 1e-3:
+        raise ValueError(
+            f"{task.model} was learned at {model.fps:g} frames a second and cannot be converted to "
+            f"{fps:g}; learn it again with --fps {fps:g}"
+        )
+    return (at_rate(model, fps) if isinstance(model, SLDS) else model), fps
 
 
 def _shown(table: Path, show: str | None, sequences: Sequence[PoseSequence], usual: int) -> int:

@@ -146,10 +146,7 @@ def _errors(marks: Mapping[str, Mark], found: Places, leg: float, scored: Sequen
 def _first_failure(means: Mapping[int, float]) -> int | None:
     frames = list(means)
     bad = [means[frame] > LOST_ERROR for frame in frames]
-    for i, frame in enumerate(frames[:-1]):
-        if all(bad[i : i + 3]):
-            return frame
-    return None
+    return next((frame for i, frame in enumerate(frames[:-1]) if all(bad[i : i + 3])), None)
 
 
 def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, twins: Mapping[str, str]) -> bool:
