@@ -89,7 +89,6 @@ class Way:
 
     @property
     def toes(self) -> bool:
-        """Whether the figure has toes."""
         return bool(self.places.shape[1] > 2)
 
     def turns(self, fps: float) -> dict[str, NDArray[np.intp]]:

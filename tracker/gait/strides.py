@@ -24,7 +24,6 @@ class Stride:
 
     @property
     def frames(self) -> float:
-        """How long it is."""
         return self.end.at - self.strike.at
 
 
