@@ -76,11 +76,9 @@ class Rival:
 
     @property
     def recipe(self) -> None:
-        """It learns nothing."""
         return None
 
     def run(self, source: Source, model: Model | None) -> "Best":
-        """See `best_rival`."""
         everyone = frozenset[str]().union(*folds(source, self.label))
         return best_rival(straight(source, self.label, self.subjects or everyone))
 
@@ -94,7 +92,6 @@ def jobs(source: Source) -> Iterator[Forecast | Rival]:
 
 
 def claims(results: Results) -> list[Claim]:
-    """The default model against the targets."""
     found = []
     for label, target in TARGETS.items():
         mine, best = _errors(results, label, DEFAULT), results[Rival(label)]
@@ -111,7 +108,6 @@ def claims(results: Results) -> list[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    """The tables."""
     rows = {named(*variant): [] for variant in source.some(VARIANTS)}
     one, own, chosen = [], [], []
     for label in MOTIONS:

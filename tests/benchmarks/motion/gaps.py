@@ -131,7 +131,7 @@ def jobs(source: Source) -> Iterator[Filling]:
 
 
 def claims(results: Results) -> list[Claim]:
-    """What `figtrack interpolate` does against the targets."""
+    """Of what `figtrack interpolate` does."""
     found = []
     for (label, gap), target in TARGETS.items():
         error = rms(_errors(results, label, gap, CHOSEN, DEFAULT))
@@ -146,7 +146,6 @@ def claims(results: Results) -> list[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    """The tables."""
     rows = [
         [name, *(number(rms(_errors(results, label, gap, way, variant))) for label, gap in TARGETS)]
         for way, variant, name in _rows(source)

@@ -10,6 +10,7 @@ from tests.benchmarks.processes import each, spawned
 from tracker.experiments.study import Recipe
 from tracker.progress import Progress
 
+# Each has jobs(source), claims(results) against its targets, and section(source, results), its tables.
 SECTIONS: tuple[ModuleType, ...] = (splices, people, transitions, ahead, gaps, synthesis)
 
 

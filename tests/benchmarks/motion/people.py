@@ -48,12 +48,10 @@ class Counts:
 
     @property
     def share(self) -> float:
-        """Per cent wrong."""
         return 100.0 * self.wrong / max(self.frames, 1)
 
     @property
     def share_far(self) -> float:
-        """Per cent wrong far from junctions."""
         return 100.0 * self.wrong_far / max(self.far, 1)
 
 
@@ -125,7 +123,6 @@ def claims(results: Results) -> list[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    """The table."""
     lines = [
         f"Wrong frames in per cent, those more than {FAR} frames from any junction, and the person with",
         "most. The default model, on sequences spliced from captures of one person, learned without that",

@@ -81,7 +81,6 @@ def jobs(source: Source) -> Iterator[Segmentation]:
 
 
 def claims(results: Results) -> list[Claim]:
-    """The default model against the targets."""
     unseen = {noise: results[Segmentation(Recipe(held=SPLICED), noise)] for noise in NOISES}
     found = [
         Claim(f"wrong frames, {noise}° of noise", unseen[noise].all, target, unit="%")
@@ -100,7 +99,6 @@ def claims(results: Results) -> list[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    """The tables."""
     lines = [
         f"Wrong frames in per cent, with {', '.join(map(str, NOISES))} degrees of noise on six angles and",
         f"without the root; far: more than {FAR} frames from any junction. Learned without the subjects",

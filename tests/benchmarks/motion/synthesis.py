@@ -71,7 +71,6 @@ class Making:
     recurrent: bool
 
     def run(self, source: Source, model: Model | None) -> Likeness:
-        """See `compare`."""
         assert isinstance(model, SLDS)
         known = both(study(source).lessons(self.recipe))
         return compare(model, known, self.recurrent, QUICK_SEEDS if source.quick else SEEDS)
@@ -132,7 +131,6 @@ def claims(results: Results) -> list[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    """The tables."""
     rows, strides, spreads = [], [], []
     for label in MOTIONS:
         for states, order in _rows(source):

@@ -125,7 +125,6 @@ def claims(results: Results) -> list[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    """The table."""
     rows = []
     for change, found in results[Labels()].items():
         true = str(change.first) if change.first == change.last else f"{change.first} to {change.last}"
