@@ -1,6 +1,6 @@
 """The page of gait figures."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -85,55 +85,39 @@ ERRORS = ("figure", "number", "median error", "half within", "nine in ten within
 OPEN = ("clip", "strides", "stance near, %", "far, %", "double support, %", "step length, m", "speed, m/s")
 
 
-def claims(cases: Sequence[Case]) -> list[Claim]:
+def claims(cases: Sequence[Case]) -> Iterator[Claim]:
     """What is wanted of the films."""
-    wanted = []
     for label in LABELS:
         own = [each for each in cases if each.kinds["gait"] == label]
         for kind, words in (("strike", "strikes"), ("off", "leavings")):
             late = _late(own, kind)
-            wanted += [
-                Claim(f"{words} of {label}s, half within", _within(late, 0.5), 20.0, unit="ms"),
-                Claim(f"{words} of {label}s, nine in ten within", _within(late, 0.9), 45.0, unit="ms"),
-            ]
+            yield Claim(f"{words} of {label}s, half within", _within(late, 0.5), 20.0, unit="ms")
+            yield Claim(f"{words} of {label}s, nine in ten within", _within(late, 0.9), 45.0, unit="ms")
         points = [figure.told - figure.true for figure in _figures(own, "stance share")]
-        wanted.append(
-            Claim(f"stance of {label}s, half within", _within(points, 0.5), STANCE[label], unit="points")
-        )
+        yield Claim(f"stance of {label}s, half within", _within(points, 0.5), STANCE[label], unit="points")
     moments = [moment for each in cases for moment in each.moments]
-    wanted.append(Claim("moments inside", _inside_moments(moments), INSIDE[1], INSIDE[0], unit="%"))
+    yield Claim("moments inside", _inside_moments(moments), INSIDE[1], INSIDE[0], unit="%")
     for name in ("stance share", "step time"):
-        wanted.append(Claim(f"{name} inside", _inside(_figures(cases, name)), INSIDE[1], INSIDE[0], unit="%"))
+        yield Claim(f"{name} inside", _inside(_figures(cases, name)), INSIDE[1], INSIDE[0], unit="%")
     for name in ("step length", "speed"):
-        wanted.append(
-            Claim(f"{name}, half within", _within(_shares(_figures(cases, name)), 0.5), 3.0, unit="%")
-        )
+        yield Claim(f"{name}, half within", _within(_shares(_figures(cases, name)), 0.5), 3.0, unit="%")
     named = [each for each in cases if each.moments]
     right = sum(each.runs == (each.kinds["gait"] == "run") for each in named)
-    wanted.append(
-        Claim("walk or run rightly named", 100.0 * right / max(len(named), 1), 100.0, 97.0, unit="%")
-    )
+    yield Claim("walk or run rightly named", 100.0 * right / max(len(named), 1), 100.0, 97.0, unit="%")
     for i, leg in enumerate(("near", "far")):
-        wanted.append(
-            Claim(f"strides of the {leg} leg", float(sum(each.strides[i] for each in cases)), np.inf, 100.0)
-        )
-    return wanted
+        strides = float(sum(each.strides[i] for each in cases))
+        yield Claim(f"strides of the {leg} leg", strides, np.inf, 100.0)
 
 
-def clip_claims(clips: Mapping[str, Gait]) -> list[Claim]:
+def clip_claims(clips: Mapping[str, Gait]) -> Iterator[Claim]:
     """What is wanted of the open clips."""
     stances = [value for gait in clips.values() for value in _stances(gait) if value is not None]
-    wanted = [
-        Claim("open walks: least stance of a leg", min(stances), 68.0, 54.0, unit="%"),
-        Claim("open walks: greatest", max(stances), 68.0, 54.0, unit="%"),
-    ]
+    yield Claim("open walks: least stance of a leg", min(stances), 68.0, 54.0, unit="%")
+    yield Claim("open walks: greatest", max(stances), 68.0, 54.0, unit="%")
     for leg, stance, known in zip(("near", "far"), _stances(clips["gym_walk_rl"]), (58.9, 61.9), strict=True):
-        wanted.append(
-            Claim(f"`gym_walk_rl`: stance, {leg}", stance or np.nan, known + 5.0, known - 5.0, unit="%")
-        )
+        yield Claim(f"`gym_walk_rl`: stance, {leg}", stance or np.nan, known + 5.0, known - 5.0, unit="%")
     for name in ("markers_walk_lr", "desert_walk_rl"):
-        wanted.append(Claim(f"`{name}`: speed", _both(clips[name], "speed"), 1.7, 1.0, unit="m/s"))
-    return wanted
+        yield Claim(f"`{name}`: speed", _both(clips[name], "speed"), 1.7, 1.0, unit="m/s")
 
 
 def nobodys(cases: Sequence[Case]) -> str:

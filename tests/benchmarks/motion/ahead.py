@@ -91,20 +91,16 @@ def jobs(source: Source) -> Iterator[Forecast | Rival]:
         yield Rival(label)
 
 
-def claims(results: Results) -> list[Claim]:
-    found = []
+def claims(results: Results) -> Iterator[Claim]:
     for label, target in TARGETS.items():
         mine, best = _errors(results, label, DEFAULT), results[Rival(label)]
         share = 100.0 * rms(mine) / rms(best.all)
         worst = max(100.0 * error / best.each_person[name] for name, error in people(mine).items())
-        found += [
-            Claim(f"one frame ahead, {label}", rms(mine), target, unit="°"),
-            Claim(f"share of constant velocity's, {label}", share, SHARE, unit="%"),
-            Claim(
-                "the same of the person with most, at the person's own best", worst, PERSON_SHARE, unit="%"
-            ),
-        ]
-    return found
+        yield Claim(f"one frame ahead, {label}", rms(mine), target, unit="°")
+        yield Claim(f"share of constant velocity's, {label}", share, SHARE, unit="%")
+        yield Claim(
+            "the same of the person with most, at the person's own best", worst, PERSON_SHARE, unit="%"
+        )
 
 
 def section(source: Source, results: Results) -> list[str]:

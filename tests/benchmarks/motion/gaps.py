@@ -130,19 +130,17 @@ def jobs(source: Source) -> Iterator[Filling]:
                     yield Filling(recipe, label, gap, way)
 
 
-def claims(results: Results) -> list[Claim]:
+def claims(results: Results) -> Iterator[Claim]:
     """Of what `figtrack interpolate` does."""
-    found = []
     for (label, gap), target in TARGETS.items():
         error = rms(_errors(results, label, gap, CHOSEN, DEFAULT))
-        found.append(Claim(f"{label}, gap of {gap}", error, target, unit="°"))
+        yield Claim(f"{label}, gap of {gap}", error, target, unit="°")
     for (label, gap), target in SIX_TARGETS.items():
         error = rms(_errors(results, label, gap, CHOSEN, DEFAULT, six=True))
-        found.append(Claim(f"{label}, gap of {gap}, six subjects", error, target, unit="°"))
+        yield Claim(f"{label}, gap of {gap}, six subjects", error, target, unit="°")
     for label, gap in TARGETS:
         text = f"{label}, gap of {gap}, within two sigma"
-        found.append(Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit="%"))
-    return found
+        yield Claim(text, _inside(results, label, gap), *reversed(INSIDE), unit="%")
 
 
 def section(source: Source, results: Results) -> list[str]:

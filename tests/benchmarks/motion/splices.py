@@ -80,22 +80,15 @@ def jobs(source: Source) -> Iterator[Segmentation]:
         yield Segmentation(Recipe(states, order, noise, SEEN), MIDDLE, inference, pose)
 
 
-def claims(results: Results) -> list[Claim]:
+def claims(results: Results) -> Iterator[Claim]:
     unseen = {noise: results[Segmentation(Recipe(held=SPLICED), noise)] for noise in NOISES}
-    found = [
-        Claim(f"wrong frames, {noise}° of noise", unseen[noise].all, target, unit="%")
-        for noise, target in TARGETS.items()
-    ]
-    found += [
-        Claim(f"far from junctions, {noise}°", unseen[noise].far, target, unit="%")
-        for noise, target in FAR_TARGETS.items()
-    ]
+    for noise, target in TARGETS.items():
+        yield Claim(f"wrong frames, {noise}° of noise", unseen[noise].all, target, unit="%")
+    for noise, target in FAR_TARGETS.items():
+        yield Claim(f"far from junctions, {noise}°", unseen[noise].far, target, unit="%")
     for noise, target in SEEN_TARGETS.items():
         seen = results[Segmentation(Recipe(held=SEEN), noise)]
-        found.append(
-            Claim(f"wrong frames, {noise}°, learned on all (the paper: 2.9)", seen.all, target, unit="%")
-        )
-    return found
+        yield Claim(f"wrong frames, {noise}°, learned on all (the paper: 2.9)", seen.all, target, unit="%")
 
 
 def section(source: Source, results: Results) -> list[str]:
