@@ -160,9 +160,8 @@ def score(draw: Draw, labels: tuple[str, ...], posteriors: Sequence[Inferred]) -
     """One model, whose states have these labels, by one inference on one draw."""
     found = [label for p in posteriors for label in labelling(labels, p.prob, p.path).label]
     far = np.concatenate([s.far(FAR) for s in draw.splices])
-    wrong, away = wrong_shares(found, draw.labels, far)
     soft = np.concatenate([p.prob for p in posteriors]).max(1) < SURE
-    return Score(wrong, away, 100.0 * float(soft.mean()))
+    return Score(*wrong_shares(found, draw.labels, far), 100.0 * float(soft.mean()))
 
 
 def claims(found: Found) -> list[Claim]:

@@ -96,10 +96,10 @@ class Way:
         ankle, tip = (_smoothed(self.places[:, c], SMOOTH * fps) for c in (0, self.places.shape[1] - 2))
         if len(ankle) < 3 or np.ptp(np.percentile(ankle, (5, 95))) < REACH:
             return {name: np.zeros(0, np.intp) for name in (STRIKE, OFF)}
-        found = {}
-        for name, x in ((STRIKE, ankle), (OFF, -tip)):
-            found[name] = _peaks(x, PROMINENCE * float(np.ptp(np.percentile(x, (5, 95)))))
-        return found
+        return {
+            name: _peaks(x, PROMINENCE * float(np.ptp(np.percentile(x, (5, 95)))))
+            for name, x in ((STRIKE, ankle), (OFF, -tip))
+        }
 
     def around(self, t: int, period: float) -> Array | None:
         """x at a frame, (C, W); None where the clip does not reach so far."""
