@@ -118,12 +118,8 @@ def cases(
                             x = way.around(int(t), period)
                             late = fps * (moments - track.times[t]) / period
                             if x is not None and len(late) and np.abs(late).min() < NEAR:
-                                yield (
-                                    kind,
-                                    Case(
-                                        subject, motion.name, licence, float(late[np.abs(late).argmin()]), x
-                                    ),
-                                )
+                                nearest = float(min(late, key=abs))
+                                yield kind, Case(subject, motion.name, licence, nearest, x)
 
 
 def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Track, Build, Gait]:
