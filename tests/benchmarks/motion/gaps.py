@@ -104,9 +104,9 @@ class Filling:
             inside = (np.abs(away) <= 2.0 * sd)[:, ANGLES].sum(0)
             errors = Errors(capture.subject, (away[:, ANGLES] ** 2).sum(0), self.gap)
             return Gap(errors, inside, found.log_evidence)
-        window = shown[around(shown, rows, FPS)]
-        told = isinstance(model, SLDS) and self.way == POSE
-        evidence = angles_evidence(model, window, FPS) if isinstance(model, SLDS) and told else np.nan
+        evidence = np.nan
+        if isinstance(model, SLDS) and self.way == POSE:
+            evidence = angles_evidence(model, shown[around(shown, rows, FPS)], FPS)
         return Gap(gap_errors(fill, capture, self.gap), np.full(6, np.nan), evidence)
 
     def _fill(self, source: Source, model: Model | None) -> Fill:
