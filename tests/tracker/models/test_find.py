@@ -7,9 +7,10 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.motion.rate import at_rate
-from dynamics.store import load_shipped, save
+from dynamics.store import load_shipped
 from kinematics.mocap import POSE_COLUMNS
 from tests.kinematics.figures import ARMS
+from tests.tracker.gaits import saved
 from tests.tracker.models.made import learned
 from tests.tracker.painted import FULL
 from tracker.clip.asked import asked
@@ -59,9 +60,7 @@ def test_a_shipped_model_comes_at_the_clip_s_frame_rate(name):
 
 def test_the_free_state_is_taken_up_by_surprise_and_left_as_rarely(two_states, tmp_path):
     slds = two_states
-    path = tmp_path / "mine.npz"
-    save(slds, path, "tests")
-    joined = find_model(str(path), 30.0, FULL)
+    joined = find_model(str(saved(tmp_path / "mine.npz", slds)), 30.0, FULL)
     assert joined.labels == (*slds.labels, "free")
     assert_array_equal(joined.A[:-1], slds.A)
     assert_allclose(joined.Pi[:-1, -1], FULL.surprise, rtol=1e-9)
@@ -70,19 +69,14 @@ def test_the_free_state_is_taken_up_by_surprise_and_left_as_rarely(two_states, t
 
 
 def test_a_playback_speed_is_another_frame_rate_of_the_motion(two_states, tmp_path):
-    path = tmp_path / "mine.npz"
-    save(two_states, path, "tests")
-    played = find_model(str(path), 30.0, FULL, 0.5)
+    played = find_model(str(saved(tmp_path / "mine.npz", two_states)), 30.0, FULL, 0.5)
     assert played.fps == 30.0
     # What takes 60 filmed frames takes 120 played at half speed.
     assert_array_equal(played.A[:-1], at_rate(two_states, 60.0).A)
 
 
 def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(sequences, tmp_path):
-    slds = learned(sequences)
-    path = tmp_path / "mine.npz"
-    save(slds, path, "tests")
-    free = find_model(str(path), 60.0, FULL)
+    free = find_model(str(saved(tmp_path / "mine.npz", learned(sequences))), 60.0, FULL)
     d = len(free.names)
     assert_array_equal(free.A[-1, :d], np.hstack([2.0 * np.eye(d), -np.eye(d)]))
     # A change of speed a frame: a quarter as much in half the time.
