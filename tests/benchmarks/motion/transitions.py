@@ -87,10 +87,7 @@ class Found(NamedTuple):
 class Labels:
     """The labels of every change, by a model that was learned without SUBJECT."""
 
-    @property
-    def recipe(self) -> None:
-        """It learns a model of its own, since no other job has stands."""
-        return None
+    recipe = None  # it learns a model of its own, since no other job has stands
 
     def run(self, source: Source, model: Model | None) -> dict[Change, list[Found]]:
         """Of each change as captured, and with near and far legs exchanged."""
