@@ -42,10 +42,9 @@ class Belief:
         """Position of the most probable hypothesis."""
         return int(self.cost.argmin())
 
-    def at(self, some: Sequence[int]) -> Self:
+    def at(self, some: Sequence[int]) -> "Belief":
         """The belief of some of its hypotheses alone, given by position."""
-        rows = {name: getattr(self, name)[some] for name in ("states", "cost", "s", "parent")}
-        return replace(self, **rows)
+        return Belief(self.states[some], self.cost[some], self.s[some], self.parent[some])
 
     def levelled(self) -> Self:
         """The belief with its costs shifted so that the best hypothesis costs 0."""

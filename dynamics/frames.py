@@ -21,11 +21,8 @@ PAIRS = 1024  # pairs of switching states worked on at a time: beyond this the s
 
 @dataclass(frozen=True)
 class Frames:
-    """The frames of several sequences, longest first: one row a sequence and frame, frame by frame.
-
-    y (rows, M), hints (rows, K); frame t has rows first[t] to first[t + 1], and of a sequence's row the one
-    before it in time is before[row].
-    """
+    """y (rows, M), hints (rows, K); frame t has rows first[t] to first[t + 1], and the row a frame before a
+    sequence's row is before[row]."""
 
     y: Array
     hints: Array
@@ -36,20 +33,23 @@ class Frames:
     def at(self, t: int) -> slice:
         return slice(int(self.first[t]), int(self.first[t + 1]))
 
-    def earlier(self, now: slice) -> slice:
-        """The rows one frame before those of a frame but the first."""
-        return slice(int(self.before[now.start]), int(self.before[now.stop - 1]) + 1)
-
     def sequences(self) -> list[NDArray[np.intp]]:
         return [self.first[:T] + n for n, T in enumerate(self.lengths)]
 
-    def chunks(self, size: int) -> Iterator[tuple[int, int]]:
-        """Ranges [start, stop) of frames from the last back to frame 1, of `size` rows or one frame each."""
+    def back(self, start: int = 1, stop: int | None = None) -> Iterator[tuple[slice, slice]]:
+        """Of frames stop - 1, or the last, back to `start`: the rows of the frame before, and its own."""
+        last = len(self.first) - 2 if stop is None else stop - 1
+        for now in map(self.at, range(last, start - 1, -1)):
+            yield slice(int(self.before[now.start]), int(self.before[now.stop - 1]) + 1), now
+
+    def chunks(self, size: int) -> Iterator[tuple[slice, Iterator[tuple[slice, slice]]]]:
+        """All rows but frame 0's, from the last frame back, `size` or one frame's at a time; and `back` in
+        them."""
         stop = len(self.first) - 1
         while stop > 1:
             start = int(np.searchsorted(self.first, self.first[stop] - size))
             start = max(1, min(stop - 1, start))
-            yield start, stop
+            yield slice(int(self.first[start]), int(self.first[stop])), self.back(start, stop)
             stop = start
 
 

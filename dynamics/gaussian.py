@@ -32,6 +32,13 @@ class Gaussian:
     def __getitem__(self, index: Any) -> "Gaussian":
         return Gaussian(self.mean[index], self.cov[index])
 
+    def __setitem__(self, index: Any, part: "Gaussian") -> None:
+        self.mean[index], self.cov[index] = part.mean, part.cov
+
+    def through(self, C: Array, offset: Array | float = 0.0) -> "Gaussian":
+        """That of C x + offset, C (M, N)."""
+        return Gaussian(apply(C, self.mean) + offset, symmetric(C @ self.cov @ transpose(C)))
+
 
 def symmetric(cov: Array) -> Array:
     """The symmetric part of (..., N, N)."""
@@ -70,6 +77,12 @@ def inverse_root(cov: Array) -> tuple[Array, Array]:
     diagonal = np.diagonal(root, axis1=-2, axis2=-1)
     log_det: Array = 2.0 * np.log(diagonal).sum(-1) + diagonal.shape[-1] * LOG_2PI
     return np.asarray(np.linalg.solve(root, np.broadcast_to(np.eye(cov.shape[-1]), root.shape))), log_det
+
+
+def joint(one: Gaussian, other: Gaussian, cross: Array) -> Gaussian:
+    """That of [x; y] from those of x and y and Cov(x, y) (..., N, M)."""
+    cov = np.block([[one.cov, cross], [transpose(cross), other.cov]])
+    return Gaussian(np.concatenate([one.mean, other.mean], axis=-1), cov)
 
 
 def collapse(weights: Array, gaussians: Gaussian) -> Gaussian:

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dynamics.frames import PAIRS, Frames, in_batches
-from dynamics.gaussian import Array, Gaussian, collapse, transpose
+from dynamics.gaussian import Array, Gaussian, collapse, joint, transpose
 from dynamics.gpb2_filter import Step, filter_steps, normalised, run_filter
 from dynamics.kalman import reverse
 from dynamics.posterior import Posterior, Switching
@@ -56,9 +56,7 @@ def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None
         prob, log_shares = np.empty((rows, K)), np.empty((rows, K, K))
         for step in filter_steps(slds, frames):
             prob[step.rows], log_shares[step.rows] = np.exp(step.log_prob), step.log_shares
-        for t in range(len(frames.first) - 2, 0, -1):
-            now = frames.at(t)
-            earlier = frames.earlier(now)
+        for earlier, now in frames.back():
             prob[earlier] = (prob[now, None, :] @ np.exp(log_shares[now]))[:, 0]
         return [Switching(prob[r], prob[r].argmax(-1)) for r in frames.sequences()]
 
@@ -92,8 +90,7 @@ def _smooth(slds: SLDS, frames: Frames, forward: Step) -> list[Posterior]:
         Gaussian(np.empty((rows, K, 2 * N)), np.empty((rows, K, 2 * N, 2 * N))),
         np.empty((rows, N, N)),
     )
-    for start, stop in frames.chunks(max(1, PAIRS // K**2)):
-        _smooth_chunk(slds, frames, forward, backward, start, stop)
+    _go_back(slds, frames, forward, backward)
     prob = np.exp(backward.log_prob)
     states = collapse(prob, backward.states)
     return [
@@ -111,28 +108,21 @@ def _smooth(slds: SLDS, frames: Frames, forward: Step) -> list[Posterior]:
     ]
 
 
-def _smooth_chunk(
-    slds: SLDS, frames: Frames, forward: Step, backward: _Backward, start: int, stop: int
-) -> None:
-    """From frames start..stop-1 to the ones before; only the recursion itself goes frame by frame."""
-    rows = slice(int(frames.first[start]), int(frames.first[stop]))
-    before = frames.before[rows]
-    filtered = forward.states[before, None]
-    back = reverse(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])
-    log_W = forward.log_shares[rows]
-    mean, cov = np.empty_like(back.rest.cov[..., 0]), np.empty_like(back.rest.cov)
-    for t in range(stop - 1, start - 1, -1):
-        now = frames.at(t)
-        here = slice(now.start - rows.start, now.stop - rows.start)
-        earlier = frames.earlier(now)
-        log_prob, log_shares = normalised(backward.log_prob[now, :, None] + log_W[here], axis=1)
-        pairs = back[here].step(backward.states[now, :, None])
-        mean[here], cov[here] = pairs.mean, pairs.cov
-        of_each = Gaussian(pairs.mean.swapaxes(1, 2), pairs.cov.swapaxes(1, 2))
-        state = collapse(np.exp(log_shares).swapaxes(1, 2), of_each)
-        backward.states.mean[earlier], backward.states.cov[earlier] = state.mean, state.cov
-        backward.log_prob[earlier] = log_prob[:, 0] - np.logaddexp.reduce(log_prob[:, 0], -1)[:, None]
-    _record_steps(backward, rows, np.exp(log_W), back.gain, Gaussian(mean, cov))
+def _go_back(slds: SLDS, frames: Frames, forward: Step, backward: _Backward) -> None:
+    """From the last frames to the first, many at once; only the recursion itself goes frame by frame."""
+    for rows, steps in frames.chunks(max(1, PAIRS // slds.K**2)):
+        filtered = forward.states[frames.before[rows], None]
+        back = reverse(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])
+        log_W = forward.log_shares[rows]
+        pairs = Gaussian(np.empty_like(back.rest.cov[..., 0]), np.empty_like(back.rest.cov))
+        for earlier, now in steps:
+            here = slice(now.start - rows.start, now.stop - rows.start)
+            log_prob, log_shares = normalised(backward.log_prob[now, :, None] + log_W[here], axis=1)
+            own = pairs[here] = back[here].step(backward.states[now, :, None])
+            of_each = Gaussian(own.mean.swapaxes(1, 2), own.cov.swapaxes(1, 2))
+            backward.states[earlier] = collapse(np.exp(log_shares).swapaxes(1, 2), of_each)
+            backward.log_prob[earlier] = log_prob[:, 0] - np.logaddexp.reduce(log_prob[:, 0], -1)[:, None]
+        _record_steps(backward, rows, np.exp(log_W), back.gain, pairs)
 
 
 def _record_steps(backward: _Backward, rows: slice, W: Array, gain: Array, pairs: Gaussian) -> None:
@@ -141,10 +131,7 @@ def _record_steps(backward: _Backward, rows: slice, W: Array, gain: Array, pairs
     N = now.mean.shape[-1]
     cross = now.cov @ transpose((W[..., None, None] * gain).sum(2))
     backward.pair[rows] = transpose(prob[..., None] * W)
-    steps = backward.steps
-    steps.mean[rows, :, :N], steps.mean[rows, :, N:] = now.mean, then.mean
-    steps.cov[rows, :, :N, :N], steps.cov[rows, :, N:, N:] = now.cov, then.cov
-    steps.cov[rows, :, :N, N:], steps.cov[rows, :, N:, :N] = cross, transpose(cross)
-    apart = steps.mean[rows] - (prob[..., None] * steps.mean[rows]).sum(1, keepdims=True)
+    steps = backward.steps[rows] = joint(now, then, cross)
+    apart = steps.mean - (prob[..., None] * steps.mean).sum(1, keepdims=True)
     between = transpose(prob[..., None] * apart[..., :N]) @ apart[..., N:]
     backward.lag[rows] = (prob[..., None, None] * cross).sum(1) + between

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Gaussian, joint
 from dynamics.slds import SLDS
 
 
@@ -53,9 +53,7 @@ class Posterior:
         """[x_{t+1}; x_t] given each s_{t+1}: mean (T-1, K or 1, 2N), cov (T-1, K or 1, 2N, 2N)."""
         if self.steps is not None:
             return self.steps
-        mean, cov = self.states.mean, self.states.cov
-        joint = np.block([[cov[1:], self.lag], [np.swapaxes(self.lag, -1, -2), cov[:-1]]])
-        return Gaussian(np.concatenate([mean[1:], mean[:-1]], axis=-1)[:, None], joint[:, None])
+        return joint(self.states[1:], self.states[:-1], self.lag)[:, None]
 
     def start_moments(self) -> Gaussian:
         """x_0 given each s_0, leading axis K or 1."""

@@ -77,11 +77,6 @@ def forward(slds: SLDS, frames: Frames) -> Forward:
     return Forward(Gaussian(mean, cov), back, cost)
 
 
-def _steps(frames: Frames) -> list[tuple[slice, slice]]:
-    """The rows of each frame but the first, after those of the same sequences a frame earlier."""
-    return [(frames.earlier(now), now) for now in map(frames.at, range(1, len(frames.first) - 1))]
-
-
 def _best_log_p(ahead: Forward, frames: Frames) -> Array:
     """log p(y, best path) of each sequence."""
     value = -ahead.cost[_last(frames)].min(-1)
@@ -109,7 +104,7 @@ def _backtrace(ahead: Forward, frames: Frames, last: NDArray[np.intp]) -> NDArra
     """(rows,) the switching states of each sequence's cheapest path, from its `last` row."""
     path = np.empty(len(frames.y), dtype=np.intp)
     path[last] = ahead.cost[last].argmin(-1)
-    for earlier, now in reversed(_steps(frames)):
+    for earlier, now in frames.back():
         chosen = path[now]
         path[earlier] = ahead.back[now][np.arange(len(chosen)), chosen]
     return path
@@ -119,13 +114,10 @@ def _smooth(slds: SLDS, beliefs: Gaussian, path: NDArray[np.intp], frames: Frame
     """RTS along each path: the states (rows,), and Cov(x_t, x_{t-1}) in the row of t."""
     states = beliefs[np.arange(len(path)), path]
     lag = np.zeros_like(states.cov)
-    steps = _steps(frames)
-    for start, stop in frames.chunks(CHUNK):
-        chunk = slice(frames.first[start], frames.first[stop])
-        s = path[chunk]
-        back = reverse(states[frames.before[chunk]], slds.A[s], slds.b[s], slds.Q[s])
-        for earlier, now in reversed(steps[start - 1 : stop - 1]):
-            smoothed = back[now.start - chunk.start : now.stop - chunk.start].step(states[now])
-            states.mean[earlier], states.cov[earlier] = smoothed.mean, smoothed.cov
-        lag[chunk] = back.lag(states.cov[chunk])
+    for rows, steps in frames.chunks(CHUNK):
+        s = path[rows]
+        back = reverse(states[frames.before[rows]], slds.A[s], slds.b[s], slds.Q[s])
+        for earlier, now in steps:
+            states[earlier] = back[now.start - rows.start : now.stop - rows.start].step(states[now])
+        lag[rows] = back.lag(states.cov[rows])
     return states, lag

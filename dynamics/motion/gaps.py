@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density, symmetric
+from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density
 from dynamics.learning.em import from_origin
 from dynamics.motion.rate import by_motion
 from dynamics.region import log_switch, regions
@@ -43,8 +43,8 @@ def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bo
         raise ValueError("nothing was measured; give at least one frame to fill from")
     poses = Gaussian(np.empty_like(y), np.empty((*y.shape, y.shape[1])))
     for rows, window in _pieces(y):
-        found = _filled(slds, y[window], rng, recurrent)[rows.start - window.start :][: len(y[rows])]
-        poses.mean[rows], poses.cov[rows] = found.mean, found.cov
+        found = _filled(slds, y[window], rng, recurrent)
+        poses[rows] = found[rows.start - window.start : rows.stop - window.start]
     return poses
 
 
@@ -79,7 +79,7 @@ def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> 
     covs = np.stack([states.cov for states in smoothed], axis=1)
     states = collapse(np.full((len(y), PATHS), 1.0 / PATHS), Gaussian(np.swapaxes(x, 0, 1), covs))
     place = np.nan_to_num(y - local)[np.isfinite(y - local).argmax(0), np.arange(y.shape[1])]
-    return Gaussian(apply(slds.C, states.mean) + place, symmetric(slds.C @ states.cov @ slds.C.T))
+    return states.through(slds.C, place)
 
 
 def _placed(slds: SLDS) -> SLDS:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric
+from dynamics.gaussian import Array, Gaussian, apply, collapse
 from dynamics.gpb2 import switching_all
 from dynamics.gpb2_filter import filter_steps
 from dynamics.hmm import HMM, hmm_all
@@ -121,7 +121,7 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lamb
         tick()
         for i, ahead in zip(longer, later, strict=True):
             rows = slice(known + horizon, len(ahead.mean))
-            found[i].mean[rows], found[i].cov[rows] = ahead.mean[rows], ahead.cov[rows]
+            found[i][rows] = ahead[rows]
     return found
 
 
@@ -152,9 +152,7 @@ def forecasts(
             for _ in range(horizon):
                 log_Pi = slds.log_Pi if switch is None else switch(states.mean)
                 prob, states = _switched(slds, prob[:, :, None] * np.exp(log_Pi), states)
-            ahead = collapse(prob, states)
-            found.mean[now.rows] = apply(slds.C, ahead.mean)
-            found.cov[now.rows] = symmetric(slds.C @ ahead.cov @ slds.C.T)
+            found[now.rows] = collapse(prob, states).through(slds.C)
         return [_later(found[rows], horizon) for rows in frames.sequences()]
 
     return in_batches(slds, ys, None, infer)
@@ -213,10 +211,10 @@ def _nothing(frames: int, M: int) -> Gaussian:
 
 def _later(found: Gaussian, frames: int) -> Gaussian:
     """Gaussians of frames put so many frames later; of those before nothing is told."""
-    rows = (frames, 0), (0, 0), (0, 0)
-    return Gaussian(
-        *(np.pad(each, rows[: each.ndim], constant_values=np.nan) for each in vars(found).values())
-    )
+    T, M = found.mean.shape
+    later = _nothing(T + frames, M)
+    later[frames:] = found
+    return later
 
 
 def _switched(slds: SLDS, joint: Array, states: Gaussian) -> tuple[Array, Gaussian]:

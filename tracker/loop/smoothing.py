@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from dynamics.belief import Belief
-from dynamics.gaussian import Gaussian, symmetric
+from dynamics.gaussian import Gaussian, joint
 from dynamics.kalman import smooth
 from dynamics.slds import SLDS
 from tracker.loop.estimate import Estimate
@@ -56,11 +56,10 @@ def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
     s, h = second.s[0], second.parent[0]
     there = second.states[0]
     here, lag = smooth(first.states[h], there, slds.A[s], slds.b[s], slds.Q[s])
-    pick = slds.layout.turned
-    mean = pick @ np.concatenate([here.mean, there.mean])
-    cov = symmetric(pick @ np.block([[here.cov, lag.T], [lag, there.cov]]) @ pick.T)
+    start = joint(here, there, lag.T).through(slds.layout.turned)
     K, every = slds.K, np.arange(slds.K)
-    return Belief(Gaussian(np.tile(mean, (K, 1)), np.tile(cov, (K, 1, 1))), -slds.log_pi0, every, every)
+    states = Gaussian(np.tile(start.mean, (K, 1)), np.tile(start.cov, (K, 1, 1)))
+    return Belief(states, -slds.log_pi0, every, every)
 
 
 def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:

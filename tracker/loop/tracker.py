@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.belief import Belief, either, propose, together
-from dynamics.gaussian import Array, Gaussian, apply, symmetric, transpose
+from dynamics.gaussian import Array, Gaussian
 from dynamics.kalman import update_information
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
@@ -167,8 +167,7 @@ class Tracker:
 
     def pose(self, states: Gaussian) -> Gaussian:
         """Beliefs over the state as beliefs over the full pose."""
-        C = self.slds.C
-        return Gaussian(apply(C, states.mean) + self.offset, symmetric(C @ states.cov @ transpose(C)))
+        return states.through(self.slds.C, self.offset)
 
     def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
         """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for.
