@@ -23,6 +23,7 @@ from dynamics.chain import (
 )
 from dynamics.gaussian import Array, Gaussian, frozen, inverse_root, transpose
 from dynamics.kalman import update
+from dynamics.posterior import Switching
 
 
 @dataclass(frozen=True)
@@ -50,19 +51,16 @@ class HMM:
 
 
 @dataclass(frozen=True)
-class HMMPosterior:
+class HMMPosterior(Switching):
     """The posterior over the states of one sequence of T frames.
 
-    prob         : (T, K) Pr(s_t)
+    path         : (T,) the best path as a whole; where single frames matter take prob
     pair         : (T-1, K, K) Pr(s_t = i, s_{t+1} = j)
     log_evidence : log of the sum over all paths, nats
-    path         : (T,) the best path as a whole; where single frames matter take prob
     """
 
-    prob: Array
     pair: Array
     log_evidence: float
-    path: NDArray[np.intp]
 
 
 def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
@@ -75,7 +73,7 @@ def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
     prob, pair, log_evidence = forward_backward(log_pi0, log_Pi, log_lik, lengths)
     path = best_paths(log_pi0, log_Pi, log_lik, lengths)
     return [
-        HMMPosterior(prob[:T, n].copy(), pair[: T - 1, n].copy(), float(log_evidence[n]), path[:T, n].copy())
+        HMMPosterior(prob[:T, n].copy(), path[:T, n].copy(), pair[: T - 1, n].copy(), float(log_evidence[n]))
         for n, T in enumerate(lengths)
     ]
 

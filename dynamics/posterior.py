@@ -19,25 +19,21 @@ class Switching:
 
 
 @dataclass(frozen=True)
-class Posterior:
+class Posterior(Switching):
     """The posterior over one sequence of T frames.
 
-    prob         : (T, K) Pr(s_t)
     pair         : (T-1, K, K) Pr(s_t = i, s_{t+1} = j)
     states       : mean (T, N), cov (T, N, N) of x_t
     lag          : (T-1, N, N) Cov(x_{t+1}, x_t)
     log_evidence : log p(Y), or this inference's bound or best-path value, nats
-    path         : (T,) the most probable switching states
     starts       : x_0 given each s_0, leading axis K; None if it does not depend on s_0
     steps        : [x_{t+1}; x_t] given each s_{t+1}, leading axes (T-1, K); None if it does not depend on it
     """
 
-    prob: Array
     pair: Array
     states: Gaussian
     lag: Array
     log_evidence: float
-    path: NDArray[np.intp]
     starts: Gaussian | None = None
     steps: Gaussian | None = None
 
@@ -47,7 +43,7 @@ class Posterior:
     ) -> "Posterior":
         """The posterior that takes one path of K switching states for certain."""
         prob = np.eye(K)[path]
-        return cls(prob, prob[:-1, :, None] * prob[1:, None, :], states, lag, log_evidence, path)
+        return cls(prob, path, prob[:-1, :, None] * prob[1:, None, :], states, lag, log_evidence)
 
     def step_moments(self) -> Gaussian:
         """[x_{t+1}; x_t] given each s_{t+1}: mean (T-1, K or 1, 2N), cov (T-1, K or 1, 2N, 2N)."""
@@ -61,6 +57,4 @@ class Posterior:
 
 
 Infer = Callable[[SLDS, Sequence[Array]], list[Posterior]]
-InferSwitching = Callable[
-    [SLDS, Sequence[Array], Sequence[Array] | None], Sequence[Posterior] | Sequence[Switching]
-]
+InferSwitching = Callable[[SLDS, Sequence[Array], Sequence[Array] | None], Sequence[Switching]]

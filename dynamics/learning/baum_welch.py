@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dynamics.chain import split_as
 from dynamics.gaussian import Array, symmetric, transpose
-from dynamics.hmm import HMM, expected, hmm_all
+from dynamics.hmm import HMM, HMMPosterior, expected, hmm_all
 from dynamics.learning.initialise import check_sequences, clustered, fill, scaled
 from dynamics.learning.mstep import shares
 from dynamics.learning.options import DEFAULTS, Options
@@ -55,7 +54,17 @@ def learn_hmm(
         pi0=np.full(options.states, 0.1 * options.prior),
         Pi=options.prior * (0.1 + options.stickiness * np.eye(options.states)),
     )
-    hmm = _first(ys, w, prior, spread, tuple(names), label, fps, options)
+    K = options.states
+    alike = HMM(
+        pi0=np.full(K, 1.0 / K),
+        Pi=np.full((K, K), 1.0 / K),
+        mean=np.tile(np.nanmean(y, axis=0), (K, 1)),
+        cov=np.tile(np.diag(spread), (K, 1, 1)),
+        names=tuple(names),
+        labels=(label,) * K,
+        fps=fps,
+    )
+    hmm = _maximise(alike, ys, _first(ys, K, options.seed), w, prior)
     best, values = hmm, list[float]()
     for _ in range(options.rounds):
         posteriors = hmm_all(hmm, ys)
@@ -65,7 +74,7 @@ def learn_hmm(
         best = hmm if rise > 0 else best
         if rise < options.tolerance * abs(value):
             break
-        hmm = _maximise(hmm, ys, [p.prob for p in posteriors], [p.pair for p in posteriors], w, prior)
+        hmm = _maximise(hmm, ys, posteriors, w, prior)
     return HMMFit(best, tuple(values))
 
 
@@ -80,11 +89,11 @@ class _Prior:
 
 
 def _maximise(
-    hmm: HMM, ys: Sequence[Array], probs: Sequence[Array], pairs: Sequence[Array], w: Array, prior: _Prior
+    hmm: HMM, ys: Sequence[Array], posteriors: Sequence[HMMPosterior], w: Array, prior: _Prior
 ) -> HMM:
     """The M-step; a state that is never visited keeps what it had where the prior leaves it nothing."""
     found = expected(hmm, np.concatenate(ys))
-    prob = np.concatenate([wn * p for wn, p in zip(w, probs, strict=True)])
+    prob = np.concatenate([wn * p.prob for wn, p in zip(w, posteriors, strict=True)])
     n = prob.sum(0)
     visited = n > 1e-9
     share = prob / np.where(visited, n, 1.0)
@@ -94,8 +103,8 @@ def _maximise(
     scatter += (prob[found.gappy][..., None, None] * found.cov).sum(0)
     count = n + prior.count
     cov = symmetric(scatter) / np.where(count > 1e-9, count, 1.0)[:, None, None]
-    first = sum(wn * p[0] for wn, p in zip(w, probs, strict=True))
-    steps = sum(wn * p.sum(0) for wn, p in zip(w, pairs, strict=True))
+    first = sum(wn * p.prob[0] for wn, p in zip(w, posteriors, strict=True))
+    steps = sum(wn * p.pair.sum(0) for wn, p in zip(w, posteriors, strict=True))
     return replace(
         hmm,
         pi0=shares((first + prior.pi0)[None], hmm.pi0)[0],
@@ -113,32 +122,9 @@ def _log_prior(hmm: HMM, prior: _Prior) -> float:
     return float(switches + of_covs)
 
 
-def _first(
-    ys: Sequence[Array],
-    w: Array,
-    prior: _Prior,
-    spread: Array,
-    names: tuple[str, ...],
-    label: str,
-    fps: float,
-    options: Options,
-) -> HMM:
-    """The model that the k-means clusters of the poses give."""
-    K = options.states
-    alike = HMM(
-        pi0=np.full(K, 1.0 / K),
-        Pi=np.full((K, K), 1.0 / K),
-        mean=np.tile(np.nanmean(np.concatenate(ys), axis=0), (K, 1)),
-        cov=np.tile(np.diag(spread), (K, 1, 1)),
-        names=names,
-        labels=(label,) * K,
-        fps=fps,
-    )
-    probs = split_as(np.eye(K)[_clusters(ys, K, options.seed)], ys)
-    pairs = [prob[:-1, :, None] * prob[1:, None] for prob in probs]
-    return _maximise(alike, ys, probs, pairs, w, prior)
-
-
-def _clusters(ys: Sequence[Array], K: int, seed: int) -> NDArray[np.intp]:
+def _first(ys: Sequence[Array], K: int, seed: int) -> list[HMMPosterior]:
+    """Posteriors that take every frame's k-means cluster of K as its state."""
     y = np.concatenate(fill(ys))
-    return clustered(scaled(y, np.abs(y).max(axis=0)), K, np.random.default_rng(seed), TRIES)
+    clusters = clustered(scaled(y, np.abs(y).max(axis=0)), K, np.random.default_rng(seed), TRIES)
+    probs = split_as(np.eye(K)[clusters], ys)
+    return [HMMPosterior(p, p.argmax(1), p[:-1, :, None] * p[1:, None], -np.inf) for p in probs]

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from dynamics.gaussian import Array
-from dynamics.hmm import HMMPosterior, hmm_all
+from dynamics.hmm import hmm_all
 from dynamics.motion.tasks import labelling
-from dynamics.posterior import Posterior, Switching
+from dynamics.posterior import Switching
 from tracker.experiments.measures import noisy, wrong_shares
 from tracker.experiments.section import (
     Claim,
@@ -56,8 +56,7 @@ NAMES = {
     HIDDEN: "hidden Markov model",
 }
 
-Inferred = Posterior | Switching | HMMPosterior
-Infer = Callable[[], Sequence[Inferred]]
+Infer = Callable[[], Sequence[Switching]]
 Key = tuple[int, int, str]  # states a motion, order (0 for the hidden Markov model), inference
 Means = dict[Key, float]
 
@@ -156,7 +155,7 @@ def tries(
     yield (states, 0, HIDDEN), hmm.labels, partial(hmm_all, hmm, [y[:, ANGLES] for y in ys])
 
 
-def score(draw: Draw, labels: tuple[str, ...], posteriors: Sequence[Inferred]) -> Score:
+def score(draw: Draw, labels: tuple[str, ...], posteriors: Sequence[Switching]) -> Score:
     """One model, whose states have these labels, by one inference on one draw."""
     found = [label for p in posteriors for label in labelling(labels, p.prob, p.path).label]
     far = np.concatenate([s.far(FAR) for s in draw.splices])
