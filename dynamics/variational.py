@@ -97,24 +97,6 @@ class Variational:
         return self.last
 
 
-@dataclass(frozen=True)
-class _Beliefs:
-    """q(X), q(S) of B sequences, frames first: prob (T,B,K), pair (T-1,B,K,K); their bound (B,)."""
-
-    poses: Poses
-    prob: Array
-    pair: Array
-    bound: Array
-
-
-def _round(slds: SLDS, system: System, data: Data, prob: Array, mean: Array) -> _Beliefs:
-    """Poses from the switching states' probabilities (and any mean to step from), then those anew."""
-    poses = averaged(system, data, prob, mean)
-    log_q, lengths = poses.told + data.hints, data.within.sum(0)
-    prob, pair, log_Z = forward_backward(slds.log_pi0, slds.log_Pi, log_q, lengths)
-    return _Beliefs(poses, prob, pair, log_Z + poses.value)
-
-
 def _settled(
     slds: SLDS, system: System, data: Data, start: Sequence[Posterior], rounds: int, tolerance: float
 ) -> Iterator[tuple[int, Posterior]]:
@@ -122,28 +104,30 @@ def _settled(
     prob, mean = _beginning(start, len(slds.names))
     going, before = np.arange(len(start)), np.full(len(start), -np.inf)
     for i in range(rounds):
-        beliefs = _round(slds, system, data, prob, mean)
-        done = (beliefs.bound - before < tolerance) | (i == rounds - 1)
+        poses, lengths = averaged(system, data, prob, mean), data.within.sum(0)
+        prob, pair, log_Z = forward_backward(slds.log_pi0, slds.log_Pi, poses.told + data.hints, lengths)
+        bound = log_Z + poses.value
+        done = (bound - before < tolerance) | (i == rounds - 1)
         for n in np.flatnonzero(done):
-            yield int(going[n]), _posterior(beliefs, int(n), int(data.within[:, n].sum()))
+            yield int(going[n]), _posterior(poses, prob, pair, bound, int(n), int(lengths[n]))
         rest = np.flatnonzero(~done)
         if not len(rest):
             return
         if done.any():
             data = data.of(rest)
-        prob, mean = beliefs.prob[:, rest], beliefs.poses.mean[:, rest]
-        going, before = going[rest], beliefs.bound[rest]
+        prob, mean = prob[:, rest], poses.mean[:, rest]
+        going, before = going[rest], bound[rest]
 
 
-def _posterior(beliefs: _Beliefs, n: int, T: int) -> Posterior:
-    poses, prob = beliefs.poses, beliefs.prob[:T, n].copy()
+def _posterior(poses: Poses, prob: Array, pair: Array, bound: Array, n: int, T: int) -> Posterior:
+    """That of sequence n, which has T frames."""
     return Posterior(
-        prob=prob,
-        pair=beliefs.pair[: T - 1, n].copy(),
+        prob=prob[:T, n].copy(),
+        pair=pair[: T - 1, n].copy(),
         states=Gaussian(poses.mean[:T, n].copy(), poses.cov[:T, n].copy()),
         lag=poses.lag[: T - 1, n].copy(),
-        log_evidence=float(beliefs.bound[n]),
-        path=np.asarray(prob.argmax(1)),
+        log_evidence=float(bound[n]),
+        path=prob[:T, n].argmax(1),
     )
 
 
