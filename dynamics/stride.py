@@ -105,5 +105,9 @@ def slopes(phase: Array, size: int) -> Array:
 
 def half_a_stride_on(size: int) -> Array:
     """(size,) factors that take coefficients of phi to those of phi + pi: odd harmonics change sign."""
-    order = np.repeat(np.arange(1, size // 2 + 1), 2)
-    return np.concatenate([[1.0], (-1.0) ** order])
+    return np.asarray((-1.0) ** orders(size))
+
+
+def orders(size: int) -> NDArray[np.intp]:
+    """(size,) which harmonic each entry of the basis is, 0 the constant."""
+    return np.asarray((np.arange(size) + 1) // 2)

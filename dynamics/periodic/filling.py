@@ -78,7 +78,9 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
     log_p = np.array([h.log_evidence for h in found])
     share = np.exp(DOUBT * (log_p - log_p.max()))
     kept = np.flatnonzero(share >= FAINT * share.sum())
-    each = [_poses(found[i], y[window], rows - window.start) for i in kept]
+    # Now the freedoms that travel are heard too.
+    heard = [found[i].given(y[window], found[i].stretch.noise) for i in kept]
+    each = [h.predict(rows - window.start) for h in heard]
     together = Gaussian(np.stack([g.mean for g in each], 1), np.stack([g.cov for g in each], 1))
     poses = collapse(np.tile(share[kept] / share[kept].sum(), (len(rows), 1)), together)
     return Filling(rows, poses, _spaced_evidence(found[0], fps))
@@ -124,7 +126,8 @@ def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, floa
     At times t (T,) seconds from the origin; NaN entries of y (T, M) were not measured. Freedoms that travel
     are not looked at.
     """
-    centre, deviation = _speed(stride, k)
+    at = len(stride.names) * stride.basis
+    centre, deviation = stride.mean[k, at], np.linalg.norm(stride.root[k, at])
     speeds = np.linspace(centre - REACH * deviation, centre + REACH * deviation, SPEEDS)
     speeds = speeds[speeds > SLOWEST]
     phases = 2.0 * np.pi * np.arange(PHASES) / PHASES
@@ -165,11 +168,6 @@ def _sorted(found: list[Fit]) -> list[Fit]:
     return sorted(found, key=lambda h: -h.log_evidence)
 
 
-def _poses(h: Fit, y: Array, rows: NDArray[np.intp]) -> Gaussian:
-    """Frames of a window by one hypothesis, now that the freedoms that travel are heard too."""
-    return h.given(y, h.stretch.noise).predict(rows)
-
-
 def _distinct(found: list[Fit]) -> list[Fit]:
     """The candidate courses of the phase, each of them once."""
     kept: list[Fit] = []
@@ -184,12 +182,6 @@ def _same(one: Array, other: Array) -> bool:
     apart = one - other
     turns = 2.0 * np.pi * np.round(apart.mean() / (2.0 * np.pi))
     return bool(np.abs(apart - turns).max() < APART)
-
-
-def _speed(stride: Stride, k: int) -> tuple[float, float]:
-    """Mean and deviation of the phase speed over the population."""
-    at = len(stride.names) * stride.basis
-    return float(stride.mean[k, at]), float(np.linalg.norm(stride.root[k, at]))
 
 
 def _fits(stride: Stride, k: int, phase: Array, y: Array) -> Array:
@@ -209,11 +201,7 @@ def _fits(stride: Stride, k: int, phase: Array, y: Array) -> Array:
 
 def _peaks(score: Array) -> list[tuple[int, int]]:
     """Entries (speed, phase) that none of their eight neighbours exceeds; phases are a circle."""
-    padded = np.pad(score, ((1, 1), (0, 0)), constant_values=-np.inf)
-    around = [
-        np.roll(padded[1 + i : len(padded) - 1 + i], j, axis=1)
-        for i in (-1, 0, 1)
-        for j in (-1, 0, 1)
-        if (i, j) != (0, 0)
-    ]
-    return [(int(i), int(j)) for i, j in np.argwhere(score >= np.max(around, axis=0))]
+    from scipy.ndimage import maximum_filter  # slow to import
+
+    highest = maximum_filter(score, size=3, mode=("nearest", "wrap"))
+    return [(int(i), int(j)) for i, j in np.argwhere(score == highest)]

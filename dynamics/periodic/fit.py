@@ -84,11 +84,9 @@ class Fit:
         f, J, _ = own.value(self.z, self.start, cells)
         cross = solve_triangular(own.L, own.residual(own.cells, cells), lower=True, check_finite=False)
         mean = (f + cross.T @ self.white).reshape(-1, M)
-        away = (J - cross.T @ self.slope).reshape(len(rows), M, -1)
+        away = J - cross.T @ self.slope
         tied = cross.T.reshape(len(rows), M, -1)
-        spread = solve_triangular(self.factor[0], away.reshape(-1, away.shape[-1]).T, lower=True).T.reshape(
-            away.shape
-        )
+        spread = solve_triangular(self.factor[0], away.T, lower=True).T.reshape(len(rows), M, -1)
         cov = stride.quick[own.k] + stride.slow[own.k] - tied @ tied.swapaxes(1, 2)
         return Gaussian(mean, symmetric(cov + spread @ spread.swapaxes(1, 2)))
 
@@ -216,4 +214,4 @@ class Stretch:
 def _spread(over_time: Array, cov: Array, one: Cells, other: Cells) -> Array:
     """(n, m) covariance between cells of a process with these correlations (T, T) and covariance (M, M)."""
     (f, i), (g, j) = one, other
-    return np.asarray(over_time[f[:, None], g] * cov[i[:, None], j])
+    return np.asarray(over_time[np.ix_(f, g)] * cov[np.ix_(i, j)])

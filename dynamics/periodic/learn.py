@@ -21,7 +21,7 @@ from scipy.linalg import solve_triangular
 from dynamics.gaussian import Array, symmetric
 from dynamics.layout import among
 from dynamics.periodic.fit import Fit, Stretch
-from dynamics.stride import Stride, half_a_stride_on, harmonics
+from dynamics.stride import Stride, half_a_stride_on, harmonics, orders
 
 HARMONICS = 5
 LONGEST, LEAST = 3.2, 0.6  # seconds of a piece
@@ -207,7 +207,7 @@ def _first(
         phase, speed = _sinusoid(p.t, p.y[:, pair] - p.y[:, twins[pair]])
         begun.append((phase, speed, 0.0))
         B = harmonics(phase + speed * p.t, size)
-        ridge = np.diag(np.append(0.1, np.repeat(np.arange(1, HARMONICS + 1.0) ** 2, 2) * 0.1))
+        ridge = np.diag(0.1 * np.maximum(orders(size), 1) ** 2)
         travel = np.polyfit(p.t, p.y[:, travels], 1)
         flat = p.y.copy()
         flat[:, travels] -= p.t[:, None] * travel[0] + travel[1]
@@ -221,8 +221,7 @@ def _first(
         bend=np.array([FIRST_BEND]), drift=np.array([FIRST_DRIFT]),
         names=names, travelling=travelling, labels=(label,), fps=fps,
     )  # fmt: skip
-    about = np.diag(np.diag(_manner(blank)))
-    found = [Moments(one, about, 1.0, (1.0, 1)) for one in z]
+    found = [Moments(one, _manner(blank), 1.0, (1.0, 1)) for one in z]
     return maximise(blank, pieces, found, twins), begun
 
 
@@ -238,6 +237,5 @@ def _sinusoid(t: Array, x: Array) -> tuple[float, float]:
 
 def _manner(stride: Stride) -> Array:
     """(Z, Z) the covariance that the prior speaks for."""
-    order = np.maximum(np.append(0, np.repeat(np.arange(1, stride.basis // 2 + 1), 2)), 1)
-    each = np.where(stride.travels, WAYS, MANNER)[:, None] / order
+    each = np.where(stride.travels, WAYS, MANNER)[:, None] / np.maximum(orders(stride.basis), 1)
     return np.diag(np.concatenate([each.ravel(), [HURRY], np.full(len(stride.travelling), TRAVEL)]) ** 2)
