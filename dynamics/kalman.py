@@ -55,24 +55,18 @@ def update(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Gaussian, Arr
     """Condition on one linear measurement, y = C x + w, w ~ N(0, R); NaN entries were not measured.
 
     Gives the posterior over x and log N(y; C mean, S) in nats. LinAlgError: S is not positive definite.
-    """
-    e, C, S, R = innovation(prior, y, C, R)
-    return condition(prior, e, C, S, R), log_likelihood(e, S, (~np.isnan(y)).sum(-1))
-
-
-def condition(prior: Gaussian, e: Array, C: Array, S: Array, R: Array) -> Gaussian:
-    """The posterior over x given what `innovation` returns.
 
     The covariance is in Joseph form, (I - gain C) P (I - gain C)' + gain R gain', which rounding does not
-    turn indefinite; its left factor is multiplied out first, which takes the fewest products. Where C has
-    zero rows and S unit rows, those of R do not matter.
+    turn indefinite; its left factor is multiplied out first, which takes the fewest products.
     """
+    e, C, S, R = innovation(prior, y, C, R)
     cross = C @ prior.cov
     gain_T = np.linalg.solve(S, cross)
     gain = transpose(gain_T)
     left = prior.cov - gain @ cross
     cov = left - (left @ transpose(C) - gain @ R) @ gain_T
-    return Gaussian(prior.mean + apply(gain, e), symmetric(cov))
+    posterior = Gaussian(prior.mean + apply(gain, e), symmetric(cov))
+    return posterior, log_likelihood(e, S, (~np.isnan(y)).sum(-1))
 
 
 def update_information(prior: Gaussian, C: Array, information: Array, vector: Array) -> Gaussian:

@@ -71,12 +71,7 @@ def viterbi_rows(
 
 @COMPILED
 def gpb2_rows(
-    system: System,
-    log_switch: Array,
-    y: Array,
-    extra: Array,
-    before: NDArray[np.intp],
-    found: tuple[Any, ...],
+    system: System, log_switch: Array, y: Array, extra: Array, before: NDArray[np.intp], found: Found
 ) -> None:
     """GPB2 in the rows that have one before them; the others are there already.
 
@@ -229,7 +224,7 @@ def _whiten(A: Array, CQ: Array, y: Array, L: Array, p: int, GP: Array, Z: Array
 def _condition(C: Array, R: Array, L: Array, p: int, Z: Array, cov: Array) -> None:
     """From the covariance before a measurement to that after, and from Z = L^-1 C P (M, N) to the gain'.
 
-    In Joseph form as `dynamics.kalman.condition`, with P - gain C P = P - Z'Z.
+    In Joseph form as `dynamics.kalman.update`, with P - gain C P = P - Z'Z.
     """
     M, N = Z.shape
     D = np.empty((M, N))

@@ -116,28 +116,26 @@ class SLDS:
         """
         n = len(names)
         K, N = self.b.shape
-        join = np.zeros((K, N + n, N + n))
-        A, Q, cov0 = join.copy(), join.copy(), join.copy()
-        for big, small, drift in (
-            (A, self.A, persistence),
-            (Q, self.Q, noise**2),
-            (cov0, self.cov0, spread**2),
-        ):
-            big[:, :N, :N], big[:, N:, N:] = small, np.diag(drift)
+
+        def widened(each: Array, drift: Array) -> Array:
+            wide = np.zeros((K, N + n, N + n))
+            wide[:, :N, :N], wide[:, N:, N:] = each, np.diag(drift)
+            return wide
+
         C = np.zeros((len(self.C) + n, N + n))
         C[: len(self.C), :N], C[len(self.C) :, N:] = self.C, np.eye(n)
         R = np.diag(np.full(len(C), self.R.diagonal().min()))
         R[: len(self.C), : len(self.C)] = self.R
-        pad = np.zeros((K, n))
+        pad = (0, 0), (0, n)
         return replace(
             self,
-            A=A,
-            b=np.hstack([self.b, pad]),
-            Q=Q,
+            A=widened(self.A, persistence),
+            b=np.pad(self.b, pad),
+            Q=widened(self.Q, noise**2),
             C=C,
             R=R,
-            mean0=np.hstack([self.mean0, pad]),
-            cov0=cov0,
+            mean0=np.pad(self.mean0, pad),
+            cov0=widened(self.cov0, spread**2),
             names=(*self.names, *names),
             drifts=(*self.drifts, *names),
         )
@@ -160,7 +158,7 @@ def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: fl
     """
     M = len(names)
     eye, zero = np.eye(M), np.zeros((M, M))
-    still, fast = np.diag(np.ones(M)), np.diag(np.asarray(spread, dtype=float) ** 2)
+    fast = np.diag(np.asarray(spread, dtype=float) ** 2)
     return SLDS(
         pi0=np.ones(1),
         Pi=np.ones((1, 1)),
@@ -170,7 +168,7 @@ def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: fl
         C=np.hstack([eye, zero]),
         R=1e-4 * eye,
         mean0=np.zeros((1, 2 * M)),
-        cov0=np.block([[still, still], [still, still + fast]])[None],
+        cov0=np.block([[eye, eye], [eye, eye + fast]])[None],
         names=tuple(names),
         travelling=(),
         labels=("cv",),

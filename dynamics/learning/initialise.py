@@ -41,7 +41,7 @@ def first_guess(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Gene
     """Posteriors that take every frame's k-means cluster of K as its switching state; sequences (T, M), T >=
     2, with gaps filled."""
     ys = fill(ys)
-    labels = split_as(clustered(np.concatenate(_features(ys, layout)), K, rng), ys)
+    labels = split_as(clustered(_features(ys, layout), K, rng), ys)
     return [_labelled(y, s, K, layout.order) for y, s in zip(ys, labels, strict=True)]
 
 
@@ -79,12 +79,12 @@ def _filled(y: Array, mean: Array) -> Array:
     return filled
 
 
-def _features(ys: Sequence[Array], layout: Layout) -> list[Array]:
-    """Poses and velocities, each divided by its spread."""
+def _features(ys: Sequence[Array], layout: Layout) -> Array:
+    """Poses and velocities of all sequences, each divided by its spread."""
     stays = ~layout.travels
     raw = [np.hstack([y[:, stays], np.gradient(y, axis=0)]) for y in ys]
     size = np.abs(np.concatenate(ys)).max(axis=0)
-    return split_as(scaled(np.concatenate(raw), np.hstack([size[stays], size])), ys)
+    return scaled(np.concatenate(raw), np.hstack([size[stays], size]))
 
 
 def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:

@@ -75,8 +75,7 @@ def choose(
             )
             scores[out] = best_log_p_all(fit.slds, [ys[i] for i in out])
         row[:] = np.bincount(group, scores) / frames
-    layouts = [Layout(tuple(names), tuple(travelling), options.order) for options in candidates]
-    sizes = [_parameters(*each) for each in zip(candidates, layouts, strict=True)]
+    sizes = [_parameters(o, Layout(tuple(names), tuple(travelling), o.order)) for o in candidates]
     return candidates[_simplest(values, sizes)], values
 
 
