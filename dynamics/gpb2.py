@@ -64,74 +64,69 @@ def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None
 
 
 @dataclass(frozen=True)
-class _Backward:
-    """What the backward pass needs, one row a frame and sequence; steps stand in the row they lead to.
+class _Steps:
+    """Of every row but the first frame's the step that leads to it.
 
-    log_prob : (rows, K) log Pr(s_t)
-    states   : (rows, K) x_t given each s_t
-    pair     : (rows, K, K) Pr(s_{t-1} = j, s_t = k)
-    steps    : (rows, K) [x_t; x_{t-1}] given each s_t
-    lag      : (rows, N, N) Cov(x_t, x_{t-1})
+    pair    : (rows, K, K) Pr(s_{t-1} = j, s_t = k)
+    moments : (rows, K) [x_t; x_{t-1}] given each s_t
+    lag     : (rows, N, N) Cov(x_t, x_{t-1})
     """
 
-    log_prob: Array
-    states: Gaussian
     pair: Array
-    steps: Gaussian
+    moments: Gaussian
     lag: Array
 
 
-def _smooth(slds: SLDS, frames: Frames, forward: Step) -> list[Posterior]:
-    rows, K, N = forward.states.mean.shape
-    backward = _Backward(
-        forward.log_prob.copy(),
-        Gaussian(forward.states.mean.copy(), forward.states.cov.copy()),
+def _smooth(slds: SLDS, frames: Frames, found: Step) -> list[Posterior]:
+    """The posteriors, from what the filter found, whose probabilities and states become the smoother's."""
+    rows, K, N = found.mean.shape
+    steps = _Steps(
         np.empty((rows, K, K)),
         Gaussian(np.empty((rows, K, 2 * N)), np.empty((rows, K, 2 * N, 2 * N))),
         np.empty((rows, N, N)),
     )
-    _go_back(slds, frames, forward, backward)
-    prob = np.exp(backward.log_prob)
-    states = collapse(prob, backward.states)
+    _go_back(slds, frames, found, steps)
+    prob = np.exp(found.log_prob)
+    states = collapse(prob, found.states)
     return [
         Posterior(
             prob=prob[r],
-            pair=backward.pair[r[1:]],
+            pair=steps.pair[r[1:]],
             states=states[r],
-            lag=backward.lag[r[1:]],
-            log_evidence=float(forward.log_evidence[r].sum()),
+            lag=steps.lag[r[1:]],
+            log_evidence=float(found.log_evidence[r].sum()),
             path=prob[r].argmax(-1),
-            starts=backward.states[r[0]],
-            steps=backward.steps[r[1:]],
+            starts=found.states[r[0]],
+            steps=steps.moments[r[1:]],
         )
         for r in frames.sequences()
     ]
 
 
-def _go_back(slds: SLDS, frames: Frames, forward: Step, backward: _Backward) -> None:
+def _go_back(slds: SLDS, frames: Frames, found: Step, steps: _Steps) -> None:
     """From the last frames to the first, many at once; only the recursion itself goes frame by frame."""
-    for rows, steps in frames.chunks(max(1, PAIRS // slds.K**2)):
-        filtered = forward.states[frames.before[rows], None]
+    for rows, back_to in frames.chunks(max(1, PAIRS // slds.K**2)):
+        filtered = found.states[frames.before[rows], None]
         back = reverse(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])
-        log_W = forward.log_shares[rows]
+        log_W = found.log_shares[rows]
         pairs = Gaussian(np.empty_like(back.rest.cov[..., 0]), np.empty_like(back.rest.cov))
-        for earlier, now in steps:
+        for earlier, now in back_to:
             here = slice(now.start - rows.start, now.stop - rows.start)
-            log_prob, log_shares = normalised(backward.log_prob[now, :, None] + log_W[here], axis=1)
-            own = pairs[here] = back[here].step(backward.states[now, :, None])
+            log_prob, log_shares = normalised(found.log_prob[now, :, None] + log_W[here], axis=1)
+            own = pairs[here] = back[here].step(found.states[now, :, None])
             of_each = Gaussian(own.mean.swapaxes(1, 2), own.cov.swapaxes(1, 2))
-            backward.states[earlier] = collapse(np.exp(log_shares).swapaxes(1, 2), of_each)
-            backward.log_prob[earlier] = log_prob[:, 0] - np.logaddexp.reduce(log_prob[:, 0], -1)[:, None]
-        _record_steps(backward, rows, np.exp(log_W), back.gain, pairs)
+            found.states[earlier] = collapse(np.exp(log_shares).swapaxes(1, 2), of_each)
+            found.log_prob[earlier] = log_prob[:, 0] - np.logaddexp.reduce(log_prob[:, 0], -1)[:, None]
+        _record_steps(found, steps, rows, np.exp(log_W), back.gain, pairs)
 
 
-def _record_steps(backward: _Backward, rows: slice, W: Array, gain: Array, pairs: Gaussian) -> None:
+def _record_steps(found: Step, steps: _Steps, rows: slice, W: Array, gain: Array, pairs: Gaussian) -> None:
     """The moments of [x_t; x_{t-1}] given each s_t, and over all; W and pairs (rows, K now, K before)."""
-    prob, now, then = np.exp(backward.log_prob[rows]), backward.states[rows], collapse(W, pairs)
+    prob, now, then = np.exp(found.log_prob[rows]), found.states[rows], collapse(W, pairs)
     N = now.mean.shape[-1]
     cross = now.cov @ transpose((W[..., None, None] * gain).sum(2))
-    backward.pair[rows] = transpose(prob[..., None] * W)
-    steps = backward.steps[rows] = joint(now, then, cross)
-    apart = steps.mean - (prob[..., None] * steps.mean).sum(1, keepdims=True)
+    steps.pair[rows] = transpose(prob[..., None] * W)
+    both = steps.moments[rows] = joint(now, then, cross)
+    apart = both.mean - (prob[..., None] * both.mean).sum(1, keepdims=True)
     between = transpose(prob[..., None] * apart[..., :N]) @ apart[..., N:]
-    backward.lag[rows] = (prob[..., None, None] * cross).sum(1) + between
+    steps.lag[rows] = (prob[..., None, None] * cross).sum(1) + between

@@ -84,8 +84,7 @@ def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> 
 
 def _placed(slds: SLDS) -> SLDS:
     """The system starting anywhere: a first frame that was not measured need not be at the origin."""
-    layout = slds.layout
-    places = layout.shift[:, : layout.d][:, layout.travels]
+    places = slds.shift[:, slds.travels]
     return replace(slds, cov0=slds.cov0 + ANYWHERE * places @ places.T)
 
 

@@ -114,9 +114,9 @@ def hypotheses(stride: Stride, t: Array, y: Array) -> list[Fit]:
         stretch = Stretch(stride, k, t, y)
         rough += [stretch.fit(*start, ROUGH) for start in starts(stride, k, t, y)]
     best = max(h.log_evidence for h in rough)
-    climbed = _sorted([h.climbed() for h in rough if h.log_evidence > best - BEHIND])
-    noise = _likeliest_noise(climbed[0])
-    return _distinct(_sorted([_at_noise(h, noise) for h in climbed]) if noise > 0.0 else climbed)
+    climbed = [h.climbed() for h in rough if h.log_evidence > best - BEHIND]
+    noise = _likeliest_noise(max(climbed, key=lambda h: h.log_evidence))
+    return _distinct([_at_noise(h, noise) for h in climbed] if noise > 0.0 else climbed)
 
 
 def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, float, float]]:
@@ -164,14 +164,10 @@ def _at_noise(h: Fit, noise: float) -> Fit:
     return h.given(h.stretch.y, np.where(h.stretch.stride.travels, PLACE_NOISE * noise, noise) ** 2)
 
 
-def _sorted(found: list[Fit]) -> list[Fit]:
-    return sorted(found, key=lambda h: -h.log_evidence)
-
-
 def _distinct(found: list[Fit]) -> list[Fit]:
-    """The candidate courses of the phase, each of them once."""
+    """The candidate courses of the phase, each of them once, the most probable first."""
     kept: list[Fit] = []
-    for h in found:
+    for h in sorted(found, key=lambda h: -h.log_evidence):
         if not any(h.stretch.k == other.stretch.k and _same(h.phase, other.phase) for other in kept):
             kept.append(h)
     return kept
