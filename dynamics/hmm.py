@@ -83,11 +83,10 @@ def combine_hmms(models: Sequence[HMM], crossing: float = CROSSING) -> HMM:
 
     A state leaves its own motion with probability `crossing` a frame, to any state of the others alike.
     """
-    first = models[0]
-    if any((model.names, model.fps) != (first.names, first.fps) for model in models):
+    if len({(model.names, model.fps) for model in models}) > 1:
         raise ValueError("models to combine must share freedoms and frame rate; learn them alike")
     return replace(
-        first,
+        models[0],
         **joined(models, ("mean", "cov")),
         pi0=np.concatenate([model.pi0 for model in models]) / len(models),
         Pi=blocks([model.Pi for model in models], crossing),

@@ -87,11 +87,7 @@ class Layout:
     @cached_property
     def from_here(self) -> Array:
         """(N, N) matrix that takes the present place of the figure off all poses of a state."""
-        at = np.flatnonzero(self.travels)
-        matrix = np.eye(self.N)
-        for lag in range(self.order):
-            matrix[at + lag * self.d, at] -= 1.0
-        return matrix
+        return np.asarray(np.eye(self.N) - self.shift[:, : self.d] @ self.carry)
 
     @cached_property
     def shift(self) -> Array:

@@ -184,10 +184,8 @@ def combine(models: Sequence[SLDS], crossing: float = CROSSING, first: Sequence[
     models'.
     """
     one = models[0]
-    for other in models[1:]:
-        same = (other.names, other.order, other.fps, other.travelling)
-        if same != (one.names, one.order, one.fps, one.travelling):
-            raise ValueError("models to combine must share freedoms, order and frame rate; learn them alike")
+    if len({(model.names, model.order, model.fps, model.travelling) for model in models}) > 1:
+        raise ValueError("models to combine must share freedoms, order and frame rate; learn them alike")
     if len(models) == 1:
         return one
     shares = [1.0 / len(models)] * len(models) if first is None else first

@@ -40,10 +40,9 @@ def solve(V: Array, n: Array, layout: Layout, ridge: Ridge) -> tuple[Array, Arra
     N), b (K, N), Q (K, N, N). Q is the joint mode over coefficients and noise: [E + (B - M0) K0 (B - M0)' +
     Psi] / (n + count + number of regressors with a prior).
     """
-    d, N = layout.d, layout.N
+    d = layout.d
     to_target = np.hstack([np.eye(d), -layout.carry, np.zeros((d, 1))])
-    to_regressors = np.zeros((len(layout.regard) + 1, d + N + 1))
-    to_regressors[:-1, d : d + N] = layout.regard
+    to_regressors = np.pad(layout.regard, ((0, 1), (d, 1)))
     to_regressors[-1, -1] = 1.0
     S_yp = to_target @ V @ to_regressors.T
     S_pp = to_regressors @ V @ to_regressors.T

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dynamics.gaussian import Array, Gaussian, apply, collapse, symmetric, transpose
+from dynamics.gaussian import Array, Gaussian, apply, collapse, transpose
 from dynamics.kalman import update
 from dynamics.learning.regression import maximum_likelihood, solve
 from dynamics.region import regions
@@ -49,21 +49,22 @@ def stationary(Pi: Array) -> Array:
     return np.maximum(share, 1e-12)
 
 
-def run_moments(slds: SLDS, k: int, run: int) -> tuple[Array, Array]:
-    """Joint moments of the poses of `run` frames in state k, oldest first."""
-    d, N = len(slds.names), slds.A.shape[-1]
-    whole = np.eye(N + (run - slds.order) * d)
-    whole[:N, :N] = slds.cov0[k]
-    root = np.linalg.cholesky(slds.Q[k][:d, :d])
+def run_moments(slds: SLDS, run: int) -> Gaussian:
+    """The poses of `run` frames together, oldest first, in each state: mean (K, run M), and cov."""
+    d, (K, N) = len(slds.names), slds.b.shape
+    n = N + (run - slds.order) * d
+    whole = np.tile(np.eye(n), (K, 1, 1))
+    whole[:, :N, :N] = slds.cov0
+    root = np.linalg.cholesky(slds.Q[:, :d, :d])
     # The states of all frames by the first one and the noise of each step, white.
-    mean, maps = [slds.mean0[k]], [np.eye(N, len(whole))]
-    for start in range(N, len(whole), d):
-        mean.append(slds.A[k] @ mean[-1] + slds.b[k])
-        maps.append(slds.A[k] @ maps[-1])
-        maps[-1][:d, start : start + d] = root
-    poses = np.concatenate([mean[0][d:], *(m[:d] for m in mean)])
-    rows = np.concatenate([maps[0][d:], *(m[:d] for m in maps)])
-    return poses, rows @ whole @ rows.T
+    mean, maps = [slds.mean0], [np.tile(np.eye(N, n), (K, 1, 1))]
+    for start in range(N, n, d):
+        mean.append(apply(slds.A, mean[-1]) + slds.b)
+        maps.append(slds.A @ maps[-1])
+        maps[-1][:, :d, start : start + d] = root
+    poses = np.concatenate([mean[0][:, d:], *(m[:, :d] for m in mean)], axis=1)
+    rows = np.concatenate([maps[0][:, d:], *(m[:, :d] for m in maps)], axis=1)
+    return Gaussian(poses, rows @ whole @ transpose(rows))
 
 
 def by_motion(slds: SLDS) -> SLDS:
@@ -97,24 +98,13 @@ def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
     """Model regressed from the joint moments of the poses at these times of a run of frames, newest first."""
     layout, d = slds.layout, slds.layout.d
     pick = np.kron(np.stack([_cubic(time, run) for time in times]), np.eye(d))
-    relative = layout.from_here
-    V, mean0, cov0 = [], [], []
-    for k in range(slds.K):
-        mean, cov = run_moments(slds, k, run)
-        mean, cov = pick @ mean, symmetric(pick @ cov @ pick.T)
-        v = np.append(mean, 1.0)
-        moment = np.outer(v, v)
-        moment[:-1, :-1] += cov
-        V.append(moment)
-        here = slice(0, layout.N)
-        mean0.append(relative @ mean[here])
-        cov0.append(symmetric(relative @ cov[here, here] @ relative.T))
-    A, b, Q = solve(np.stack(V), np.ones(slds.K), layout, maximum_likelihood(layout))
+    poses, N = run_moments(slds, run).through(pick.astype(np.float64)), layout.N
+    start = Gaussian(poses.mean[:, :N], poses.cov[:, :N, :N]).through(layout.from_here)
+    A, b, Q = solve(_with_one(poses), np.ones(slds.K), layout, maximum_likelihood(layout))
     # Interpolated frames are smoother than filmed ones: a hundredth of the old variance is added.
     own = np.arange(d)
     Q[:, own, own] += 1e-2 * slds.Q[:, own, own]
-    floor = 1e-6 * np.eye(layout.N)
-    return replace(slds, A=A, b=b, Q=Q, mean0=np.stack(mean0), cov0=np.stack(cov0) + floor)
+    return replace(slds, A=A, b=b, Q=Q, mean0=start.mean, cov0=start.cov + 1e-6 * np.eye(N))
 
 
 def _cubic(time: float, run: int) -> Array:
@@ -157,7 +147,12 @@ def _step_moments(slds: SLDS) -> Array:
     mean = apply(lead, before.mean) + np.pad(slds.b[:, :d], ((0, 0), (0, N)))
     cov = lead @ before.cov @ transpose(lead)
     cov[..., :d, :d] += slds.Q[:, :d, :d]
-    v = np.concatenate([mean, np.ones((K, K, 1))], axis=-1)
+    return np.asarray((share[..., None, None] * _with_one(Gaussian(mean, cov))).sum(0))
+
+
+def _with_one(of: Gaussian) -> Array:
+    """(..., n + 1, n + 1) E[v v'] of v = [x; 1]."""
+    v = np.concatenate([of.mean, np.ones((*of.mean.shape[:-1], 1))], axis=-1)
     moments = v[..., :, None] * v[..., None, :]
-    moments[..., :-1, :-1] += cov
-    return np.asarray((share[..., None, None] * moments).sum(0))
+    moments[..., :-1, :-1] += of.cov
+    return np.asarray(moments)

@@ -213,8 +213,8 @@ def _first(
         flat[:, travels] -= p.t[:, None] * travel[0] + travel[1]
         c = np.linalg.solve(B.T @ B + ridge, B.T @ flat)
         z.append(np.concatenate([c.T.ravel(), [speed], travel[0]]))
-    angle, place = np.array(FIRST_ANGLES), np.array(FIRST_PLACES)
-    quick, slow, R = (np.diag(np.where(travels, b, a) ** 2)[None] for a, b in zip(angle, place, strict=True))
+    firsts = zip(FIRST_ANGLES, FIRST_PLACES, strict=True)
+    quick, slow, R = (np.diag(np.where(travels, place, angle) ** 2)[None] for angle, place in firsts)
     Z = len(z[0])
     blank = Stride(
         mean=np.zeros((1, Z)), root=np.eye(Z)[None], quick=quick, slow=slow, R=R,

@@ -198,15 +198,14 @@ def test_a_state_that_nobody_returns_to_has_hardly_a_share():
 def test_a_run_has_the_joint_moments_of_its_frames(order, run, travelling, rng):
     slds = random_slds(3, d=3, order=order, travelling=travelling, rng=rng)
     T = run - order + 1  # at second order the first state holds two frames
+    before = [(0, 3 + i) for i in range(3)] if order == 2 else []
+    t, i = np.array([*before, *((t, i) for t in range(T) for i in range(3))]).T
+    got = run_moments(slds, run)
     for k in range(3):
         mean, cov, _ = given_path(slds, np.full((T, 3), np.nan), [k] * T)
-        frames = np.array([(0, 3 + i) for i in range(3)] if order == 2 else [], dtype=int).reshape(-1, 2)
-        frames = np.vstack([frames, [(t, i) for t in range(T) for i in range(3)]])
-        t, i = frames.T
-        got_mean, got_cov = run_moments(slds, k, run)
         # Rounding in a few products of matrices with entries near 1.
-        assert_allclose(got_mean, mean[t, i], atol=1e-12)
-        assert_allclose(got_cov, cov[t[:, None], i[:, None], t, i], atol=1e-12)
+        assert_allclose(got.mean[k], mean[t, i], atol=1e-12)
+        assert_allclose(got.cov[k], cov[t[:, None], i[:, None], t, i], atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [1, 2])
