@@ -139,12 +139,18 @@ def given_path(slds: SLDS, y: Array, paths: Sequence[int] | Array) -> tuple[Arra
     return x.reshape(mean.shape), P.reshape(cov.shape), log_p + log_lik
 
 
+def assert_gaussian(got: Gaussian, want: Gaussian, *, atol: float) -> None:
+    """Mean and covariance are as wanted."""
+    assert_allclose(got.mean, want.mean, atol=atol)
+    assert_allclose(got.cov, want.cov, atol=atol)
+
+
 def assert_given_path(got: Posterior, slds: SLDS, y: Array, path: Sequence[int] | Array) -> None:
     """The states and the evidence are those of the joint Gaussian given one path."""
     mean, cov, log_p = given_path(slds, y, path)
     assert got.log_evidence == pytest.approx(log_p, rel=1e-11, abs=1e-11)
-    assert_allclose(got.states.mean, mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, [cov[t, :, t] for t in range(len(y))], atol=SMOOTHED)
+    alone = np.stack([cov[t, :, t] for t in range(len(y))])
+    assert_gaussian(got.states, Gaussian(mean, alone), atol=SMOOTHED)
     assert got.lag.shape == (len(y) - 1, *cov.shape[1::2])
     for t in range(len(y) - 1):
         assert_allclose(got.lag[t], cov[t + 1, :, t], atol=SMOOTHED)

@@ -10,7 +10,7 @@ from dynamics.belief import Belief, either, first_belief, propose, together
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
 from dynamics.viterbi import viterbi
-from tests.oracles import enumerated, random_covariance, random_slds, sample
+from tests.oracles import assert_gaussian, enumerated, random_covariance, random_slds, sample
 
 
 def some_belief(slds, s, rng):
@@ -26,11 +26,9 @@ def test_the_first_belief_is_the_exact_posterior_of_one_frame(rng):
     belief = first_belief(slds, y[0], R)
     # Condition numbers below 1e3.
     assert_allclose(belief.weights, exact.prob[0], atol=1e-11)
-    assert_allclose(belief.states.mean, exact.starts.mean, atol=1e-11)
-    assert_allclose(belief.states.cov, exact.starts.cov, atol=1e-11)
+    assert_gaussian(belief.states, exact.starts, atol=1e-11)
     assert belief.best == exact.path[0]
-    assert_allclose(belief.merged().mean, exact.states.mean[0], atol=1e-11)
-    assert_allclose(belief.merged().cov, exact.states.cov[0], atol=1e-11)
+    assert_gaussian(belief.merged(), exact.states[0], atol=1e-11)
 
 
 def test_a_first_pose_that_is_unknown_leaves_the_prior(rng):
@@ -109,8 +107,7 @@ def test_with_one_state_proposing_and_updating_is_the_kalman_filter(rng):
         belief = Belief(states, prior.cost - log_lik, prior.s, prior.parent)
     want = viterbi(slds, y)
     assert -belief.cost[0] == pytest.approx(want.log_evidence, rel=1e-12)  # the same sums
-    assert_allclose(belief.states.mean[0], want.states.mean[-1], atol=1e-12)
-    assert_allclose(belief.states.cov[0], want.states.cov[-1], atol=1e-12)
+    assert_gaussian(belief.states[0], want.states[-1], atol=1e-12)
 
 
 def test_hypotheses_stand_one_after_another_and_are_taken_by_position(rng):

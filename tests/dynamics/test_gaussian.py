@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
-from dynamics.gaussian import Gaussian, apply, collapse, frozen, log_density
-from tests.oracles import random_covariance
+from dynamics.gaussian import Gaussian, apply, collapse, frozen, joint, log_density
+from tests.oracles import assert_gaussian, random_covariance
 
 
 def mixture(H, N, rng, leading=()):
@@ -44,8 +44,7 @@ def test_collapse_of_many_mixtures_is_that_of_each(rng):
     many = collapse(weights, gaussians)
     for i in np.ndindex(2, 3):
         one = collapse(weights[i], gaussians[i])
-        assert_allclose(many.mean[i], one.mean, atol=1e-14)  # the same sums, perhaps in another order
-        assert_allclose(many.cov[i], one.cov, atol=1e-14)
+        assert_gaussian(many[i], one, atol=1e-14)  # the same sums, perhaps in another order
 
 
 def test_collapse_of_one_gaussian_is_itself(rng):
@@ -61,11 +60,24 @@ def test_apply_is_the_product_with_each_vector(rng):
     assert_allclose(apply(matrix, vector), np.einsum("aij,bj->abi", matrix[:, 0], vector), atol=1e-13)
 
 
-def test_indexing_takes_mean_and_covariance_together(rng):
+def test_indexing_takes_and_sets_mean_and_covariance_together(rng):
     _, gaussians = mixture(4, 3, rng)
     some = gaussians[np.array([2, 0])]
     assert_array_equal(some.mean, gaussians.mean[[2, 0]])
     assert_array_equal(some.cov, gaussians.cov[[2, 0]])
+    gaussians[1:3] = some
+    assert_array_equal(gaussians.mean[1], some.mean[0])
+    assert_array_equal(gaussians.cov[2], some.cov[1])
+
+
+def test_of_a_joint_gaussian_a_linear_map_shows_what_it_picks(rng):
+    cov, C = random_covariance(5, rng), rng.normal(size=(2, 5))
+    both = Gaussian(rng.normal(size=5), cov)
+    parts = (Gaussian(both.mean[own], cov[own, own]) for own in (slice(0, 3), slice(3, 5)))
+    again = joint(*parts, cov[:3, 3:])
+    assert_array_equal(again.cov, cov)
+    # Sums of five numbers near 1.
+    assert_gaussian(again.through(C, 2.0), Gaussian(C @ both.mean + 2.0, C @ cov @ C.T), atol=1e-13)
 
 
 def test_frozen_arrays_are_read_only_copies():

@@ -7,11 +7,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.frames import in_batches
-from dynamics.gaussian import collapse
+from dynamics.gaussian import Gaussian, collapse
 from dynamics.gpb2 import gpb2_all, switching_all
 from dynamics.gpb2_filter import gpb2_filter, run_filter
 from tests.oracles import (
     SMOOTHED,
+    assert_gaussian,
     assert_given_path,
     condition,
     drawn,
@@ -141,16 +142,12 @@ def test_it_is_its_own_equations_one_pair_at_a_time(order, gaps, rng):
     assert_allclose(got.prob, prob, atol=SMOOTHED)
     assert_allclose(got.pair, pairs, atol=SMOOTHED)
     for k in range(3):
-        assert_allclose(got.starts.mean[k], states[0][0][k], atol=SMOOTHED)
-        assert_allclose(got.starts.cov[k], states[0][1][k], atol=SMOOTHED)
+        assert_gaussian(got.starts[k], Gaussian(states[0][0][k], states[0][1][k]), atol=SMOOTHED)
         for t in range(8):
-            assert_allclose(got.steps.mean[t, k], steps[t][k][0], atol=SMOOTHED)
-            assert_allclose(got.steps.cov[t, k], steps[t][k][1], atol=SMOOTHED)
+            assert_gaussian(got.steps[t, k], Gaussian(*steps[t][k]), atol=SMOOTHED)
             assert_allclose(got.steps.mean[t, k, : 2 * order], states[t + 1][0][k], atol=SMOOTHED)
     for t in range(9):
-        mean, cov = mixture(prob[t], *states[t])
-        assert_allclose(got.states.mean[t], mean, atol=SMOOTHED)
-        assert_allclose(got.states.cov[t], cov, atol=SMOOTHED)
+        assert_gaussian(got.states[t], Gaussian(*mixture(prob[t], *states[t])), atol=SMOOTHED)
     assert_array_equal(got.path, prob.argmax(1))
 
 
@@ -168,9 +165,7 @@ def test_the_moments_of_steps_states_and_pairs_agree(order, gaps, rng):
     assert_allclose(got.pair.sum(2), got.prob[:-1], atol=1e-12)
     assert_allclose(got.pair.sum(1), got.prob[1:], atol=1e-12)
     assert_allclose(got.prob.sum(1), 1.0, rtol=1e-12)
-    start = collapse(got.prob[0], got.starts)
-    assert_allclose(start.mean, got.states.mean[0], atol=1e-12)
-    assert_allclose(start.cov, got.states.cov[0], atol=1e-12)
+    assert_gaussian(collapse(got.prob[0], got.starts), got.states[0], atol=1e-12)
     assert_array_equal(got.path, got.prob.argmax(1))
 
 
@@ -188,8 +183,7 @@ def test_two_frames_are_exact(order, gaps, rng):  # nothing is collapsed before 
         got, want = gpb2(slds, y), enumerated(slds, y)
         assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-12, abs=1e-13)
         assert_allclose(got.prob, want.prob, atol=1e-12)
-        assert_allclose(got.states.mean[1], want.states.mean[1], atol=1e-12)
-        assert_allclose(got.states.cov[1], want.states.cov[1], atol=1e-12)
+        assert_gaussian(got.states[1], want.states[1], atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [1, 2])

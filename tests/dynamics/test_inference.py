@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from dynamics.gaussian import Gaussian
 from dynamics.gpb2 import gpb2_all
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
 from tests.oracles import (
     SMOOTHED,
+    assert_gaussian,
     assert_given_path,
     drawn,
     enumerated,
@@ -45,8 +47,7 @@ def assert_same(one, other, *, atol=SMOOTHED, rel=1e-9):
         (one.start_moments(), other.start_moments()),
         (one.step_moments(), other.step_moments()),
     ):
-        assert_allclose(got.mean, want.mean, atol=atol)
-        assert_allclose(got.cov, want.cov, atol=atol)
+        assert_gaussian(got, want, atol=atol)
 
 
 @pytest.mark.parametrize(
@@ -78,8 +79,7 @@ def test_identical_switching_states_give_the_one_state_answer(infer, rng):
     got, want = single(infer)(three, y), single(infer)(one, y)
     paid = 12 * np.log(3.0) if infer is viterbi_all else 0.0
     assert got.log_evidence == pytest.approx(want.log_evidence - paid, rel=1e-11)
-    assert_allclose(got.states.mean, want.states.mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, want.states.cov, atol=SMOOTHED)
+    assert_gaussian(got.states, want.states, atol=SMOOTHED)
     prior = three.pi0
     for t in range(12 if infer is not viterbi_all else 0):  # nothing tells them apart
         assert_allclose(got.prob[t], prior, atol=SMOOTHED)
@@ -146,8 +146,7 @@ def test_where_the_origin_lies_does_not_matter(infer, order, rng):
     # Coordinates of 100 lose 1e-14, against noise of 0.3 and gains up to 1e3.
     assert other.log_evidence == pytest.approx(one.log_evidence, rel=1e-9)
     assert_allclose(other.prob, one.prob, atol=1e-8)
-    assert_allclose(other.states.mean, one.states.mean + shift, atol=1e-8)
-    assert_allclose(other.states.cov, one.states.cov, atol=1e-8)
+    assert_gaussian(other.states, Gaussian(one.states.mean + shift, one.states.cov), atol=1e-8)
 
 
 def test_where_states_are_told_apart_it_is_the_exact_posterior(infer, rng):
@@ -186,8 +185,7 @@ def test_a_state_that_can_never_be_entered_changes_nothing(infer, rng):
     assert_array_equal(got.path, want.path)
     assert_array_equal(got.prob[:, 2], 0.0)
     assert_allclose(got.prob[:, :2], want.prob, atol=SMOOTHED)
-    assert_allclose(got.states.mean, want.states.mean, atol=SMOOTHED)
-    assert_allclose(got.states.cov, want.states.cov, atol=SMOOTHED)
+    assert_gaussian(got.states, want.states, atol=SMOOTHED)
     for moments in (got.start_moments(), got.step_moments()):
         assert np.isfinite(moments.mean).all()
         assert np.isfinite(moments.cov).all()

@@ -15,7 +15,7 @@ from dynamics.kalman import (
     update_information,
 )
 from dynamics.slds import constant_velocity
-from tests.oracles import condition, given_path, random_covariance, random_slds, sample
+from tests.oracles import assert_gaussian, condition, given_path, random_covariance, random_slds, sample
 
 N, M = 4, 3
 
@@ -50,8 +50,7 @@ def test_update_is_conditioning_the_joint_gaussian_on_what_was_seen(missing, rng
     mean, cov, log_p = condition(prior.mean, prior.cov, C[seen], R[np.ix_(seen, seen)], y[seen])
     posterior, log_lik = update(prior, y, C, R)
     # S has a condition number below 1e3: rounding 2e-16 * 1e3, and some room.
-    assert_allclose(posterior.mean, mean, atol=1e-11)
-    assert_allclose(posterior.cov, cov, atol=1e-11)
+    assert_gaussian(posterior, Gaussian(mean, cov), atol=1e-11)
     assert float(log_lik) == pytest.approx(log_p, rel=1e-11, abs=1e-12)
 
 
@@ -87,8 +86,7 @@ def test_information_updates_like_its_inverse_covariance(rng):
     information = np.linalg.inv(R)
     want, _ = update(prior, y, C, R)
     got = update_information(prior, C, information, information @ y)
-    assert_allclose(got.mean, want.mean, atol=1e-11)  # condition numbers below 1e3
-    assert_allclose(got.cov, want.cov, atol=1e-11)
+    assert_gaussian(got, want, atol=1e-11)  # condition numbers below 1e3
 
 
 def test_directions_without_information_keep_their_prior(rng):
@@ -113,8 +111,7 @@ def test_singular_information_is_the_limit_of_ever_vaguer_measurements(rng):
     vague = axes @ np.diag([1.0 / 40.0, 1.0 / 3.0, 1e8]) @ axes.T
     mean, cov, _ = condition(prior.mean, prior.cov, C, vague, y)
     # The vague direction still tells 1e-8 of the prior's precision.
-    assert_allclose(got.mean, mean, atol=1e-6)
-    assert_allclose(got.cov, cov, atol=1e-6)
+    assert_gaussian(got, Gaussian(mean, cov), atol=1e-6)
 
 
 def test_no_information_leaves_the_prior_as_it_is(rng):
@@ -131,8 +128,7 @@ def test_the_way_back_is_the_earlier_state_given_the_later(rng):
     back = reverse(filtered, A, b, Q)
     known = Gaussian(later, np.zeros((N, N)))
     # The predicted covariance is raised by 1e-12 of its size; its inverse may be 1e3 larger.
-    assert_allclose(back.step(known).mean, mean, atol=1e-9)
-    assert_allclose(back.step(known).cov, cov, atol=1e-9)
+    assert_gaussian(back.step(known), Gaussian(mean, cov), atol=1e-9)
     assert_array_equal(back.lag(known.cov), np.zeros((N, N)))
     # The law of total covariance, with x_{t+1} = x_t' said to spread by P: cov + gain P gain', P gain'.
     P = random_covariance(N, rng)
@@ -174,8 +170,7 @@ def test_many_beliefs_at_once_are_each_on_its_own(rng):
         one_smoothed, one_lag = smooth(filtered[n, k], one_updated, A[k], b[k], Q[k])
         # The same operations; the linear algebra library may sum in another order.
         for got, want in ((ahead, one), (updated, one_updated), (smoothed, one_smoothed)):
-            assert_allclose(got.mean[n, k], want.mean, atol=1e-12)
-            assert_allclose(got.cov[n, k], want.cov, atol=1e-12)
+            assert_gaussian(got[n, k], want, atol=1e-12)
         assert float(log_lik[n, k]) == pytest.approx(float(one_log_lik), rel=1e-12, abs=1e-12)
         assert_allclose(lag[n, k], one_lag, atol=1e-12)
 

@@ -9,7 +9,16 @@ from numpy.testing import assert_allclose, assert_array_equal
 from dynamics.gaussian import Gaussian, log_density
 from dynamics.viterbi import CHUNK, viterbi, viterbi_all
 from tests.dynamics.test_inference import assert_same
-from tests.oracles import SMOOTHED, all_paths, assert_given_path, drawn, given_path, random_slds, sample
+from tests.oracles import (
+    SMOOTHED,
+    all_paths,
+    assert_gaussian,
+    assert_given_path,
+    drawn,
+    given_path,
+    random_slds,
+    sample,
+)
 
 
 def drawn_hints(T, K, rng):
@@ -30,10 +39,8 @@ def test_one_switching_state_agrees_with_pykalman_where_frames_are_missing(order
         slds.A[0], slds.C, slds.Q[0], slds.R, slds.b[0], np.zeros(3), slds.mean0[0], slds.cov0[0]
     )
     masked = np.ma.masked_invalid(y)
-    mean, cov = other.smooth(masked)
     found = viterbi(slds, y)
-    assert_allclose(found.states.mean, mean, atol=1e-9)
-    assert_allclose(found.states.cov, cov, atol=1e-9)
+    assert_gaussian(found.states, Gaussian(*other.smooth(masked)), atol=1e-9)
     assert_allclose(found.log_evidence, other.loglikelihood(masked), atol=1e-9)
 
 
@@ -78,24 +85,12 @@ def test_hints_are_a_further_measurement_that_only_the_switching_state_explains(
     # A third freedom, drawn afresh at every frame about the state's own level, and measured with noise.
     level, spread, noise = np.array([-2.0, 0.0, 2.0]), np.array([0.3, 0.5, 0.9]), 0.2
     N = 2 * order
-    pad = ((0, 0), (0, 1), (0, 1))
-    Q, cov0 = np.pad(slds.Q, pad), np.pad(slds.cov0, pad)
-    Q[:, N, N] = cov0[:, N, N] = spread
-    C, R = np.pad(slds.C, ((0, 1), (0, 1))), np.pad(slds.R, ((0, 1), (0, 1)))
-    C[2, N], R[2, 2] = 1.0, noise
-    b, mean0 = np.column_stack([slds.b, level]), np.column_stack([slds.mean0, level])
-    wide = replace(
-        slds,
-        A=np.pad(slds.A, pad),
-        b=b,
-        Q=Q,
-        C=C,
-        R=R,
-        mean0=mean0,
-        cov0=cov0,
-        names=("a", "b", "z"),
-        drifts=("z",),
-    )
+    wide = slds.with_drifts(("z",), np.zeros(1), np.zeros(1), np.zeros(1))
+    changed = {name: getattr(wide, name).copy() for name in ("b", "Q", "R", "mean0", "cov0")}
+    changed["b"][:, N] = changed["mean0"][:, N] = level
+    changed["Q"][:, N, N] = changed["cov0"][:, N, N] = spread
+    changed["R"][2, 2] = noise
+    wide = replace(wide, **changed)
     z = 2.0 * rng.normal(size=25)
     at_level = Gaussian(level[:, None], (spread + noise)[:, None, None])
     got = viterbi(slds, y, log_density(at_level, z[:, None, None]))
@@ -103,8 +98,7 @@ def test_hints_are_a_further_measurement_that_only_the_switching_state_explains(
     assert not np.array_equal(want.path, viterbi(slds, y).path)  # the hints did tell something
     assert_array_equal(got.path, want.path)
     assert got.log_evidence == pytest.approx(want.log_evidence, rel=1e-11)
-    assert_allclose(got.states.mean, want.states.mean[:, :N], atol=SMOOTHED)
-    assert_allclose(got.states.cov, want.states.cov[:, :N, :N], atol=SMOOTHED)
+    assert_gaussian(got.states, Gaussian(want.states.mean[:, :N], want.states.cov[:, :N, :N]), atol=SMOOTHED)
 
 
 def test_hints_at_two_frames_are_weighed_exactly(rng):  # the first frame's hints as well as the last's

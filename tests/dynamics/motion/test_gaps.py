@@ -11,7 +11,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.motion import gaps
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.rate import by_motion
-from tests.oracles import SMOOTHED, every_path, given_path, log_density, random_slds, sample
+from tests.oracles import SMOOTHED, assert_gaussian, every_path, given_path, log_density, random_slds, sample
 
 
 def anywhere(slds, y):
@@ -25,11 +25,11 @@ def anywhere(slds, y):
 
 
 def conditioned(slds, y, path):
-    """Mean (T, M) and cov (T, M, M) of the poses given y and one path or many, and the states' mean."""
+    """The poses given y and one path or many, mean (T, M) and cov (T, M, M), and the states' mean."""
     placed, local, place = anywhere(slds, y)
     x, P, _ = given_path(placed, local, path)
     cov = np.stack([slds.C @ P[..., t, :, t, :] @ slds.C.T for t in range(len(y))], axis=-3)
-    return x @ slds.C.T + place, cov, x
+    return Gaussian(x @ slds.C.T + place, cov), x
 
 
 def with_gaps(y, *spans):
@@ -54,10 +54,9 @@ GAPS = {
 def test_with_one_switching_state_a_gap_is_filled_by_conditioning(order, where, recurrent, rng):
     slds = random_slds(1, order=order, rng=rng)
     y = with_gaps(sample(slds, 10, rng)[2], *GAPS[where])
-    mean, cov, _ = conditioned(slds, y, [0] * 10)
+    want, _ = conditioned(slds, y, [0] * 10)
     got = interpolate(slds, y, rng, recurrent=recurrent)
-    assert_allclose(got.mean, mean, atol=SMOOTHED)
-    assert_allclose(got.cov, cov, atol=SMOOTHED)
+    assert_gaussian(got, want, atol=SMOOTHED)
     assert_array_equal(got.cov, np.swapaxes(got.cov, 1, 2))
 
 
@@ -67,20 +66,18 @@ def test_single_entries_of_a_pose_are_filled_by_conditioning(order, rng):
     y = sample(slds, 12, rng)[2] + [0.0, 30.0, 0.0]
     y[rng.random(y.shape) < 0.3] = np.nan
     y[0, 1] = y[-1, 0] = y[5, 2] = np.nan
-    mean, cov, _ = conditioned(slds, y, [0] * 12)
+    want, _ = conditioned(slds, y, [0] * 12)
     got = interpolate(slds, y, rng)
     # Starting anywhere has a variance of 100, which the smoother's blur counts by.
-    assert_allclose(got.mean, mean, atol=100 * SMOOTHED)
-    assert_allclose(got.cov, cov, atol=100 * SMOOTHED)
+    assert_gaussian(got, want, atol=100 * SMOOTHED)
 
 
 def test_dense_measurements_are_answered_by_poses_as_they_are_measured(rng):
     slds = replace(random_slds(1, order=2, rng=rng), C=rng.normal(size=(2, 4)))
     y = with_gaps(sample(slds, 8, rng)[2], (3, 5))
-    mean, cov, _ = conditioned(slds, y, [0] * 8)
+    want, _ = conditioned(slds, y, [0] * 8)
     got = interpolate(slds, y, rng)
-    assert_allclose(got.mean, mean, atol=SMOOTHED)
-    assert_allclose(got.cov, cov, atol=SMOOTHED)
+    assert_gaussian(got, want, atol=SMOOTHED)
 
 
 @pytest.mark.parametrize("K", [1, 3])
@@ -91,8 +88,7 @@ def test_moving_the_figure_moves_the_answer(K, rng):
     here = interpolate(slds, y, np.random.default_rng(1))
     there = interpolate(slds, y + away, np.random.default_rng(1))
     # Rounding of places near 64.
-    assert_allclose(there.mean, here.mean + away, atol=1e-11)
-    assert_allclose(there.cov, here.cov, atol=1e-11)
+    assert_gaussian(there, Gaussian(here.mean + away, here.cov), atol=1e-11)
 
 
 def test_a_place_that_was_never_measured_is_left_open(rng):
@@ -231,7 +227,7 @@ def log_joint(slds, x, path, recurrent):
 def over_all_paths(slds, y, recurrent):
     """What two rounds of sampling a path come to; and how much single paths deviate from its mean and cov."""
     paths = every_path(slds.K, len(y))
-    means, covs, given = conditioned(slds, y, paths)
+    poses, given = conditioned(slds, y, paths)
 
     def probable(x):
         """(..., paths) of each path, given states x (..., T, N)."""
@@ -240,10 +236,10 @@ def over_all_paths(slds, y, recurrent):
 
     motions = by_motion(slds)
     assert motions.K == 1
-    weights = probable(conditioned(motions, y, [0] * len(y))[2]) @ probable(given)
-    mean = np.tensordot(weights, means, 1)
-    apart = means - mean
-    squares = covs + apart[..., :, None] * apart[..., None, :]
+    weights = probable(conditioned(motions, y, [0] * len(y))[1]) @ probable(given)
+    mean = np.tensordot(weights, poses.mean, 1)
+    apart = poses.mean - mean
+    squares = poses.cov + apart[..., :, None] * apart[..., None, :]
     cov = np.tensordot(weights, squares, 1)
     deviations = (np.sqrt(np.tensordot(weights, d**2, 1)) for d in (apart, squares - cov))
     return Gaussian(mean, cov), Gaussian(*deviations)
@@ -284,11 +280,10 @@ def told_apart(rng):
 def test_a_switch_that_cannot_be_is_not_taken(rng):
     slds = replace(random_slds(2, order=1, rng=rng), pi0=[1.0, 0.0], Pi=[[1.0, 0.0], [0.5, 0.5]])
     y = with_gaps(sample(slds, 10, rng)[2], (4, 7))
-    mean, cov, _ = conditioned(slds, y, [0] * 10)  # the second state is never come to
+    want, _ = conditioned(slds, y, [0] * 10)  # the second state is never come to
     for recurrent in (True, False):
         got = interpolate(slds, y, rng, recurrent=recurrent)
-        assert_allclose(got.mean, mean, atol=SMOOTHED)
-        assert_allclose(got.cov, cov, atol=SMOOTHED)
+        assert_gaussian(got, want, atol=SMOOTHED)
 
 
 def test_measurements_long_after_a_gap_speak_for_the_switch_within_it(rng):
@@ -298,9 +293,8 @@ def test_measurements_long_after_a_gap_speak_for_the_switch_within_it(rng):
     slds = replace(slds, pi0=[1.0, 0.0], Pi=[[0.7, 0.3], [0.0, 1.0]], **unclear)
     x = np.full((120, 2), 1.0) + 0.2 * rng.normal(size=(120, 2))
     y = with_gaps(x, (4, 9))
-    mean, cov, _ = conditioned(slds, y[:40], [0] * 40)
+    want, _ = conditioned(slds, y[:40], [0] * 40)
     got = interpolate(slds, y, rng, recurrent=False)
     # A frame says 1 nat against having switched, and not to switch costs 0.36: 100 frames leave no chance.
     # What comes after frame 40 says nothing of the first 20, as a state forgets by more than half a frame.
-    assert_allclose(got.mean[:20], mean[:20], atol=1e-6)
-    assert_allclose(got.cov[:20], cov[:20], atol=1e-6)
+    assert_gaussian(got[:20], want[:20], atol=1e-6)

@@ -11,7 +11,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict
 from dynamics.motion.rate import at_rate, backwards, by_motion, run_moments, stationary
 from dynamics.slds import combine
-from tests.oracles import given_path, random_slds
+from tests.oracles import assert_gaussian, given_path, random_slds
 
 FIELDS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
 
@@ -204,8 +204,7 @@ def test_a_run_has_the_joint_moments_of_its_frames(order, run, travelling, rng):
     for k in range(3):
         mean, cov, _ = given_path(slds, np.full((T, 3), np.nan), [k] * T)
         # Rounding in a few products of matrices with entries near 1.
-        assert_allclose(got.mean[k], mean[t, i], atol=1e-12)
-        assert_allclose(got.cov[k], cov[t[:, None], i[:, None], t, i], atol=1e-12)
+        assert_gaussian(got[k], Gaussian(mean[t, i], cov[t[:, None], i[:, None], t, i]), atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import solve_discrete_lyapunov
 
+from dynamics.gaussian import Gaussian
 from dynamics.gpb2 import gpb2_all, switching_all
 from dynamics.motion import tasks
 from dynamics.motion.noise import (
@@ -39,6 +40,7 @@ from tests.dynamics.hmms import enumerated as enumerated_hmm
 from tests.dynamics.hmms import random_hmm
 from tests.oracles import (
     all_paths,
+    assert_gaussian,
     condition,
     enumerated,
     given_path,
@@ -290,10 +292,10 @@ def test_who_was_not_learned_from_has_another_mean_posture(order, rng):
 
 
 def ahead(slds, y, t, horizon):
-    """Exact moments of the pose at t from the frames up to t - horizon, by a sum over all paths."""
+    """The pose at t from the frames up to t - horizon exactly, by a sum over all paths."""
     known = np.vstack([y[: t - horizon + 1], np.full((horizon, y.shape[1]), np.nan)])
     states = enumerated(slds, known).states
-    return slds.C @ states.mean[-1], slds.C @ states.cov[-1] @ slds.C.T
+    return Gaussian(slds.C @ states.mean[-1], slds.C @ states.cov[-1] @ slds.C.T)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -308,10 +310,8 @@ def test_a_forecast_of_one_state_is_that_of_the_joint_gaussian(order, horizon, r
         assert np.isnan(got.mean[:horizon]).all()
         assert np.isnan(got.cov[:horizon]).all()
         for t in range(horizon, len(y) + horizon):
-            mean, cov = ahead(slds, y, t, horizon)
             # Rounding in a dozen products.
-            assert_allclose(got.mean[t], mean, atol=1e-10)
-            assert_allclose(got.cov[t], cov, atol=1e-10)
+            assert_gaussian(got[t], ahead(slds, y, t, horizon), atol=1e-10)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -322,9 +322,7 @@ def test_forecasts_from_two_frames_are_exact(order, horizon, rng):  # nothing is
     ys[1][0] = ys[2][1, 0] = ys[3][:] = np.nan
     for y, got in zip(ys, forecasts(slds, ys, horizon), strict=True):
         for t in (horizon, horizon + 1):
-            mean, cov = ahead(slds, y, t, horizon)
-            assert_allclose(got.mean[t], mean, atol=1e-10)
-            assert_allclose(got.cov[t], cov, atol=1e-10)
+            assert_gaussian(got[t], ahead(slds, y, t, horizon), atol=1e-10)
         assert_array_equal(got.cov[horizon:], np.swapaxes(got.cov[horizon:], 1, 2))
 
 
@@ -335,9 +333,9 @@ def test_later_forecasts_are_nearly_those_of_all_paths(rng):
         y = sample(slds, 5, rng)[2]
         (got,) = forecasts(slds, [y], 2)
         for t in (5, 6):
-            mean, cov = ahead(slds, y, t, 2)
-            off.append(np.abs(got.mean[t] - mean) / np.sqrt(np.diag(cov)))
-            wider.append(np.diag(got.cov[t]) / np.diag(cov))
+            want = ahead(slds, y, t, 2)
+            off.append(np.abs(got.mean[t] - want.mean) / np.sqrt(np.diag(want.cov)))
+            wider.append(np.diag(got.cov[t]) / np.diag(want.cov))
     # The filter collapses every frame's pairs. Measured over 60 models, of a forecast's own deviation: median
     # 3e-5, at most 0.024; of its variance at most 5 %.
     assert np.median(off) < 1e-3
@@ -427,8 +425,7 @@ def test_forecasts_go_by_the_noise_of_the_frames_before(rng):
         for one, want in zip(got, forecasts(fitted, ys, 2, recurrent=True), strict=True):
             rows = slice(known + 2, until + 2)
             # The same operations, in batches of other lengths.
-            assert_allclose(one.mean[rows], want.mean[rows], atol=1e-12)
-            assert_allclose(one.cov[rows], want.cov[rows], atol=1e-12)
+            assert_gaussian(one[rows], want[rows], atol=1e-12)
 
 
 def test_a_forecast_is_made_once_from_every_frame(rng, monkeypatch):
@@ -475,13 +472,17 @@ def drawn_towards(slds, weight=tasks.PULL):
     return replace(slds, A=(rest @ slds.A[0])[None], b=b[None], Q=(rest @ slds.Q[0])[None])
 
 
-def assert_has_moments(y, slds, *, frames):
-    """Sample moments of a run against stationary ones, to five standard errors of so many free frames."""
-    want = settled(slds)
-    mean, cov = slds.C @ want.mean0[0], slds.C @ want.cov0[0] @ slds.C.T
+def assert_drawn_from(mean, cov, y, *, n):
+    """Sample moments to five standard errors of a Gaussian's, of n draws that are independent."""
     sd = np.sqrt(np.diag(cov))
-    assert (np.abs(y.mean(0) - mean) < 5.0 * sd / np.sqrt(frames)).all()
-    assert (np.abs(np.cov(y.T) - cov) < 5.0 * np.outer(sd, sd) * np.sqrt(2.0 / frames)).all()
+    assert (np.abs(y.mean(0) - mean) < 5.0 * sd / np.sqrt(n)).all()
+    assert (np.abs(np.cov(y.T) - cov) < 5.0 * np.outer(sd, sd) * np.sqrt(2.0 / n)).all()
+
+
+def assert_has_moments(y, slds, *, frames):
+    """Sample moments of a run are the stationary ones, as far as so many free frames tell."""
+    want = settled(slds)
+    assert_drawn_from(slds.C @ want.mean0[0], slds.C @ want.cov0[0] @ slds.C.T, y, n=frames)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -540,11 +541,7 @@ def test_switch_and_step_have_the_stated_probabilities(recurrent, rng, monkeypat
     assert (np.abs(share - prob) <= 5.0 * np.sqrt(prob * (1.0 - prob) / n) + 1e-12).all()
     assert prob[1:].min() > 0.05  # both are there to be told apart
     for k in (1, 2):
-        mean, cov = steps[k]
-        of_k, sd = y[s == k], np.sqrt(np.diag(cov))
-        # Five standard errors of a Gaussian's mean and variance.
-        assert (np.abs(of_k.mean(0) - mean) < 5.0 * sd / np.sqrt(len(of_k))).all()
-        assert (np.abs(np.cov(of_k.T) - cov) < 5.0 * np.outer(sd, sd) * np.sqrt(2.0 / len(of_k))).all()
+        assert_drawn_from(*steps[k], y[s == k], n=np.sum(s == k))
 
 
 @pytest.mark.parametrize("recurrent", [True, False])
@@ -554,10 +551,7 @@ def test_a_run_starts_as_a_sequence_does(recurrent, rng):
     s, y = np.array([run[0][0] for run in runs]), np.array([run[1][0] for run in runs])
     assert np.mean(s == 0) == pytest.approx(slds.pi0[0], abs=5.0 * 0.5 / np.sqrt(1000))
     for k in range(2):
-        of_k, cov = y[s == k], slds.cov0[k][:2, :2]
-        sd = np.sqrt(np.diag(cov))
-        assert (np.abs(of_k.mean(0) - slds.mean0[k][:2]) < 5.0 * sd / np.sqrt(len(of_k))).all()
-        assert (np.abs(np.cov(of_k.T) - cov) < 5.0 * np.outer(sd, sd) * np.sqrt(2.0 / len(of_k))).all()
+        assert_drawn_from(slds.mean0[k][:2], slds.cov0[k][:2, :2], y[s == k], n=np.sum(s == k))
 
 
 def swinging(radius, *, travelling=True):
