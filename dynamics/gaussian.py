@@ -79,6 +79,11 @@ def inverse_root(cov: Array) -> tuple[Array, Array]:
     return np.asarray(np.linalg.solve(root, np.broadcast_to(np.eye(cov.shape[-1]), root.shape))), log_det
 
 
+def unknown(T: int, M: int) -> Gaussian:
+    """(T, M) of which nothing is told: NaN."""
+    return Gaussian(np.full((T, M), np.nan), np.full((T, M, M), np.nan))
+
+
 def joint(one: Gaussian, other: Gaussian, cross: Array) -> Gaussian:
     """That of [x; y] from those of x and y and Cov(x, y) (..., N, M)."""
     cov = np.block([[one.cov, cross], [transpose(cross), other.cov]])

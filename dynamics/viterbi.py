@@ -68,13 +68,13 @@ def forward(slds: SLDS, frames: Frames) -> Forward:
     K, N = slds.b.shape
     rows, now = len(frames.y), frames.at(0)
     extra = frames.hints - 0.5 * LOG_2PI * (~np.isnan(frames.y)).sum(-1)[:, None]
-    mean, cov = np.empty((rows, K, N)), np.empty((rows, K, N, N))
+    beliefs = Gaussian(np.empty((rows, K, N)), np.empty((rows, K, N, N)))
     back, cost = np.zeros((rows, K), dtype=np.intp), np.empty((rows, K))
-    found, log_lik = update(slds.start, frames.y[now, None], slds.C, slds.R)
-    mean[now], cov[now], cost[now] = found.mean, found.cov, -slds.log_pi0 - log_lik - frames.hints[now]
-    system = constants(slds, slds.C, slds.R)
-    viterbi_rows(system, slds.log_Pi, frames.y, extra, frames.before, (mean, cov, cost, back))
-    return Forward(Gaussian(mean, cov), back, cost)
+    beliefs[now], log_lik = update(slds.start, frames.y[now, None], slds.C, slds.R)
+    cost[now] = -slds.log_pi0 - log_lik - frames.hints[now]
+    found = beliefs.mean, beliefs.cov, cost, back
+    viterbi_rows(constants(slds, slds.C, slds.R), slds.log_Pi, frames.y, extra, frames.before, found)
+    return Forward(beliefs, back, cost)
 
 
 def _best_log_p(ahead: Forward, frames: Frames) -> Array:

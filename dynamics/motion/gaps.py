@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density
+from dynamics.gaussian import Array, Gaussian, apply, collapse, log_density, unknown
 from dynamics.learning.em import from_origin
 from dynamics.motion.rate import by_motion
 from dynamics.region import log_switch, regions
@@ -41,7 +41,7 @@ def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bo
     """
     if np.isnan(y).all():
         raise ValueError("nothing was measured; give at least one frame to fill from")
-    poses = Gaussian(np.empty_like(y), np.empty((*y.shape, y.shape[1])))
+    poses = unknown(*y.shape)
     for rows, window in _pieces(y):
         found = _filled(slds, y[window], rng, recurrent)
         poses[rows] = found[rows.start - window.start : rows.stop - window.start]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.frames import Frames, in_batches
-from dynamics.gaussian import Array, Gaussian, apply, collapse
+from dynamics.gaussian import Array, Gaussian, apply, collapse, unknown
 from dynamics.gpb2 import switching_all
 from dynamics.gpb2_filter import filter_steps
 from dynamics.hmm import HMM, hmm_all
@@ -112,7 +112,7 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lamb
         ValueError: a horizon below 1.
     """
     own = drawn(wider(slds), TOWARDS)
-    found = [_nothing(len(y) + horizon, len(slds.names)) for y in ys]
+    found = [unknown(len(y) + horizon, len(slds.names)) for y in ys]
     for known, until in pairwise([0, *_edges(ys), max(map(len, ys), default=0)]):
         longer = [i for i, y in enumerate(ys) if len(y) > known]
         before = [y[:known] for y in ys]
@@ -144,7 +144,7 @@ def forecasts(
     switch = partial(log_switch, slds, regions(slds), weight=POSE) if recurrent else None
 
     def infer(frames: Frames) -> list[Gaussian]:
-        found = _nothing(len(frames.y), len(slds.names))
+        found = unknown(len(frames.y), len(slds.names))
         for now in filter_steps(slds, frames, switch):
             if now.rows.stop <= frames.first[min(first, len(frames.first) - 1)]:
                 continue
@@ -204,15 +204,10 @@ def _kept_in(following: Gaussian, poses: Regions, k: int, limit: float) -> Gauss
     return near
 
 
-def _nothing(frames: int, M: int) -> Gaussian:
-    """Frames of which nothing is told: NaN."""
-    return Gaussian(np.full((frames, M), np.nan), np.full((frames, M, M), np.nan))
-
-
 def _later(found: Gaussian, frames: int) -> Gaussian:
     """Gaussians of frames put so many frames later; of those before nothing is told."""
     T, M = found.mean.shape
-    later = _nothing(T + frames, M)
+    later = unknown(T + frames, M)
     later[frames:] = found
     return later
 

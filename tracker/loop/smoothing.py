@@ -79,5 +79,5 @@ def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:
 def _alone(tracker: Tracker, estimate: Estimate, states: Gaussian, h: int) -> Estimate:
     """The estimate with one of its hypotheses alone, in which the state is this."""
     s, parent = estimate.belief.s[[h]], estimate.belief.parent[[h]]
-    belief = Belief(Gaussian(states.mean[None], states.cov[None]), np.zeros(1), s, parent)
+    belief = Belief(states[None], np.zeros(1), s, parent)
     return replace(estimate, pose=tracker.pose(states), s=int(s[0]), belief=belief)

@@ -114,8 +114,8 @@ class Tracker:
         """Every hypothesis given the points, as any naming has them."""
         priors = self.pose(belief.states)
         given = self.conditioned(belief, priors, self._detector.namings(detections, priors))
-        each = zip(given.states.mean, given.states.cov, given.cost, strict=True)
-        return either([replace(belief, states=Gaussian(*of), cost=cost) for *of, cost in each])
+        costs = enumerate(given.cost)
+        return either([replace(belief, states=given.states[n], cost=cost) for n, cost in costs])
 
     def _registered(
         self, state: State, image: Image, proposed: Belief, detections: Detections | None

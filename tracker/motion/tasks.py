@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from dynamics.gaussian import Array, Gaussian
+from dynamics.gaussian import Array, Gaussian, unknown
 from dynamics.gpb2 import switching_all
 from dynamics.hmm import HMM
 from dynamics.motion.tasks import CLASSIFY_TICKS, Labelling, classify, classify_hmm, predict, predict_ticks
@@ -119,14 +119,13 @@ def forecast_all(
         expected = predict(free, ys, horizon, tick)
     forecasts = []
     for s, start, place, ahead in zip(sequences, starts, places, expected, strict=True):
-        mean = np.full((len(s) + horizon, len(POSE_COLUMNS)), np.nan)
-        cov = np.full((len(s) + horizon, len(POSE_COLUMNS), len(POSE_COLUMNS)), np.nan)
-        mean[start:], cov[start:] = ahead.mean + place, ahead.cov
+        forecast = unknown(len(s) + horizon, len(POSE_COLUMNS))
+        forecast[start:] = Gaussian(ahead.mean + place, ahead.cov)
         for column in range(ROOT_COLUMNS):
             seen = np.flatnonzero(s.seen[:, column])
-            unplaced = seen[0] + horizon if len(seen) else len(mean)
-            mean[:unplaced, column] = cov[:unplaced, column, column] = np.nan
-        forecasts.append(Gaussian(mean, cov))
+            unplaced = seen[0] + horizon if len(seen) else len(forecast.mean)
+            forecast.mean[:unplaced, column] = forecast.cov[:unplaced, column, column] = np.nan
+        forecasts.append(forecast)
     return forecasts
 
 
