@@ -125,13 +125,13 @@ def blocks(Pis: Sequence[Array], crossing: float) -> Array:
     if len(Pis) == 1:
         return np.array(Pis[0])
     K, at = sum(len(Pi) for Pi in Pis), 0
-    joined = np.zeros((K, K))
+    together = np.zeros((K, K))
     for Pi in Pis:
         block = slice(at, at + len(Pi))
-        joined[block] = crossing / (K - len(Pi))
-        joined[block, block] = (1.0 - crossing) * Pi
+        together[block] = crossing / (K - len(Pi))
+        together[block, block] = (1.0 - crossing) * Pi
         at += len(Pi)
-    return joined
+    return together
 
 
 def _check_possible(log_evidence: Array) -> None:

@@ -134,10 +134,8 @@ class Stretch:
 
     def residual(self, one: Cells, other: Cells) -> Array:
         """(n, m) covariance of the residual, without the noise, between cells."""
-        quick, slow, _ = self.correlations
-        return _spread(quick, self.stride.quick[self.k], one, other) + _spread(
-            slow, self.stride.slow[self.k], one, other
-        )
+        quick = _spread(self.correlations[0], self.stride.quick[self.k], one, other)
+        return quick + _spread(self.correlations[1], self.stride.slow[self.k], one, other)
 
     def value(self, z: Array, start: float, cells: Cells) -> tuple[Array, Array, Array]:
         """f (n,) at cells, df/dz (n, Z + W), and the phase (T,), which `start` is added to."""
