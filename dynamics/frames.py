@@ -21,8 +21,13 @@ PAIRS = 1024  # pairs of switching states worked on at a time: beyond this the s
 
 @dataclass(frozen=True)
 class Frames:
-    """y (rows, M), hints (rows, K); frame t has rows first[t] to first[t + 1], and the row a frame before a
-    sequence's row is before[row]."""
+    """The frames of several sequences, longest first.
+
+    y, hints : (rows, M) and (rows, K)
+    first    : frame t has the rows first[t] to first[t + 1]
+    before   : (rows,) the row of the same sequence a frame before
+    lengths  : of each sequence, frames
+    """
 
     y: Array
     hints: Array
@@ -43,8 +48,7 @@ class Frames:
             yield slice(int(self.before[now.start]), int(self.before[now.stop - 1]) + 1), now
 
     def chunks(self, size: int) -> Iterator[tuple[slice, Iterator[tuple[slice, slice]]]]:
-        """All rows but frame 0's, from the last frame back, `size` or one frame's at a time; and `back` in
-        them."""
+        """All rows but frame 0's, from the last back, `size` or one frame's at a time, and `back` in them."""
         stop = len(self.first) - 1
         while stop > 1:
             start = int(np.searchsorted(self.first, self.first[stop] - size))
