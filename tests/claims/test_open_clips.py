@@ -85,9 +85,7 @@ def test_the_learned_model_errs_less_than_constant_velocity_that_sees_the_same_o
     assert learned < cv
 
 
-def test_the_learned_model_outlives_constant_velocity_wherever_that_is_lost(
-    scores: Scores,
-) -> None:
+def test_the_learned_model_outlives_constant_velocity_wherever_that_is_lost(scores: Scores) -> None:
     for clip, rival in scores[RIVAL].items():
         lost = scores[LEARNED][clip].first_failure_frame
         if rival.first_failure_frame is not None:

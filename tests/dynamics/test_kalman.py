@@ -6,14 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import multivariate_normal
 
 from dynamics.gaussian import Gaussian
-from dynamics.kalman import (
-    log_likelihood,
-    predict,
-    reverse,
-    smooth,
-    update,
-    update_information,
-)
+from dynamics.kalman import log_likelihood, predict, reverse, smooth, update, update_information
 from dynamics.slds import constant_velocity
 from tests.oracles import assert_gaussian, condition, given_path, random_covariance, random_slds, sample
 

@@ -341,13 +341,7 @@ def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
 
 @COMPILED
 def _moved(
-    tree: Layout,
-    start: Array,
-    direction: Array,
-    length: Array,
-    i: int,
-    M: Array,
-    moving: NDArray[np.intp],
+    tree: Layout, start: Array, direction: Array, length: Array, i: int, M: Array, moving: NDArray[np.intp]
 ) -> int:
     """How the pose moves link i, into M (5, D); which freedoms do, into `moving`; returns how many."""
     dx, dy = direction[i, 0], direction[i, 1]

@@ -123,11 +123,7 @@ def _command(command: Command) -> list[str]:
 
 
 def _stages(cost: Cost) -> list[str]:
-    ends = {
-        "all": cost.whole,
-        "all, without survey and outline": cost.tracked,
-        "Lucas-Kanade": cost.rival,
-    }
+    ends = {"all": cost.whole, "all, without survey and outline": cost.tracked, "Lucas-Kanade": cost.rival}
     rows = (cost.stages | ends).items()
     return table(("stage", "ms a frame"), [[name, f"{spent:.2f}"] for name, spent in rows])
 

@@ -92,12 +92,7 @@ def test_where_nobody_is_found_the_page_opens_without_marks_and_it_is_said(clip,
 
 @pytest.mark.whole
 @pytest.mark.parametrize(
-    ("options", "frame", "taken"),
-    [
-        ((), 6, LEFT[6]),
-        (("--frame", 2), 2, None),
-        (("--empty",), 0, None),
-    ],
+    ("options", "frame", "taken"), [((), 6, LEFT[6]), (("--frame", 2), 2, None), (("--empty",), 0, None)]
 )
 def test_the_page_opens_with_the_suggestion_unless_it_is_told_otherwise(film, table, options, frame, taken):
     write_marks(suggestion_path(table.parent, film), LEFT)

@@ -226,8 +226,7 @@ ALIKE = {"viterbi": 3.0, "gpb2": 3.0, "variational": 3.0}
 
 
 @pytest.mark.parametrize(
-    ("hmm", "verdict", "winner"),
-    [(4.0, Verdict.HOLDS, "switching"), (2.0, Verdict.FAILS, "hidden Markov")],
+    ("hmm", "verdict", "winner"), [(4.0, Verdict.HOLDS, "switching"), (2.0, Verdict.FAILS, "hidden Markov")]
 )
 def test_the_better_model_is_named_whichever_it_is(hmm, verdict, winner):
     claim = classify.claims(scores(hmm, ALIKE))[1]
