@@ -1,10 +1,10 @@
 """Write docs/motion.md: what the learned models make of walks and runs on captures, beside the targets.
 
-    python -m tests.benchmarks.motion DATA docs/motion.md [--quick] [--part people]
+    python -m tests.benchmarks.motion DATA docs/motion.md [--part people]
 
 DATA holds `mocap` and `splices`. Two processes, of one thread each where OMP_NUM_THREADS and
-OPENBLAS_NUM_THREADS say so as in `make motion`; about half an hour. With --quick a few, but the figures
-mean nothing. With --part only the section of that module is measured; the page keeps the others.
+OPENBLAS_NUM_THREADS say so as in `make motion`; about half an hour. With --part only
+the section of that module is measured; the page keeps the others.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from types import ModuleType
 
 from tests.benchmarks.motion.data import SAME, Results, Source, study
 from tests.benchmarks.motion.measure import SECTIONS, measure, named_parts
-from tests.benchmarks.page import TRY, claim_table, written
+from tests.benchmarks.page import claim_table, written
 from tracker.models.learn import NOISE, STATES
 from tracker.progress import Progress
 
@@ -24,11 +24,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.motion", description=__doc__)
     parser.add_argument("data", type=Path, help="folder of mocap and splices")
     parser.add_argument("out", type=Path, help="the page, Markdown")
-    parser.add_argument("--quick", action="store_true", help="a try of the program; its figures mean nothing")
     names = [part.__name__.rpartition(".")[2] for part in SECTIONS]
     parser.add_argument("--part", choices=names, help="only this section; the page keeps the others")
     asked = parser.parse_args()
-    source, parts = Source(asked.data, asked.quick), named_parts(asked.part)
+    source, parts = Source(asked.data), named_parts(asked.part)
     results = measure(source, Progress(), parts)
     before = asked.out.read_text(encoding="utf-8") if asked.part and asked.out.exists() else ""
     asked.out.write_text(page(source, results, parts, before), encoding="utf-8")
@@ -54,7 +53,6 @@ def page(source: Source, results: Results, parts: Sequence[ModuleType], before: 
             part.HEADING,
             "",
             f"{written('motion')}.",
-            *([TRY] if source.quick else []),
             "",
             *claim_table(part.claims(results)),
             *part.section(source, results),

@@ -84,7 +84,7 @@ class Rival:
 def jobs(source: Source) -> Iterator[Forecast | Rival]:
     """Every variant, and constant velocity."""
     for label in MOTIONS:
-        for recipe in held_out(source, label, *source.some(VARIANTS)):
+        for recipe in held_out(source, label, *VARIANTS):
             yield Forecast(recipe, label)
         yield Rival(label)
 
@@ -102,10 +102,10 @@ def claims(results: Results) -> Iterator[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    rows = {named(*variant): [] for variant in source.some(VARIANTS)}
+    rows = {named(*variant): [] for variant in VARIANTS}
     one, own, chosen = [], [], []
     for label in MOTIONS:
-        for variant in source.some(VARIANTS):
+        for variant in VARIANTS:
             rows[named(*variant)] += _cells(_errors(results, label, variant))
         best = results[Rival(label)]
         process, measured = best.noises

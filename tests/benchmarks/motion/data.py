@@ -33,20 +33,14 @@ SAME = ("07", "08")  # probably one person
 SHOWN_STATES = (STATES, 1)
 DEFAULT: Variant = (STATES, 2, NOISE)
 STRIDE: Variant = (0, 2, NOISE)  # as Recipe tells a stride
-QUICK_FRAMES = 100  # of the splices
 TABLE = Path("mocap") / "trials.csv"
 
 
 @dataclass(frozen=True)
 class Source:
-    """The folder of captures and splices; `quick` takes little of either and learns badly."""
+    """The folder of captures and splices."""
 
     folder: Path
-    quick: bool = False
-
-    def some(self, items: Sequence[Item]) -> list[Item]:
-        """All of them, or the first and the last for a quick try."""
-        return [*items[:1], *items[1:][-1:]] if self.quick else list(items)
 
 
 @dataclass(frozen=True)
@@ -88,7 +82,7 @@ Results = Mapping[Job, Any]
 @cache
 def study(source: Source) -> Study:
     """All walks and runs."""
-    return read_study(source.folder / TABLE, Progress("quiet"), quick=source.quick)
+    return read_study(source.folder / TABLE, Progress("quiet"))
 
 
 def learn(source: Source, recipe: Recipe) -> Model:
@@ -114,7 +108,7 @@ def folds(source: Source, label: str) -> list[frozenset[str]]:
     """The subjects to leave out together: one, or both names of one that has two."""
     found = {s.capture.subject for s in straight(source, label)}
     people = sorted({SAME if name in SAME else (name,) for name in found})
-    return [frozenset(person) for person in source.some(people)]
+    return [frozenset(person) for person in people]
 
 
 def held_out(source: Source, label: str, *variants: Variant) -> Iterator[Recipe]:
@@ -155,8 +149,6 @@ def splices(source: Source, noise: int) -> Splices:
     truth, rows = _rows(folder / "truth.csv"), _rows(folder / f"splice_n{noise}.csv")
     if [(r["seq"], r["frame"]) for r in truth] != [(r["seq"], r["frame"]) for r in rows]:
         raise ValueError(f"truth.csv and splice_n{noise}.csv in {folder} must list the same frames")
-    if source.quick:
-        truth, rows = truth[:QUICK_FRAMES], rows[:QUICK_FRAMES]
     y = np.array([[np.nan, np.nan, *(float(r[name]) for name in POSE_COLUMNS[ANGLES])] for r in rows])
     seq = np.array([r["seq"] for r in rows])
     return Splices(

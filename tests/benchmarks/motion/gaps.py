@@ -90,7 +90,7 @@ class Filling:
     def run(self, source: Source, model: Model | None) -> list[Gap]:
         """Each segment's gap."""
         fill = self._fill(source, model)
-        captures = [s.capture for s in source.some(straight(source, self.label, self.learned.held))]
+        captures = [s.capture for s in straight(source, self.label, self.learned.held)]
         return [self._gap(fill, model, c) for c in captures if spans(c.y, self.gap)]
 
     def _gap(self, fill: Fill, model: Model | None, capture: Capture) -> Gap:
@@ -196,7 +196,7 @@ def _rows(source: Source) -> list[tuple[str, Variant, str]]:
     rows += [(PATH, (1, order, NOISE), f"{named(1, order)}: Kalman smoother") for order in (2, 1)]
     rows += [(way, DEFAULT, way) for way in (LINE, SPLINE, CLOSE)]
     first = [(CHOSEN, DEFAULT, CHOSEN), (PERIODIC, STRIDE, PERIODIC)]
-    return [*first, *source.some(rows)]
+    return [*first, *rows]
 
 
 def _errors(

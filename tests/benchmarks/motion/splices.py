@@ -133,4 +133,4 @@ def _rows(source: Source) -> list[tuple[int, int, float, Inference, float]]:
     ]
     rows.append((STATES, 2, float(MIDDLE), INFERENCE, POSE))
     rows += [(STATES, 0, noise, Inference.HMM, 0.0) for noise in (NOISE, float(MIDDLE))]
-    return source.some(rows)
+    return rows

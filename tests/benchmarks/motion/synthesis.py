@@ -36,7 +36,6 @@ BOUND = 1.0  # the same, for motions that need only be bounded
 SHORTEST, LONGEST = 12, 60  # frames of a stride
 OUT, STRIDE, SPECTRUM, RUN_STRIDE = 4.0, 10.0, 1.6, 20.0  # targets; per cent, but the spectrum's decibels
 LEAST_SPREAD, MOST_SPREAD = 70.0, 130.0  # per cent of the captures'
-QUICK_SEEDS = 2
 HEADER = ("model, switch", "out, %", "far out, %", "stride (least to most)", "spectrum, dB")
 
 HIPS = POSE_COLUMNS.index("hip_near"), POSE_COLUMNS.index("hip_far")
@@ -73,7 +72,7 @@ class Making:
     def run(self, source: Source, model: Model | None) -> Likeness:
         assert isinstance(model, SLDS)
         known = both(study(source).lessons(self.recipe))
-        return compare(model, known, self.recurrent, QUICK_SEEDS if source.quick else SEEDS)
+        return compare(model, known, self.recurrent, SEEDS)
 
 
 @dataclass(frozen=True)
@@ -86,8 +85,7 @@ class Persons:
         """Frames of the persons drawn, and of those captured."""
         assert isinstance(model, Stride)
         drawn = (
-            synthesise_stride(model, 0, FRAMES, FPS, np.random.default_rng(seed))
-            for seed in range(QUICK_SEEDS if source.quick else PERSONS)
+            synthesise_stride(model, 0, FRAMES, FPS, np.random.default_rng(seed)) for seed in range(PERSONS)
         )
         captured = _by_subject(both(study(source).lessons(self.recipe)))
         return np.array([stride([y]) for y in drawn]), np.array([stride(ys) for ys in captured])
@@ -202,7 +200,7 @@ def spectrum(groups: Sequence[Sequence[Array]]) -> Array:
 
 def _rows(source: Source) -> list[tuple[int, int]]:
     """States and order, the default first."""
-    return source.some([(states, 2) for states in SHOWN_STATES])
+    return [(states, 2) for states in SHOWN_STATES]
 
 
 def _cells(like: Likeness) -> list[str]:
