@@ -1,6 +1,6 @@
 """What `make models` learns is what ships, to the fourth digit after the point.
 
-Left out is `gait-started`, which takes a minute to learn.
+Left out are those of arms, the pooled one, and `gait-started`, which takes a minute to learn.
 """
 
 from pathlib import Path
@@ -17,7 +17,6 @@ pytestmark = pytest.mark.claims
 MODELS = Path(__file__).parents[2] / "dynamics" / "models"
 LEARNED = {
     "walk-run": ("learn.toml", "--states", 1, "--noise", 0),
-    "walk-run-1": ("pooled.toml", "--states", 1, "--noise", 0),
     "gait": ("gait.toml",),
 }
 FPS = 24  # of the rates that ship, the one that is learned soonest
