@@ -68,6 +68,11 @@ class Chapter:
         return self.run.job.rate is not None
 
     @property
+    def looks_altered(self) -> bool:
+        """Whether the motion looks like slow or quick motion that nobody told of."""
+        return not self.given and not OWN_SPEED[0] <= self.run.rate <= OWN_SPEED[1]
+
+    @property
     def camera(self) -> float:
         """How far the camera moved the background from where it was at the start, at most, pixels."""
         return float(np.hypot(*self.track.shift.T).max())
@@ -77,10 +82,11 @@ class Chapter:
         outcomes = ", ".join(f"{counts[name]} {word}" for name, word in WORDS.items() if counts[name])
         seconds = self.track.times[-1] - self.track.times[0]
         source = "as given" if self.given else "as the motion looks"
+        speed = ("Playback speed", f"{self.run.rate:.3g} \N{MULTIPLICATION SIGN}, {source}")
         facts = [
             ("Model", self.track.model),
             ("Frames", f"{self.run.frames} at {self.run.fps:.4g} a second, {seconds:.1f} s"),
-            ("Playback speed", f"{self.run.rate:.3g} \N{MULTIPLICATION SIGN}, {source}"),
+            *([speed] if self.given or self.looks_altered else []),
             ("Faces", self.track.view.side),
             ("Tracked", outcomes),
         ]
@@ -115,7 +121,7 @@ class Chapter:
             said.append(
                 f"Left out: {self.gait.left_out} strides in which the figure was lost or whose length is odd."
             )
-        if not self.given and not OWN_SPEED[0] <= self.run.rate <= OWN_SPEED[1]:
+        if self.looks_altered:
             said.append(
                 f"The motion looks like {self.run.rate:.3g} times real speed. Times are the film's own: if "
                 f"it is slow or quick motion, track again with --rate {self.run.rate:.3g}."
