@@ -21,11 +21,12 @@ def example(command):
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.__name__)
-def test_the_help_shows_an_example_of_the_very_command(command):
+def test_the_help_shows_an_example_of_the_very_command_and_nothing_of_python_s(command):
     words = example(command)
     assert words[:2] == ["figtrack", command.__name__.replace("_", "-")]
     said = " ".join(figtrack(words[1], "--help").stdout.split())
     assert f"Example: {shlex.join(words)}" in said
+    assert not re.search(r"[{}]|list\[str", said)
 
 
 @pytest.mark.handbook

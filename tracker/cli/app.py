@@ -3,9 +3,10 @@
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from tracker import __version__
 from tracker.cli.annotate_command import annotate, correct, find, job_of
@@ -124,7 +125,8 @@ def compare(
     keypoints: Keypoints = None,
     truth: Annotated[Path | None, typer.Option(help="Marks to compare with [default: --keypoints].")] = None,
     model: Annotated[
-        list[str] | None, typer.Option(help="Models to compare [default: walk-run walk-run-1 cv].")
+        list[str] | None,
+        typer.Option(metavar="<str>", help="Models to compare [default: walk-run walk-run-1 cv]."),
     ] = None,
     how: Following,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-compare].")] = None,
@@ -153,12 +155,19 @@ def compare(
     print(f"\nopen {folder / 'report.html'}")
 
 
+class Plain(TyperCommand):
+    """A command whose usage names what it needs without typer's braces."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+
 COMMANDS = (
     *(demo, desk, annotate, learn, find, track, correct, compare, classify, predict, interpolate, synthesise),
     *(reproduce, compare_runs, export, batch, settings),
 )
 for command in COMMANDS:
-    app.command()(offered(command))
+    app.command(cls=Plain)(offered(command))
 
 
 def main() -> None:

@@ -37,7 +37,10 @@ class Request:
     ] = None
     label: Annotated[
         list[str] | None,
-        typer.Option(help="Activities to learn [default: walk and run, or all labels of the pose tables]."),
+        typer.Option(
+            metavar="<str>",
+            help="Activities to learn [default: walk and run, or all labels of the pose tables].",
+        ),
     ] = None
     exclude_subjects: Annotated[str, typer.Option(help="Subjects to leave out, with commas between.")] = ""
     states: Annotated[

@@ -40,7 +40,7 @@ class Task:
     ] = None
     out: Annotated[
         Path | None,
-        typer.Option(help="The table to write [default: POSES-COMMAND.csv or MODEL-COMMAND.csv]."),
+        typer.Option(help="The table to write [default: named after the poses or model and the command]."),
     ] = None
     plot: Annotated[
         Path | None,
