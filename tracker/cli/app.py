@@ -2,11 +2,12 @@
 
 import sys
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 from tracker import __version__
 from tracker.cli.annotate_command import annotate, correct, find, job_of
@@ -18,7 +19,27 @@ from tracker.cli.streams import open_streams
 from tracker.clip.job import Following
 from tracker.progress import tally
 
+
+class Grouped(TyperGroup):
+    """The commands, listed under what they are for."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        widest = max(map(len, self.commands))
+        for heading, commands in GROUPS.items():
+            named = [self.commands[command.__name__.replace("_", "-")] for command in commands]
+            with formatter.section(heading):
+                formatter.write_dl([(str(c.name).ljust(widest), c.get_short_help_str(80)) for c in named])
+
+
+class Plain(TyperCommand):
+    """A command whose usage names what it needs without typer's braces."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+
 app = typer.Typer(
+    cls=Grouped,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # rich takes "[default: ..]" for a style and drops it
@@ -155,17 +176,14 @@ def compare(
     print(f"\nopen {folder / 'report.html'}")
 
 
-class Plain(TyperCommand):
-    """A command whose usage names what it needs without typer's braces."""
-
-    def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
-
-
-COMMANDS = (
-    *(demo, desk, annotate, learn, find, track, correct, compare, classify, predict, interpolate, synthesise),
-    *(reproduce, compare_runs, export, batch, settings),
-)
+GROUPS = {
+    "To begin with": (demo, desk),
+    "Films": (find, annotate, track, correct, compare, batch),
+    "What was tracked": (export, compare_runs),
+    "Motion without films": (learn, classify, predict, interpolate, synthesise, reproduce),
+    "Settings": (settings,),
+}
+COMMANDS = tuple(chain.from_iterable(GROUPS.values()))
 for command in COMMANDS:
     app.command(cls=Plain)(offered(command))
 
