@@ -124,6 +124,7 @@ def track(
     from tracker.clip.follow import follow
     from tracker.report.results import write_run
     from tracker.run.folder import fresh_folder
+    from tracker.run.read import REPORT
 
     shown, folder = common.shown(), out or beside(video, "track")
     inputs = [video, keypoints, *how.inputs]
@@ -136,7 +137,7 @@ def track(
     print(f"{len(finished.track)} frames of {video.name} with {job.model}: {tally(finished.track.outcome)}")
     if finished.points is not None:
         print(finished.points)
-    files = ["report.html"] * report + ["keypoints.csv", "pose.csv"]
+    files = [REPORT] * report + ["keypoints.csv", "pose.csv"]
     print(f"see {', '.join(str(folder / name) for name in files)}")
 
 
@@ -160,6 +161,7 @@ def compare(
     from tracker.clip.asked import marks_in
     from tracker.report.comparison import compare_models
     from tracker.run.folder import fresh_folder
+    from tracker.run.read import REPORT
 
     shown, folder = common.shown(), out or beside(video, "compare")
     against = truth or keypoints
@@ -173,7 +175,7 @@ def compare(
         job = job_of(how, video, keypoints, folder, shown)
         table = compare_models(job, marks, names, aside, shown)
     print(table)
-    print(f"\nopen {folder / 'report.html'}")
+    print(f"\nopen {folder / REPORT}")
 
 
 GROUPS = {

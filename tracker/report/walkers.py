@@ -57,10 +57,11 @@ def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
     path.write_bytes(data.tobytes())
 
 
-def box(one: Person) -> tuple[int, ...]:
+def box(one: Person) -> tuple[int, int, int, int]:
     """Left, top, right and bottom pixel of the joints in the frame to start from."""
     corners = np.concatenate([one.joints.min(0), one.joints.max(0)])
-    return tuple(corners.round().astype(int).tolist())
+    left, top, right, bottom = corners.round().astype(int).tolist()
+    return left, top, right, bottom
 
 
 def _ways(one: Person) -> tuple[str, str, str]:
