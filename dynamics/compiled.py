@@ -1,4 +1,7 @@
-"""Compiled functions, kept from run to run where there is a place for them.
+"""Compiled functions, kept from run to run where there is a place for them, and the parts that these call.
+
+What is kept of a function holds its parts. These are not kept apart, as numba's index of what is kept names
+the types of arguments: one that is renamed later, as a named tuple of records, would stop the next version.
 
 To assign an array to a slice, or to sum up an expression of whole arrays, takes numba a second or more to
 compile; a loop that does the same takes next to nothing.
@@ -29,3 +32,9 @@ def compiled(**options: Any) -> Callable[[Function], Function]:
         return kept
 
     return decorated
+
+
+def part(**options: Any) -> Callable[[Function], Function]:
+    """Return `numba.njit` with these options, for what compiled functions call."""
+    decorate: Callable[[Function], Function] = numba.njit(**options)
+    return decorate

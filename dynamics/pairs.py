@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.compiled import compiled
+from dynamics.compiled import compiled, part
 from dynamics.gaussian import Array
 from dynamics.slds import SLDS
 
@@ -22,8 +22,9 @@ Found = tuple[Any, ...]
 
 # All in one file: the cache of compiled code does not notice that another has changed.
 COMPILED = compiled(error_model="numpy", fastmath={"contract"})
+PART = part(error_model="numpy", fastmath={"contract"})
 # Where order does not matter, so that a processor adds up several terms at a time.
-ANY_ORDER = compiled(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+ANY_ORDER = part(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 
 
 def constants(slds: SLDS, C: Array, R: Array) -> System:
@@ -105,7 +106,7 @@ def gpb2_rows(
         _collapse(system, y[row], cov[r], W, pairs, Z, mean[row], cov[row])
 
 
-@COMPILED
+@PART
 def _room(K: int, M: int, N: int) -> Pairs:
     """For all pairs: G_i P_j, L of S = L L' with (L^-1 e)' below, surprise, mean of x_t."""
     P = K * K
@@ -143,7 +144,7 @@ def _foresee(G: Array, noise: Array, cov: Array, GP: Array, S: Array, p: int) ->
             S[m, k, p] = total
 
 
-@COMPILED
+@PART
 def _factor(y: Array, S: Array, surprise: Array) -> None:
     """Of every [S; e'] (M + 1, M, P) the rows of S = L L' become L's and e' becomes (L^-1 e)', in the lower
     triangle; and the surprise (P,) is e' S^-1 e / 2 + log |S| / 2."""
@@ -175,7 +176,7 @@ def _factor(y: Array, S: Array, surprise: Array) -> None:
             surprise[p] += 0.5 * S[M, c, p] ** 2
 
 
-@COMPILED
+@PART
 def _normalise(logs: Array) -> float:
     """The log sum of logs (K,), of which the log shares take the place: equal where nothing is possible."""
     most, total = -np.inf, 0.0
@@ -193,7 +194,7 @@ def _normalise(logs: Array) -> float:
     return total
 
 
-@COMPILED
+@PART
 def _predict(A: Array, Q: Array, cov: Array, prior: Array) -> None:
     AP = np.empty_like(cov)
     _times(A, cov, AP)
@@ -201,7 +202,7 @@ def _predict(A: Array, Q: Array, cov: Array, prior: Array) -> None:
     _plus(Q, prior)
 
 
-@COMPILED
+@PART
 def _whiten(A: Array, CQ: Array, y: Array, L: Array, p: int, GP: Array, Z: Array, x: Array) -> None:
     """Z = L^-1 C P (M, N) of pair p, C P = (G P) A' + C Q; and from the predicted mean x to x + Z' L^-1 e."""
     M, N = Z.shape
@@ -220,7 +221,7 @@ def _whiten(A: Array, CQ: Array, y: Array, L: Array, p: int, GP: Array, Z: Array
             x[n] += Z[m, n] * L[M, m, p]
 
 
-@COMPILED
+@PART
 def _condition(C: Array, R: Array, L: Array, p: int, Z: Array, cov: Array) -> None:
     """From the covariance before a measurement to that after, and from Z = L^-1 C P (M, N) to the gain'.
 
@@ -242,7 +243,7 @@ def _condition(C: Array, R: Array, L: Array, p: int, Z: Array, cov: Array) -> No
     _mirror(cov)
 
 
-@COMPILED
+@PART
 def _collapse(
     system: System, y: Array, before: Array, W: Array, pairs: Pairs, Z: Array, mean: Array, cov: Array
 ) -> None:
@@ -272,7 +273,7 @@ def _collapse(
         _mirror(cov[i])
 
 
-@COMPILED
+@PART
 def _part(L: Array, p: int, gain_T: Array, Z: Array, D: Array) -> None:
     """D = L' gain' - Z of pair p, by which its gain differs."""
     M, N = Z.shape
@@ -284,21 +285,21 @@ def _part(L: Array, p: int, gain_T: Array, Z: Array, D: Array) -> None:
                 D[m, n] += L[k, m, p] * gain_T[k, n]
 
 
-@COMPILED
+@PART
 def _mix(weights: Array, each: Array, mixed: Array) -> None:
     for n in range(len(mixed)):
         mixed[n] = 0.0
     _add(1.0, weights.reshape(-1, 1), each, mixed.reshape(1, -1))
 
 
-@COMPILED
+@PART
 def _mirror(cov: Array) -> None:
     for n in range(len(cov)):
         for k in range(n):
             cov[n, k] = cov[k, n] = 0.5 * (cov[n, k] + cov[k, n])
 
 
-@COMPILED
+@PART
 def _add(factor: float, a: Array, b: Array, total: Array) -> None:
     """Add factor a' b, four rows at a time: a fourth of the loads and stores."""
     whole = len(a) // 4 * 4
@@ -313,7 +314,7 @@ def _add(factor: float, a: Array, b: Array, total: Array) -> None:
                 total[n, k] += factor * a[r, n] * b[r, k]
 
 
-@COMPILED
+@PART
 def _plus(more: Array, total: Array) -> None:
     for r in range(len(total)):
         for c in range(total.shape[1]):

@@ -1,9 +1,9 @@
 """Compiled functions, and a word where they cannot be kept."""
 
-from dynamics.compiled import compiled, unkept
+from dynamics.compiled import compiled, part, unkept
 from tracker.progress import Progress
 
-__all__ = ["compiled", "tell_unkept"]
+__all__ = ["compiled", "part", "tell_unkept"]
 
 _told: list[bool] = []
 

@@ -1,11 +1,14 @@
 """Compiled functions: kept from run to run, and where nothing can be kept, as in a sealed container."""
 
+import importlib
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_type_hints
 
+import numba
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -48,6 +51,22 @@ def output_of(code, environment, cwd):
     )
     assert done.returncode == 0, done.stderr
     return done.stdout, done.stderr
+
+
+def kept(module):
+    """The functions of a module whose compiled form is kept from run to run."""
+    found = [each for each in vars(module).values() if isinstance(each, numba.core.dispatcher.Dispatcher)]
+    return [each.py_func for each in found if each.stats.cache_path]
+
+
+def test_kept_functions_take_nothing_whose_class_may_be_renamed_or_their_index_stops_the_next_version():
+    files = [path for path in ROOT.rglob("*.py") if "compiled import compiled" in path.read_text("utf-8")]
+    names = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in files]
+    modules = [importlib.import_module(name) for name in names if not name.startswith("tests")]
+    functions = [each for module in modules for each in kept(module)]
+    assert len(functions) >= 15
+    named = [kind for each in functions for kind in get_type_hints(each).values() if hasattr(kind, "_fields")]
+    assert named == []
 
 
 @pytest.fixture

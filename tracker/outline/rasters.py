@@ -16,7 +16,7 @@ the last bits, and would be used in the process that compiles it but not in thos
 import numpy as np
 
 from kinematics.figure import Array
-from tracker.compiled import compiled
+from tracker.compiled import compiled, part
 from tracker.picture.pyramid import Planes
 
 BAR = 9
@@ -24,7 +24,7 @@ LEVEL = 1e-3  # sine of a bar's direction below which it counts as level
 SURE = 0.98  # of a place deep within a bar, or a link under another would be felt no more
 
 COMPILED = compiled(fastmath=True, error_model="numpy")
-INLINED = compiled(fastmath=True, error_model="numpy", forceinline=True)
+INLINED = part(fastmath=True, error_model="numpy", forceinline=True)
 
 
 @COMPILED
@@ -145,7 +145,7 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
         motion[way] += change
 
 
-@compiled(fastmath=True, error_model="numpy", inline="always")
+@part(fastmath=True, error_model="numpy", inline="always")
 def _within(x: float, y: float, bar: Array) -> tuple[float, float, float, float, float]:
     """A place as a bar sees it: u, v, w, its distance from the axis, and s over the soft edge."""
     start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
@@ -167,7 +167,7 @@ def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> t
     j1 = int(np.ceil((max(ax, bx) + reach - corner[0]) / step)) + 1
     i0 = int(np.floor((corner[1] - max(ay, by) - reach) / step))
     i1 = int(np.ceil((corner[1] - min(ay, by) + reach) / step)) + 1
-    return (*_part(i0, i1, 0, shape[0]), *_part(j0, j1, 0, shape[1]))
+    return (*_clipped(i0, i1, 0, shape[0]), *_clipped(j0, j1, 0, shape[1]))
 
 
 @INLINED
@@ -183,11 +183,11 @@ def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> t
     reach = (max(half, half + slope * (last - first)) + soft) / abs(along_y)
     middle = start_x + (y - start_y) * along_x / along_y - left
     begin, end = np.floor((middle - reach) / step), np.ceil((middle + reach) / step)
-    return _part(int(begin), int(end) + 1, j0, j1)
+    return _clipped(int(begin), int(end) + 1, j0, j1)
 
 
-@compiled()
-def _part(begin: int, end: int, least: int, most: int) -> tuple[int, int]:
+@part()
+def _clipped(begin: int, end: int, least: int, most: int) -> tuple[int, int]:
     """What of begin .. end - 1 lies in least .. most - 1; where nothing does, two ends that are alike."""
     begin = min(max(begin, least), most)
     return begin, max(min(end, most), begin)

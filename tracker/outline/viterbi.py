@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from tracker.compiled import compiled
+from tracker.compiled import compiled, part
 from tracker.picture.pyramid import Planes
 
 WAYS = 3  # one size down, none, one up
@@ -118,7 +118,7 @@ def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tupl
     return value.max(), path
 
 
-@compiled()
+@part()
 def _add(score: Array, value: Array) -> None:
     """Add one frame's scores (P,) to the values (S, P)."""
     for s in range(len(value)):
@@ -126,7 +126,7 @@ def _add(score: Array, value: Array) -> None:
             value[s, p] += score[p]
 
 
-@compiled()
+@part()
 def _carry(
     value: Array, number: NDArray[np.int32], old: Array, old_number: NDArray[np.int32], cost: float, add: int
 ) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian
 from kinematics.figure import Layout
 from kinematics.spm import Skeleton
-from tracker.compiled import compiled
+from tracker.compiled import compiled, part
 from tracker.registration.records import Climbs, Damping, Laying, Weights
 
 Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.registration.kernel`
@@ -27,6 +27,7 @@ LIGHTER = 0.3  # times the damping after a step that helped
 HEAVIER, LEAST_HEAVY = 10.0, 1e-2  # after one that did not: so many times, this at least
 
 COMPILED = compiled(error_model="numpy")
+PART = part(error_model="numpy")
 
 
 class Pins(NamedTuple):
@@ -117,7 +118,7 @@ def settled(tree: Layout, priors: Gaussian, points: Pins, tail: Tail, search: Se
     return found
 
 
-@COMPILED
+@PART
 def _solve(systems: Parts, longest: float, steps: Array) -> None:
     """Damped systems solved by Cholesky's factors into steps."""
     information, slope, damping = systems
@@ -147,7 +148,7 @@ def _solve(systems: Parts, longest: float, steps: Array) -> None:
             x[i] *= share
 
 
-@COMPILED
+@PART
 def _most(step: Array) -> float:
     """The largest magnitude of a step (D,)."""
     most = 0.0
@@ -178,7 +179,7 @@ def _weigh(of_tree: Parts, q: Array, bones: Parts, links: Parts, weights: Parts,
                 information[h, k, k] += stiffness
 
 
-@COMPILED
+@PART
 def _lower(of_tree: Parts, fit: Parts, row: int, weights: Parts, prior: Parts, found: Parts) -> None:
     """What a climb lowers in one row, E and the prior, and the derivatives, into found (1, ...)."""
     q, start, direction, length, _, moments, pull, lost = fit
@@ -262,7 +263,7 @@ def _settle(of_tree: Parts, priors: Parts, points: Parts, tail: Parts, search: P
             _linearise(of_tree, pose, own, tail, there)
 
 
-@COMPILED
+@PART
 def _linearise(of_tree: Parts, q: Array, points: Parts, tail: Parts, found: Parts) -> None:
     """Information, gradient and distances of the points at one pose (1, D) into found."""
     joint, place = points
@@ -314,7 +315,7 @@ def _lay_out(of_tree: Parts, q: Array, bones: Parts) -> None:
                     start[h, i, x] += tree.reach[i, j] * length[h, j] * direction[h, j, x]
 
 
-@COMPILED
+@PART
 def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
     """Sums over the links into the pose's information and gradient."""
     tree = Layout(*of_tree)
@@ -339,7 +340,7 @@ def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
                         information[h, a, b] += M[r, a] * mM[r, b]
 
 
-@COMPILED
+@PART
 def _moved(
     tree: Layout, start: Array, direction: Array, length: Array, i: int, M: Array, moving: NDArray[np.intp]
 ) -> int:

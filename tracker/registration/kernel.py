@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.spm import Skeleton
-from tracker.compiled import compiled
+from tracker.compiled import compiled, part
 from tracker.registration.records import Array, Laid, Noise, Picture, Points, Row, Shape, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
@@ -24,8 +24,9 @@ TOGETHER = 16  # robust weights whose product is above 1e-308 where each is abov
 
 # All in one file: the cache of compiled code does not notice that another has changed.
 COMPILED = compiled(error_model="numpy", fastmath={"contract"})
+PART = part(error_model="numpy", fastmath={"contract"})
 # Where order does not matter, so that a processor adds up several points at a time.
-ANY_ORDER = compiled(error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
+ANY_ORDER = part(error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
 
 
 def room(links: tuple[int, ...], P: int) -> Laid:
@@ -107,7 +108,7 @@ def _fill(
         laid.mean[h], laid.shown[h] = total / max(count, 1e-9), clear / max(within, 1e-9)
 
 
-@COMPILED
+@PART
 def _faded(loss: float, noise: Noise) -> tuple[float, float]:
     """What a link costs whose points lose so much each on the mean, and its derivative.
 
@@ -120,7 +121,7 @@ def _faded(loss: float, noise: Noise) -> tuple[float, float]:
     return 0.5 * (full + none) - 0.5 * left * left / (none - full), left / (none - full)
 
 
-@COMPILED
+@PART
 def _empty_row(most: int) -> Row:
     """Room for what the points of one link see, of which there are so many at most."""
     return Row(
@@ -137,7 +138,7 @@ def _empty_row(most: int) -> Row:
     )
 
 
-@COMPILED
+@PART
 def _look(
     picture: Picture,
     pose: Pose,
@@ -203,7 +204,7 @@ def _look(
     return n
 
 
-@COMPILED
+@PART
 def _may_hide(
     pose: Pose, points: Points, shape: Shape, link: int, margin: float, found: NDArray[np.intp]
 ) -> int:
@@ -231,7 +232,7 @@ def _may_hide(
     return n
 
 
-@COMPILED
+@PART
 def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: NDArray[np.intp], margin: float) -> bool:
     """Whether one of some links lies over a body point."""
     start, direction, length, size = pose
@@ -321,7 +322,7 @@ def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float]:
     return sum_weight, 0.5 * noise.scale * sum_rho
 
 
-@COMPILED
+@PART
 def _uncover(row: Row, n: int, noise: Noise) -> float:
     """Doubt points that show the scene as it was without the figure: something nearer may cover them.
 
