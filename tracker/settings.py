@@ -64,9 +64,6 @@ class Settings(BaseModel):
     blend: float = Field(0.12, ge=0, le=1, description="of what is seen into the template, a frame")
     camera: bool = Field(True, description="whether the camera may move: the root is then that of the scene")
     hypotheses: int = Field(8, ge=1, le=1000, description="priors that are tried a frame, at most")
-    prune: float = Field(
-        15.0, gt=0, le=1000, description="priors dearer than the best by this are not tried, nats"
-    )
     margin: float = Field(
         0.3, ge=0, le=10, description="of the picture kept around the predicted joints, leg lengths"
     )

@@ -33,7 +33,6 @@ FULL = Settings(
     blend=0.05,
     camera=True,
     hypotheses=6,
-    prune=15.0,
     margin=0.3,
     inflation=8.0,
     surprise=0.01,

@@ -41,6 +41,7 @@ ANKLE_KEEP = 0.9  # of an ankle's turn is left a frame later
 BREATH_KEEP = 0.95  # of a link's stretch
 ASTRAY = 0.01  # probability that the figure is elsewhere than foreseen
 WIDER = 30.0  # times the foreseen covariance where it may be then
+PRUNE = 15.0  # nats: priors dearer than the best by this are not tried
 WORTH = 8.0  # nats by which that is dearer than the best at most, to be tried
 
 
@@ -140,7 +141,7 @@ class Tracker:
 
     def proposed(self, belief: Belief) -> Belief:
         """The priors of the next frame: one for each switching state that is tried."""
-        return propose(self.slds, belief, prune=self.settings.prune, most=self.settings.hypotheses)
+        return propose(self.slds, belief, prune=PRUNE, most=self.settings.hypotheses)
 
     def looked(self, state: State, image: Image, priors: Gaussian) -> State:
         """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""

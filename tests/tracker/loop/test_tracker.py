@@ -171,8 +171,7 @@ def mixture(tracker: Tracker, hypotheses: list[Hypothesis]) -> tuple[np.ndarray,
 
 
 def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
-    settings = WHOLE.model_copy(update={"prune": 1e9})
-    tracker = make_tracker(walk.start, slds, settings)
+    tracker = make_tracker(walk.start, slds, WHOLE)
     state, estimate = begin(tracker, walk.start, walk.images[0])
     # A scene known everywhere, from when the walker had gone on.
     beside = (-9.0, -9.0, -1.0, -1.0)
@@ -196,7 +195,7 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
         seen, new = field.seen(best), field.new(best)
         place = placed(tracker.figure, best.q, old) * (field.view.facing, -1.0)
         assert new.any()
-        refreshed = old.learned(seen, new, place).refreshed(seen, best.match, settings.blend, best.offset)
+        refreshed = old.learned(seen, new, place).refreshed(seen, best.match, WHOLE.blend, best.offset)
         assert_allclose(state.templates.colours, refreshed.colours, atol=1e-3)
         assert_allclose(state.templates.place, refreshed.place, atol=1e-6)
         assert_array_equal(state.templates.alike, refreshed.alike)
@@ -422,8 +421,7 @@ def test_a_hypothesis_far_dearer_than_the_best_is_not_tried(walk, models):
     slds = models["walk-run"]
     rare = np.full((slds.K, slds.K), np.exp(-20.0))
     np.fill_diagonal(rare, 1.0 - rare[0, 1:].sum())
-    settings = FULL.model_copy(update={"prune": 15.0})
-    tracker = make_tracker(walk.start, replace(slds, Pi=rare), settings)
+    tracker = make_tracker(walk.start, replace(slds, Pi=rare), FULL)
     state, _ = begin(tracker, walk.start, walk.images[0])
     for ahead, tried in ((1e5, [1]), (0.0, list(range(slds.K)))):
         cost = np.full(slds.K, ahead)
