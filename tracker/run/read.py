@@ -17,7 +17,7 @@ from kinematics.figure_file import WALKER
 from kinematics.spm import View
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
-from tracker.run.write import whole_times
+from tracker.run.write import VERSION, whole_times
 from tracker.tables.table import ordinary, why
 
 OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
@@ -186,8 +186,11 @@ def _archive(path: Path, names: Sequence[str]) -> tuple[dict[str, Any], dict[str
     """The header and these arrays of track.npz."""
     try:
         with ordinary(path).open("rb") as file, np.load(file) as track:
-            return json.loads(str(track["header"])), {name: track[name] for name in names}
+            header, rows = json.loads(str(track["header"])), {name: track[name] for name in names}
     except OSError:
         raise
     except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
         raise ValueError("it is no archive that can be read") from error
+    if header["version"] != VERSION:
+        raise ValueError(f"it is of version {header['version']}, this program reads {VERSION}")
+    return header, rows

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from kinematics.spm import joints
 from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.records import FIRST, FPS, FRAMES, SIZE, T, made_track, write_folder
+from tracker.run import write
 from tracker.run.read import RunError, read_run
 
 
@@ -47,6 +48,13 @@ def test_in_the_scene_the_camera_s_own_motion_is_gone(rng, tmp_path):
         places = scene.places[track.first + t, [record.names.index(name) for name in track.figure.joints]]
         assert_allclose(places, track.view.to_pixels(joints(track.figure, q)), atol=1e-3)
     assert_allclose(scene.in_scene().places, scene.places)
+
+
+def test_a_track_of_another_version_is_said_to_be_one(rng, tmp_path, monkeypatch):
+    monkeypatch.setattr(write, "VERSION", 2)
+    folder = write_folder(made_track(rng), tmp_path / "run")
+    with pytest.raises(RunError, match=r"it is of version 2, this program reads 1\); track the clip again"):
+        read_run(folder)
 
 
 @pytest.mark.parametrize(
