@@ -10,6 +10,9 @@ RATES := 24 25 30 50 60
 export OMP_NUM_THREADS ?= 1
 export OPENBLAS_NUM_THREADS ?= 1
 
+# Where containers set it, every process would compile the libraries' thousands of modules anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 # Of nine thousand modules most are never imported; Python compiles those that are.
 INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
 
