@@ -1,8 +1,7 @@
 """A tracked figure drawn onto a copy of a frame: limbs, uncertainty, a caption.
 
 Everything here is given in the frame's own pixels, x right, y down, (0, 0) the centre of the top-left
-pixel. A frame may be enlarged `scale` times before drawing; pixels grow around their centres, so a
-coordinate u goes to scale (u + 1/2) - 1/2.
+pixel.
 """
 
 import unicodedata
@@ -77,12 +76,7 @@ class Ellipse:
 
 
 def draw(
-    image: Image,
-    segments: Sequence[Segment] = (),
-    ellipses: Sequence[Ellipse] = (),
-    caption: str = "",
-    *,
-    scale: int = 1,
+    image: Image, segments: Sequence[Segment] = (), ellipses: Sequence[Ellipse] = (), caption: str = ""
 ) -> Image:
     """Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
 
@@ -92,31 +86,20 @@ def draw(
     Args:
         image: (H, W, 3) uint8 RGB; stays as it is.
         caption: a line of text for the top left corner.
-        scale: enlarges frame and drawing; worth 2 for frames less than 300 pixels high.
 
     Returns:
-        (scale H, scale W, 3) uint8 RGB.
-
-    Raises:
-        ValueError: scale is less than 1.
+        (H, W, 3) uint8 RGB.
     """
-    if scale < 1:
-        raise ValueError(f"scale must be 1 or more, not {scale}")
-    height, width = image.shape[:2]
     canvas = image.copy()
-    if scale > 1:
-        canvas = cv2.resize(canvas, (scale * width, scale * height), interpolation=cv2.INTER_CUBIC).astype(
-            np.uint8
-        )
-    rim = max(1, round(scale * height / 400))
+    rim = max(1, round(len(image) / 400))
     for limb in limbs([segment.color for segment in segments]):
         for i in limb:
-            _line(canvas, segments[i], INK, scale, 2 * rim)
+            _line(canvas, segments[i], INK, 2 * rim)
         for i in limb:
-            _line(canvas, segments[i], segments[i].color, scale, 0)
+            _line(canvas, segments[i], segments[i].color, 0)
     for ellipse in ellipses:
-        _outline(canvas, ellipse, INK, scale, 1 + 3 * rim)
-        _outline(canvas, ellipse, ellipse.color, scale, 1 + rim)
+        _outline(canvas, ellipse, INK, 1 + 3 * rim)
+        _outline(canvas, ellipse, ellipse.color, 1 + rim)
     if caption:
         _caption(canvas, caption)
     return canvas
@@ -158,15 +141,14 @@ def put_text(canvas: Image, text: str, left: float, base: float, height: float, 
     cv2.putText(canvas, _plain(text), at, FONT, height / FONT_HEIGHT, color, _pen(height), cv2.LINE_AA)
 
 
-def _line(canvas: Image, segment: Segment, color: Color, scale: int, extra: int) -> None:
-    start, end = _fixed(_enlarged(segment.start, scale)), _fixed(_enlarged(segment.end, scale))
-    thickness = max(1, round(segment.width * scale)) + extra
-    cv2.line(canvas, start, end, color, thickness, cv2.LINE_AA, SHIFT)
+def _line(canvas: Image, segment: Segment, color: Color, extra: int) -> None:
+    thickness = max(1, round(segment.width)) + extra
+    cv2.line(canvas, _fixed(segment.start), _fixed(segment.end), color, thickness, cv2.LINE_AA, SHIFT)
 
 
-def _outline(canvas: Image, ellipse: Ellipse, color: Color, scale: int, thickness: int) -> None:
+def _outline(canvas: Image, ellipse: Ellipse, color: Color, thickness: int) -> None:
     radii, angle = ellipse_axes(ellipse.cov)
-    center, axes = _fixed(_enlarged(ellipse.center, scale)), _fixed(scale * radii)
+    center, axes = _fixed(ellipse.center), _fixed(radii)
     cv2.ellipse(canvas, center, axes, float(angle), 0.0, 360.0, color, thickness, cv2.LINE_AA, SHIFT)
 
 
@@ -184,10 +166,6 @@ def _caption(canvas: Image, caption: str) -> None:
 def _text_width(text: str, height: float) -> int:
     (width, _), _ = cv2.getTextSize(_plain(text), FONT, height / FONT_HEIGHT, _pen(height))
     return int(width)
-
-
-def _enlarged(point: Array, scale: int) -> Array:
-    return scale * (point + 0.5) - 0.5
 
 
 def _fixed(values: Array) -> tuple[int, int]:

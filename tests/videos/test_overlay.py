@@ -43,29 +43,18 @@ def test_drawing_nothing_changes_nothing():
     assert_array_equal(draw(ground()), ground())
 
 
-@pytest.mark.parametrize("scale", [1, 2, 3])
-def test_a_segment_lies_where_enlarged_pixels_have_their_centres(scale):
-    out = draw(ground(), [Segment((40, 30), (40, 90), NEAR, 5)], scale=scale)
-    assert out.shape == (120 * scale, 160 * scale, 3)
+def test_a_segment_lies_between_its_ends():
+    out = draw(ground(), [Segment((40, 30), (40, 90), NEAR, 5)])
     center = (pixels_like(out, NEAR).min(0) + pixels_like(out, NEAR).max(0)) / 2
-    want = scale * (np.array([40, 60]) + 0.5) - 0.5
     # Anti-aliased borders are counted or not: half a pixel on either side.
-    assert_allclose(center, want, atol=0.5)
+    assert_allclose(center, (40, 60), atol=0.5)
 
 
-def test_enlarging_keeps_the_picture_under_the_drawing():
-    image = ground()
-    image[50, 70] = (0, 0, 0)
-    dark = np.argwhere(draw(image, scale=2).sum(2) < 0.7 * 3 * GREY)
-    assert_allclose(dark.mean(0), 2 * (np.array([50, 70]) + 0.5) - 0.5, atol=1e-9)
-
-
-@pytest.mark.parametrize("scale", [1, 2])
-def test_an_ellipse_reaches_two_standard_deviations(scale):
+def test_an_ellipse_reaches_two_standard_deviations():
     cov = np.array([[120.0, 60.0], [60.0, 70.0]])
-    out = draw(ground(), ellipses=[Ellipse((80, 60), cov, NEAR)], scale=scale)
+    out = draw(ground(), ellipses=[Ellipse((80, 60), cov, NEAR)])
     drawn = pixels_like(out, NEAR)
-    offset = (drawn + 0.5) / scale - 0.5 - (80, 60)
+    offset = drawn - (80, 60)
     distance = np.sqrt(np.einsum("ni,ij,nj->n", offset, np.linalg.inv(cov), offset))
     # The line is 2 pixels wide and the smaller standard deviation 5.6 of them.
     assert_allclose(distance, 2.0, atol=2.0 / 5.6)
@@ -167,5 +156,3 @@ def test_places_that_are_no_numbers_are_errors():
         Ellipse((0, 0, 0), np.eye(2), NEAR)
     with pytest.raises(ValueError, match="width must be positive"):
         Segment((0, 0), (1, 0), NEAR, 0.0)
-    with pytest.raises(ValueError, match="scale must be 1 or more"):
-        draw(ground(), scale=0)

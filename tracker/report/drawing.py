@@ -32,7 +32,6 @@ from videos.playable import Playable, copied, encoded
 from videos.upright import Image
 from videos.writer import Writer
 
-SMALL = 300  # frames lower than this are drawn twice as large
 SWAY = 0.5  # seconds to either side over which the way of the view is a mean
 SPAN = 90.0  # per cent of the frames in which every joint is within `reach`
 
@@ -60,17 +59,11 @@ def by_layer(figure: Figure) -> list[int]:
     return sorted(range(len(figure.links)), key=lambda i: figure.links[i].layer)
 
 
-def enlargement(height: int) -> int:
-    """How many times a frame of this height is enlarged for drawing."""
-    return 2 if height < SMALL else 1
-
-
 def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     """The frame with the figure drawn on it: limbs, joint ellipses at two sigma, state and frame number."""
     t = frame - track.first
-    scale = enlargement(len(image))
     if not 0 <= t < len(track):
-        return draw(image, caption=f"{title}frame {frame}: not tracked", scale=scale)
+        return draw(image, caption=f"{title}frame {frame}: not tracked")
     now = slice(t, t + 1)  # a copy of the track for each frame would cost as much as the film is long
     (places,), (covs,) = track.joints(now), track.joint_covs(now)
     figure, shades = track.figure, colours(track.figure)
@@ -78,15 +71,13 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
     state = f"  {track.motions[t]}" if len(track.labels) > 1 else ""
     outcome = "" if track.outcome[t] is Outcome.OK else f"  {track.outcome[t]}"
     limbs = segments(figure, track.q[t], track.view_at(t))
-    return draw(image, limbs, ellipses, f"{title}frame {frame}{state}{outcome}", scale=scale)
+    return draw(image, limbs, ellipses, f"{title}frame {frame}{state}{outcome}")
 
 
 def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
     """The part of the clip that was followed, with the figure drawn on every frame, from time 0 on."""
     job, track = finished.job, finished.track
-    scale = enlargement(finished.size[1])
-    width, height = finished.size
-    with Writer(path, finished.fps, (width * scale, height * scale), quick=True) as writer:
+    with Writer(path, finished.fps, finished.size, quick=True) as writer:
         for frame, moment in progress.through(f"{job.video.name} overlay", followed(finished), len(track)):
             writer.write(paint(frame.image, track, frame.index, f"{job.model}  "), moment)
 

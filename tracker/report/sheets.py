@@ -57,9 +57,7 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
     shown = {frame.index: frame.image for frame in Video(video) if frame.index in frames}
     best = min(scores, key=lambda name: scores[name].mean_error_leg)
     images = [
-        _cropped(paint(shown[t], track, t), tracks[best], t, shown[t].shape[0])
-        for track in tracks.values()
-        for t in frames
+        _cropped(paint(shown[t], track, t), tracks[best], t) for track in tracks.values() for t in frames
     ]
     height, width = np.max([image.shape[:2] for image in images], axis=0) / DPI + GAP
     size = width * len(frames) + LABEL, height * len(tracks) + GAP
@@ -75,12 +73,11 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
     figure.savefig(path)
 
 
-def _cropped(image: Image, reference: Track, frame: int, height: int) -> Image:
+def _cropped(image: Image, reference: Track, frame: int) -> Image:
     """The drawn frame around where the reference track has the figure."""
-    scale = len(image) // height
     t = int(np.clip(frame - reference.first, 0, len(reference) - 1))
     places = reference.joints()[t]
-    centre, unit = places.mean(axis=0) * scale, reference.view.unit * scale
+    centre, unit = places.mean(axis=0), reference.view.unit
     H, W = image.shape[:2]
     half_w, half_h = min(CROP * unit, W / 2), min(1.35 * CROP * unit, H / 2)
     x = int(np.clip(centre[0] - half_w, 0, W - 2 * half_w))
