@@ -17,6 +17,12 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 unkept: list[str] = []  # functions that are compiled for this process alone
 
 
+def part(**options: Any) -> Callable[[Function], Function]:
+    """Return `numba.njit` with these options, for what compiled functions call."""
+    decorate: Callable[[Function], Function] = numba.njit(**options)
+    return decorate
+
+
 def compiled(**options: Any) -> Callable[[Function], Function]:
     """Return `numba.njit` with these options, its results kept beside the package or in the user's cache.
 
@@ -25,16 +31,9 @@ def compiled(**options: Any) -> Callable[[Function], Function]:
 
     def decorated(function: Function) -> Function:
         try:
-            kept: Function = numba.njit(cache=True, **options)(function)
+            return part(cache=True, **options)(function)
         except RuntimeError:  # numba finds no folder to keep it in
             unkept.append(function.__name__)
-            kept = numba.njit(**options)(function)
-        return kept
+            return part(**options)(function)
 
     return decorated
-
-
-def part(**options: Any) -> Callable[[Function], Function]:
-    """Return `numba.njit` with these options, for what compiled functions call."""
-    decorate: Callable[[Function], Function] = numba.njit(**options)
-    return decorate
