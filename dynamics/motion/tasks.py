@@ -166,10 +166,10 @@ def synthesise(
     If `recurrent` the switch depends on the pose, and every step is weighed by the region of its state
     (`dynamics.region`); if not it is the papers' model, whose free run soon leaves the motion's range.
     """
-    from scipy.stats import chi2  # slow to import, and labels of tracked motion do without
+    from scipy.special import chdtri  # slow to import, and labels of tracked motion do without
 
     reach, poses, log_Pi = regions(slds), pose_regions(slds), slds.log_Pi
-    limit = chi2.ppf(INSIDE, len(poses.regard))
+    limit = float(chdtri(len(poses.regard), 1.0 - INSIDE))
     s = np.empty(T, dtype=np.intp)
     x = np.empty((T, slds.A.shape[-1]))
     for t in range(T):

@@ -1,6 +1,7 @@
 """What the program promises on the hand-marked open clips, with one set of settings for all."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from tests.benchmarks.evaluation.cases import first_whole, marks_of
 from tests.benchmarks.processes import spawned
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
-from tracker.clip.outlines import outlined
+from tracker.clip.outlines import DOUBTED, look
 from tracker.clip.plan import prepare
 from tracker.gait.figures import gait_of
 from tracker.progress import Progress
@@ -20,6 +21,7 @@ from tracker.run.track import Track
 
 pytestmark = pytest.mark.claims
 
+QUIET = Progress("quiet")
 LEARNED, RIVAL = "walk-run", "cv"
 Tracks = dict[str, dict[str, Track]]
 Scores = dict[str, dict[str, Score]]
@@ -27,11 +29,13 @@ Scores = dict[str, dict[str, Score]]
 TURNED = (("gym_walk_rl", "near_toe"), ("indoor_walk_lr", "far_toe"))
 
 
-def followed(model: str, clip: Path) -> Track:
-    """The whole clip from its first frame, as the program does it; with the rival, as far as it is marked."""
+def followed(clip: Path) -> dict[str, Track]:
+    """The whole clip from its first frame, as the program does it; by the rival, as far as it is marked."""
     marks = marks_of(clip)
-    stop = max(marks) if model == RIVAL else None
-    return follow(Job(clip, marks, model=model, start=0, stop=stop), Progress("quiet")).track
+    learned = Job(clip, marks, model=LEARNED, start=0)
+    rival = replace(learned, model=RIVAL, stop=max(marks))
+    seen = look(prepare(learned), QUIET)
+    return {job.model: follow(job, QUIET, seen=seen).track for job in (learned, rival)}
 
 
 @pytest.fixture(scope="module")
@@ -42,13 +46,9 @@ def clips(data_dir: Path) -> list[Path]:
 @pytest.fixture(scope="module")
 def tracks(clips: list[Path]) -> Tracks:
     """By model and clip."""
-    cases = [(model, clip) for model in (LEARNED, RIVAL) for clip in clips]
     with spawned() as pool:
-        found = list(pool.map(followed, *zip(*cases, strict=True)))
-    by_model: Tracks = {LEARNED: {}, RIVAL: {}}
-    for (model, clip), track in zip(cases, found, strict=True):
-        by_model[model][clip.stem] = track
-    return by_model
+        found = dict(zip(clips, pool.map(followed, clips), strict=True))
+    return {model: {clip.stem: found[clip][model] for clip in clips} for model in (LEARNED, RIVAL)}
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,7 @@ def doubted(path: Path, exchanged: bool) -> bool:
     marks = marks_of(path)[start]
     if exchanged:
         marks = {other_side(name): mark for name, mark in marks.items()}
-    return outlined(prepare(Job(path, {start: marks}, model=LEARNED)), Progress("quiet")).misnamed > 0.0
+    return look(prepare(Job(path, {start: marks}, model=LEARNED)), QUIET).misnamed > DOUBTED
 
 
 def test_legs_that_are_exchanged_in_the_marks_are_told_and_right_ones_are_not_doubted(

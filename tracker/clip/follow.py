@@ -13,7 +13,7 @@ from tracker.clip.clock import Clock
 from tracker.clip.job import Job
 from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel
-from tracker.clip.plan import Plan, prepare, untold
+from tracker.clip.plan import Plan, Seen, prepare, untold
 from tracker.clip.playback import motions_at, playback_rate
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
@@ -60,11 +60,12 @@ class Run:
     mended: int = 0
 
 
-def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
+def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | None = None) -> Run:
     """Track the clip: ahead from the start frame, and backwards from it to the first that is asked for.
 
     Args:
         kept: what stays of an earlier track; of one with another figure nothing does.
+        seen: what the outline tells of this job with whatever model, None to look.
 
     Raises:
         VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
@@ -74,9 +75,9 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None) -> Run:
     if kept is not None and not kept.fits(plan.start, plan.slds.labels):
         kept = None
     with clock.stage("survey"):
-        from tracker.clip.outlines import outlined  # slow to import
+        from tracker.clip.outlines import look, outlined  # slow to import
 
-        plan = outlined(plan, progress)
+        plan = outlined(plan, look(plan, progress) if seen is None else seen)
     span = (job.first, job.stop) if kept is None else kept.span
     track = _track(plan, span[0], *_followed(plan, span, clock, progress))
     if kept is not None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from kinematics.figure import Array, Figure
 from tracker.clip.job import Following, Found, Nearer
-from tracker.clip.outlines import outlined
+from tracker.clip.outlines import look, outlined
 from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare
 from tracker.clip.staged import detections
@@ -70,7 +70,7 @@ def _misfits(one: Person, video: Video) -> Array:
     """(n, 2) how badly templates fit the frames around the start, the legs named as found and exchanged."""
     starts = [start_from(each, video, "unsure") for each in (one, one.exchanged)]
     jobs = [Following().job(video.path, start, FEW) for start in starts]
-    plans = [outlined(prepare(job), Progress("quiet")) for job in jobs]
+    plans = [outlined(plan, look(plan, Progress("quiet"))) for plan in map(prepare, jobs)]
     around = round(AROUND * video.fps)
     reel = Reel(video, one.frame + around)
     images = reel.ahead()

@@ -1,17 +1,15 @@
 """The joints of a figure's outline in every frame: the film surveyed, the outline fitted, then followed."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
-from tracker.clip.plan import Plan
+from tracker.clip.plan import Plan, Seen
 from tracker.clip.staged import POINT, detections, surveyed
 from tracker.clip.start import marked_start
-from tracker.loop.detections import Detections
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.outline.bodies import paths
@@ -34,41 +32,14 @@ DOUBTED = 0.25  # probability that the start names its legs wrongly from which t
 USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
 
 
-@dataclass(frozen=True)
-class Seen:
-    """What a figure's outline tells.
-
-    points   : its joints by frame
-    wrong    : probability that it names the legs wrongly
-    gait     : "walk" or "run", "" where it is not seen
-    misnamed : probability that the start does
-    """
-
-    points: Mapping[int, Detections]
-    wrong: float = 0.0
-    gait: str = ""
-    misnamed: float = 0.0
-
-
-def outlined(plan: Plan, progress: Progress) -> Plan:
-    """The plan with the joints of the figure's outline as points.
-
-    As it is where points are given, the settings want none, the figure's is not known, or it does not stand
-    out from a scene that is known.
-    """
-    settings = plan.tracker.settings
-    wanted = (
-        plan.start.figure.outline
-        and settings.outline
-        and settings.templates
-        and settings.mode == "full"
-        and plan.measured is None
-    )
-    seen = _seen(plan, progress) if wanted else Seen({})
+def outlined(plan: Plan, seen: Seen) -> Plan:
+    """The plan with the joints of the figure's outline as points; as it is where none was seen."""
     if not seen.points:
         return plan
     exchange = min(max(seen.wrong, EXCHANGE), MOST)
-    settings = settings.model_copy(update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG})
+    settings = plan.tracker.settings.model_copy(
+        update={"point": POINT, "exchange": exchange, "one_leg": ONE_LEG}
+    )
     slds = plan.slds if plan.job.model == CONSTANT_VELOCITY else for_seen(plan.slds)
     return replace(
         plan,
@@ -80,7 +51,16 @@ def outlined(plan: Plan, progress: Progress) -> Plan:
     )
 
 
-def _seen(plan: Plan, progress: Progress) -> Seen:
+def look(plan: Plan, progress: Progress) -> Seen:
+    """What the figure's outline tells, whatever model follows it.
+
+    Nothing where points are given, the settings want none, the figure's is not known, or it does not stand
+    out from a scene that is known.
+    """
+    settings = plan.tracker.settings
+    wanted = plan.start.figure.outline and settings.outline and settings.templates and settings.mode == "full"
+    if not wanted or plan.measured is not None:
+        return Seen({})
     figure, shown = plan.start.figure, load_figure(plan.start.figure.outline)
     if found := plan.job.found:
         return Seen({t: of.named(shown, figure) for t, of in found.points.items()}, gait=found.gait)

@@ -27,6 +27,22 @@ FOUND = 0.04  # leg lengths: error of a joint of a start that nobody marked
 
 
 @dataclass(frozen=True)
+class Seen:
+    """What a figure's outline tells.
+
+    points   : its joints by frame
+    wrong    : probability that it names the legs wrongly
+    gait     : "walk" or "run", "" where it is not seen
+    misnamed : probability that the start does
+    """
+
+    points: Mapping[int, Detections]
+    wrong: float = 0.0
+    gait: str = ""
+    misnamed: float = 0.0
+
+
+@dataclass(frozen=True)
 class Plan:
     """A job, and what its files hold.
 

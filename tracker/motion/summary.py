@@ -89,8 +89,6 @@ def stride_period(y: Array) -> float | None:
 
     None where nothing repeats, or fewer than STRIDES times.
     """
-    from scipy.signal import find_peaks  # slow to import
-
     apart = y[:, POSE_COLUMNS.index("hip_near")] - y[:, POSE_COLUMNS.index("hip_far")]
     apart = apart - apart.mean()
     T = len(apart)
@@ -99,9 +97,10 @@ def stride_period(y: Array) -> float | None:
     if len(lags) < 2 or not products[0] > 0:
         return None
     negative = np.flatnonzero(products[lags] < 0)
-    peaks, _ = find_peaks(products[: lags[-1] + 2], height=0.3 * products[0])
-    later = peaks[peaks > lags[negative[0]]] if len(negative) else peaks[:0]
+    before, at, after = (products[k : k + lags[-1]] for k in range(3))
+    peaks = np.flatnonzero((at > np.maximum(before, after)) & (at >= 0.3 * products[0]))
+    later = peaks[peaks >= lags[negative[0]]] if len(negative) else peaks[:0]
     if not len(later):
         return None
-    before, at, after = products[later[0] - 1 : later[0] + 2]
-    return float(later[0] + 0.5 * (before - after) / (before - 2.0 * at + after))
+    k = later[0]
+    return float(k + 1 + 0.5 * (before[k] - after[k]) / (before[k] - 2.0 * at[k] + after[k]))

@@ -8,6 +8,7 @@ from pathlib import Path
 from kinematics.figure_file import load_figure
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.outlines import look
 from tracker.clip.plan import prepare, start_frame
 from tracker.progress import Progress
 from tracker.report.chapter import Chapter
@@ -38,8 +39,7 @@ def compare_models(
     if len(jobs) < len(models):
         raise ValueError(f"two of the models {', '.join(models)} have one name; rename a file")
     # What is wrong with the last model or the truth is said before the work, not after it.
-    for each in jobs.values():
-        prepare(each)
+    plans = [prepare(each) for each in jobs.values()]
     start = start_frame(job)
     given = _anchors_of(job, _within(truth, job.stop, figure.scored), start)
     truth = {frame: marks for frame, marks in truth.items() if frame not in given}
@@ -49,11 +49,12 @@ def compare_models(
         )
     score(_within(truth, job.stop, figure.scored), {}, start, figure)
 
+    seen = look(plans[0], progress)
     chapters: dict[str, Chapter] = {}
     scores: dict[str, Score] = {}
     films: list[Playable] = []  # one, which all pages share
     for name, each in jobs.items():
-        finished = follow(each, progress)
+        finished = follow(each, progress, seen=seen)
         (folder / name).mkdir()
         films = films or [write_film(finished, folder / FILM, progress)]
         chapters[name] = replace(write_run(finished, folder / name, progress, film=films[0]), name=name)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import TypeVar
@@ -18,7 +19,8 @@ from tests.benchmarks.rivals.body import body_at, by_frame
 from tracker.clip.asked import asked
 from tracker.clip.follow import follow
 from tracker.clip.job import Following, Job
-from tracker.clip.plan import prepare
+from tracker.clip.outlines import look
+from tracker.clip.plan import Seen, prepare
 from tracker.progress import Progress
 from tracker.run.score import Places, Score, places, score
 from tracker.settings import Settings
@@ -108,7 +110,8 @@ def outcome(case: Case) -> Outcome:
             )
         else:
             job, start = asked(Following(model=way.model), case.clip, None, way.settings, QUIET), BEFORE_ALL
-        track = follow(job, QUIET).track
+        same = way.marked and way.settings.outline and way.settings.mode == "full"
+        track = follow(job, QUIET, seen=_seen(case.clip, start, last) if same else None).track
         found, spread = places(track), distances(track, marks, start)
         motion = "walk" if "walk" in case.clip.stem else "run"
         if motion in track.labels:
@@ -116,6 +119,12 @@ def outcome(case: Case) -> Outcome:
     else:
         found, spread = _rival_places(case.clip, marks, case.way, last), None
     return Outcome(score(marks, found, start), spread, band_error(found, band) if band else None, labelled)
+
+
+@cache
+def _seen(clip: Path, start: int, last: int) -> Seen:
+    """What the outline tells of a marked clip whatever model and settings follow it."""
+    return look(prepare(Job(clip, marks_of(clip), start=start, stop=last)), QUIET)
 
 
 def first_whole(marks: Marks) -> int:

@@ -45,7 +45,7 @@ SPACINGS = (0.044, 0.031, 0.022, 0.0156)  # leg lengths; 0.022 is the default
 # Where a stage's work is done: what is inside another's counts for the inner one.
 STAGES = {
     "survey": (outlines, "surveyed"),
-    "outline": (outlines, "_seen"),
+    "outline": (outlines, "look"),
     "pyramid": (track, "pyramid"),
     "camera": (Camera, "follow"),
     "background": (Backdrop, "follow"),

@@ -15,7 +15,7 @@ from tests.tracker.tracks import random_track
 from tracker.clip import outlines
 from tracker.clip.follow import follow, motions_of
 from tracker.clip.job import Job
-from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, outlined
+from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look, outlined
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.loop.detections import Detector
@@ -44,6 +44,11 @@ def job(tmp_path_factory):
     return written(tmp_path_factory.mktemp("film"), images, a_walk().joints)
 
 
+def as_seen(plan):
+    """The plan with what its film shows."""
+    return outlined(plan, look(plan, QUIET))
+
+
 @pytest.fixture(scope="module")
 def plan(job):
     return prepare(job)
@@ -51,7 +56,7 @@ def plan(job):
 
 @pytest.fixture(scope="module")
 def found(plan):
-    return outlined(plan, QUIET)
+    return as_seen(plan)
 
 
 def test_the_points_of_every_frame_are_the_walkers_joints(found):
@@ -80,7 +85,7 @@ def test_joints_beyond_the_picture_are_no_points(found):
 def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked_one(tmp_path):
     one = film(np.random.default_rng(20), frames=60)
     job = written(tmp_path, one.behind(one.mirrored()).images, one.joints, 5)
-    points = outlined(prepare(job), QUIET).points
+    points = as_seen(prepare(job)).points
     away = [np.hypot(*(each.pixels - one.joints[t][each.joint]).T) / UNIT for t, each in points.items()]
     assert np.median(np.concatenate(away)) < 0.07
     assert max(each.mean() for each in away) < 0.4
@@ -95,7 +100,7 @@ def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
     ankles = [WALKER.joints.index(f"{side}_ankle") for side in ("near", "far")]
     away = [
         np.hypot(*(each.pixels[i] - walk.joints[t][joint])) / UNIT
-        for t, each in outlined(prepare(job), QUIET).points.items()
+        for t, each in as_seen(prepare(job)).points.items()
         for i, joint in enumerate(each.joint)
         if joint in ankles
     ]
@@ -130,13 +135,13 @@ def as_if(monkeypatch):
 @pytest.mark.parametrize(("spread", "doubt"), [(0.01, 1.0), (0.03, 1.8), (0.2, 3.0)])
 def test_points_are_doubted_as_the_outline_is_within_bounds(job, as_if, spread, doubt):
     as_if(spread=spread)
-    points = outlined(prepare(job), QUIET).points
+    points = as_seen(prepare(job)).points
     assert [each.doubt for each in points.values()] == pytest.approx([doubt] * len(points))
 
 
 def test_a_frame_is_free_where_neither_the_model_nor_the_outline_knows_the_motion(job, as_if):
     as_if()
-    plan = outlined(prepare(replace(job, model="walk-run")), QUIET)
+    plan = as_seen(prepare(replace(job, model="walk-run")))
     assert plan.gait == "walk"
     track = random_track(np.random.default_rng(1), 5)
     track = replace(track, labels=("walk", "run", FREE), s=np.array([0, 1, 2, 2, 0]))
@@ -178,7 +183,7 @@ def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as
 def test_a_learned_model_is_held_less_tightly_where_the_outline_is_seen(model, wider, job, as_if):
     plan = prepare(replace(job, model=model))
     as_if()
-    seen = outlined(plan, Progress("quiet"))
+    seen = as_seen(plan)
     assert seen.points
     assert_array_equal(seen.slds.Q, for_seen(plan.slds).Q if wider else plan.slds.Q)
     n = len(plan.slds.names)
@@ -189,12 +194,12 @@ def test_a_learned_model_is_held_less_tightly_where_the_outline_is_seen(model, w
 def test_frames_beyond_reach_of_the_marked_one_have_no_points(plan, as_if, monkeypatch):
     as_if()
     monkeypatch.setattr(outlines, "REACH", 11)
-    assert sorted(outlined(plan, QUIET).points) == list(range(MIDDLE - 11, MIDDLE + 12))
+    assert sorted(as_seen(plan).points) == list(range(MIDDLE - 11, MIDDLE + 12))
 
 
 def test_frames_after_the_last_asked_for_or_in_which_the_outline_is_not_seen_have_no_points(plan, as_if):
     as_if(seen=lambda t: t % 3 == 1)
-    stopped = outlined(replace(plan, job=replace(plan.job, stop=24)), QUIET)
+    stopped = as_seen(replace(plan, job=replace(plan.job, stop=24)))
     assert sorted(stopped.points) == list(range(1, 25, 3))
 
 
@@ -203,13 +208,13 @@ def test_frames_after_the_last_asked_for_or_in_which_the_outline_is_not_seen_hav
 )
 def test_the_legs_names_are_doubted_as_the_fit_says_within_bounds(named, exchange, plan, as_if):
     as_if(named=named)
-    stopped = outlined(replace(plan, job=replace(plan.job, stop=20)), QUIET)
+    stopped = as_seen(replace(plan, job=replace(plan.job, stop=20)))
     assert stopped.tracker.settings.exchange == pytest.approx(exchange)
 
 
 def test_a_film_of_too_few_frames_leaves_the_plan_as_it_is(plan):
     short = replace(plan, job=replace(plan.job, stop=FEWEST - 2))
-    assert outlined(short, QUIET) is short
+    assert as_seen(short) is short
 
 
 @pytest.mark.parametrize("frame", [len(a_walk().images) + 5, 900])
@@ -218,13 +223,13 @@ def test_a_start_past_the_films_end_leaves_the_plan_as_it_is(frame, hint, plan, 
     if not hint:
         monkeypatch.setattr(plan.video, "count_hint", None)
     late = replace(plan, frame=frame)
-    assert outlined(late, QUIET) is late
+    assert as_seen(late) is late
 
 
 def test_a_film_in_which_nobody_stands_out_leaves_the_plan_as_it_is(plan, as_if):
     as_if(seen=lambda t: t < 0)
     stopped = replace(plan, job=replace(plan.job, stop=20))
-    assert outlined(stopped, QUIET) is stopped
+    assert as_seen(stopped) is stopped
 
 
 @pytest.mark.parametrize("change", [{"outline": False}, {"templates": False}, {"mode": "classic"}])
@@ -232,13 +237,19 @@ def test_settings_that_want_no_outline_leave_the_plan_as_it_is(change, plan, mon
     monkeypatch.setattr(outlines, "surveyed", None)  # not even looked at
     settings = plan.tracker.settings.model_copy(update=change)
     other = replace(plan, tracker=replace(plan.tracker, settings=settings))
-    assert outlined(other, QUIET) is other
+    assert as_seen(other) is other
 
 
 def test_points_that_are_given_stay(plan, monkeypatch):
     monkeypatch.setattr(outlines, "surveyed", None)
     given = replace(plan, measured=object())
-    assert outlined(given, QUIET) is given
+    assert as_seen(given) is given
+
+
+def test_a_film_looked_at_before_is_followed_as_one_that_is_looked_at_now(job):
+    short = replace(job, stop=MIDDLE + 3)
+    before = follow(short, QUIET, seen=look(prepare(replace(short, model=CONSTANT_VELOCITY)), QUIET))
+    assert_array_equal(before.track.q, follow(short, QUIET).track.q)
 
 
 def test_an_outline_is_wanted_unless_told_otherwise():
