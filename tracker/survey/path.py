@@ -154,9 +154,10 @@ def _apart(key: Key, grey: Image, back: Array) -> float:
     Args:
         back: (3, 3) from the frame's pixels to the key frame's.
     """
-    size = grey.shape[::-1]
-    there = cv2.warpAffine(grey, back[:2], size)
-    shown = cv2.warpAffine(np.full_like(grey, 255), back[:2], size, flags=cv2.INTER_NEAREST)
+    there, shown, size = grey, None, grey.shape[::-1]
+    if not np.array_equal(back, IDENTITY):
+        there = np.asarray(cv2.warpAffine(grey, back[:2], size), dtype=np.uint8)
+        shown = cv2.warpAffine(np.full_like(grey, 255), back[:2], size, flags=cv2.INTER_NEAREST)
     _, away = cv2.threshold(cv2.absdiff(there, key.grey), OTHER, 0.0, cv2.THRESH_TRUNC)
     return cv2.mean(away, mask=shown)[0]
 
