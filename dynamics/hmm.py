@@ -96,7 +96,7 @@ def combine_hmms(models: Sequence[HMM], crossing: float = CROSSING) -> HMM:
 @dataclass(frozen=True)
 class Expected:
     """Of T frames under every state: log_lik (T,K) of what was measured; the whole pose given that, mean
-    (T,K,M), and cov (G,K,M,M) of the G frames `gappy` that miss something."""
+    (T,K,M), and cov (G,K,M,M) of the G frames `gappy` that miss something, (K,M,M) where none does."""
 
     log_lik: Array
     mean: Array

@@ -144,7 +144,7 @@ class SLDS:
         """The same system whose measurements are off by unknown constants, of these deviations by freedom."""
         n, names = len(spreads), [f"constant_{name}" for name in spreads]
         wide = self.with_drifts(names, np.ones(n), np.zeros(n), np.array(list(spreads.values())))
-        C = wide.C[:-n].copy()
+        C = wide.C[: len(self.C)].copy()
         for i, name in enumerate(spreads):
             C[self.names.index(name), i - n] = 1.0
         return replace(wide, C=C, R=self.R, names=self.names)

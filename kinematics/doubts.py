@@ -95,7 +95,7 @@ def _uneven(figure: Figure, spans: Mapping[int, float]) -> list[str]:
         )
         if not _unlike(long, short, TWINS):
             continue
-        if size is not None and size * less.length / max(short, 1.0) > long / (size * more.length):
+        if size is not None and size * less.length / max(short, 1.0) > long / max(size * more.length, 1e-9):
             (less, short), (more, long) = (more, long), (less, short)
         found.append(f"{_way(figure, more)} is {_times(long, short)} times as far as {_way(figure, less)}")
     return found

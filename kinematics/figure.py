@@ -165,6 +165,13 @@ class Figure:
             raise ValueError(
                 f"two freedoms of figure {self.name!r} share a name; got {', '.join(self.freedoms)}"
             )
+        for i, twin in self.twins.items():
+            one, other = self.links[i], self.links[twin]
+            alike = (one.breathes, one.freedom is None) == (other.breathes, other.freedom is None)
+            if self.twins.get(twin) != i or not alike:
+                raise ValueError(
+                    f"links {one.name!r} and {other.name!r} must be each other's twin, turn and breathe alike"
+                )
         for part in self.leg:
             if not any(name.startswith(part) for name in names):
                 raise ValueError(

@@ -249,6 +249,8 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
             if length < 1.0:
                 raise PoseError(f"{link.joint} lies on the joint before it; mark the two apart")
             seen[link.name] = length
+    if not seen:
+        raise PoseError("no limb has both its ends marked; mark one at least")
     scale = sum(seen.values()) / sum(link.length for link in figure.links if link.name in seen)
     names = [link.name for link in figure.links]
     either = {names[twin]: seen[names[i]] for i, twin in figure.twins.items() if names[i] in seen} | seen

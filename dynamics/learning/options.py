@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-RIDGE = 1e-2  # the prior's share of a state's regressors; measured on subjects held out, 1e-3 overfits runs
+RIDGE = 1e-2  # on subjects held out, 1e-3 overfits runs
 
 
 @dataclass(frozen=True)
@@ -14,7 +14,7 @@ class Options:
     rounds     : EM rounds at most
     tolerance  : stop when the penalised value rises by less than this share
     prior      : strength of all priors; 0 is maximum likelihood
-    ridge      : the share of a state's regressors that its prior, constant velocity, stands for
+    ridge      : four times the share of a state's regressors that its prior, constant velocity, stands for
     stickiness : Dirichlet counts added to every state's staying
     restarts   : how many starts to learn from; the best is kept
     seed       : of the starts

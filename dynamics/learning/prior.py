@@ -104,7 +104,7 @@ def _regressor_sizes(ys: Sequence[Array], layout: Layout) -> Array:
     regressors[gaps.astype(float) @ np.abs(layout.regard.T) > 0] = np.nan
     size = measured_mean(regressors**2)
     # A velocity whose two frames were never measured in a row has the size that changes of place have.
-    involved = np.abs(layout.regard).reshape(len(layout.regard), layout.order, -1).max(1)
+    involved = np.abs(layout.regard).reshape(len(layout.regard), layout.order, layout.d).max(1)
     size = np.where(np.isnan(regressors).all(0), involved @ changes(ys, 1), size)
     return np.append(np.where(size > 0, size, 1.0), 1.0)
 

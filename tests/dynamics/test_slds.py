@@ -186,3 +186,8 @@ def test_a_state_of_no_known_layout_is_refused(rng):
     wide = random_slds(2, order=2, rng=rng).with_drifts(("scale",), np.ones(1), np.ones(1), np.ones(1))
     with pytest.raises(ValueError, match=r"1 or 2 poses of 3 freedoms and 0 that drift; it has 5 entries"):
         replace(wide, drifts=())
+
+
+def test_no_constants_leave_a_system_as_it_is(rng):
+    slds = random_slds(2, rng=rng)
+    assert_array_equal(slds.with_constants({}).C, slds.C)

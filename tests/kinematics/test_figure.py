@@ -247,6 +247,13 @@ def test_twins_may_be_named_and_angles_that_differ_in_side_alone_share_a_panel()
     assert {"tail": "tail"} in alike
 
 
+def test_twins_that_turn_or_breathe_unlike_are_refused():
+    i = next(i for i, link in enumerate(WALKER.links) if link.name.endswith("far"))
+    links = [replace(link, breathes=False) if k == i else link for k, link in enumerate(WALKER.links)]
+    with pytest.raises(ValueError, match="must be each other's twin, turn and breathe alike"):
+        replace(WALKER, links=tuple(links))
+
+
 def test_layers_rank_from_far_to_near_and_one_layer_is_the_trunk():
     assert dict(zip((link.name for link in WALKER.links), WALKER.depth, strict=True)) == {
         "torso": "trunk",

@@ -348,6 +348,12 @@ def test_joints_on_one_spot_are_refused(joint, onto):
         start_pose(WALKER, {**marks, joint: (x + 0.5, y - 0.5)}, 1)
 
 
+def test_a_base_alone_is_no_pose_to_start_in():
+    lax = replace(WALKER, optional=tuple(name for name in WALKER.marks if name != WALKER.base))
+    with pytest.raises(PoseError, match="no limb has both its ends marked"):
+        start_pose(lax, {WALKER.base: (10.0, 10.0)}, 1)
+
+
 def test_a_figure_without_a_leg_recovers_poses_but_has_no_unit_to_start_in(rng):
     legless = replace(WALKER, leg=())
     q = random_pose(WALKER, rng, size=0.0)

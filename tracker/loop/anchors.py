@@ -158,8 +158,8 @@ def _settled(
     # A limb whose end is not marked may lie anywhere: of its look nothing new is taken.
     told = ~np.isin(now.link, ends[~anchor.visible]) & (state.templates.known | np.isin(now.link, ends))
     trust = np.where(now.known & told, 1.0, 0.0)
-    templates = state.templates.refreshed(
-        now.colours, trust, BLEND, np.tile(state.templates.light, (len(tracker.figure.links), 1))
-    )
+    light = state.templates.light
+    offset = np.tile(light, (len(tracker.figure.links), 1))
+    templates = state.templates.refreshed(now.colours - light, trust, BLEND, offset)
     state = replace(state, belief=belief, templates=templates, outcome=Outcome.OK)
     return state, tracker.estimate(state)

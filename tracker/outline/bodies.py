@@ -95,11 +95,14 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None
     """Everybody who is seen, the surest first.
 
     Args:
-        about: the film's pixels in a leg length of who is looked for, None for everybody.
+        about: the film's pixels in a leg length of who is looked for, None for everybody. Nobody is seen who
+            is smaller than SMALLEST.
     """
     units, every = _units(stage), max(round(stage.fps / OFTEN), 1)
     if about is not None:
         units = units[(units > ABOUT[0] * about) & (units < ABOUT[1] * about)]
+    if not len(units):
+        return []
     bodies = _Bodies.of(shape, cycles)
     sizes = [bodies.of_size(stage, unit) for unit in units.tolist()]
     places = [_places(stage, t, sizes, bodies) for t in range(0, len(stage), every)]

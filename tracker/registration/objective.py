@@ -3,7 +3,7 @@
 With the visible points p of the template, their weights w_p, tempered by tau, joint limits of stiffness k,
 and x_l the mean over link l of
 
-    loss_p  = rho(|I(p(q)) - T_p - o|^2 / sigma^2) / 2,
+    loss_p  = rho(|I(p(q)) - T_p - o|^2 / (3 sigma^2)) / 2,
 
 or, of a point that the scene may cover, minus the log of the mixture of both likelihoods,
 

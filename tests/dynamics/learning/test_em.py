@@ -527,3 +527,9 @@ def test_sequences_that_cannot_be_learnt_from_are_named():
     for weights in ([1.0], [1.0, -1.0], [0.0, 0.0], [1.0, np.nan]):
         with pytest.raises(ValueError, match="weights must be 2 numbers, none negative and not all 0"):
             learnt([good, good], weights=np.array(weights))
+
+
+def test_a_first_order_model_of_freedoms_that_all_travel_is_learned(rng):
+    ys = [np.cumsum(rng.normal(size=(40, 1)), axis=0) for _ in range(2)]
+    fit = learn(ys, names=("a",), travelling=("a",), options=Options(states=1, order=1, rounds=2), **LEARNT)
+    assert np.isfinite(fit.slds.Q).all()

@@ -162,14 +162,16 @@ def test_a_new_start_without_a_hip_begins_from_the_pose_there_was(begun):
     assert away(estimate, NEARBY).max() < 4.0
 
 
-def test_half_of_what_an_anchor_shows_goes_into_the_templates(begun):
+@pytest.mark.parametrize("light", [0.0, 20.0])
+def test_half_of_what_an_anchor_shows_goes_into_the_templates_less_the_light(begun, light):
     tracker, state, image = begun
+    state = replace(state, templates=replace(state.templates, light=np.full(3, light)))
     bright = (image // 2 + 100).astype(np.uint8)
     after, estimate = passed(tracker, state, anchor_of(STRIDE), bright)
     now = tracker.templates_at(estimate.pose.mean, bright, state.curve)
     both = now.known & state.templates.known
     assert both.sum() > 300
-    halfway = 0.5 * (state.templates.colours + now.colours)
+    halfway = 0.5 * (state.templates.colours + now.colours - light)
     assert_allclose(after.templates.colours[:, both], halfway[:, both], atol=1e-3)
 
 

@@ -70,6 +70,7 @@ def test_who_is_of_another_size_is_not_looked_for(walk, stage):
     (path,) = paths(stage, SHAPE, CYCLES, UNIT)
     assert away(path, walk).max() < NEAR
     assert paths(stage, SHAPE, CYCLES, 3.0 * UNIT) == []
+    assert paths(stage, SHAPE, CYCLES, 0.1 * UNIT) == []  # smaller than any that is looked for
 
 
 @pytest.mark.parametrize("mean", [-2.0, -0.5])
