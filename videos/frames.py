@@ -112,7 +112,6 @@ class Video:
 
     def __iter__(self) -> Iterator[Frame]:
         """Frames in presentation order, from index 0."""
-        self.cut_short = None
         size = None
         for frame in self._folder_frames() if self._images else self._file_frames():
             height, width = frame.image.shape[:2]
@@ -229,7 +228,17 @@ class Video:
 
 def films_in(folder: Path) -> list[Path]:
     """The video files of a folder, by their suffix, sorted by name."""
-    return sorted(path for path in folder.absolute().iterdir() if path.suffix.lower() in FILM_SUFFIXES)
+    return sorted(path for path in _shown(folder.absolute()) if path.suffix.lower() in FILM_SUFFIXES)
+
+
+def files_of(path: Path) -> list[Path]:
+    """The files that a video is read from."""
+    return _numbered_images(path) if path.is_dir() else [path]
+
+
+def _shown(folder: Path) -> Iterator[Path]:
+    """What is in a folder; hidden files are none of ours."""
+    return (path for path in folder.iterdir() if not path.name.startswith("."))
 
 
 def opened(path: Path) -> InputContainer:
@@ -317,12 +326,8 @@ def _read_image(path: Path) -> Image:
 
 
 def _numbered_images(folder: Path) -> list[Path]:
-    """Images whose name holds a number, img2 before img10; hidden files are none of ours."""
-    found = [
-        path
-        for path in folder.iterdir()
-        if path.suffix.lower() in IMAGE_SUFFIXES and not path.name.startswith(".")
-    ]
+    """Images whose name holds a number, img2 before img10."""
+    found = [path for path in _shown(folder) if path.suffix.lower() in IMAGE_SUFFIXES]
     numbered = [path for path in found if re.search(r"\d", path.stem)]
     if not numbered:
         raise VideoError(

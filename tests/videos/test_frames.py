@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from videos import frames as frames_module
 from videos import recall
-from videos.frames import Frame, Video, VideoError
+from videos.frames import Frame, Video, VideoError, files_of, films_in
 from videos.times import FASTEST, Growing, rate_of
 
 WIDTH, HEIGHT = 96, 64
@@ -324,7 +324,10 @@ def test_a_cut_that_no_decoder_notices_shows_in_the_count(tmp_path, rng):
     path.write_bytes(stored[: len(stored) // 2])
     video = Video(path)
     count = sum(1 for _ in video)
-    assert video.cut_short == f"walk.mkv ends after {count} of about 40 frames; what was read was used"
+    said = f"walk.mkv ends after {count} of about 40 frames; what was read was used"
+    assert video.cut_short == said
+    next(iter(video))  # a pass over a part knows no better
+    assert video.cut_short == said
 
 
 def test_damage_near_the_end_is_told_though_hardly_a_frame_is_missing(tmp_path, rng):
@@ -528,3 +531,15 @@ def test_a_colon_in_the_name_is_no_protocol(tmp_path, monkeypatch):
     make_clip(tmp_path / "walk.mp4", [picture(0)]).rename(tmp_path / "take:2.mp4")
     monkeypatch.chdir(tmp_path)
     assert len(list(Video(Path("take:2.mp4")))) == 1
+
+
+def test_hidden_files_are_no_films_and_no_pictures_of_a_folder(tmp_path):
+    for name in ("b.mp4", "a.MOV", "._b.mp4", "notes.txt"):
+        (tmp_path / name).write_bytes(b"")
+    assert [path.name for path in films_in(tmp_path)] == ["a.MOV", "b.mp4"]
+    (tmp_path / "pictures").mkdir()
+    write_images(tmp_path / "pictures", ["2.png", "1.png"])
+    for name in ("._1.png", "1.json"):
+        (tmp_path / "pictures" / name).write_bytes(b"")
+    assert [path.name for path in files_of(tmp_path / "pictures")] == ["1.png", "2.png"]
+    assert files_of(tmp_path / "b.mp4") == [tmp_path / "b.mp4"]

@@ -131,7 +131,11 @@ def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row
     video = beside / cells["video"]
     out = place / (cells.get("out") or _out(video))
     keypoints = cells.get("keypoints")
-    return Row(video, beside / keypoints if keypoints else None, out, Following(**given))
+    try:
+        how = Following(**given)
+    except ValueError as error:
+        raise JobsError(f"{where}: {error}") from error
+    return Row(video, beside / keypoints if keypoints else None, out, how)
 
 
 def _value(option: Option, text: str, beside: Path, where: str) -> Any:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +22,7 @@ from tracker.report.results import write_run
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
 from tracker.run.read import RunError, read_news, read_run
 from tracker.tables.table import write_table
+from videos.frames import files_of
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -133,7 +134,8 @@ def run_row(row: Row, overwrite: bool) -> Ending:
         job = row.job()
         key = job_key(job)
         if _key_in(row.out) == key:
-            return _ending(SKIPPED, row.out)
+            with suppress(RunError) if overwrite else nullcontext():  # of what is damaged
+                return _ending(SKIPPED, row.out)
         quiet = Progress("quiet")
         with fresh_folder(row.out, overwrite=overwrite, inputs=row.inputs) as aside:
             write_run(follow(job, quiet), aside, quiet, key)
@@ -151,11 +153,13 @@ def job_key(job: Job) -> str:
     for field in fields(job):
         value = getattr(job, field.name)
         if isinstance(value, Path) or (field.name in NAMED and Path(value).is_file()):
-            for path in _files(Path(value)):
+            film = field.name == "video" and value.exists()
+            for path in files_of(value) if film else _files(Path(value)):
                 with path.open("rb") as file:
                     digest.update(hashlib.file_digest(file, "sha256").digest())
         elif field.name not in ("called", "found"):  # the marks tell what was found
             digest.update(f"{field.name} {value!r}\n".encode())
+    digest.update((job.found.near_leg if job.found else "").encode())
     return digest.hexdigest()
 
 
@@ -235,7 +239,7 @@ def _key_in(folder: Path) -> str:
 
 
 def _files(path: Path) -> Iterable[Path]:
-    """A file, or those of a folder of images; none where there is no such thing, which tracking will say."""
+    """A file, or those of a folder; none where there is no such thing, which tracking will say."""
     if path.is_dir():
         return sorted(inner for inner in path.iterdir() if inner.is_file())
     return [path] if path.exists() else []

@@ -78,13 +78,14 @@ def find(
     """
     from tracker.clip.found import people
     from tracker.report.walkers import told, write_people, write_picture
-    from tracker.run.folder import fresh_file
+    from tracker.run.folder import check_file, fresh_file
     from videos.frames import Video as Film
 
     table = out or Path(f"{beside(video, 'people')}.csv")
     film = Film(video)
     picture = table.with_suffix(".png")
     with fresh_file(table, overwrite=common.overwrite, inputs=[video]) as aside:
+        check_file(picture, common.overwrite)
         everybody = people(film, common.shown())
         write_people(aside, everybody)
         if everybody:

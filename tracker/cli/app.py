@@ -17,7 +17,7 @@ from tracker.cli.motion_commands import classify, interpolate, learn, predict, r
 from tracker.cli.options import Common, Keypoints, Video, beside, offered
 from tracker.cli.streams import open_streams
 from tracker.clip.job import Following
-from tracker.progress import tally
+from tracker.progress import counted, tally
 
 
 class Grouped(TyperGroup):
@@ -134,7 +134,8 @@ def track(
         told = write_run(finished, aside, shown, overlay=overlay, report=report)
     for warning in told.warnings:
         shown.warn(warning)
-    print(f"{len(finished.track)} frames of {video.name} with {job.model}: {tally(finished.track.outcome)}")
+    followed, ended = counted(len(finished.track), "frame"), tally(finished.track.outcome)
+    print(f"{followed} of {video.name} with {job.model}: {ended}")
     if finished.points is not None:
         print(finished.points)
     files = [REPORT] * report + ["keypoints.csv", "pose.csv"]

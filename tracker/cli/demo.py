@@ -60,9 +60,14 @@ def run_demo(
         video, marks = write_scene(scene, aside)
         job = Job(video, read_keypoints(marks), model=models[0], called=str(out / video.name))
         table = compare_models(job, job.marks, models, aside, progress, [NOTE])
-        news = {"figtrack": __version__, "seed": seed}
-        (aside / "demo.json").write_text(json.dumps(news) + "\n", encoding="utf-8")
+        _sign(aside, seed=seed)
     return out / REPORT, table
+
+
+def _sign(folder: Path, **said: int) -> None:
+    """Say in a folder that it is ours, which may then be replaced."""
+    news = {"figtrack": __version__} | said
+    (folder / "demo.json").write_text(json.dumps(news) + "\n", encoding="utf-8")
 
 
 def write_scene(scene: Scene, folder: Path) -> tuple[Path, Path]:
@@ -92,10 +97,13 @@ def run_film(out: Path, *, overwrite: bool, progress: Progress) -> tuple[Path, s
         progress.note(f"fetching {PACKAGE} for its film")
         film = fetch(aside)
         job = replace(asked(Following(), film, None, None, progress), called=str(out / film.name))
-        told = write_run(follow(job, progress), aside, progress)
+        # Beside the film, which a run that is corrected must not hold.
+        (run := aside / f"{film.stem}-track").mkdir()
+        told = write_run(follow(job, progress), run, progress)
+        _sign(aside)
     for warning in told.warnings:
         progress.warn(warning)
-    return out / REPORT, f"{WHOSE}\n{headline(told)}"
+    return out / run.name / REPORT, f"{WHOSE}\n{headline(told)}"
 
 
 def fetch(folder: Path) -> Path:

@@ -110,8 +110,8 @@ def batch(
     jobs: Annotated[
         Path,
         typer.Argument(
-            help="A folder of films, or a table of clips: video,keypoints,start,model,out; also from,stop,"
-            "facing,rate,smooth,anchors,settings,measure,templates."
+            help="A folder of films, or a table of clips: video,keypoints,start,model,out; also figure,from,"
+            "stop,facing,person,near,rate,height,scale,smooth,anchors,settings,measure,templates."
         ),
     ],
     *,
@@ -202,5 +202,5 @@ def _show(ended: "Ended", place: Path) -> None:
     for row, ending in ended:
         folder, frames = os.path.relpath(row.out, place), ending.cells.get("frames", "")
         table.add_row(row.video.name, folder, ending.status, frames, told(ending))
-    Console(markup=False, highlight=False).print(table)
+    Console(color_system=None, markup=False, highlight=False).print(table)
     print(f"{tally(ending.status for _, ending in ended)}; see {place / 'summary.csv'}")

@@ -14,6 +14,7 @@ from tracker.run.read import News, RunError, read_news
 from tracker.run.track import Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import Marks
+from videos.frames import files_of
 
 START = "start.keypoints.csv"  # in a run's folder: the marks that the track passes through
 
@@ -138,6 +139,5 @@ def _there(film: _Film, folder: Path) -> Path:
 
 
 def _bytes(film: Path) -> int:
-    """Size of a video file, or of the files of a folder together."""
-    files = [each for each in film.iterdir() if each.is_file()] if film.is_dir() else [film]
-    return sum(each.stat().st_size for each in files)
+    """Size of a video file, or of the pictures of a folder together."""
+    return sum(each.stat().st_size for each in files_of(film))

@@ -28,7 +28,8 @@ def asked(
         when = (how.start, towards(how.facing), how.from_ or 0, how.stop)
         marks, taken = read_marks(keypoints, *when, figure)
         if taken:
-            progress.note(taken)
+            counted = " Pictures are counted from 0, whatever their names." if video.is_dir() else ""
+            progress.note(taken + counted)
         return how.job(video, marks, settings)
     if not figure.outline:
         raise ValueError(

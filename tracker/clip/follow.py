@@ -244,7 +244,7 @@ def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
             "the leg that is marked far looks like the nearer one where they pass; if it is, exchange near "
             "and far in the marks"
         )
-    lost = [t for t, outcome in enumerate(track.outcome) if outcome is Outcome.LOST]
+    lost = [t for t, outcome in enumerate(track.outcome, track.first) if outcome is Outcome.LOST]
     if lost:
         warnings.append(f"nothing matched in {len(lost)} of {len(track)} frames, first in frame {lost[0]}")
     if points is not None and 2 * points.frames < len(track):

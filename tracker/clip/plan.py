@@ -132,7 +132,10 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     """
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
     frames = iter(images)
-    state, estimate = begin(tracker, start, next(frames))
+    first = next(frames, None)
+    if first is None:  # the film is shorter, which following says
+        return start.view.facing
+    state, estimate = begin(tracker, start, first)
     for image in frames:
         state, estimate = tracker.step(state, image)
     ahead = estimate.pose.mean[0] >= start.q[0]

@@ -82,7 +82,7 @@ def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress)
 
 def export_name(folder: Path, to: str) -> str:
     """What the file or folder is called unless told."""
-    return folder.absolute().name + FORMATS[to].ending
+    return folder.resolve().name + FORMATS[to].ending
 
 
 @dataclass(frozen=True)

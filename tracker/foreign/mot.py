@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array
+from kinematics.sides import SIDES
 from tracker.foreign.points import side_seen
 from tracker.foreign.scale import Scale
+from tracker.foreign.text_files import ForeignError
 from tracker.run.read import Record
 
 NOTES = (
@@ -31,7 +33,15 @@ def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> s
 
     Returns:
         What is to be said of frames of the clip that are not in it, or were not measured.
+
+    Raises:
+        ForeignError: a figure without these angles.
     """
+    wanted = {"torso", *(f"{joint}_{side}" for joint in ("hip", "knee") for side in SIDES)}
+    if lacks := wanted - set(record.freedoms):
+        raise ForeignError(
+            f"a MOT has {', '.join(sorted(lacks))}, which this run's figure has not; leave it out"
+        )
     columns = _columns(record, facing, scale)
     there = np.isfinite(np.sum(list(columns.values()), axis=0))
     said = _said(record, there, scale)

@@ -11,6 +11,7 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from tracker.foreign.points import middle
+from tracker.foreign.text_files import ForeignError
 from tracker.run.read import Record
 from tracker.run.stature import ANKLE_HEIGHT, stature
 
@@ -31,8 +32,12 @@ class Scale:
 
 
 def scale_by_height(record: Record, metres: float, facing: int) -> Scale:
-    """The scale at which the figure is so tall; RunError if it was followed in no frame."""
-    return scale_by_pixels(record, _height(record) / metres, facing)
+    """The scale at which the figure is so tall; RunError if it was followed in no frame, ForeignError if it
+    has no trunk and head."""
+    tall = _height(record)
+    if record.measured.any() and not np.isfinite(tall):
+        raise ForeignError("the figure has no head and trunk to be measured by; give two points")
+    return scale_by_pixels(record, tall / metres, facing)
 
 
 def scale_by_pixels(record: Record, pixels: float, facing: int) -> Scale:
@@ -46,11 +51,11 @@ def scale_by_pixels(record: Record, pixels: float, facing: int) -> Scale:
 
 
 def scale_by_points(record: Record, points: tuple[float, float, float, float, float], facing: int) -> Scale:
-    """The scale of x1, y1, x2, y2 in pixels and the metres between; ValueError if they lie together."""
+    """The scale of x1, y1, x2, y2 in pixels and the metres between; ForeignError if they lie together."""
     x1, y1, x2, y2, metres = points
     pixels = float(np.hypot(x2 - x1, y2 - y1))
     if not (1.0 <= pixels < np.inf and 0.0 < metres < np.inf):
-        raise ValueError(
+        raise ForeignError(
             f"two points apart and the metres between them give the scale; got {pixels:g} px and {metres:g} m"
         )
     return scale_by_pixels(record, pixels / metres, facing)

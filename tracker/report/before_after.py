@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from kinematics.figure_file import WALKER, load_figure
 from kinematics.sides import SIDES
 from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
@@ -103,7 +104,8 @@ def _walked(folder: Path) -> Walked:
         rate = float(json.loads(read_text(folder / "gait.json"))["rate"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RunError(f"{folder} has no gait.json that can be read; track the clip again") from error
-    return Walked(folder, read_track(folder, mark=0.0), rate, Known(news.height, news.scale))
+    figure = load_figure(news.options.get("figure", WALKER.name))
+    return Walked(folder, read_track(folder, mark=0.0, figure=figure), rate, Known(news.height, news.scale))
 
 
 def _changes(before: Gait, after: Gait) -> Iterator[Change]:

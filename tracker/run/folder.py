@@ -65,12 +65,7 @@ def fresh_folder(
     place = _real(path)
     _sweep(place)
     check_folder(path, overwrite, replaceable)
-    for kept, what in [
-        (Path.cwd(), "the folder you are in"),
-        *((each, str(each)) for each in inputs if each is not None),
-    ]:
-        if _real(kept).is_relative_to(place):
-            raise FolderError(f"{path} would be replaced, and with it {what}; choose another --out")
+    check_inputs(path, inputs)
     with _workshop(place) as workshop:
         new = workshop / "new"
         yield new
@@ -115,6 +110,16 @@ def swept(paths: Iterable[Path]) -> Iterator[None]:
     finally:
         for place in places:
             _sweep(place)
+
+
+def check_inputs(path: Path, inputs: Iterable[Path | None]) -> None:
+    """FolderError where one of the inputs, or the folder one is in, would be replaced with a folder."""
+    for kept, what in [
+        (Path.cwd(), "the folder you are in"),
+        *((each, str(each)) for each in inputs if each is not None),
+    ]:
+        if _real(kept).is_relative_to(_real(path)):
+            raise FolderError(f"{path} would be replaced, and with it {what}; keep the two apart")
 
 
 def check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool]) -> None:

@@ -13,7 +13,6 @@ from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT, SCALE, Figure
-from kinematics.figure_file import WALKER
 from kinematics.spm import View
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
@@ -47,6 +46,7 @@ class News(BaseModel, allow_inf_nan=False):
     warnings: list[str] = []
     headline: str = ""
     job: str = ""
+    options: dict[str, Any] = {}
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def _sound(path: Path) -> Iterator[Path]:
         raise RunError(f"{path} is damaged ({lacks}); track the clip again") from error
 
 
-def read_track(folder: Path, mark: float, figure: Figure = WALKER) -> Track:
+def read_track(folder: Path, mark: float, figure: Figure) -> Track:
     """The track of a complete run of this figure, at rest; `mark` is the setting of that name. RunError: a
     file is damaged."""
     with _sound(folder / "track.npz") as path:

@@ -67,8 +67,8 @@ def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
 
 
 def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure = WALKER) -> Score:
-    """Errors of a track in every marked frame after the start frame. ValueError: there is none, or no leg
-    marked whole."""
+    """Errors of a track in every marked frame after the start frame. ValueError: there is none with a joint
+    that is scored, or no leg marked whole."""
     legs, twins = _legs(figure), _twins(figure)
     frames = [frame for frame in sorted(truth) if frame >= start]
     later = [frame for frame in frames if frame > start]
@@ -77,6 +77,9 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
     leg = leg_length(truth, frames, figure)
     errors = {frame: _errors(truth[frame], found.get(frame, {}), leg, figure.scored) for frame in later}
     means = {frame: float(np.mean(list(error.values()))) for frame, error in errors.items() if error}
+    if not means:
+        scored = ", ".join(figure.scored)
+        raise ValueError(f"the truth marks none of {scored} after frame {start}; mark some")
     everything = np.concatenate([list(error.values()) for error in errors.values()])
     failure = _first_failure(means)
     angles = [angle for frame in later for angle in _angles(truth[frame], found.get(frame, {}), legs)]

@@ -79,7 +79,10 @@ def _poses(track: Track, times: Array) -> Iterator[tuple[object, ...]]:
 
 
 def whole_times(times: Array, first: int, frames: int, fps: float) -> Array:
-    """(frames,) seconds of every frame of a clip, of which those from `first` on were followed at `times`."""
-    row = np.arange(frames) - first
-    beyond = np.minimum(row, 0) + np.maximum(row - len(times) + 1, 0)
-    return np.asarray(np.interp(row, np.arange(len(times)), times) + beyond / fps)
+    """(frames,) seconds of every frame of a clip, of which those from `first` on were followed at `times`.
+
+    The first is at 0; times between it and those followed, and after these, are taken as even.
+    """
+    row, end = np.arange(frames), first + len(times)
+    known = np.r_[0 : min(first, 1), first:end], np.r_[np.zeros(min(first, 1)), times]
+    return np.asarray(np.interp(row, *known) + np.maximum(row - end + 1, 0) / fps)

@@ -55,7 +55,7 @@ def read_keypoints(path: str | Path, names: tuple[str, ...] = KEYPOINTS) -> Mark
 def write_marks(path: Path, marks: Marks) -> None:
     """Write marks as a keypoint table, which `read_keypoints` reads."""
     rows = [
-        (frame, name, f"{mark.x:.2f}", f"{mark.y:.2f}", int(mark.visible))
+        (frame, name, f"{mark.x:.10g}", f"{mark.y:.10g}", int(mark.visible))
         for frame, of_frame in marks.items()
         for name, mark in of_frame.items()
     ]

@@ -135,8 +135,8 @@ def finite(text: str) -> float:
 
 
 def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """A UTF-8 table with commas."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    """A UTF-8 table with commas; of a file's name what is no text is written out."""
+    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.writer(file)
         writer.writerow(header)
         writer.writerows(rows)

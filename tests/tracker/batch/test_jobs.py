@@ -93,6 +93,8 @@ ROW = ("a.mp4", "k.csv", "", "", "")
         (HEADER, ((*ROW, "x"),), "line 2 has more cells than the header"),
         ((*HEADER, "rate"), ((*ROW, "9"),), "rate must be from 0.25 to 4, or empty; got '9'"),
         ((*HEADER, "rate"), ((*ROW, "nan"),), "rate must be"),
+        ((*HEADER, "person"), ((*ROW, "0"),), "line 2: person must be at least 1"),
+        ((*HEADER, "height", "scale"), ((*ROW, "1.7", "300"),), "line 2: give either height or scale"),
         ((*HEADER, "facing"), ((*ROW, "up"),), "facing must be left, right or empty; got 'up'"),
         ((*HEADER, "smooth"), ((*ROW, "no"),), "smooth must be 1, 0 or empty"),
         ((*HEADER, "anchors"), ((*ROW, "2"),), "anchors must be 1, 0 or empty"),

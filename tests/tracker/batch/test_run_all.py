@@ -152,6 +152,10 @@ def test_a_run_of_another_job_is_replaced_only_when_asked(table, tmp_path):
     assert run_row(row, overwrite=True).status == "skipped"
     assert everything(tmp_path / "a") == kept
     assert run_row(other, overwrite=True).cells["frames"] == "2"
+    # What is damaged is done again if asked.
+    (tmp_path / "a" / "track.npz").write_bytes(b"")
+    assert run_row(other, overwrite=False).status == "failed"
+    assert run_row(other, overwrite=True).status == "done"
     # A run that is not whole is no run that is done.
     (tmp_path / "a" / "run.json").write_text("{")
     assert run_row(other, overwrite=True).status == "failed"
@@ -193,6 +197,8 @@ def test_a_job_is_another_when_the_file_of_its_model_or_figure_or_an_image_is(tm
     (tmp_path / "f.toml").write_text("one")
     job = Job(tmp_path / "images", {}, model=str(tmp_path / "m.npz"), figure=str(tmp_path / "f.toml"))
     keys = [job_key(job)]
+    (tmp_path / "images" / "0.json").write_text("no picture")
+    assert job_key(job) == keys[0]
     (tmp_path / "m.npz").write_bytes(b"two")
     keys.append(job_key(job))
     (tmp_path / "f.toml").write_text("two")

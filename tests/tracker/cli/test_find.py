@@ -128,6 +128,12 @@ def test_results_that_are_there_are_refused_before_anybody_is_looked_for(unseen,
     assert everything(tmp_path) == before
 
 
+def test_an_old_picture_of_people_stops_the_search_before_it_begins(unseen, video, tmp_path):
+    (tmp_path / "p.png").write_text("mine")
+    assert "p.png exists" in refused("find", video, "--out", tmp_path / "p.csv")
+    assert (tmp_path / "p.png").read_text() == "mine"
+
+
 def test_a_model_or_settings_that_cannot_be_are_told_before_anybody_is_looked_for(unseen, video, tmp_path):
     (tmp_path / "wrong.toml").write_text("blur = 1\n")
     assert "nosuch" in refused("track", video, "--model", "nosuch")

@@ -239,6 +239,13 @@ def test_an_old_picture_stops_the_work_before_it_begins(tmp_path, poses, model, 
     assert (tmp_path / "o.png").read_text() == "mine"
 
 
+def test_a_name_with_dollars_is_no_formula(tmp_path, rng, model):
+    write_poses(tmp_path / "take$1_$2.csv", sequence(gait("walk", 40, rng), name="x^$y_$"))
+    for command in ("classify", "predict"):
+        done = figtrack(command, tmp_path / "take$1_$2.csv", "--model", model, "--quiet")
+        assert done.exit_code == 0, done.output
+
+
 def test_radians_and_another_rate_are_warned_of_and_the_work_is_done(tmp_path, rng, model):
     y = gait("walk", 40, rng)
     rows = [("a", t, *pose, f"{t / 60.0:.6f}") for t, pose in enumerate(y)]

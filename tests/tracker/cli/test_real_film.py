@@ -12,6 +12,8 @@ from tests.tracker.clips import figtrack, read_json, write_video
 from tests.tracker.outline.films import a_walk
 from tracker.cli import demo
 from tracker.cli.demo import FILM, LICENCE, PACKAGE, SHA256, FilmError, fetch
+from tracker.clip.again import read_finished
+from tracker.run.folder import fresh_folder
 
 
 @pytest.fixture
@@ -54,10 +56,15 @@ def test_it_is_followed_without_a_mark_and_said_whose_it_is(package, tmp_path, m
     assert done.exit_code == 0, done.output
     assert "Sports2D" in done.stdout
     assert "BSD" in done.stdout
-    assert f"open {out / 'report.html'}" in done.stdout
-    news = read_json(out / "run.json")
+    run = out / "demo-track"
+    assert f"open {run / 'report.html'}" in done.stdout
+    news = read_json(run / "run.json")
     assert news["start"]["marks"] == "found"
     assert news["video"] == str(out / "demo.mp4")
+    job = read_finished(run).job  # which `correct` follows again in the run's place
+    with fresh_folder(run, overwrite=True, inputs=[job.video]) as aside:
+        assert aside.exists()
+    assert figtrack("demo", "--film", "--out", out, "--quiet", "--overwrite").exit_code == 0
 
 
 @pytest.mark.parametrize(

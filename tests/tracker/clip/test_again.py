@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from kinematics.figure_file import WALKER
 from kinematics.recover import Start
 from tests.tracker.clips import read_json
 from tests.tracker.tracks import random_track
@@ -60,8 +61,7 @@ def test_the_job_that_is_read_back_follows_the_very_same_way(ran):
     assert again.job.marks.keys() == {4}
     same = ("start", "stop", "rate", "smooth", "model", "measure")
     assert {name: getattr(again.job, name) for name in same} == {name: getattr(job, name) for name in same}
-    # Marks are written in hundredths of pixels.
-    assert_allclose(follow(again.job, QUIET).track.joints(), run.track.joints(), atol=0.2)
+    assert_allclose(follow(again.job, QUIET).track.joints(), run.track.joints(), atol=1e-6)
 
 
 def test_with_anchors_every_marked_frame_is_read_back(ran, tmp_path):
@@ -80,7 +80,7 @@ def test_a_leg_that_is_not_sure_is_told(moved):
     ("news", "words"),
     [
         ({"film": {"path": "/nowhere/walk.mp4", "bytes": 1}}, "no longer at /nowhere/walk.mp4"),
-        ({"options": None}, "does not say how it was made"),
+        ({"options": None}, "options input should be"),
         ({"options": {"blur": 1}}, "does not say how it was made"),
         ({"options": {"rate": 99.0}}, "does not say how it was made"),
         ({"start": {}}, "does not say how it was made"),
@@ -169,14 +169,14 @@ def anchored(clip, tmp_path_factory):
     job = Job(clip.video, {t: marks[t] for t in (4, 7)}, model="cv", start=4, anchors=True, smooth=False)
     run, folder = follow(job, QUIET), tmp_path_factory.mktemp("run")
     write_run(run, folder, QUIET, overlay=False, report=False)
-    return job, run, read_track(folder, run.track.mark)
+    return job, run, read_track(folder, run.track.mark, WALKER)
 
 
 def test_a_track_is_read_back_as_it_was_written(anchored, tmp_path):
     _, run, _ = anchored
     run = replace(run, track=replace(run.track, misnamed=0.25))
     write_run(run, tmp_path, QUIET, overlay=False, report=False)
-    track = read_track(tmp_path, run.track.mark)
+    track = read_track(tmp_path, run.track.mark, WALKER)
     for name in ("figure", "view", "misnamed", "first", "model", "labels", "motions", "outcome"):
         assert getattr(track, name) == getattr(run.track, name)
     for name in ("q", "cov", "s", "shift", "times"):

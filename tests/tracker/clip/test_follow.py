@@ -255,6 +255,22 @@ def test_frames_keep_their_own_times(clip, job, tmp_path):
     assert np.diff(drawn) == pytest.approx(np.diff(times), abs=2e-5)
 
 
+def test_times_before_the_first_frame_that_is_followed_begin_at_0(clip, job, tmp_path):
+    times = [t / 30.0 if t < 4 else 1.0 + t / 30.0 for t in range(len(clip))]
+    write_video(tmp_path / "late.mp4", clip.images, times)
+    write_run(follow(replace(job, video=tmp_path / "late.mp4", start=4, from_=4), QUIET), tmp_path, QUIET)
+    told = [float(row["time_s"]) for row in read_csv(tmp_path / "pose.csv")]
+    assert told[0] == 0.0
+    assert told[4:] == pytest.approx(np.array(times[4:]), abs=1e-4)
+    assert (np.diff(told) > 0.0).all()
+
+
+def test_a_marked_frame_beyond_the_film_is_said_where_its_marks_do_not_tell_the_facing(clip, job):
+    bare = {name: mark for name, mark in job.marks[0].items() if "toe" not in name and name != "far_ankle"}
+    with pytest.raises(StartError, match=r"frame 500 is not in walk\.mp4, which has"):
+        follow(replace(job, marks={500: bare}, start=500), QUIET)
+
+
 def test_of_a_video_cut_short_what_was_read_is_followed_and_it_is_said(clip, job, tmp_path):
     write_video(tmp_path / "long.mp4", clip.images * 2)
     data = (tmp_path / "long.mp4").read_bytes()

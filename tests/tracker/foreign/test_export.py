@@ -68,6 +68,9 @@ def test_all_are_written_as_each_by_itself_and_what_cannot_be_is_said(run, tmp_p
         if not line.startswith("wrote")
     )
     assert line.startswith("left out walk-track.trc: a TRC is in metres")
+    together = figtrack("export", run, "--to", "all", "--overwrite", "--scale-points", "1,1,1,1,1").stdout
+    assert "left out walk-track.trc: two points apart" in together
+    assert "wrote walk-track_px.trc" in together
     assert not (tmp_path / "walk-track.trc").exists()
     assert figtrack("export", run, "--to", "all", "--out", tmp_path / "x").exit_code == 2
 

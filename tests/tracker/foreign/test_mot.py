@@ -1,13 +1,17 @@
 """MOT: OpenSim's signs, no missing numbers, and what is not measured is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from kinematics.sides import on_side
 from tests.kinematics.figures import WALKER
 from tests.tracker.records import FIRST, T, made_track, validated, validator, write_folder
 from tracker.foreign.mot import write_mot
 from tracker.foreign.scale import scale_by_height
+from tracker.foreign.text_files import ForeignError
 from tracker.run.read import read_run
 
 
@@ -98,3 +102,24 @@ def test_the_validator_finds_nothing_wrong_and_what_is_spoiled(record, tmp_path)
     check = validator("check_trc.py").check_motion
     path.write_text(path.read_text().replace("nColumns=11", "nColumns=8"))
     assert check(path)[0]
+
+
+def test_a_figure_without_a_trunk_has_no_angles_for_opensim_and_no_height(rng, tmp_path):
+    legs = figure_of_legs()
+    record = read_run(write_folder(made_track(rng, figure=legs), tmp_path / "legs"))
+    with pytest.raises(ForeignError, match="a MOT has torso, which this run's figure has not"):
+        write_mot(record, 1, None, tmp_path / "w.mot")
+    with pytest.raises(ForeignError, match="no head and trunk"):
+        scale_by_height(record, 1.75, 1)
+
+
+def figure_of_legs():
+    """The walker from the hip down."""
+    legs = tuple(link for link in WALKER.links if on_side(link.name, "near") or on_side(link.name, "far"))
+    joints = (WALKER.base, *(link.joint for link in legs))
+    kept = {
+        name: tuple(joint for joint in getattr(WALKER, name) if joint in joints)
+        for name in ("marks", "optional", "scored")
+    }
+    ahead = tuple(two for two in WALKER.ahead if set(two) <= set(joints))
+    return replace(WALKER, name="legs", links=legs, ahead=ahead, hints={}, panels=(), **kept)

@@ -3,13 +3,16 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
+from kinematics.figure_file import load_figure
 from tests.tracker.clips import figtrack
+from tests.tracker.records import made_track, write_folder
 from tests.tracker.strolls import stroll
 from tracker.gait.figures import gait_of
 from tracker.gait.values import Value
-from tracker.report.before_after import Change, compare_runs
+from tracker.report.before_after import Change, _walked, compare_runs
 from tracker.run.read import RunError
 from tracker.run.write import write_tables
 
@@ -119,3 +122,11 @@ def test_a_folder_s_name_is_no_html(runs, tmp_path):
     odd = runs[0].rename(tmp_path / "<i>monday")
     compare_runs(odd, runs[1], tmp_path / "page.html")
     assert "<i>monday" not in (tmp_path / "page.html").read_text()
+
+
+def test_a_run_is_of_the_figure_that_it_was_followed_as(tmp_path):
+    arms = load_figure("walker-arms")
+    track = made_track(np.random.default_rng(0), figure=arms)
+    folder = write_folder(track, tmp_path / "run", options={"figure": arms.name})
+    (folder / "gait.json").write_text(json.dumps({"rate": 1.0}))
+    assert _walked(folder).track.figure.joints == arms.joints

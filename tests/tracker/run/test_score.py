@@ -188,6 +188,9 @@ def test_a_truth_without_later_frames_or_whole_legs_is_refused():
         score(marks([1, 4]), {}, 4)
     with pytest.raises(ValueError, match="no whole leg"):
         score(marks([1, 4], {"hip": (0.0, 0.0), "near_knee": (0.0, 50.0)}), {}, 1)
+    toes = {"near_toe": (0.0, 0.0), "far_toe": (5.0, 0.0)}
+    with pytest.raises(ValueError, match=r"the truth marks none of head_top, .* after frame 1; mark some"):
+        score(marks([1]) | marks([4], toes), {}, 1)
 
 
 def test_places_are_the_joints_of_each_frame_from_the_first(rng):
