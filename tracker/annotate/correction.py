@@ -12,11 +12,12 @@ from tracker.annotate.marks import Table
 from tracker.annotate.session import Reply, SaveRequest, Session, told
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
+from tracker.clip.job import Job
 from tracker.clip.start import outside
 from tracker.errors import fault
 from tracker.progress import Progress, counted
 from tracker.report.results import write_run
-from tracker.run.folder import FolderError, fresh_folder
+from tracker.run.folder import FolderError, check_inputs, fresh_folder
 from tracker.run.read import OVERLAY, REPORT, read_run, read_track
 from tracker.tables.keypoints import Mark
 from tracker.tables.poses import stretches
@@ -39,12 +40,14 @@ class Correction(Session):
         Raises:
             RunError: no complete run, or one whose film is gone or altered.
             VideoError: the film cannot be read, or ends before `first`.
+            FolderError: the film or another of the run's inputs lies in its folder.
         """
         self.folder, self.progress = folder, progress
         self._said, self._follows = "", False
         self._read()
         self._shown = self._finished.start if first is None else first
         job = self._finished.job
+        check_inputs(folder, _inputs(job))  # or it would only be found after all was marked
         super().__init__(job.video, self._table(), self._shown, None, job.facing, job.figure)
         if self.table.path.exists():
             self._said = "What was corrected before is not followed yet."
@@ -94,13 +97,11 @@ class Correction(Session):
     def _follow(self) -> None:
         before = self._finished.job
         job = replace(before, marks=dict(self.table.marks), facing=self.facing)
-        named = [Path(name) if Path(name).is_file() else None for name in (job.model, job.figure)]
-        inputs = [job.video, job.measure, *named]
         overlay, report = ((self.folder / name).exists() for name in (OVERLAY, REPORT))
         try:
             track = read_track(self.folder, before.settings.mark, self.table.figure)
             kept = Kept.of(track, before.marks, job.marks, self._start())
-            with fresh_folder(self.folder, overwrite=True, inputs=inputs) as aside:
+            with fresh_folder(self.folder, overwrite=True, inputs=_inputs(job)) as aside:
                 run = follow(job, self.progress, kept)
                 write_run(run, aside, self.progress, self._finished.key, overlay=overlay, report=report)
             self._read()
@@ -138,3 +139,9 @@ class Correction(Session):
         }
         beyond = outside(figure, (self._frames.width, self._frames.height))
         return {name: mark for name, mark in figure.items() if name not in beyond}
+
+
+def _inputs(job: Job) -> list[Path | None]:
+    """The files that the job reads."""
+    named = [Path(name) if Path(name).is_file() else None for name in (job.model, job.figure)]
+    return [job.video, job.measure, *named]

@@ -47,8 +47,9 @@ class Table:
                 raise KeypointsError(
                     f"{error}; repair it, give another --out, or start anew with --overwrite"
                 ) from error
-            self._header, *rows = csv.reader(io.StringIO(self._found.decode("utf-8-sig"), newline=""))
-            self._rows = [row for row in rows if row]
+            lines = csv.reader(io.StringIO(self._found.decode("utf-8-sig"), newline=""))
+            header, *self._rows = [row for row in lines if any(cell.strip() for cell in row)]
+            self._header = [name.strip() for name in header]
             if VISIBLE not in self._header:
                 self._header.append(VISIBLE)
         elif begin is not None:

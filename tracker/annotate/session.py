@@ -160,7 +160,7 @@ class Session:
         with self._lock:
             if changed or not self.table.marks:
                 self.table.save(changed)
-                self.saved = True
+                self.saved, self.taken = True, None  # or a page opened anew would have those again
             self.facing = towards(request.facing) or self.facing
             wrong = self._wrong(set(changed) | {self._start()})
         closed = request.close and (request.anyway or not wrong)

@@ -56,16 +56,23 @@ class Film:
             "name": self.name,
             "marked": self.marks.exists(),
             "people": _people(self.people),
-            "run": _run(self.run),
+            "run": None if self.taken else _run(self.run),
         }
+
+    @property
+    def taken(self) -> bool:
+        """Whether the run's folder has a run of another film, which differs in its ending alone."""
+        with suppress(RunError):
+            return Path(read_news(self.run).video).name != self.name
+        return False
 
     def _beside(self, ending: str) -> Path:
         return self.path.with_name(self.path.stem + ending)
 
 
 def films(folder: Path) -> dict[str, Film]:
-    """The films that lie in a folder now, by name."""
-    return {path.name: Film(path) for path in films_in(folder)}
+    """The films that lie in a folder now, by name; those whose name a page cannot hold are left out."""
+    return {path.name: Film(path) for path in films_in(folder) if path.name.isprintable()}
 
 
 class Command(StrEnum):
@@ -105,7 +112,8 @@ def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
         case Command.FIND:
             words += [_here(film.path), "--out", _here(film.people), "--overwrite"]
         case Command.TRACK:
-            words += [_here(film.path), "--out", _here(film.run), "--overwrite", *_how(asked, film)]
+            again = [] if film.taken else ["--overwrite"]
+            words += [_here(film.path), "--out", _here(film.run), *again, *_how(asked, film)]
         case Command.ANNOTATE:
             words += [_here(film.path), "--out", _here(film.marks)]
         case Command.CORRECT:

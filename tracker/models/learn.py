@@ -22,7 +22,7 @@ from tracker.models.request import Learning, Request
 from tracker.progress import Progress, counted, tally
 from tracker.run.folder import fresh_file
 from tracker.settings import read_toml
-from tracker.tables.poses import read_poses
+from tracker.tables.poses import read_poses, suspicions
 
 Data = list[Labelled]
 CAPTURED = (POSE_COLUMNS, (*POSE_COLUMNS, *ARM_COLUMNS))
@@ -66,7 +66,7 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         file = request.settings
         further = Further() if file is None else read_toml(file, Further, "docs/learn.md shows one")
         if request.trials is None:
-            data, terms = _read_tables(request)
+            data, terms = _read_tables(request, progress)
         else:
             data, terms = _read_captures(request.trials, request, further.licences, progress)
         model = _learn(data, request, further, progress)
@@ -94,18 +94,24 @@ def _read_captures(
     return data, sorted({trial.licence for trial in trials})
 
 
-def _read_tables(request: Request) -> tuple[Data, list[str]]:
+def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]:
     """The sequences of pose tables: a file is a subject, a gap ends a sequence, no label is one of its own.
 
     What was tracked by constant velocity has its name for a label, which is none of a motion.
     """
-    runs = [
-        (path.stem, UNLABELLED if label in ("", CONSTANT_VELOCITY) else label, y)
-        for path in request.poses or ()
-        for sequence in read_poses(path, request.body)
-        for label, y in sequence.runs()
-        if len(y) >= SHORTEST
-    ]
+    runs: Data = []
+    for path in request.poses or ():
+        if path.stem in request.excluded:
+            continue
+        found = read_poses(path, request.body)
+        for text in suspicions(found, request.fps):
+            progress.warn(f"{path.name}: {text}")
+        runs += [
+            (path.stem, UNLABELLED if label in ("", CONSTANT_VELOCITY) else label, y)
+            for sequence in found
+            for label, y in sequence.runs()
+            if len(y) >= SHORTEST
+        ]
     data = [run for run in runs if not request.labels or run[1] in request.labels]
     wanted = request.labels or tuple({label for _, label, _ in runs}) or (UNLABELLED,)
     names = ", ".join(str(path) for path in request.poses or ())

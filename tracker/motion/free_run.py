@@ -44,7 +44,8 @@ def free_run(
         k = int(rng.choice(_motions(model.labels, label)))
         y = synthesise_stride(model, k, frames, fps, rng, noise)
         return np.full(frames, k), [model.labels[k]] * frames, y
-    slds = of_motion(whole_pose(model, "synthesise"), label)
+    whole = whole_pose(model, "synthesise")
+    slds, own = of_motion(whole, label), _motions(whole.labels, label)
     driven = replace(slds, Q=noise**2 * slds.Q)
     try:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -57,7 +58,7 @@ def free_run(
             f"the model's motion leaves all that a figure can do at frame {wild[0]}; "
             "try another --seed, fewer --frames, less --noise, or a model of fewer states"
         )
-    return states, [slds.labels[s] for s in states], y
+    return own[states], [slds.labels[s] for s in states], y
 
 
 def of_motion(slds: SLDS, label: str | None) -> SLDS:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
+import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -15,6 +16,7 @@ from tracker.tables.poses import PoseSequence, stretches
 Place = Path | IO[bytes]  # that a picture is written to
 DPI = 110
 MOST_ROWS = 40  # sequences in one picture
+matplotlib.rcParams["text.parse_math"] = False  # names may have a $ in them
 # Green, purple, yellow, sky, red, black; orange and blue are the legs'.
 MOTIONS = ("#009e73", "#9b5fb5", "#e6c700", "#56b4e9", "#c1272d", "#404040")
 

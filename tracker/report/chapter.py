@@ -85,7 +85,7 @@ class Chapter:
         speed = ("Playback speed", f"{self.run.rate:.3g} \N{MULTIPLICATION SIGN}, {source}")
         facts = [
             ("Model", self.track.model),
-            ("Frames", f"{self.run.frames} at {self.run.fps:.4g} a second, {seconds:.1f} s"),
+            ("Frames", f"{len(self.track)} at {self.run.fps:.4g} a second, {seconds:.1f} s"),
             *([speed] if self.given or self.looks_altered else []),
             ("Faces", self.track.view.side),
             ("Tracked", outcomes),
@@ -135,6 +135,7 @@ class Chapter:
             "name": self.name,
             "first": track.first,
             "times": np.round(track.times - track.times[0], 4),
+            "began": round(float(track.times[0]), 4),
             "panels": list(self._panels()),
             "motions": [[start, end, track.motions[start]] for start, end in stretches(track.motions)],
             "outcomes": [[start, end, track.outcome[start]] for start, end in stretches(track.outcome)],

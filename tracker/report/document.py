@@ -59,7 +59,7 @@ def write_page(path: Path, page: Document, data: object, **shown: Any) -> None:
 
 def linked_from(folder: Path, path: Path) -> str:
     """The address of a file in a page that lies in a folder."""
-    return quote(Path(os.path.relpath(path, folder)).as_posix())
+    return quote(os.fsencode(Path(os.path.relpath(path, folder)).as_posix()))
 
 
 def written(data: object) -> Iterator[str]:

@@ -47,7 +47,7 @@ def write_run(
         write_report(folder / REPORT, told, shown)
         if film is None and not linked(shown):
             shown.path.unlink()
-    write = (time.perf_counter() - began) / finished.frames
+    write = (time.perf_counter() - began) / len(finished.track)
     job = finished.job
     news = {
         "figtrack": __version__,

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ DPI = 130
 SHOWN = 4  # frames at most
 GAP, LABEL = 0.1, 0.5  # inches around pictures, and beside them for what each row is
 CROP = 1.1  # leg lengths of picture kept around the marked figure's hip, to either side
+matplotlib.rcParams["text.parse_math"] = False  # names may have a $ in them
 
 
 def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:

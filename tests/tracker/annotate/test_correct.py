@@ -285,8 +285,29 @@ def test_the_marks_of_the_start_cannot_be_taken_away(run):
         Correction(run, None, QUIET).save(SaveRequest(frames={0: {}}))
 
 
+def test_a_run_that_holds_its_own_film_is_refused_before_anything_is_marked(run, monkeypatch):
+    news = read_json(run / "run.json")
+    film = shutil.copy(news["film"]["path"], run)
+    (run / "run.json").write_text(json.dumps(news | {"film": news["film"] | {"path": str(film)}}))
+    assert "with it" in refused("correct", run, "--no-browser")
+    (run / "run.json").write_text(json.dumps(news))
+    monkeypatch.chdir(run)
+    assert "the folder you are in" in refused("correct", ".", "--no-browser")
+
+
 def test_what_cannot_be_corrected_is_said_in_one_line(run, tmp_path):
     assert "holds no complete run" in refused("correct", tmp_path, "--no-browser")
     assert "ends with frame 29" in refused("correct", run, "--frame", T, "--no-browser")
     (run / "start.keypoints.csv").unlink()
     assert "track the clip again" in refused("correct", run, "--no-browser")
+
+
+def test_another_facing_is_kept_only_where_the_figure_is_followed_on_and_that_is_said(browser, run):
+    with correcting(browser, run) as page:
+        browser.push("#left")
+        page.save()
+        assert browser.value("document.title").startswith("*")
+        browser.push("#close")
+        browser.wait("document.querySelector('#doubt').open")
+        assert "Faces is kept only where the figure is followed on" in browser.text("#doubts")
+        browser.push("#stay")

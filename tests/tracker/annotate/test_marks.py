@@ -54,6 +54,17 @@ def test_frames_that_are_not_touched_stay_to_the_letter(old):
     ]
 
 
+def test_a_table_with_spaces_and_blank_rows_keeps_its_marks(path):
+    path.write_text("\n,,,\nframe, keypoint, x, y, visible\n0, hip, 1, 2, 1\n , ,,,\n", encoding="utf-8")
+    Table(path).save({3: {"hip": Mark(4, 5)}})
+    assert path.read_text().splitlines() == [
+        "frame,keypoint,x,y,visible",
+        "0, hip, 1, 2, 1",
+        "3,hip,4,5,1",
+    ]
+    assert read_keypoints(path) == {0: {"hip": Mark(1, 2)}, 3: {"hip": Mark(4, 5)}}
+
+
 def test_in_a_touched_frame_only_what_changed_loses_its_further_columns(old):
     table = Table(old)
     table.save({0: {"neck": table.marks[0]["neck"], "hip": Mark(1.5, 2.25)}})

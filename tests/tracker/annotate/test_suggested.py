@@ -14,6 +14,8 @@ from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_video
 from tests.tracker.outline.films import WALKER, a_walk
 from tracker.annotate import suggestion as module
+from tracker.annotate.marks import Table
+from tracker.annotate.session import Placed, SaveRequest, Session
 from tracker.annotate.suggestion import suggested
 from tracker.clip.asked import suggestion_path
 from tracker.clip.found import TURNED, people
@@ -180,3 +182,13 @@ def test_a_joint_that_was_left_out_is_left_out_of_the_other_leg_when_they_are_ex
         left = "document.querySelector('button[data-joint={}] .state').textContent"
         assert browser.value(left.format("far_ankle")) == "left out"
         assert browser.value(left.format("near_ankle")) == ""
+
+
+def test_what_was_saved_in_place_of_a_suggestion_stays_where_the_page_is_opened_anew(film, table):
+    marks = {"hip": Mark(100.0, 90.0)}
+    session = Session(film, Table(table), 0, Taken(3, marks, "found"))
+    assert session.opening()["taken"]["frame"] == 3
+    session.save(SaveRequest(frames={3: {"hip": Placed(x=130.0, y=90.0)}}))
+    opening = session.opening()
+    assert opening["taken"] is None
+    assert opening["marks"][3]["hip"]["x"] == 130.0

@@ -111,6 +111,16 @@ def test_a_film_is_shown_with_what_was_made_of_it(folder):
     assert film["run"] == {"headline": "Walks.", "warnings": ["dark"], "report": True}
 
 
+def test_a_run_of_another_film_is_not_shown_and_not_replaced(folder):
+    a_run(folder, video="walk.mov")
+    (folder / "\udce4.mp4").write_bytes(b"")
+    with served(folder) as client:
+        (film,) = state(client)["films"]
+    assert film["run"] is None
+    words = words_for(Asked(film="walk.mp4", command=Command.TRACK), films(folder)["walk.mp4"], False)
+    assert "--overwrite" not in words
+
+
 def test_its_picture_report_and_parts_of_its_film_are_shown(folder):
     a_run(folder)
     with served(folder) as client:
@@ -260,4 +270,25 @@ def test_nothing_sticks_out_of_the_page(browser, folder, width, dark):
         assert browser.value(wide)
         assert browser.value("[...document.querySelectorAll('button, select, input')].every((one) => "
                              "one.innerText || one.labels.length || one.ariaLabel)")  # fmt: skip
+        browser.open("about:blank")
+
+
+def test_marks_that_appear_are_what_is_followed_from_and_then_no_nearer_leg_is_asked_for(browser, folder):
+    with served(folder) as client:
+        browser.open(client.server.address)
+        assert browser.value("document.querySelector('.person').value") == ""
+        (folder / "walk.keypoints.csv").write_text("frame,keypoint,x,y\n0,hip,1,1\n")
+        browser.wait("document.querySelector('.person').value === 'marks'")
+        browser.wait("document.querySelector('.near').disabled")
+        browser.value("document.querySelector('.person').value = ''")
+        browser.wait("!document.querySelector('.near').disabled")
+        browser.open("about:blank")
+
+
+@pytest.mark.whole
+def test_a_page_that_is_open_is_linked_though_somebody_was_searched_before_it(browser, folder):
+    with served(folder) as client:
+        browser.open(client.server.address)
+        browser.push("[data-command=annotate]")
+        browser.wait("document.querySelector('.task a')")
         browser.open("about:blank")

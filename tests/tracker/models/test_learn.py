@@ -7,10 +7,11 @@ import pytest
 
 from dynamics.store import load
 from kinematics.mocap import POSE_COLUMNS, read_trials, sequences
-from tests.tracker.clips import figtrack, read_csv, refused
-from tests.tracker.gaits import sequence, write_poses
+from tests.tracker.clips import figtrack, read_csv, refused, write_table
+from tests.tracker.gaits import HEADER, gait, sequence, write_poses
 from tracker.models.learn import Further
 from tracker.settings import read_toml
+from tracker.tables.poses import pose_cells
 
 MODELS = Path(__file__).parents[3] / "dynamics" / "models"
 COLUMNS = "file,subject,trial,activity,fps,segments,tags,licence"
@@ -203,3 +204,15 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_work(trials, tmp_p
     (tmp_path / "file").write_text("")
     assert "cannot write into" in refused(*learn(trials, tmp_path / "file" / "m.npz"))
     assert "is a folder; --out wants a file" in refused(*learn(trials, tmp_path))
+
+
+def test_of_pose_tables_files_are_subjects_who_can_be_left_out_and_another_rate_is_said(tmp_path):
+    y = gait("walk", 60, np.random.default_rng(0))
+    rows = [("s", t, *pose_cells(pose), f"{t / 50.0:.6f}") for t, pose in enumerate(y)]
+    for name in "ab":
+        write_table(tmp_path / f"{name}.csv", rows, (*HEADER, "time_s"))
+    words = [tmp_path / "a.csv", tmp_path / "b.csv", "--states", 1, "--out", tmp_path / "m.npz"]
+    result = figtrack("learn", *words, "--exclude-subjects", "b")
+    assert result.exit_code == 0, result.output
+    assert "of subjects a;" in result.stdout
+    assert "a.csv: time_s of sequence" in result.stderr

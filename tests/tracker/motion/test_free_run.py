@@ -51,3 +51,10 @@ def test_more_noise_is_a_rougher_motion():
 def test_what_has_no_dynamics_is_refused():
     with pytest.raises(ValueError, match="hidden Markov model, which cannot synthesise"):
         free_run(gait_hmm(), 10, 30.0, np.random.default_rng(0))
+
+
+def test_the_states_of_one_motion_keep_their_numbers():
+    model = gait_model()
+    states, labels, _ = free_run(model, 20, 30.0, np.random.default_rng(0), "run")
+    assert set(labels) == {"run"}
+    assert [model.labels[k] for k in states] == labels

@@ -36,6 +36,9 @@ def test_facts_count_the_outcomes_in_words():
     facts = dict(chapter(track).facts())
     assert facts["Tracked"] == "23 all in view, 6 lost: nothing matched, 1 found again"
     assert facts["Frames"] == "30 at 30 a second, 1.0 s"
+    part = chapter(track)
+    part = replace(part, run=replace(part.run, frames=100))  # of which the others were not followed
+    assert dict(part.facts())["Frames"] == "30 at 30 a second, 1.0 s"
     assert facts["Faces"] == "right"
 
 

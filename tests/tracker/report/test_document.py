@@ -3,7 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from tracker.report.document import ROWS, written
+from tracker.report.document import ROWS, linked_from, written
+from tracker.tables.table import write_table
 
 
 def test_data_are_written_as_json_however_long_their_arrays_are(rng):
@@ -31,3 +32,10 @@ def test_what_json_cannot_hold_is_refused():
         list(written({"array": np.array([1.0, np.nan])}))
     with pytest.raises(TypeError, match="not JSON serializable"):
         list(written({"set": {1}}))
+
+
+def test_a_name_that_is_no_text_has_an_address_and_a_place_in_a_table(tmp_path):
+    name = "l\udce4uft.mp4"  # Latin-1, as old archives have it
+    assert linked_from(tmp_path, tmp_path / name) == "l%E4uft.mp4"
+    write_table(tmp_path / "t.csv", ("video",), [(name,)])
+    assert (tmp_path / "t.csv").read_text() == "video\nl\\udce4uft.mp4\n"

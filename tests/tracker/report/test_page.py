@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -103,7 +104,7 @@ def compared(folder, names=("walk-run", "cv"), **changes):
     """A comparison's page beside its film."""
     tracks = [stroll(SECONDS, swings=(swing, swing)) for swing in (0.5, 0.3)]
     chapters = [chapter(track, name=name, **changes) for name, track in zip(names, tracks, strict=True)]
-    film = write_clip(folder / FILM, tracks[0].times)
+    film = write_clip(folder / FILM, tracks[0].times[:60])
     sheet = folder / "failure.png"
     sheet.write_bytes(
         bytes.fromhex(
@@ -285,6 +286,20 @@ def test_several_models_move_together_on_one_source_and_each_has_its_name_and_nu
     report.shows(int(browser.value("document.querySelector('#frame').value")))
 
 
+def test_the_cursor_is_where_another_model_s_part_of_the_curves_has_it(browser, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys.modules[__name__], "SECONDS", 20.0)
+    report = Report(browser, compared(tmp_path))
+    report.slide(300)
+    browser.value(
+        "(() => {const choice = document.querySelector('.spans select'); choice.value = '3';"
+        "choice.dispatchEvent(new Event('change'))})()"
+    )
+    report.slide(320)
+    assert report.cursor() > 0.6
+    browser.push("[data-tab='1']")
+    assert report.cursor() == pytest.approx(0.5, abs=0.01)
+
+
 @pytest.mark.parametrize("several", [False, True])
 @pytest.mark.parametrize("width", [390, 1000, 1280, 1920])
 def test_no_window_is_too_narrow(browser, tmp_path, several, width):
@@ -340,6 +355,7 @@ def test_large_clips_are_linked_and_play(browser, tmp_path, monkeypatch):
 
 def test_plots_and_tables_are_saved_as_pictures_and_numbers(browser, tmp_path):
     track = stroll(SECONDS)
+    track = replace(track, times=track.times + 2.0)  # followed from a later frame on
     page, saved = made(tmp_path, track), tmp_path / "saved"
     browser.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(saved))
     Report(browser, page)
@@ -353,6 +369,7 @@ def test_plots_and_tables_are_saved_as_pictures_and_numbers(browser, tmp_path):
 
     (head, *rows) = read_lines(saved / "angles-walk-run.csv")
     angles = [by_column(head[1], cells) for _, cells in rows]
+    assert [float(row["time_s"]) for row in angles] == pytest.approx(track.times, abs=1e-3)
     found = np.array([float(row["hip_near_deg"]) for row in angles])
     assert found == pytest.approx(np.degrees(track.q[:, HIP]), abs=0.051)
     (head, *rows) = read_lines(saved / "gait-walk-run.csv")

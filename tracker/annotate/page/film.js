@@ -47,6 +47,7 @@ function turnTo(frame) {
   $("count").textContent = frame.count ? `/ ${frame.count - 1}` : "";
   $("back1").disabled = $("back10").disabled = frame.index === 0;
   if (!same) arrived();
+  else if (!frame.small) judge(); // in passing it was not
 }
 
 function play() {

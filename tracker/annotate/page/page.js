@@ -203,12 +203,13 @@ function keyed(event) {
   if (over || event.altKey || document.querySelector("dialog[open]")) return;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const held = event.ctrlKey || event.metaKey;
-  const typing = event.target.matches("input");
+  const sliding = event.target.matches("[type=range]");
+  const typing = event.target.matches("input") && !sliding;
   const pressing = event.target.matches("button, summary") && (key === "Enter" || key === " ");
   const arrow = ARROWS[key];
   let does = null;
   if (held && WITH_CTRL[key]) does = () => WITH_CTRL[key](event);
-  else if (typing || pressing) return;
+  else if (typing || pressing || (sliding && arrow)) return;
   else if (arrow) does = () => nudge(arrow, event.shiftKey ? 0.25 : held ? 10 : 1);
   else if (held) return;
   else if (/^[1-9]$/.test(key) && names[Number(key) - 1]) does = () => choose(names[Number(key) - 1]);

@@ -27,23 +27,25 @@ async function send(what, more) {
   const frames = marks.changed();
   clearTimeout(timer); // the server may be gone before it is asked
   say("Saving …");
-  const said = facing === savedFacing ? null : facing;
+  const asked = facing;
+  const said = asked === savedFacing ? null : asked;
   const reply = await ask(what, { frames, facing: said, frame: shown.index, ...more });
   pending ||= unsaved() > 0;
   marks.keep(frames);
-  savedFacing = facing;
+  if (!opening.run) savedFacing = asked; // a run has another only once it is followed again
   return reply;
 }
 
 async function save(close, anyway = false) {
+  const turned = opening.run && facing !== savedFacing && !anyway ? ["Faces is kept only where the figure is followed on"] : [];
   try {
-    const reply = await send("save", { close, anyway });
+    const reply = await send("save", { close: close && !turned.length, anyway });
     if (reply.closed) {
       finish(reply);
       return;
     }
     changed();
-    if (close) doubt(reply.wrong, () => save(true, true));
+    if (close) doubt([...reply.wrong, ...turned], () => save(true, true));
     else say(`Saved: ${reply.frames === 1 ? "1 frame" : `${reply.frames} frames`} in ${reply.saved}`);
   } catch (error) {
     say(error.message, "wrong");

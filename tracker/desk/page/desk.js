@@ -6,14 +6,14 @@ const PAGES = ["annotate", "correct"]; // commands that open a page of their own
 const cards = new Map();
 const $ = (selector, root = document) => root.querySelector(selector);
 
-// Leave a list as it is where it would become the same: a choice in it stays.
+// Leave a list as it is where it would become the same: a choice in it stays, unless something new comes first.
 function choices(select, options) {
   const key = JSON.stringify(options);
   if (select.dataset.options === key) return;
-  const chosen = select.value;
+  const [chosen, first] = [select.value, select.options[0]?.value];
   select.dataset.options = key;
   select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
-  if (options.some(([value]) => value === chosen)) select.value = chosen;
+  if (options[0][0] === first && options.some(([value]) => value === chosen)) select.value = chosen;
 }
 
 const whom = (one) => `${one.person}: ${one.motion}, faces ${one.facing}, frames ${one.first} to ${one.last}`;
@@ -40,11 +40,9 @@ function request(card, name, command) {
 
 // What a command is about at the moment, in words.
 function doing({ command, task, said }) {
-  if (PAGES.includes(command) && !task) {
-    const address = said.join(" ").match(/http:\/\/\S+/)?.[0];
-    return address ? ["Its page is open: ", element("a", { href: address, target: "_blank", rel: "noopener" }, "show it")] : ["Opening a page"];
-  }
-  if (!task) return ["Starting"];
+  const address = PAGES.includes(command) && said.join(" ").match(/http:\/\/\S+/)?.[0];
+  if (address) return ["Its page is open: ", element("a", { href: address, target: "_blank", rel: "noopener" }, "show it")];
+  if (!task) return [PAGES.includes(command) ? "Opening a page" : "Starting"];
   const left = task.seconds_left > 1 ? `, ${Math.round(task.seconds_left)} s left` : "";
   return [`${task.task}${left}`];
 }
@@ -71,6 +69,7 @@ function show(card, film) {
   $(".headline", card).textContent = film.run ? film.run.headline || "Followed; too short for gait figures." : "";
   $(".warnings", card).replaceChildren(...(film.run?.warnings ?? []).map((text) => element("li", {}, text)));
   choices($(".person", card), starts(film));
+  $(".near", card).disabled = $(".person", card).value === "marks";
   for (const button of card.querySelectorAll("[data-command]")) {
     const needs = ["correct", "export"].includes(button.dataset.command);
     button.disabled = busy || (needs && !film.run);

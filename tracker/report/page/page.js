@@ -116,7 +116,6 @@ if (seconds > LONG) {
       span = Number(choice.value);
       for (const other of all(".spans select")) other.value = choice.value;
       axis.span(span, player.frame);
-      axis.point(player.frame);
     });
     choice.value = span;
     root.prepend(element("div", { class: "spans" }, "Show", choice));

@@ -54,6 +54,7 @@ class Axis {
     this.shown = [start, start + length];
     for (const chart of this.charts) chart.fit(this.shown);
     for (const ruler of this.rulers) this.rule(ruler);
+    this.point(frame);
   }
 
   rule(ruler) {

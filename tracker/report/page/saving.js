@@ -73,11 +73,11 @@ const quoted = (cell) => (/[",\n]/.test(cell) ? `"${String(cell).replaceAll('"',
 const saveRows = (rows, name) => download(`${name}.csv`, rows.map((row) => `${row.map(quoted).join(",")}\n`).join(""), "text/csv");
 
 // The angles of a run, a row a frame.
-function angleRows({ first, times, panels }) {
+function angleRows({ first, began, times, panels }) {
   const curves = panels.flatMap(({ title, curves }) =>
     curves.map(({ name, mean, sigma }) => [title === "Trunk" ? name : `${title.toLowerCase()}_${name}`, mean, sigma]));
   const head = ["frame", "time_s", ...curves.flatMap(([name]) => [`${name}_deg`, `${name}_sigma_deg`])];
-  return [head, ...times.map((time, t) => [first + t, time, ...curves.flatMap(([, mean, sigma]) => [mean[t], sigma[t]])])];
+  return [head, ...times.map((time, t) => [first + t, Number((began + time).toFixed(4)), ...curves.flatMap(([, mean, sigma]) => [mean[t], sigma[t]])])];
 }
 
 // The angles over the stride: mean and deviation of each curve, and every stride.
