@@ -345,35 +345,6 @@ def test_keys_still_do_their_work_where_the_slider_was_used_last(page, browser, 
     assert near(page.points()["near_knee"], truth["far_knee"])
 
 
-def test_a_marked_frame_is_judged_where_playing_stops(page, browser, truth):
-    page.server.session._frames.fps = 2.0
-    page.mark(truth)
-    page.turn_to(1, ".")
-    x, y = page.points()["hip"]
-    page.drag((x, y), (x + 3.0, y))
-    page.turn_to(0, ",")
-    page.save()
-    browser.open(page.address)
-    browser.value(
-        """(() => {
-          const asks = fetch;
-          window.checks = 0;
-          window.fetch = async (what, ...how) => {
-            const answer = await asks(what, ...how);
-            window.checks += String(what).endsWith('check');
-            return answer;
-          };
-        })()"""
-    )
-    page.press("p")
-    browser.wait("document.querySelector('#frame').value === '1'")
-    browser.wait("new Promise((done) => setTimeout(() => done(true), 200))")
-    before = browser.value("window.checks")
-    page.press("p")
-    browser.wait(WHOLE)
-    browser.wait(f"window.checks > {before}")
-
-
 def test_the_slider_stays_where_it_is_held_while_earlier_frames_come(page, browser):
     held = browser.value(
         """new Promise(done => {

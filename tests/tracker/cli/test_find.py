@@ -119,19 +119,15 @@ def test_results_that_are_there_are_refused_before_anybody_is_looked_for(unseen,
     (tmp_path / "walk-track" / "run.json").write_text('{"figtrack": "0"}')
     (tmp_path / "walk-compare").mkdir()
     (tmp_path / "walk-compare" / "compare.json").write_text('{"models": []}')
-    (tmp_path / "walk-people.csv").write_text("mine")
+    for name in ("walk-people.csv", "p.png"):
+        (tmp_path / name).write_text("mine")
     write_table(tmp_path / "k.csv", [(MIDDLE, "hip", 120, 100, 1)])
     before = everything(tmp_path)
     assert "walk-track holds a complete run" in refused("track", video)
     assert "walk-compare holds a complete run" in refused("compare", video, "--truth", "k.csv")
     assert "walk-people.csv exists" in refused("find", video)
+    assert "p.png exists" in refused("find", video, "--out", "p.csv")
     assert everything(tmp_path) == before
-
-
-def test_an_old_picture_of_people_stops_the_search_before_it_begins(unseen, video, tmp_path):
-    (tmp_path / "p.png").write_text("mine")
-    assert "p.png exists" in refused("find", video, "--out", tmp_path / "p.csv")
-    assert (tmp_path / "p.png").read_text() == "mine"
 
 
 def test_a_model_or_settings_that_cannot_be_are_told_before_anybody_is_looked_for(unseen, video, tmp_path):

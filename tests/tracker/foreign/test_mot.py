@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from kinematics.sides import on_side
 from tests.kinematics.figures import WALKER
 from tests.tracker.records import FIRST, T, made_track, validated, validator, write_folder
 from tracker.foreign.mot import write_mot
@@ -104,22 +103,10 @@ def test_the_validator_finds_nothing_wrong_and_what_is_spoiled(record, tmp_path)
     assert check(path)[0]
 
 
-def test_a_figure_without_a_trunk_has_no_angles_for_opensim_and_no_height(rng, tmp_path):
-    legs = figure_of_legs()
-    record = read_run(write_folder(made_track(rng, figure=legs), tmp_path / "legs"))
+def test_a_figure_without_a_trunk_has_no_angles_for_opensim_and_no_height(record, tmp_path):
+    legs = tuple("a_link" if name == "torso" else name for name in record.freedoms)
     with pytest.raises(ForeignError, match="a MOT has torso, which this run's figure has not"):
-        write_mot(record, 1, None, tmp_path / "w.mot")
+        write_mot(replace(record, freedoms=legs), 1, None, tmp_path / "w.mot")
+    ends = tuple("an_end" if name == "head_top" else name for name in record.names)
     with pytest.raises(ForeignError, match="no head and trunk"):
-        scale_by_height(record, 1.75, 1)
-
-
-def figure_of_legs():
-    """The walker from the hip down."""
-    legs = tuple(link for link in WALKER.links if on_side(link.name, "near") or on_side(link.name, "far"))
-    joints = (WALKER.base, *(link.joint for link in legs))
-    kept = {
-        name: tuple(joint for joint in getattr(WALKER, name) if joint in joints)
-        for name in ("marks", "optional", "scored")
-    }
-    ahead = tuple(two for two in WALKER.ahead if set(two) <= set(joints))
-    return replace(WALKER, name="legs", links=legs, ahead=ahead, hints={}, panels=(), **kept)
+        scale_by_height(replace(record, names=ends), 1.75, 1)
