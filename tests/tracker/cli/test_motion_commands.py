@@ -242,7 +242,8 @@ def test_an_old_picture_stops_the_work_before_it_begins(tmp_path, poses, model, 
 def test_a_name_with_dollars_is_no_formula(tmp_path, rng, model):
     write_poses(tmp_path / "take$1_$2.csv", sequence(gait("walk", 40, rng), name="x^$y_$"))
     for command in ("classify", "predict"):
-        done = figtrack(command, tmp_path / "take$1_$2.csv", "--model", model, "--quiet")
+        out = tmp_path / f"{command}$.csv"
+        done = figtrack(command, tmp_path / "take$1_$2.csv", "--model", model, "--out", out, "--quiet")
         assert done.exit_code == 0, done.output
 
 
