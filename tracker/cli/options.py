@@ -92,7 +92,11 @@ def offered(command: Callable[..., None]) -> Callable[..., None]:
     def run(**given: Any) -> None:
         with plain_errors():
             for name, members in groups.items():
-                given[name] = hints[name](**{member.name: given.pop(member.name) for member in members})
+                chosen = {member.name: given.pop(member.name) for member in members}
+                try:
+                    given[name] = hints[name](**chosen)
+                except ValueError as error:  # options that do not go together
+                    raise typer.BadParameter(str(error)) from error
             command(**given)
 
     run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
