@@ -3,6 +3,7 @@
 import re
 import socket
 import threading
+import time
 from contextlib import contextmanager, suppress
 
 import cv2
@@ -343,6 +344,23 @@ def test_keys_still_do_their_work_where_the_slider_was_used_last(page, browser, 
     page.turn_to(0, ",")
     page.press("x")
     assert near(page.points()["near_knee"], truth["far_knee"])
+
+
+def test_a_marked_frame_is_judged_where_playing_stops(page, browser, truth):
+    page.server.session._frames.fps = 0.5
+    page.mark(truth)
+    page.turn_to(1, ".")
+    (x, y), (ankle, below) = (page.points()[name] for name in ("hip", "near_ankle"))
+    page.drag((x, y), (x + 1.0, y))
+    page.drag((ankle + 1.0, below), (ankle + 1.0, below + 60.0))
+    page.turn_to(0, ",")
+    page.save()
+    browser.open(page.address)
+    page.press("p")
+    browser.wait("document.querySelector('#frame').value === '1'")
+    time.sleep(0.4)  # longer than a mark that is set waits to be judged
+    page.press("p")
+    page.advice("times as far")
 
 
 def test_the_slider_stays_where_it_is_held_while_earlier_frames_come(page, browser):
