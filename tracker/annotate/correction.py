@@ -12,7 +12,6 @@ from tracker.annotate.marks import Table
 from tracker.annotate.session import Reply, SaveRequest, Session, told
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
-from tracker.clip.job import Job
 from tracker.clip.start import outside
 from tracker.errors import fault
 from tracker.progress import Progress, counted
@@ -47,7 +46,7 @@ class Correction(Session):
         self._read()
         self._shown = self._finished.start if first is None else first
         job = self._finished.job
-        check_inputs(folder, _inputs(job))  # or it would only be found after all was marked
+        check_inputs(folder, job.inputs)  # or it would only be found after all was marked
         super().__init__(job.video, self._table(), self._shown, None, job.facing, job.figure)
         if self.table.path.exists():
             self._said = "What was corrected before is not followed yet."
@@ -101,7 +100,7 @@ class Correction(Session):
         try:
             track = read_track(self.folder, before.settings.mark, self.table.figure)
             kept = Kept.of(track, before.marks, job.marks, self._start())
-            with fresh_folder(self.folder, overwrite=True, inputs=_inputs(job)) as aside:
+            with fresh_folder(self.folder, overwrite=True, inputs=job.inputs) as aside:
                 run = follow(job, self.progress, kept)
                 write_run(run, aside, self.progress, self._finished.key, overlay=overlay, report=report)
             self._read()
@@ -139,9 +138,3 @@ class Correction(Session):
         }
         beyond = outside(figure, (self._frames.width, self._frames.height))
         return {name: mark for name, mark in figure.items() if name not in beyond}
-
-
-def _inputs(job: Job) -> list[Path | None]:
-    """The files that the job reads."""
-    named = [Path(name) if Path(name).is_file() else None for name in (job.model, job.figure)]
-    return [job.video, job.measure, *named]

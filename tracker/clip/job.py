@@ -90,6 +90,12 @@ class Options:
         """These options by name."""
         return {each.name: getattr(self, each.name) for each in fields(Options)}
 
+    @property
+    def inputs(self) -> list[Path | None]:
+        """The files that are read, None for none; a model may also be a mere name."""
+        named = [Path(name) if Path(name).is_file() else None for name in (self.figure, self.model)]
+        return [self.measure, *named]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Following(Options):
@@ -122,9 +128,8 @@ class Following(Options):
 
     @property
     def inputs(self) -> list[Path | None]:
-        """The files that are read, None for none; a model may also be a mere name."""
-        named = [Path(name) if Path(name).is_file() else None for name in (self.figure, self.model)]
-        return [self.measure, self.settings, *named]
+        """The files that are read, that of settings among them."""
+        return [*super().inputs, self.settings]
 
     def tuned(self, settings: "Settings | None" = None) -> "Settings":
         """The settings given, or else the file's or the usual ones, as the options change them.
@@ -239,6 +244,11 @@ class Job(Options):
     facing: int | None = field(default=None, kw_only=True)
     called: str | None = field(default=None, kw_only=True)
     found: Found | None = field(default=None, kw_only=True)
+
+    @property
+    def inputs(self) -> list[Path | None]:
+        """The files that are read, the video among them."""
+        return [self.video, *super().inputs]
 
     @property
     def first(self) -> int:

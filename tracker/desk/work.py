@@ -17,7 +17,7 @@ from typing import IO, Any, Literal
 from pydantic import BaseModel, Field
 
 from tracker.foreign.export import FORMATS
-from tracker.run.read import REPORT, RunError, read_news
+from tracker.run.read import REPORT, News, RunError, read_news
 from tracker.tables.table import by_column, read_lines
 from videos.frames import films_in
 
@@ -56,15 +56,30 @@ class Film:
             "name": self.name,
             "marked": self.marks.exists(),
             "people": _people(self.people),
-            "run": None if self.taken else _run(self.run),
+            "run": self._told_run(),
         }
 
     @property
     def taken(self) -> bool:
         """Whether the run's folder has a run of another film, which differs in its ending alone."""
+        news = self._news()
+        return news is not None and not self._made(news)
+
+    def _told_run(self) -> dict[str, Any] | None:
+        """What its complete run tells of itself, None without one."""
+        news = self._news()
+        if news is None or not self._made(news):
+            return None
+        report = (self.run / REPORT).exists()
+        return {"headline": news.headline, "warnings": news.warnings, "report": report}
+
+    def _news(self) -> News | None:
         with suppress(RunError):
-            return Path(read_news(self.run).video).name != self.name
-        return False
+            return read_news(self.run)
+        return None
+
+    def _made(self, news: News) -> bool:
+        return Path(news.video).name == self.name
 
     def _beside(self, ending: str) -> Path:
         return self.path.with_name(self.path.stem + ending)
@@ -195,15 +210,6 @@ def _people(table: Path) -> list[dict[str, str]] | None:
     with suppress(OSError, ValueError):
         (_, header), *rows = read_lines(table)
         return [{name: by_column(header, cells).get(name, "") for name in TOLD} for _, cells in rows]
-    return None
-
-
-def _run(folder: Path) -> dict[str, Any] | None:
-    """What a complete run tells of itself, None without one."""
-    with suppress(RunError):
-        news = read_news(folder)
-        report = (folder / REPORT).exists()
-        return {"headline": news.headline, "warnings": news.warnings, "report": report}
     return None
 
 

@@ -27,12 +27,12 @@ async function send(what, more) {
   const frames = marks.changed();
   clearTimeout(timer); // the server may be gone before it is asked
   say("Saving …");
-  const asked = facing;
-  const said = asked === savedFacing ? null : asked;
+  const sent = facing; // which may be another when the answer comes
+  const said = sent === savedFacing ? null : sent;
   const reply = await ask(what, { frames, facing: said, frame: shown.index, ...more });
   pending ||= unsaved() > 0;
   marks.keep(frames);
-  if (!opening.run) savedFacing = asked; // a run has another only once it is followed again
+  if (!opening.run) savedFacing = sent; // a run has another only once it is followed again
   return reply;
 }
 
