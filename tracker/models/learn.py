@@ -17,7 +17,6 @@ from dynamics.stride import Stride
 from kinematics.mocap import ARM_COLUMNS, POSE_COLUMNS, SHORTEST, Trial, read_trials, sequences
 from tracker.models.by_motion import ESteps, Spread, learn_hmms, learn_motions, learn_strides
 from tracker.models.copies import Labelled, with_copies
-from tracker.models.find import CONSTANT_VELOCITY
 from tracker.models.request import Learning, Request
 from tracker.progress import Progress, counted, tally
 from tracker.run.folder import fresh_file
@@ -95,10 +94,7 @@ def _read_captures(
 
 
 def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]:
-    """The sequences of pose tables: a file is a subject, a gap ends a sequence, no label is one of its own.
-
-    What was tracked by constant velocity has its name for a label, which is none of a motion.
-    """
+    """The sequences of pose tables: each file is a subject, a gap ends a sequence, no label is one too."""
     runs: Data = []
     for path in request.poses or ():
         if path.stem in request.excluded:
@@ -107,7 +103,7 @@ def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]
         for text in suspicions(found, request.fps):
             progress.warn(f"{path.name}: {text}")
         runs += [
-            (path.stem, UNLABELLED if label in ("", CONSTANT_VELOCITY) else label, y)
+            (path.stem, label or UNLABELLED, y)
             for sequence in found
             for label, y in sequence.runs()
             if len(y) >= SHORTEST

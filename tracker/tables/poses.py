@@ -16,6 +16,7 @@ from tracker.tables.table import Layout, finite, write_table
 
 ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
 BESIDE = ("label", "time_s")  # columns that are read beside the pose
+NO_MOTION = ("cv", "free")  # labels by which `track` says that neither model nor outline knows the motion
 LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a slip of the pen
 GAP = 10_000  # frames that may be left out in a row: minutes of which nothing is known
 LARGEST = 1e9  # in any cell; beyond, numbers swamp one another
@@ -54,7 +55,7 @@ class PoseSequence:
     name   : its `seq`, "0" where the table has none
     first  : frame of the first row
     y      : (T, M) in body units, angles in radians; NaN where nothing was given
-    labels : (T,) of each frame, "" where none was given
+    labels : (T,) of each frame, "" where no motion was given
     cells  : (T,) each frame's M cells as written, "" where nothing was given
     fps    : frames a second by the column time_s, None where there is none
     """
@@ -147,10 +148,10 @@ def _read_row(rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout
         raise PosesError(f"{where}: frame {frame} is given twice; number frames within each seq")
     given = tuple(row.get(name, "") for name in columns)
     largest = [LARGEST] * ROOT_COLUMNS + [TURNS] * (len(columns) - ROOT_COLUMNS)
-    cells = zip(given, columns, largest, strict=True)
+    cells, label = zip(given, columns, largest, strict=True), row.get("label", "")
     pose = np.array([layout.number(text, name, where, most, empty=True) for text, name, most in cells])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
-    frames[frame] = pose, row.get("label", ""), finite(row.get("time_s", "")), given
+    frames[frame] = pose, "" if label in NO_MOTION else label, finite(row.get("time_s", "")), given
 
 
 def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSequence:

@@ -29,6 +29,12 @@ def test_angles_come_in_degrees_and_leave_in_radians(tmp_path):
     assert_allclose(sequence.y[0], [0.1, 0.2, *np.radians([10, 0, 30, 45, -20, 5])], rtol=1e-15)
 
 
+@pytest.mark.parametrize("label", ["cv", "free"])
+def test_a_label_of_the_tracker_that_names_no_motion_is_none(tmp_path, label):
+    (sequence,) = read_poses(table(tmp_path, row(0, label), row(1)))
+    assert sequence.labels == ("", "walk")
+
+
 def test_columns_may_stand_in_any_order_and_root_and_seq_may_be_missing(tmp_path):
     names = [*reversed(POSE_COLUMNS[2:]), "frame"]
     (sequence,) = read_poses(table(tmp_path, "1,2,3,4,5,6,0", header=",".join(names)))
