@@ -94,16 +94,16 @@ def _read_captures(
 
 
 def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]:
-    """The sequences of pose tables: each file is a subject, a gap ends a sequence, no label is one too."""
+    """The sequences of pose tables: each file is a subject, a gap ends a sequence, no label is a motion."""
     runs: Data = []
-    for path in request.poses or ():
-        if path.stem in request.excluded:
+    for path, subject in request.subjects.items():
+        if subject in request.excluded:
             continue
         found = read_poses(path, request.body)
         for text in suspicions(found, request.fps):
-            progress.warn(f"{path.name}: {text}")
+            progress.warn(f"{path}: {text}")
         runs += [
-            (path.stem, label or UNLABELLED, y)
+            (subject, label or UNLABELLED, y)
             for sequence in found
             for label, y in sequence.runs()
             if len(y) >= SHORTEST

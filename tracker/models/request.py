@@ -89,6 +89,15 @@ class Request:
         return tuple(dict.fromkeys(self.label or ()))
 
     @property
+    def subjects(self) -> dict[Path, str]:
+        """Pose tables and who is in each: what it is called, of two that are called alike with the folder."""
+        tables = self.poses or []
+        stems = [path.stem for path in tables]
+        return {
+            path: path.stem if stems.count(path.stem) == 1 else str(path.with_suffix("")) for path in tables
+        }
+
+    @property
     def excluded(self) -> list[str]:
         return [name.strip() for name in self.exclude_subjects.split(",") if name.strip()]
 

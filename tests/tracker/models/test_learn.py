@@ -216,3 +216,16 @@ def test_of_pose_tables_files_are_subjects_who_can_be_left_out_and_another_rate_
     assert result.exit_code == 0, result.output
     assert "of subjects a;" in result.stdout
     assert "a.csv: time_s of sequence" in result.stderr
+
+
+def test_pose_tables_of_one_name_in_two_folders_are_two_subjects(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    y = gait("walk", 60, np.random.default_rng(0))
+    rows = [("s", t, *pose_cells(pose)) for t, pose in enumerate(y)]
+    for name in ("anna-track", "ben-track"):
+        Path(name).mkdir()
+        write_table(Path(name) / "pose.csv", rows, HEADER)
+    words = ["learn", "anna-track/pose.csv", "ben-track/pose.csv", "--states", 1]
+    assert "of subjects anna-track/pose, ben-track/pose;" in figtrack(*words, "--out", "both.npz").stdout
+    one = figtrack(*words, "--exclude-subjects", "ben-track/pose", "--out", "one.npz")
+    assert "from 1 sequence of subjects anna-track/pose;" in one.stdout
