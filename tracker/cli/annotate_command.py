@@ -78,12 +78,14 @@ def find(
     """
     from tracker.clip.found import people
     from tracker.report.walkers import told, write_people, write_picture
-    from tracker.run.folder import check_file, fresh_file
+    from tracker.run.folder import FolderError, check_file, fresh_file
     from videos.frames import Video as Film
 
     table = out or Path(f"{beside(video, 'people')}.csv")
-    film = Film(video)
     picture = table.with_suffix(".png")
+    if picture == table:
+        raise FolderError(f"table and picture would be one file, {table}; choose another --out")
+    film = Film(video)
     with fresh_file(table, overwrite=common.overwrite, inputs=[video]) as aside:
         check_file(picture, common.overwrite)
         everybody = people(film, common.shown())

@@ -127,6 +127,7 @@ def test_results_that_are_there_are_refused_before_anybody_is_looked_for(unseen,
     assert "walk-compare holds a complete run" in refused("compare", video, "--truth", "k.csv")
     assert "walk-people.csv exists" in refused("find", video)
     assert "p.png exists" in refused("find", video, "--out", "p.csv")
+    assert "would be one file" in refused("find", video, "--out", "p.png", "--overwrite")
     assert everything(tmp_path) == before
 
 
