@@ -98,9 +98,11 @@ def compare_runs(
     """
     from tracker.report.before_after import compare_runs as compare
     from tracker.run.folder import fresh_file
+    from tracker.run.read import RUN_FILES
 
     page = out or Path(f"{before.absolute().name}-{after.absolute().name}.html")
-    with fresh_file(page, overwrite=overwrite) as aside:
+    inputs = [folder / name for folder in (before, after) for name in RUN_FILES]
+    with fresh_file(page, overwrite=overwrite, inputs=inputs) as aside:
         table = compare(before, after, aside)
     print(table)
     print(f"\nopen {page}")

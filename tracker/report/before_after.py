@@ -103,7 +103,7 @@ def _walked(folder: Path) -> Walked:
     try:
         rate = float(json.loads(read_text(folder / "gait.json"))["rate"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RunError(f"{folder} has no gait.json that can be read; track the clip again") from error
+        raise RunError(f"{folder} has no gait.json that can be read; only runs of people have one") from error
     figure = load_figure(news.options.get("figure", WALKER.name))
     return Walked(folder, read_track(folder, mark=0.0, figure=figure), rate, Known(news.height, news.scale))
 

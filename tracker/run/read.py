@@ -20,7 +20,7 @@ from tracker.run.write import VERSION, whole_times
 from tracker.tables.table import ordinary, why
 
 OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
-RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", OVERLAY)
+RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "gait.json", OVERLAY)
 
 
 class RunError(ValueError):

@@ -106,6 +106,9 @@ def test_the_command_writes_a_page_and_replaces_none(runs, tmp_path, monkeypatch
     assert refused.exit_code == 1
     assert refused.stderr.startswith("error: ")
     assert (tmp_path / "monday-friday.html").read_bytes() == before
+    for name in ("run.json", "gait.json"):
+        refused = figtrack("compare-runs", *runs, "--overwrite", "--out", runs[1] / name)
+        assert "is what the work reads" in refused.stderr
 
 
 def test_a_run_without_strides_is_refused_in_one_line(runs, tmp_path):
