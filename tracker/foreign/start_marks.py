@@ -91,9 +91,9 @@ def read_start(
 def _choose_frame(
     people: People, frame: int | None, between: tuple[int, int | None], path: Path, figure: Figure
 ) -> int:
-    frames, (first, last) = sorted(people), between
-    if len(frames) == 1:
-        return frames[0]
+    if len(people) == 1:
+        return next(iter(people))
+    frames, (first, last) = sorted(number for number, seen in people.items() if any(seen)), between
     within = [number for number in frames if first <= number and (last is None or number <= last)]
     asked = [number for number in within if frame in (None, number)]
     if not asked:

@@ -196,3 +196,6 @@ def test_a_frame_without_anybody_is_refused_with_those_that_have_somebody(tmp_pa
     path = people.dlc(tmp_path / "a.csv", {"3": WALKER, "5": WALKER})
     with pytest.raises(ForeignError, match=r"frame 4 .* somebody in 3, 5"):
         read_start(path, frame=4)
+    path = people.trc(tmp_path / "a.trc", [WALKER, {}, WALKER])
+    with pytest.raises(ForeignError, match=r"frame 1 .* somebody in 0, 2"):
+        read_start(path, frame=1)
