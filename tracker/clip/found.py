@@ -6,6 +6,7 @@ import numpy as np
 
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
+from tracker.clip.pictures import pictures
 from tracker.clip.staged import Surveyed, surveyed
 from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
@@ -144,6 +145,8 @@ def _nobody(how: Following, video: Video) -> FoundError:
     first = how.from_ or 0
     last = first + WINDOW - 1 if how.stop is None else min(first + WINDOW - 1, how.stop)
     film = surveyed(video, first, last, 1.0, Progress("quiet"))
+    if film is None and not any(True for _ in pictures(video, first, first)):
+        return FoundError(f"{video.path.name} ends before frame {first}; choose an earlier --from")
     place = film and spot(film.stage(1))
     if not place:
         return FoundError("nobody was found who walks through the film; mark the joints of one frame")

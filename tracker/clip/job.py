@@ -125,6 +125,8 @@ class Following(Options):
                 object.__setattr__(self, option.name, option.checked(value))
         if self.height is not None and self.scale is not None:
             raise ValueError("give either height or scale, not both")
+        if self.stop is not None and self.stop < (self.from_ or 0):
+            raise ValueError(f"stop {self.stop} comes before from {self.from_}; choose a later stop")
 
     @property
     def inputs(self) -> list[Path | None]:

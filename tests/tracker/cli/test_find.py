@@ -88,6 +88,7 @@ def test_nobody_is_an_answer_of_find_and_no_start_for_track(tmp_path, rng, monke
     assert read_csv(tmp_path / "empty-people.csv") == []
     monkeypatch.setattr(found, "people", lambda *_: [])
     assert "nobody was found who walks through the film" in refused("track", "empty.mp4")
+    assert "empty.mp4 ends before frame 20; choose an" in refused("track", "empty.mp4", "--from", 20)
     assert {path.name for path in tmp_path.iterdir()} == {"empty.mp4", "empty-people.csv"}
 
 
