@@ -3,6 +3,7 @@
 import os
 from enum import StrEnum
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -178,7 +179,7 @@ def settings(
         return
     with fresh_file(out, overwrite=overwrite) as aside:
         aside.write_text(settings_toml(), encoding="utf-8")
-    print(f"{out}: every setting; figtrack track ... --settings {out}")
+    print(f"{out}: every setting; figtrack track ... --settings {quote(str(out))}")
 
 
 def _scale_points(text: str) -> tuple[float, float, float, float, float]:
