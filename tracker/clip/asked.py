@@ -43,8 +43,11 @@ def asked(
     film = Video(video)
     # Or it fails before the film is looked through.
     find_model(how.model, film.fps, how.tuned(settings), how.rate or 1.0, figure)
-    found = start_of(people(film, progress, how.from_ or 0, how.stop, towards(how.facing)), how, film)
-    return how.job(video, found, settings)
+    everybody = people(film, progress, how.from_ or 0, how.stop, towards(how.facing))
+    # A part may show people in another order than the film, in which their numbers are told.
+    part = how.from_ is not None or how.stop is not None
+    listed = people(film, progress) if how.person is not None and part else None
+    return how.job(video, start_of(everybody, how, film, listed), settings)
 
 
 def marks_in(table: Path, how: Following) -> Marks:

@@ -114,8 +114,13 @@ def _heard(one: Person, video: Video) -> Person:
     return one if sure_of_leg(one) or _doubted(one) else borne_out(one, video)
 
 
-def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
+def start_of(
+    everybody: list[Person], how: Following, video: Video, listed: list[Person] | None = None
+) -> Found:
     """The start of the one that is asked for, or of the only one.
+
+    Args:
+        listed: those of the whole film, who are counted where `everybody` is of a part of it.
 
     Raises:
         FoundError: nobody, several and none named, or one whose facing or pose is not sure.
@@ -129,15 +134,25 @@ def start_of(everybody: list[Person], how: Following, video: Video) -> Found:
             "lists them",
             {everybody[0].frame: marks_of(everybody[0])},
         )
-    if number is not None and number > len(everybody):
-        raise FoundError(f"there is no person {number}; found are {len(everybody)}")
-    one = everybody[(number or 1) - 1]
+    one = everybody[0] if number is None else _numbered(number, everybody, listed)
     if doubted := _doubted(one):
         raise FoundError(f"{doubted}mark its joints there", {one.frame: marks_of(one)})
     if near is not None and near is not nearer(one):
         one = one.exchanged
     told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
     return start_from(one, video, told)
+
+
+def _numbered(number: int, everybody: list[Person], listed: list[Person] | None) -> Person:
+    """Person `number` of those listed, as the part shows them; of its own where it shows none of these."""
+    own = [next(filter(one.same, everybody), None) for one in listed or ()]
+    counted = own if any(own) else everybody
+    if number > len(counted):
+        raise FoundError(f"there is no person {number}; found are {len(counted)}")
+    one = counted[number - 1]
+    if one is None:
+        raise FoundError(f"person {number} is not seen in that part of the film")
+    return one
 
 
 def _nobody(how: Following, video: Video) -> FoundError:

@@ -16,7 +16,9 @@ from tests.tracker.outline.films import MIDDLE, UNIT, WALKER, a_walk, film
 from tracker.batch.jobs import read_jobs
 from tracker.batch.run_all import DONE, run_row
 from tracker.clip import found
+from tracker.clip.asked import asked
 from tracker.clip.found import TURNED
+from tracker.clip.job import Following
 from tracker.clip.naming import nearer
 from tracker.progress import Progress
 from tracker.tables.keypoints import read_keypoints
@@ -113,6 +115,15 @@ def test_a_nearer_leg_that_is_given_is_the_one_that_is_followed_as_near(seen, vi
     marks = read_keypoints(tmp_path / "walk-track" / "start.keypoints.csv")[MIDDLE]
     knee = WALKER.joints.index("far_knee")
     assert marks["near_knee"].x == pytest.approx(one.joints[knee, 0], abs=0.01)
+
+
+def test_of_a_part_of_the_film_the_person_is_followed_whom_find_lists_by_this_number(video, monkeypatch):
+    one, other = a_walk().person(), a_walk().shifted(44).person()
+    monkeypatch.setattr(
+        found, "people", lambda film, progress, first=0, *_: [one, other] if first else [other, one]
+    )
+    job = asked(Following(person=1, from_=1), video, None, None, Progress("quiet"))
+    assert job.marks[MIDDLE]["hip"].x == pytest.approx(other.joints[0, 0], abs=0.01)
 
 
 def test_results_that_are_there_are_refused_before_anybody_is_looked_for(unseen, video, tmp_path):

@@ -231,6 +231,15 @@ def test_of_several_one_must_be_named(walk, video):
         start_of(both, Following(person=3), video)
 
 
+def test_people_of_a_part_have_the_numbers_that_they_have_in_the_film(walk, video):
+    one, other, third = walk.person(frame=12), walk.shifted(44).person(frame=20), walk.shifted(88).person()
+    for number, frame in ((1, 20), (2, 12)):
+        assert start_of([one, other], Following(person=number), video, [other, one]).frame == frame
+    with pytest.raises(FoundError, match="person 1 is not seen in that part of the film"):
+        start_of([one], Following(person=1), video, [other, one])
+    assert start_of([one, other], Following(person=1), video, [third]).frame == 12
+
+
 def test_a_facing_that_is_not_sure_is_no_start(walk, video):
     one = walk.person(turned=0.9 * TURNED)
     with pytest.raises(FoundError, match=f"not sure which way the figure faces in frame {MIDDLE}") as said:
