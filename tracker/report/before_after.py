@@ -103,7 +103,9 @@ def _walked(folder: Path) -> Walked:
     try:
         rate = float(json.loads(read_text(folder / "gait.json"))["rate"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RunError(f"{folder} has no gait.json that can be read; only runs of people have one") from error
+        absent = isinstance(error, FileNotFoundError)
+        advice = "only runs of people have one" if absent else "track the clip again"
+        raise RunError(f"{folder} has no gait.json that can be read; {advice}") from error
     figure = load_figure(news.options.get("figure", WALKER.name))
     return Walked(folder, read_track(folder, mark=0.0, figure=figure), rate, Known(news.height, news.scale))
 

@@ -116,7 +116,10 @@ def test_a_run_without_strides_is_refused_in_one_line(runs, tmp_path):
     with pytest.raises(RunError, match="short has no whole stride"):
         compare_runs(runs[0], short, tmp_path / "page.html")
     (runs[1] / "gait.json").write_text("{")
-    with pytest.raises(RunError, match=r"friday has no gait\.json that can be read"):
+    with pytest.raises(RunError, match=r"friday has no gait\.json that can be read; track the clip again"):
+        compare_runs(*runs, tmp_path / "page.html")
+    (runs[1] / "gait.json").unlink()  # as of a horse
+    with pytest.raises(RunError, match=r"friday has no gait\.json .* only runs of people have one"):
         compare_runs(*runs, tmp_path / "page.html")
     assert not (tmp_path / "page.html").exists()
 
