@@ -24,7 +24,7 @@ from dynamics.viterbi import best_log_p_all
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import centred, own_offset, rootless
 from tracker.models.find import motion_model
-from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, check_names, first_measured, whole_pose
+from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, check_names, check_switch, first_measured, whole_pose
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
@@ -65,8 +65,7 @@ class Fillers:
 def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
     """For the model that was asked for by this name; ValueError if it cannot fill gaps."""
     if isinstance(model, Stride):
-        if not recurrent:
-            raise ValueError("a stride has no switch, so --no-recurrent does not apply; leave it out")
+        check_switch(recurrent)
         check_names(model.names)
         return Fillers(None, model, fps)
     slds = whole_pose(model, "interpolate")

@@ -13,7 +13,7 @@ from dynamics.store import Model
 from dynamics.stride import Stride
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import ANGLES
-from tracker.motion.tasks import check_names, whole_pose
+from tracker.motion.tasks import check_names, check_switch, whole_pose
 
 TURNED = float(np.radians(360.0))  # no angle of a figure is as large
 
@@ -37,9 +37,10 @@ def free_run(
         recurrent: of a switching model, see `dynamics.motion.tasks.synthesise`.
 
     Raises:
-        ValueError: a model of other freedoms, without dynamics or without this motion, or one that runs wild.
+        ValueError: a model of other freedoms, without dynamics, switch or this motion, or one that runs wild.
     """
     if isinstance(model, Stride):
+        check_switch(recurrent)
         check_names(model.names)
         k = int(rng.choice(_motions(model.labels, label)))
         y = synthesise_stride(model, k, frames, fps, rng, noise)

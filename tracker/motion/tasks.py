@@ -70,6 +70,12 @@ def check_names(names: Sequence[str]) -> None:
         )
 
 
+def check_switch(recurrent: bool) -> None:
+    """ValueError where a stride is asked for the papers' switch."""
+    if not recurrent:
+        raise ValueError("a stride has no switch, so --no-recurrent does not apply; leave it out")
+
+
 def label_all(
     model: Model,
     sequences: Sequence[PoseSequence],
