@@ -89,6 +89,10 @@ class Browser:
     def text(self, selector):
         return self.value(f"document.querySelector({json.dumps(selector)}).innerText")
 
+    def each(self, selector, what):
+        """What a script comes to of each element, which it calls `one`."""
+        return self.value(f"[...document.querySelectorAll({json.dumps(selector)})].map(one => {what})")
+
     def press(self, key, *held):
         """One key, others held down."""
         flags = sum(MODIFIERS[name] for name in held)
@@ -135,23 +139,16 @@ class Browser:
         params = message.get("params", {})
         kind = message.get("method")
         if kind == "Runtime.exceptionThrown":
-            self.errors.append(
-                params["exceptionDetails"]["text"] + str(params["exceptionDetails"].get("exception"))
-            )
+            details = params["exceptionDetails"]
+            self.errors.append(details["text"] + str(details.get("exception")))
         elif kind == "Runtime.consoleAPICalled" and params["type"] in ("error", "warning", "assert"):
             self.errors.append(str(params["args"]))
         elif kind == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
             self.errors.append(f"{params['entry']['text']} {params['entry'].get('url', '')}")
         elif kind == "Page.javascriptDialogOpening":
-            self._socket.send(
-                json.dumps(
-                    {
-                        "id": next(self._numbers),
-                        "method": "Page.handleJavaScriptDialog",
-                        "params": {"accept": True},
-                    }
-                )
-            )
+            method = "Page.handleJavaScriptDialog"
+            answer = {"id": next(self._numbers), "method": method, "params": {"accept": True}}
+            self._socket.send(json.dumps(answer))
 
 
 @contextmanager

@@ -79,18 +79,11 @@ def test_the_page_draws_both_and_marks_what_changed(browser, runs, tmp_path):
     page = tmp_path / "page.html"
     compare_runs(*runs, page)
     browser.open(page.as_uri())
-    titles = browser.value("[...document.querySelectorAll('.cycles .head')].map(one => one.innerText)")
+    titles = browser.each(".cycles .head", "one.innerText")
     assert titles[:2] == ["Hip, near", "Knee, near"]
-    counts = browser.value(
-        "['curve', 'thin'].map((kind) =>"
-        " document.querySelectorAll(`.cycles .panel:first-child path.${kind}`).length)"
-    )
-    assert counts[0] == 2
-    assert counts[1] > 4
-    bold = browser.value(
-        "[...document.querySelectorAll('tr')].filter((row) => row.querySelector('b'))"
-        ".map((row) => row.cells[0].innerText)"
-    )
+    assert len(browser.each(".cycles .panel:first-child path.curve", "one.id")) == 2
+    assert len(browser.each(".cycles .panel:first-child path.thin", "one.id")) > 4
+    bold = browser.each("tr:has(b)", "one.cells[0].innerText")
     assert any("stride time, near" in name for name in bold)
     assert not any("hip range" in name for name in bold)
     assert browser.value("document.documentElement.scrollWidth <= window.innerWidth")

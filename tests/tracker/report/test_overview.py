@@ -28,9 +28,7 @@ def test_every_clip_has_a_row_and_the_followed_ones_a_picture_and_a_link(browser
     )
     assert is_overview(page)
     browser.open(page.as_uri(), width=390)
-    cells = browser.value(
-        "[...document.querySelectorAll('tr')].map(row => [...row.cells].map(c => c.innerText))"
-    )
+    cells = browser.each("tr", "[...one.cells].map(cell => cell.innerText)")
     assert cells[0][1] == "a b.mp4"
     assert cells[0][2].split("\n\n") == ["Walks <slowly>.", "3 ok", "A & B."]
     assert cells[1][1:] == ["<i>c.mp4", "no <video>"]

@@ -85,6 +85,10 @@ class Report:
             f"slider.value = {frame}; slider.dispatchEvent(new Event('input'))}})()"
         )
 
+    def go(self, frame, first=0):
+        self.slide(frame)
+        self.shows(frame, first)
+
     def values(self, panel):
         return self.browser.value(
             f"[...document.querySelectorAll('article:not([hidden]) .panel')[{panel}]"
@@ -124,8 +128,7 @@ def test_the_slider_moves_clip_cursor_and_numbers_to_one_frame(browser, tmp_path
     track = stroll(SECONDS)
     report = Report(browser, made(tmp_path, track))
     for frame in (0, 41, 17, len(track) - 1):
-        report.slide(frame)
-        report.shows(frame)
+        report.go(frame)
         assert report.cursor() == pytest.approx(frame / (len(track) - 1), abs=0.005)
         degrees = np.degrees(track.q[frame, HIP])
         near = report.values(0)[0].replace("\u2212", "-")
@@ -137,8 +140,7 @@ def test_the_figure_goes_to_the_frame_that_is_asked_for_where_no_picture_is_anno
     told = browser.call("Page.addScriptToEvaluateOnNewDocument", source=without)
     try:
         report = Report(browser, made(tmp_path, stroll(1.0)))
-        report.slide(7)
-        report.shows(7)
+        report.go(7)
         browser.value(f"document.querySelector('video').currentTime += {5 / FPS}")  # not by the page itself
         browser.wait("document.querySelector('.screen svg').dataset.frame === '12'")
     finally:
@@ -150,8 +152,7 @@ def test_frames_of_uneven_length_are_found_one_by_one(browser, tmp_path):
     track = replace(track, times=np.cumsum(np.tile([0.02, 0.05, 0.03], 10)) - 0.02)
     report = Report(browser, made(tmp_path, track))
     for frame in (1, 2, 3, 29):
-        report.slide(frame)
-        report.shows(frame)
+        report.go(frame)
         assert report.cursor() == pytest.approx(track.times[frame] / track.times[-1], abs=0.005)
 
 
@@ -182,8 +183,7 @@ def test_space_plays_and_pauses_at_a_whole_frame(browser, tmp_path):
 def test_from_its_end_the_clip_plays_again_from_the_start(browser, tmp_path):
     report = Report(browser, made(tmp_path))
     last = round(SECONDS * FPS) - 1
-    report.slide(last)
-    report.shows(last)
+    report.go(last)
     browser.push("#play")
     browser.wait(f"Number(document.querySelector('#frame').value) < {last - 10}")
     browser.push("#play")
@@ -202,8 +202,7 @@ def test_the_slider_goes_where_it_is_put_while_the_clip_plays(browser, tmp_path)
     report = Report(browser, made(tmp_path))
     browser.push("#play")
     browser.wait("Number(document.querySelector('#frame').value) > 2")
-    report.slide(41)
-    report.shows(41)
+    report.go(41)
 
 
 def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
@@ -215,23 +214,16 @@ def test_motions_and_outcomes_stand_under_the_curves(browser, tmp_path):
         outcome=("ok",) * 30 + ("lost",) * 6 + ("ok",) * (T - 36),
     )
     report = Report(browser, made(tmp_path, track))
-    widths = browser.value(
-        "[...document.querySelectorAll('.strip')].slice(0, 2).map(strip =>"
-        "[...strip.querySelectorAll('rect')].map(rect => rect.width.baseVal.value))"
-    )
+    widths = browser.each(".strip", "[...one.querySelectorAll('rect')].map(rect => rect.width.baseVal.value)")
     assert np.ravel(widths[0]) * FPS == pytest.approx([T - 15, 15], abs=0.01)
     assert np.ravel(widths[1]) * FPS == pytest.approx([30, 6, T - 36], abs=0.01)
-    legends = browser.value("[...document.querySelectorAll('.legend')].map(legend => legend.innerText)")
+    legends = browser.each(".legend", "one.innerText")
     assert "walk" in legends[0]
     assert "run" in legends[0]
     assert "lost: nothing matched" in legends[1]
-    shaded = browser.value(
-        "[...document.querySelectorAll('.plots .panel')].map(panel =>"
-        "panel.querySelectorAll('rect.unsure').length)"
-    )
+    shaded = browser.each(".plots .panel", "one.querySelectorAll('rect.unsure').length")
     assert shaded == [1] * len(shaded)
-    report.slide(33)
-    report.shows(33)
+    report.go(33)
     assert report.values(0) == ["near not seen", "far not seen"]
 
 
@@ -240,21 +232,14 @@ def test_below_two_sentences_angles_over_the_stride_have_a_line_a_stride_and_a_b
     told = chapter(track, warnings=["<i>odd</i>"])
     write_report(tmp_path / "report.html", told, write_clip(tmp_path / FILM, track.times[:10]))
     report = Report(browser, tmp_path / "report.html")
-    lines = browser.value("[...document.querySelectorAll('.gait > p')].slice(0, 2).map(p => p.innerText)")
-    assert lines == [headline(told), "Unusual: 1 warning at the top of the page."]
+    lines = browser.each(".gait > p", "one.innerText")
+    assert lines[:2] == [headline(told), "Unusual: 1 warning at the top of the page."]
     strides = sum(len(of_side.sound) for of_side in told.gait.strides.values())
     for kind, count in (("thin", strides), ("curve", 2), ("band", 2), ("norm", 1)):
-        found = browser.value(
-            "[...document.querySelectorAll('.cycles .panel')].map(panel =>"
-            f"panel.querySelectorAll('path.{kind}').length)"
-        )
+        found = browser.each(".cycles .panel", f"one.querySelectorAll('path.{kind}').length")
         assert found == [count] * 3
-    widths = browser.value(
-        "[...document.querySelectorAll('.cycles path.curve')].map(path => path.getBBox().width)"
-    )
-    assert widths == pytest.approx([100.0] * 6)
-    report.slide(7)
-    report.shows(7)
+    assert browser.each(".cycles path.curve", "one.getBBox().width") == pytest.approx([100.0] * 6)
+    report.go(7)
     browser.push(".cycles .chart")
     report.shows(7)
 
@@ -267,18 +252,16 @@ def test_without_strides_there_are_no_plots_of_them(browser, tmp_path):
 
 def test_several_models_move_together_on_one_source_and_each_has_its_name_and_numbers(browser, tmp_path):
     report = Report(browser, compared(tmp_path))
-    words = browser.value("[...document.querySelectorAll('figcaption')].map((one) => one.innerText)")
-    assert words == ["walk-run", "cv"]
-    sources = browser.value("[...document.querySelectorAll('video')].map((one) => one.src)")
+    assert browser.each("figcaption", "one.innerText") == ["walk-run", "cv"]
+    sources = browser.each("video", "one.src")
     assert len(set(sources)) == 1
     assert sources[0].startswith("blob:")
-    report.slide(33)
-    report.shows(33)
+    report.go(33)
     first = report.values(0)
     browser.push("[data-tab='1']")
     assert report.values(0) != first
-    titles = browser.value("[...document.querySelectorAll('h2')].map(title => title.innerText)")
-    assert {"Errors", "Error against time", "Where they part", "Joint angles", "Gait"} <= set(titles)
+    titles = {"Errors", "Error against time", "Where they part", "Joint angles", "Gait"}
+    assert titles <= set(browser.each("h2", "one.innerText"))
     assert "cv, lost at frame 2" in browser.text("#errors .legend")
     browser.press(" ")
     browser.wait("Number(document.querySelector('#frame').value) > 40")
@@ -306,25 +289,19 @@ def test_no_window_is_too_narrow(browser, tmp_path, several, width):
     path = compared(tmp_path) if several else made(tmp_path)
     Report(browser, path, width=width, dark=several, touch=width < 500)
     assert browser.value("document.documentElement.scrollWidth") <= width
-    wide = browser.value(
-        "[...document.querySelectorAll('.gait .wide')].map(box => box.scrollWidth - box.clientWidth)"
-    )
-    assert max(wide) <= 0
+    assert max(browser.each(".gait .wide", "one.scrollWidth - one.clientWidth")) <= 0
 
 
 @pytest.mark.parametrize("width", [390, 1100, 1280, 1920, 2560])
 def test_the_film_has_half_of_a_wide_window_and_all_of_a_narrow_one(browser, tmp_path, width):
     Report(browser, made(tmp_path), width=width)
-    film, told = browser.value(
-        "['.clips', '.told'].map(name => document.querySelector(name).getBoundingClientRect())"
-        ".map(box => ({ width: box.width, left: box.left }))"
-    )
+    (film, _, film_width, _), (told, _, told_width, _) = (box(browser, name) for name in (".clips", ".told"))
     if width < 1200:
-        assert film["width"] > width - 45  # margins and a scroll bar
-        assert film["left"] == pytest.approx(told["left"], abs=1.0)
+        assert film_width > width - 45  # margins and a scroll bar
+        assert film == pytest.approx(told, abs=1.0)
     else:
-        assert film["width"] + 0.1 >= told["width"] > 0.4 * width
-        assert told["left"] > film["left"] + film["width"]
+        assert film_width + 0.1 >= told_width > 0.4 * width
+        assert told > film + film_width
 
 
 def test_the_film_fills_the_screen_and_goes_back_with_its_slider(browser, tmp_path):
@@ -451,8 +428,7 @@ def count(image, colour):
 def test_the_figure_stands_where_the_track_has_it(browser, tmp_path, frame):
     track = stroll(SECONDS)
     report = Report(browser, made(tmp_path, track, start=0.4))
-    report.slide(frame)
-    report.shows(frame)
+    report.go(frame)
     image = seen(browser, tmp_path)
     left, top, width, _ = box(browser, ".screen")
     scale = width / SIZE[0]
@@ -470,8 +446,7 @@ def test_layers_are_switched_off_and_on(browser, tmp_path):
     track = stroll(SECONDS)
     wide = replace(track, cov=track.cov + np.diag([0.002] * 2 + [0.0] * (track.q.shape[1] - 2)))
     report = Report(browser, made(tmp_path, wide))
-    report.slide(30)
-    report.shows(30)
+    report.go(30)
     both = count(seen(browser, tmp_path), NEAR)
     browser.push("[data-layer=ellipses]")
     limbs = count(seen(browser, tmp_path), NEAR)
@@ -482,8 +457,7 @@ def test_layers_are_switched_off_and_on(browser, tmp_path):
     assert both > limbs > 300
     assert both > ellipses > 100
     assert np.ptp(none[8:-8, 8:-8]) < 12  # nothing but the film
-    pressed = "[...document.querySelectorAll('[data-layer]')].map((one) => one.ariaPressed)"
-    assert browser.value(pressed) == ["false", "true", "false"]
+    assert browser.each("[data-layer]", "one.ariaPressed") == ["false", "true", "false"]
     browser.value("document.querySelector('[data-layer=limbs]').focus()")
     browser.press(" ")
     browser.wait("document.querySelector('[data-layer=limbs]').ariaPressed === 'true'")
@@ -494,8 +468,7 @@ def test_from_near_the_hip_stays_in_the_middle(browser, tmp_path, clips):
     report = Report(browser, made(tmp_path) if clips == 1 else compared(tmp_path))
     browser.push("[data-layer=zoom]")
     for frame in (0, 20, 59):
-        report.slide(frame)
-        report.shows(frame)
+        report.go(frame)
         for clip in range(clips):
             left, top, width, height = box(browser, ".screen", clip)
             hip = np.array(browser.value(PLACE.format(clip=clip, point=0, frame=frame)))
@@ -558,8 +531,7 @@ def test_of_a_copied_film_every_frame_is_shown_with_its_figure(browser, tmp_path
     film_size = "(({videoWidth, videoHeight}) => [videoWidth, videoHeight])(document.querySelector('video'))"
     assert tuple(browser.value(film_size)) == size
     for frame in (0, 1, 11, len(frames) - 1, len(frames) - 4):
-        report.slide(frame)
-        report.shows(frame, first)
+        report.go(frame, first)
     browser.press(" ")
     browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
     report.shows(len(frames) - 1, first)
@@ -577,8 +549,7 @@ def test_frames_before_and_after_those_followed_have_no_figure(browser, tmp_path
     for seconds, visible in ((0.1, False), (0.41, True), (0.4 + 39.5 / FPS, True), (0.4 + 41.5 / FPS, False)):
         browser.value(f"document.querySelector('video').currentTime = {seconds}")
         browser.wait(f"{figure} === {str(visible).lower()}")
-    report.slide(35)
-    report.shows(35)
+    report.go(35)
     browser.press(" ")
     browser.wait("document.querySelector('#play').ariaLabel === 'Play'")
     report.shows(39)
@@ -593,8 +564,7 @@ def test_what_is_not_seen_is_drawn_broken_and_told(browser, tmp_path):
         (3, "", False), (13, "a limb is covered", True), (23, "lost: nothing matched", True),
         (30, "found again", False), (40, "", False),
     ):  # fmt: skip
-        report.slide(frame)
-        report.shows(frame)
+        report.go(frame)
         assert browser.text("figcaption") == words
         assert (browser.value(dash) != "none") is broken
     report.slide(13)
