@@ -57,11 +57,8 @@ class Page:
 
     def points(self):
         """Where the page shows the marks, in pixels of the frame."""
-        shown = self.browser.value(
-            "[...document.querySelectorAll('#points circle[data-joint]')]"
-            ".map(c => [c.dataset.joint, c.cx.baseVal.value, c.cy.baseVal.value])"
-        )
-        return {name: (x, y) for name, x, y in shown}
+        what = "[one.dataset.joint, one.cx.baseVal.value, one.cy.baseVal.value]"
+        return {name: (x, y) for name, x, y in self.browser.each("#points circle[data-joint]", what)}
 
     def save(self):
         self.browser.push("#save")
@@ -169,9 +166,8 @@ def test_the_middle_of_a_pixel_as_seen_is_that_pixel_in_the_table(browser, tmp_p
         assert len(xs) > 100
         browser.click(xs.mean() + left + 0.5, ys.mean() + top + 0.5)
         page.save()
-    assert near(
-        (read_keypoints(table)[0]["head_top"].x, read_keypoints(table)[0]["head_top"].y), (37, 21), 0.06
-    )
+    mark = read_keypoints(table)[0]["head_top"]
+    assert near((mark.x, mark.y), (37, 21), 0.06)
 
 
 def test_steps_are_undone_one_by_one_and_done_again(page, browser, truth):
@@ -239,19 +235,8 @@ def test_arrow_keys_nudge_the_chosen_joint(page, browser, truth):
 
 
 def test_a_figure_can_be_marked_and_saved_with_the_keyboard_alone(page, browser, table):
-    steps = [
-        "ArrowUp",
-        "ArrowDown",
-        "ArrowRight",
-        "ArrowDown",
-        "ArrowDown",
-        "ArrowRight",
-        "ArrowLeft",
-        "ArrowDown",
-        "ArrowLeft",
-    ]
-    for step in steps:
-        page.press(*[f"Control+{step}"] * 2, "Enter")
+    for step in ("Up", "Down", "Right", "Down", "Down", "Right", "Left", "Down", "Left"):
+        page.press(*[f"Control+Arrow{step}"] * 2, "Enter")
     page.press("Control+s")
     browser.wait(SAVED)
     assert list(read_keypoints(table)[0]) == list(KEYPOINTS)
@@ -346,21 +331,19 @@ def test_keys_still_do_their_work_where_the_slider_was_used_last(page, browser, 
     assert near(page.points()["near_knee"], truth["far_knee"])
 
 
-def test_a_marked_frame_is_judged_where_playing_stops(page, browser, truth):
-    page.server.session._frames.fps = 0.5
-    page.mark(truth)
-    page.turn_to(1, ".")
-    (x, y), (ankle, below) = (page.points()[name] for name in ("hip", "near_ankle"))
-    page.drag((x, y), (x + 1.0, y))
-    page.drag((ankle + 1.0, below), (ankle + 1.0, below + 60.0))
-    page.turn_to(0, ",")
-    page.save()
-    browser.open(page.address)
-    page.press("p")
-    browser.wait("document.querySelector('#frame').value === '1'")
-    time.sleep(0.4)  # longer than a mark that is set waits to be judged
-    page.press("p")
-    page.advice("times as far")
+def test_a_marked_frame_is_judged_where_playing_stops(browser, clip, table, truth):
+    x, y = truth["near_ankle"]
+    too_long = truth | {"near_ankle": (x, y + 60.0)}
+    marks = [(t, name, *place, 1) for t, of in enumerate((truth, too_long)) for name, place in of.items()]
+    write_table(table, marks)
+    with session_page(browser, clip.video, table) as page:
+        page.server.session._frames.fps = 0.5
+        browser.open(page.address)
+        page.press("p")
+        browser.wait("document.querySelector('#frame').value === '1'")
+        time.sleep(0.4)  # longer than a mark that is set waits to be judged
+        page.press("p")
+        page.advice("times as far")
 
 
 def test_the_slider_stays_where_it_is_held_while_earlier_frames_come(page, browser):
@@ -444,11 +427,8 @@ def test_missing_joints_are_said_when_the_rest_is_done(page, browser, truth):
 
 
 def test_a_table_that_exists_is_opened_and_extended(browser, clip, table):
-    write_table(
-        table,
-        [(0, "hip", 100, 90, 1, "me"), (4, "neck", 7, 8, 0, "you")],
-        ("frame", "keypoint", "x", "y", "visible", "by"),
-    )
+    rows = [(0, "hip", 100, 90, 1, "me"), (4, "neck", 7, 8, 0, "you")]
+    write_table(table, rows, ("frame", "keypoint", "x", "y", "visible", "by"))
     with session_page(browser, clip.video, table) as page:
         assert page.points() == {"hip": (100, 90)}
         assert browser.text("#marked").split()[-2:] == ["0", "4"]
@@ -526,11 +506,8 @@ CONTRASTS = """(() => {
 
 
 def test_every_control_has_a_name(page, browser):
-    nameless = browser.value(
-        "[...document.querySelectorAll('button, input, [role=application], [role=group], section')]"
-        ".filter(e => !(e.ariaLabel || e.textContent.trim() || e.labels?.length)).map(e => e.outerHTML)"
-    )
-    assert nameless == []
+    named = "one.ariaLabel || one.textContent.trim() || one.labels?.length ? '' : one.outerHTML"
+    assert not any(browser.each("button, input, [role=application], [role=group], section", named))
 
 
 def test_a_server_that_is_gone_is_said_and_the_marks_stay(browser, clip, table, truth):

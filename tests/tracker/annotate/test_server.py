@@ -134,11 +134,8 @@ def test_a_frame_in_passing_comes_small(client, monkeypatch):
     assert (status, frame["index"], frame["width"]) == (200, 9, 480)
     kind, _, data = frame["image"].partition(";base64,")
     assert kind == "data:image/jpeg"
-    assert cv2.imdecode(np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_COLOR).shape == (
-        54,
-        96,
-        3,
-    )
+    image = cv2.imdecode(np.frombuffer(base64.b64decode(data), np.uint8), cv2.IMREAD_COLOR)
+    assert image.shape == (54, 96, 3)
 
 
 @pytest.mark.parametrize(
@@ -369,13 +366,8 @@ def test_the_joints_come_in_order_with_the_limb_they_end(client, clip):
     before = {joint["name"]: joint["before"] for joint in joints}
     assert (before["hip"], before["neck"], before["head_top"]) == (None, "hip", "neck")
     assert (before["far_knee"], before["far_ankle"], before["far_toe"]) == ("hip", "far_knee", "far_ankle")
-    assert {joint["name"] for joint in joints if joint["needed"]} == {
-        "head_top",
-        "neck",
-        "hip",
-        "near_knee",
-        "far_knee",
-    }
+    needed = {joint["name"] for joint in joints if joint["needed"]}
+    assert needed == {"head_top", "neck", "hip", "near_knee", "far_knee"}
     assert {joint["side"] for joint in joints} == {"near", "far", "trunk"}
 
 
