@@ -39,14 +39,9 @@ def test_every_format_is_written_beside_one_unless_told(run, tmp_path, monkeypat
     before = everything(run)
     for to in FORMATS:
         exported(run, to, *HEIGHT[FORMATS[to].scaled])
-    assert {path.name for path in tmp_path.iterdir()} - {"späte Läufe"} == {
-        "walk-track.dlc.csv",
-        "walk-track.trc",
-        "walk-track.mot",
-        "walk-track_px.trc",
-        "walk-track-openpose",
-        "walk-track.myogait.json",
-    }
+    endings = (".dlc.csv", ".trc", ".mot", "_px.trc", "-openpose", ".myogait.json")
+    written = {path.name for path in tmp_path.iterdir()} - {"späte Läufe"}
+    assert written == {f"walk-track{ending}" for ending in endings}
     assert everything(run) == before
     assert {path.name[:7] for path in (tmp_path / "walk-track-openpose").iterdir()} == {"walk 1_"}
 
@@ -62,11 +57,8 @@ def test_all_are_written_as_each_by_itself_and_what_cannot_be_is_said(run, tmp_p
     assert everything(tmp_path) == every
 
     (tmp_path / "walk-track.trc").unlink()
-    (line,) = (
-        line
-        for line in figtrack("export", run, "--to", "all", "--overwrite").stdout.splitlines()
-        if not line.startswith("wrote")
-    )
+    said = figtrack("export", run, "--to", "all", "--overwrite").stdout.splitlines()
+    (line,) = (line for line in said if not line.startswith("wrote"))
     assert line.startswith("left out walk-track.trc: a TRC is in metres")
     together = figtrack("export", run, "--to", "all", "--overwrite", "--scale-points", "1,1,1,1,1").stdout
     assert "left out walk-track.trc: two points apart" in together

@@ -32,16 +32,8 @@ def test_one_file_a_frame_of_75_numbers_in_the_order_of_body_25(points, folder):
         f"walk 1_{t:012d}_keypoints.json" for t in range(FRAMES)
     ]
     # Fixed by OpenPose's documentation.
-    order = {
-        "Neck": 1,
-        "MidHip": 8,
-        "RHip": 9,
-        "RKnee": 10,
-        "RAnkle": 11,
-        "LHip": 12,
-        "LKnee": 13,
-        "LAnkle": 14,
-    }
+    below = ("MidHip", "RHip", "RKnee", "RAnkle", "LHip", "LKnee", "LAnkle")
+    order = {"Neck": 1} | {name: 8 + i for i, name in enumerate(below)}
     for t in range(FRAMES):
         frame = json.loads((folder / f"walk 1_{t:012d}_keypoints.json").read_text())
         (person,) = frame["people"]
