@@ -214,12 +214,8 @@ def test_a_file_replaces_neither_what_the_work_reads_nor_what_is_no_file(tmp_pat
     read.write_text("mine")
     (tmp_path / "link").symlink_to(read)
     os.mkfifo(pipe)
-    refusals = [
-        (read, "is what the work reads"),
-        (tmp_path / "link", "is what the work reads"),
-        (pipe, "no ordinary"),
-    ]
-    for out, words in refusals:
+    reads = "is what the work reads"
+    for out, words in ((read, reads), (tmp_path / "link", reads), (pipe, "no ordinary")):
         with pytest.raises(FolderError, match=words), fresh_file(out, overwrite=True, inputs=[read]):
             pytest.fail("it was about to be replaced")
     assert read.read_text() == "mine"
