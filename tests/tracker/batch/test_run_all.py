@@ -113,18 +113,15 @@ def test_the_summary_has_the_gait_of_a_run_and_empty_cells_where_there_is_none(t
 
 def test_results_go_where_told_and_all_done_is_exit_status_0(table, tmp_path):
     path = table(ROW, header=HEADER)
-    result = figtrack("batch", path, "--out", tmp_path / "new" / "place", "--workers", 1)
+    place = tmp_path / "new" / "place"
+    result = figtrack("batch", path, "--out", place, "--workers", 1)
     assert result.exit_code == 0, result.output
-    assert {inner.name for inner in (tmp_path / "new" / "place").iterdir()} == {
-        "a",
-        "summary.csv",
-        "summary.html",
-    }
+    assert {inner.name for inner in place.iterdir()} == {"a", "summary.csv", "summary.html"}
     assert "batch jobs.csv: 1 of 1" in result.stderr
-    (row,) = read_csv(tmp_path / "new" / "place" / "summary.csv")
-    counts = Counter(pose["outcome"] for pose in read_csv(tmp_path / "new" / "place" / "a" / "pose.csv"))
+    (row,) = read_csv(place / "summary.csv")
+    counts = Counter(pose["outcome"] for pose in read_csv(place / "a" / "pose.csv"))
     said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
-    rate = read_json(tmp_path / "new" / "place" / "a" / "run.json")["rate"]
+    rate = read_json(place / "a" / "run.json")["rate"]
     assert (row["outcomes"], row["rate"], row["model"]) == (said, f"{rate:g}", "cv")
     assert counts.total() == 10
 
@@ -220,10 +217,8 @@ def test_a_mistake_of_ours_fails_its_own_row(table, tmp_path, cluster, monkeypat
     path = table((*CLIP, "", "cv", "a"), (*CLIP, "", "walk-run", "b"))
     address = cluster.scheduler.address
     ended = run_batch(path, tmp_path, workers=None, scheduler=address, overwrite=False, progress=QUIET)
-    assert [(ending.status, ending.cells.get("error", "")) for _, ending in ended] == [
-        ("failed", "RuntimeError: a mistake of ours"),
-        ("done", ""),
-    ]
+    found = [(ending.status, ending.cells.get("error", "")) for _, ending in ended]
+    assert found == [("failed", "RuntimeError: a mistake of ours"), ("done", "")]
 
 
 def test_a_process_killed_in_the_middle_loses_nothing(table, clip, tmp_path, cluster):
@@ -251,11 +246,8 @@ def test_a_process_killed_in_the_middle_loses_nothing(table, clip, tmp_path, clu
     ended = run_batch(path, tmp_path, workers=None, scheduler=address, overwrite=True, progress=QUIET)
     killer.join(timeout=60)
     assert len(killed) == 1
-    assert [(ending.status, ending.cells.get("frames")) for _, ending in ended] == [
-        ("done", "30"),
-        ("done", "10"),
-        ("done", "10"),
-    ]
+    found = [(ending.status, ending.cells.get("frames")) for _, ending in ended]
+    assert found == [("done", "30"), ("done", "10"), ("done", "10")]
     for name in "abc":
         assert {inner.name for inner in (tmp_path / name).iterdir()} == RUN_FILES
     assert not list(tmp_path.rglob("*.part"))
