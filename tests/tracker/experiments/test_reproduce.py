@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from dynamics.hmm import HMM
 from kinematics.mocap import Sequence as Capture
+from tests.dynamics.hmms import density, random_hmm
 from tests.tracker import gaits
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tracker.experiments import ahead, classify, gaps, measures, phases, runtime
@@ -258,24 +258,12 @@ def test_a_cut_by_the_leg_ahead_is_regular_and_tells_the_leg_and_a_random_one_do
 
 def test_the_hidden_markov_forecast_is_the_mean_over_all_paths(rng):
     K, M, frames, horizon = 3, 2, 4, 2
-    rows = rng.random((K, K)) + 0.1
-    hmm = HMM(
-        pi0=np.array([0.5, 0.3, 0.2]),
-        Pi=rows / rows.sum(1, keepdims=True),
-        mean=rng.normal(size=(K, M)),
-        cov=np.stack([np.eye(M) * v for v in (0.5, 1.0, 2.0)]),
-        names=("a", "b"),
-        labels=("x",) * K,
-        fps=30.0,
-    )
+    hmm = random_hmm(K, rng, M=M)
     y = rng.normal(size=(frames, M))
     total, mean = 0.0, np.zeros(M)
     for path in product(range(K), repeat=frames + horizon):
         p = hmm.pi0[path[0]] * np.prod([hmm.Pi[i, j] for i, j in pairwise(path)])
-        for t in range(frames):
-            k = path[t]
-            v = hmm.cov[k, 0, 0]
-            p *= np.exp(-0.5 * ((y[t] - hmm.mean[k]) ** 2).sum() / v) / v
+        p *= np.exp(sum(density(hmm, path[t], y[t]) for t in range(frames)))
         total, mean = total + p, mean + p * hmm.mean[path[-1]]
     found = ahead.hmm_forecast(hmm, y, horizon)
     assert_allclose(found[-1], mean / total, rtol=1e-10)
@@ -355,12 +343,8 @@ def test_viterbi_is_the_clear_winner_only_if_all_others_take_half_as_long_again(
 
 
 def test_a_claim_of_all_cases_holds_in_part_from_half_of_them():
-    assert [share_verdict([True] * n + [False] * (9 - n)) for n in (9, 8, 5, 4)] == [
-        Verdict.HOLDS,
-        Verdict.PARTLY,
-        Verdict.PARTLY,
-        Verdict.FAILS,
-    ]
+    found = [share_verdict([True] * n + [False] * (9 - n)) for n in (9, 8, 5, 4)]
+    assert found == [Verdict.HOLDS, Verdict.PARTLY, Verdict.PARTLY, Verdict.FAILS]
     assert spread([1.0, 3.0]) == "2.0 (1.0 to 3.0)"
     assert spread([2.0]) == "2.0"
     assert spread([]) == "-"
