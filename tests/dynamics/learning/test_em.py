@@ -360,16 +360,9 @@ def test_the_order_of_the_sequences_does_not_enter_learning(rng):
     ys, names = gait(6, 30, 2, rng)
     ys[2][5:9, 1] = np.nan
     weights, mixed = rng.uniform(0.5, 2.0, size=6), rng.permutation(6)
-    options = Options(states=3, rounds=4, restarts=2)
+    how = {"names": names, "travelling": ("a",), "options": Options(states=3, rounds=4, restarts=2)} | LEARNT
     one, other = (
-        learn(
-            [ys[i] for i in order],
-            names=names,
-            travelling=("a",),
-            options=options,
-            weights=weights[order] * size,
-            **LEARNT,
-        )
+        learn([ys[i] for i in order], weights=weights[order] * size, **how)
         for order, size in ((np.arange(6), 1.0), (mixed, 8.0))
     )
     assert one.values == pytest.approx(other.values, rel=1e-9)  # weights' mean, rounded otherwise
