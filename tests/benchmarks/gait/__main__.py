@@ -1,7 +1,7 @@
 r"""Write docs/gait.md: when feet strike and leave the ground, and gait figures, against what is known.
 
     python -m tests.benchmarks.gait DATA docs/gait.md --tracks FOLDER \
-        [--films N] [--first SEED] [--told TEXT] [--processes N]
+        [--films N] [--first SEED] [--told TEXT]
 
 DATA is the folder of captures and open clips. Films of seeds 0 to 199 are for choices, those from 200 on for
 the report alone. About twenty seconds a film and process; what has been followed is kept in FOLDER, so that
@@ -30,13 +30,12 @@ def main() -> None:
     parser.add_argument("--films", type=int, default=FILMS, help="how many")
     parser.add_argument("--first", type=int, default=FIRST, help="the first one's seed")
     parser.add_argument("--told", default="", help="a line above the figures, as from when kept tracks are")
-    parser.add_argument("--processes", type=int, default=2, help="at a time")
     asked = parser.parse_args()
     seeds = range(asked.first, asked.first + asked.films)
     walks = [
         path for name in ("video", "video_hard") for path in sorted((asked.data / name).glob("*walk*.mp4"))
     ]
-    with spawned(asked.processes) as pool:
+    with spawned() as pool:
         trials = asked.data / "mocap" / "trials.csv"
         cases = each(
             pool, case, [(seed, trials, asked.tracks) for seed in seeds], Progress(), "rendered films"

@@ -137,14 +137,7 @@ def moment_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
             for of, group in (("learned", seen), ("others", others)):
                 late = _late(group, kind)
                 moments = [m for each in group for m in each.moments if m.kind == kind]
-                yield [
-                    f"{label}s, {words}, {of}",
-                    str(len(late)),
-                    f"{_of(late, 0.5):+.0f}",
-                    f"{_within(late, 0.5):.0f}",
-                    f"{_within(late, 0.9):.0f}",
-                    f"{_inside_moments(moments):.0f}",
-                ]
+                yield [f"{label}s, {words}, {of}", *_spread(late, 0), f"{_inside_moments(moments):.0f}"]
 
 
 def figure_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
@@ -158,14 +151,7 @@ def figure_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
                 errors = _shares(figures) if relative else [figure.told - figure.true for figure in figures]
                 unit, scale = ("%", 1.0) if relative else ("ms", 1e3) if "time" in name else ("points", 1.0)
                 errors = [scale * error for error in errors]
-                yield [
-                    f"{label}s, {name}, {unit}",
-                    str(len(errors)),
-                    f"{_of(errors, 0.5):+.1f}",
-                    f"{_within(errors, 0.5):.1f}",
-                    f"{_within(errors, 0.9):.1f}",
-                    f"{_inside(figures):.0f}",
-                ]
+                yield [f"{label}s, {name}, {unit}", *_spread(errors, 1), f"{_inside(figures):.0f}"]
 
 
 def clip_rows(clips: Mapping[str, Gait]) -> Iterable[list[str]]:
@@ -218,6 +204,12 @@ def _inside_moments(moments: Sequence[Moment]) -> float:
 
 def _share(inside: Sequence[bool]) -> float:
     return 100.0 * float(np.mean(inside)) if inside else np.nan
+
+
+def _spread(errors: Sequence[float], digits: int) -> list[str]:
+    """How many there are, their median, and within what half and nine in ten of them lie."""
+    shares = [_within(errors, 0.5), _within(errors, 0.9)]
+    return [str(len(errors)), f"{_of(errors, 0.5):+.{digits}f}", *(f"{share:.{digits}f}" for share in shares)]
 
 
 def _within(errors: Sequence[float], share: float) -> float:

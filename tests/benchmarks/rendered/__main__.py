@@ -1,7 +1,7 @@
 r"""Write docs/rendered.md: rendered films whose truth is known, followed with and without marks.
 
     python -m tests.benchmarks.rendered TRIALS docs/rendered.md \
-        [--films N] [--first SEED] [--without-marks] [--processes N]
+        [--films N] [--first SEED] [--without-marks]
 
 TRIALS is the table of captures. Settings may be chosen by the films of seeds 0 to 199; those of the report,
 from 200 on, are for the report alone. Two processes, of one thread each where the environment says so as in
@@ -27,10 +27,9 @@ def main() -> None:
     parser.add_argument("--films", type=int, default=FILMS, help="how many")
     parser.add_argument("--first", type=int, default=FIRST, help="the first one's seed")
     parser.add_argument("--without-marks", action="store_true", help="follow none of them from its marks")
-    parser.add_argument("--processes", type=int, default=2, help="at a time")
     asked = parser.parse_args()
     seeds = range(asked.first, asked.first + asked.films)
-    with spawned(asked.processes) as pool:
+    with spawned() as pool:
         items = [(seed, asked.trials, not asked.without_marks) for seed in seeds]
         cases = each(pool, case, items, Progress(), "rendered films")
     whole = (asked.first, asked.films) == (FIRST, FILMS) and not asked.without_marks
