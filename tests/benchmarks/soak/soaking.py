@@ -78,11 +78,8 @@ def until(end: float, seed: int, step: int, stocked: Path, keep: Path | None) ->
 
 
 def _kill(rng: np.random.Generator) -> Kill | None:
-    drawn, number, after = (
-        rng.random(),
-        SIGNALS[rng.integers(len(SIGNALS))],
-        rng.uniform(0.0, rng.choice(TYPICAL)),
-    )
+    drawn, number = rng.random(), SIGNALS[rng.integers(len(SIGNALS))]
+    after = rng.uniform(0.0, rng.choice(TYPICAL))
     return Kill(number, round(float(after), 2)) if drawn < KILLED else None
 
 
