@@ -58,7 +58,17 @@ class Belief:
 def first_belief(slds: SLDS, y: Array, R: Array) -> Belief:
     """One hypothesis a switching state, given a first pose y (M,) (NaN: unknown) of covariance R (M, M)."""
     states, log_lik = update(slds.start, y[None], slds.C, R)
-    return Belief(states, -slds.log_pi0 - log_lik, np.arange(slds.K), np.arange(slds.K))
+    return of_every_state(slds, states, log_lik)
+
+
+def of_every_state(slds: SLDS, states: Gaussian, log_lik: Array | float = 0.0) -> Belief:
+    """One hypothesis (K, n) a switching state, each as probable as its state is in a first frame.
+
+    Args:
+        log_lik: (K,) of what was measured, nats.
+    """
+    every = np.arange(slds.K)
+    return Belief(states, -slds.log_pi0 - log_lik, every, every)
 
 
 def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:

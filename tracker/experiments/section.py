@@ -1,6 +1,7 @@
 """One experiment as the file of numbers has it, and the page of all: one file, readable on a phone."""
 
 import io
+import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -68,7 +69,8 @@ class Plot:
         out = io.BytesIO()
         with matplotlib.rc_context(SVG):
             self.draw(out)
-        text = out.getvalue().decode("utf-8")
+        # Its metadata holds the time at which it was drawn.
+        text = re.sub("<metadata>.*?</metadata>", "", out.getvalue().decode("utf-8"), flags=re.DOTALL)
         for ink in INKS:
             text = text.replace(ink, "currentColor")
         return Markup(text[text.index("<svg") :])

@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.belief import Belief
+from dynamics.belief import Belief, of_every_state
 from dynamics.gaussian import Array, Gaussian, apply
 from dynamics.kalman import update
 from kinematics.figure import ROOT, SCALE, Figure
@@ -88,8 +88,7 @@ def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[
     cov += PLACE**2 * root @ root.T
     at = both[:, size].argmax()
     mean[:, at], cov[:, at, at] = like[size], SIZE**2
-    every = np.arange(slds.K)
-    belief = Belief(Gaussian(mean, cov), -slds.log_pi0, every, every)
+    belief = of_every_state(slds, Gaussian(mean, cov))
     state, estimate = _settled(tracker, state, _measured(tracker, belief, anchor, q), anchor, image)
     return state, replace(estimate, began=True)
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dynamics.belief import Belief
+from dynamics.belief import Belief, of_every_state
 from dynamics.gaussian import Gaussian, joint
 from dynamics.kalman import smooth
 from dynamics.slds import SLDS
@@ -57,9 +57,8 @@ def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
     there = second.states[0]
     here, lag = smooth(first.states[h], there, slds.A[s], slds.b[s], slds.Q[s])
     start = joint(here, there, lag.T).through(slds.layout.turned)
-    K, every = slds.K, np.arange(slds.K)
-    states = Gaussian(np.tile(start.mean, (K, 1)), np.tile(start.cov, (K, 1, 1)))
-    return Belief(states, -slds.log_pi0, every, every)
+    states = Gaussian(np.tile(start.mean, (slds.K, 1)), np.tile(start.cov, (slds.K, 1, 1)))
+    return of_every_state(slds, states)
 
 
 def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:

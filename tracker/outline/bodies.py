@@ -21,7 +21,7 @@ from kinematics.figure import Array
 from tracker.outline.cycles import Cycles, poses
 from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
-from tracker.outline.stage import Stage
+from tracker.outline.stage import WEIGHT, Stage
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING, UNITS
 
@@ -31,7 +31,6 @@ HIP = (10, 11)  # row and column of the hip in it
 SMALLEST, LARGEST, RATIO = 1.0 / 14.0, 0.55, 1.18  # leg lengths, shares of the picture's height
 SHORTEST = 14.0  # pixels of a small picture in a leg that is seen at all
 EVERY = 4  # so manieth phase of a cycle is part of the mean body
-WEIGHT = 25.0  # nats for a square leg length of log odds
 OFTEN = 15.0  # frames a second are looked at
 HALVED = 3.0  # times as wide as it is wanted, a map is halved first
 PLACES = 4  # best ones of a size in a frame

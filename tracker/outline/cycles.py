@@ -23,13 +23,11 @@ UPRIGHT = np.zeros(1)  # leans, radians
 class Cycles:
     """A few kinds of stride.
 
-    pose   : (C, PHASES, 8) angles, radians, of COLUMNS; at phase 0 the near thigh is farthest ahead
-    period : (C,) seconds a stride
-    runs   : (C,) share of running strides in it
+    pose : (C, PHASES, 8) angles, radians, of COLUMNS; at phase 0 the near thigh is farthest ahead
+    runs : (C,) share of running strides in it
     """
 
     pose: Array
-    period: Array
     runs: Array
 
     @classmethod
@@ -37,7 +35,7 @@ class Cycles:
         """The mean gait cycles that ship with the program."""
         source = resources.files("tracker.outline") / "cycles.npz"
         with resources.as_file(source) as file, np.load(file) as stored:
-            return cls(stored["pose"].astype(np.float64), stored["period"], stored["runs"])
+            return cls(stored["pose"].astype(np.float64), stored["runs"])
 
     def gait(self, cycle: int) -> str:
         """What a kind of stride is called."""

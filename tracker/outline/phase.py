@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from kinematics.figure import Array
 from tracker.outline.cycles import COUNTED, NECK, PHASES, Cycles, at_phases, poses
 from tracker.outline.shape import Grid, Shape, arms_worth
-from tracker.outline.stage import Stage
+from tracker.outline.stage import WEIGHT, Stage
 from tracker.outline.viterbi import best_phases
 
 DENSITY = 16.0  # places in a leg length
@@ -22,7 +22,6 @@ GRID = Grid((-1.25, 1.1875), DENSITY, (38, 41))
 COLUMNS_OFF = np.arange(-4, 5, 2)  # shifts that are tried, places
 ROWS_OFF = np.arange(-3, 4)
 SPREAD = (0.12, 0.08)  # of the shift along the way and across it, leg lengths
-WEIGHT = 25.0  # nats for a square leg length of log odds
 LEANS = np.radians([0.0, 30.0])  # beyond the cycle's own that are tried
 LEANING = float(np.radians(15.0))  # spread of a lean beyond the cycle's own
 FASTEST, SLOWEST = 0.37, 2.5  # seconds a stride, slow motion included

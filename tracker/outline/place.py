@@ -14,7 +14,7 @@ from tracker.outline.cycles import Cycles, poses
 from tracker.outline.kernels import Kernels
 from tracker.outline.shape import Grid, Shape
 from tracker.outline.smooth import smooth
-from tracker.outline.stage import Stage, blurred
+from tracker.outline.stage import WEIGHT, Stage, blurred
 from tracker.outline.viterbi import best_path
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING, UNITS
@@ -23,7 +23,6 @@ DENSITY = 8.0  # places in a leg length
 SIZES_OFF = np.arange(-2, 3)  # sizes that are tried, steps from the marked one
 SIZES = np.log(1.12) * SIZES_OFF  # their logs against it
 EVERY = 10  # so manieth phase of a cycle has a silhouette
-WEIGHT = 25.0  # nats for a square leg length of log odds
 STEP = 0.6  # nats for a step of one place a frame, along the way; half as far across it
 RESIZE = 3.0  # nats for a change to the next size
 REACH = 5  # places a frame at most

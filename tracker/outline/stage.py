@@ -10,6 +10,8 @@ from tracker.outline.shape import Grid
 from tracker.picture.pyramid import Image, Planes
 from tracker.survey.evidence import NOTHING, UNITS
 
+WEIGHT = 25.0  # nats for a square leg length of log odds where a figure is sought
+
 
 @dataclass(frozen=True)
 class Stage:

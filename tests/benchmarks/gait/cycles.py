@@ -32,10 +32,9 @@ FLAT = float(np.radians(-20.0))  # how a foot that stands flat points, ankle to 
 
 @dataclass(frozen=True)
 class Stride:
-    """(PHASES, 8) symmetric pose of one stride, and how long it took, seconds."""
+    """(PHASES, 8) symmetric pose of somebody's stride."""
 
     pose: Array
-    period: float
     subject: str
     activity: str
 
@@ -53,7 +52,6 @@ def learn_cycles(trials: Iterable[Trial], kinds: int, seed: int = 0) -> Cycles:
     members = [[s for s, k in zip(chosen, kind, strict=True) if k == i] for i in range(kinds)]
     return Cycles(
         np.stack([np.mean([s.pose for s in own], axis=0) for own in members if own]),
-        np.array([np.mean([s.period for s in own]) for own in members if own]),
         np.array([np.mean([s.activity == "run" for s in own]) for own in members if own]),
     )
 
@@ -71,10 +69,8 @@ def strides(trial: Trial) -> list[Stride]:
         for own in (rows, rows[:, MIRRORED]):
             peaks, _ = find_peaks(own[:, 2] - own[:, 4], distance=SHORTEST * trial.fps, prominence=SWING)
             for begin, stop in pairwise(peaks.tolist()):
-                period = (stop - begin) / trial.fps
-                if SHORTEST <= period <= LONGEST:
-                    pose = _symmetric(own, begin, stop)
-                    found.append(Stride(pose, period, trial.subject, trial.activity))
+                if SHORTEST <= (stop - begin) / trial.fps <= LONGEST:
+                    found.append(Stride(_symmetric(own, begin, stop), trial.subject, trial.activity))
     return found
 
 
@@ -109,7 +105,7 @@ def main() -> None:
     asked = arguments("cycles", __doc__)
     trials = [trial for trial in read_trials(asked.trials) if trial.activity in GAITS]
     made = learn_cycles((trial for trial in trials if allowed(trial.licence, asked.licence)), KINDS)
-    np.savez_compressed(asked.out, pose=made.pose.astype(np.float32), period=made.period, runs=made.runs)
+    np.savez_compressed(asked.out, pose=made.pose.astype(np.float32), runs=made.runs)
 
 
 if __name__ == "__main__":

@@ -353,7 +353,7 @@ def test_a_claim_of_all_cases_holds_in_part_from_half_of_them():
 def test_words_on_the_page_are_text_not_markup(tmp_path):
     claim = Claim("<b>papers</b>", Verdict.PARTLY, "5 < 6 & so on")
     table = Table("caption", ("<i>",), (("a<b",),))
-    plot = Plot(lambda file: file.write(b"<svg></svg>"), "it's", "c")
+    plot = Plot(lambda file: file.write(b"<svg><metadata>now</metadata></svg>"), "it's", "c")
     section = Section(Heading("key", "<title>", "s"), "m", (claim,), (table,), (plot,))
     write_findings([section], "<about>", ["<note>"], tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")

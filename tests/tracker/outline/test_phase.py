@@ -63,7 +63,7 @@ def test_the_shift_leads_from_where_the_hip_was_put_to_where_it_is(walk, rng):
 
 
 def test_a_trunk_that_leans_further_than_the_cycles_is_found_to_lean(walk, stage):
-    upright = replace(CYCLES, pose=CYCLES.pose[[WALK]], period=CYCLES.period[[WALK]])
+    upright = replace(CYCLES, pose=CYCLES.pose[[WALK]])
     back = upright.pose.copy()
     back[..., 0] -= np.radians(30.0)
     angles = walk.q[MIDDLE, columns_of(WALKER)]
