@@ -1,12 +1,13 @@
 """Where a figure walks through a film, and how large it is seen: the best path of its mean silhouettes.
 
-Log odds are summed under mean silhouettes of a few phases and sizes everywhere in the scene, coarsely.
-Viterbi through (size, row, column) then finds the path from the marked place on which the sum, less what a
-change of place and size costs, is largest.
+Log odds are summed under mean silhouettes of a few phases and sizes everywhere in a frame, coarsely. Viterbi
+through (size, row, column) then finds the path over the scene from the marked place on which the sum, less
+what a change of place and size costs, is largest.
 """
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from kinematics.figure import SCALE, Array
 from kinematics.recover import Start
@@ -44,42 +45,41 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
         (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
     """
     unit, marked = start.view.unit, bool(start.known.any())
-    maps, to_map = _maps(stage, unit)
+    maps, corners = _maps(stage, unit)
     # Then what stands out and is not covered tells the size: it costs as what is covered in vain.
     if not marked:
         maps = maps + np.maximum(maps, 0.0)
     score = _sums(maps, _silhouettes(shape, cycles, stage.facing))
-    x, y = (to_map @ stage.places[frame] @ np.append(start.view.origin, 1.0))[:2]
+    origin = stage.places[frame] @ np.append(start.view.origin, 1.0)
+    x, y = DENSITY / unit * origin[:2] - corners[frame]
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
     score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * np.abs(SIZES_OFF)[:, None, None])
-    path = best_path(score, STEP, RESIZE, REACH)
-    places = smooth(path[:, [2, 1]].astype(np.float64), SMOOTH)
+    path = best_path(score, corners, STEP, RESIZE, REACH)
+    places = smooth((path[:, [2, 1]] + corners).astype(np.float64), SMOOTH)
     size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE if marked else SMOOTH_FOUND)
-    back = np.linalg.inv(to_map)
-    scene = places @ back[:2, :2].T + back[:2, 2]
-    return stage.in_frames(scene), unit * np.exp(size - (size[frame] if marked else 0.0))
+    return stage.in_frames(places * unit / DENSITY), unit * np.exp(size - (size[frame] if marked else 0.0))
 
 
-def _maps(stage: Stage, unit: float) -> tuple[Planes, Array]:
-    """(T, h, w) the frames' log odds where the camera saw them, coarse.
+def _maps(stage: Stage, unit: float) -> tuple[Planes, NDArray[np.intp]]:
+    """(T, h, w) the frames' log odds as they lie in the scene, coarse.
 
-    With them (3, 3) from the first frame's pixels to theirs.
+    With them (T, 2) column and row of each one's corner, places of the scene from the first frame's corner.
     """
     by = DENSITY / unit
     h, w = stage.odds.shape[1:]
     film = stage.up @ np.array([[-0.5, w - 0.5, -0.5, w - 0.5], [-0.5, -0.5, h - 0.5, h - 0.5], [1.0] * 4])
-    corners = (stage.places @ film)[:, :2] * by
-    low = np.floor(corners.min((0, 2))) - 2.0
-    width, height = (np.ceil(corners.max((0, 2))) + 2.0 - low).astype(int).tolist()
-    to_map = np.array([[by, 0.0, -low[0]], [0.0, by, -low[1]], [0.0, 0.0, 1.0]])
+    edges = (stage.places @ film)[:, :2] * by
+    low, high = (np.floor(edges.min(2)) - 2.0).astype(np.intp), np.ceil(edges.max(2)) + 2.0
+    width, height = (high - low).max(0).astype(int).tolist()
     pixels = round(unit / stage.up[0, 0] / DENSITY)
     found = np.empty((len(stage), height, width), np.float32)
     for t, odds in enumerate(stage.odds):
+        to_map = np.array([[by, 0.0, -low[t, 0]], [0.0, by, -low[t, 1]], [0.0, 0.0, 1.0]])
         way = to_map @ stage.places[t] @ stage.up
         cut = cv2.warpAffine(blurred(odds, pixels), way[:2], (width, height), borderValue=NOTHING)
         found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
-    return found, to_map
+    return found, low
 
 
 def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:

@@ -15,17 +15,22 @@ WAYS = 3  # one size down, none, one up
 
 
 @compiled()
-def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[np.intp]:
-    """The path of the largest sum of `score`, less the costs of its steps.
+def best_path(
+    score: Planes, corners: NDArray[np.intp], step: float, resize: float, reach: int
+) -> NDArray[np.intp]:
+    """The path over the scene of the largest sum of `score`, less the costs of its steps.
+
+    What lies beyond the edge of a frame's scores counts as the place at the edge.
 
     Args:
         score: (T, S, h, w) nats.
+        corners: (T, 2) where the first column and row of each frame's scores lie in the scene.
         step: for a step of one column, nats; it grows with the square. A row counts as two columns.
         resize: for one size up or down, nats.
         reach: columns in a step at most; half as many rows.
 
     Returns:
-        (T, 3) size, row and column.
+        (T, 3) size, row and column in each frame's scores.
     """
     T, S, h, w = score.shape
     across, columns = reach // 2, 2 * reach + 1
@@ -44,6 +49,9 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
     inner, inside = slice(reach, reach + N), slice(across * W, across * W + N)
     for t in range(1, T):
         now, number = np.full((S, N), -np.inf), np.zeros(N, np.int32)
+        right, down = corners[t] - corners[t - 1]
+        if right != 0 or down != 0:
+            value = _shifted(value, right, down, h, w)
         for s in range(S):
             sized[inner] = -np.inf
             for other in range(max(s - 1, 0), min(s + 2, S)):
@@ -70,9 +78,10 @@ def best_path(score: Planes, step: float, resize: float, reach: int) -> NDArray[
     for t in range(T - 1, -1, -1):
         path[t, 0], path[t, 1], path[t, 2] = s, y, x
         back = before[t, s, y, x]
+        right, down = corners[t] - corners[max(t - 1, 0)]
         s += back % WAYS - 1
-        x += back // WAYS % columns - reach
-        y += back // (WAYS * columns) - across
+        x = min(max(x + back // WAYS % columns - reach + right, 0), w - 1)
+        y = min(max(y + back // (WAYS * columns) - across + down, 0), h - 1)
     return path
 
 
@@ -116,6 +125,18 @@ def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tupl
         path[t, 0], path[t, 1] = place // P, place % P
         place = before[t, path[t, 0], path[t, 1]]
     return value.max(), path
+
+
+@part()
+def _shifted(value: Array, right: int, down: int, h: int, w: int) -> Array:
+    """The values (S, N) in rows of w places, with gaps, so much further right and down."""
+    found, W = np.full_like(value, -np.inf), value.shape[1] // h
+    for s in range(len(value)):
+        for i in range(h):
+            row = W * min(max(i + down, 0), h - 1)
+            for j in range(w):
+                found[s, i * W + j] = value[s, row + min(max(j + right, 0), w - 1)]
+    return found
 
 
 @part()

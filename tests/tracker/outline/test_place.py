@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, FRAMES, MIDDLE, SHAPE, UNIT, film
+from tests.tracker.outline.films import CYCLES, FRAMES, MIDDLE, SHAPE, SIZE, UNIT, film
 from tracker.outline import place
 from tracker.outline.place import DENSITY
 from tracker.survey.evidence import NOTHING
@@ -34,6 +34,15 @@ def test_who_comes_nearer_is_found_larger_before_a_camera_that_moves(rng):
     assert found[1][MIDDLE] == pytest.approx(seen.units[MIDDLE])
     assert away < 3.0 / DENSITY
     assert size < 0.15
+
+
+def test_far_as_a_camera_pans_no_more_is_kept_of_a_frame_than_it_shows(rng, monkeypatch):
+    seen, kept = film(rng, camera=(4.0, 0.0, 0.0, 0.0)), []
+    best = place.best_path
+    monkeypatch.setattr(place, "best_path", lambda score, *how: kept.append(score.shape) or best(score, *how))
+    found = place.walk(seen.stage(rng), SHAPE, CYCLES, seen.start(), MIDDLE)
+    assert off(found, seen)[0] < 2.0 / DENSITY
+    assert kept[0][3] < SIZE[0] * DENSITY / UNIT + 7.0
 
 
 def test_of_two_alike_the_path_stays_with_the_marked_one(walk, stage):
