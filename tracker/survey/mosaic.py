@@ -26,6 +26,7 @@ SLIP = 0.3  # error of the camera's path, pixels of the small picture
 SIGMA = 1.4826  # standard deviations in the median of a Gaussian's absolute values
 GREY, HARDLY = 128, 3  # chroma as stored of what has no colour, and what coding adds to it
 SOME = 3  # so manieth row and column tells whether a film has colours
+AT_ONCE = 24 * 2**20  # bytes of pictures whose medians are taken together
 LARGEST = 6.0  # times a picture's area: where the camera goes further, its last frames stay unknown
 
 
@@ -56,7 +57,31 @@ def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
         images: (h, w, 3) Lab, uint8.
         places: (3, 3) for each, from its pixels to those of the first frame.
     """
-    corner, size = _frame(images[0].shape, places)
+    corner, (width, height) = _frame(images[0].shape, places)
+    rows = max(AT_ONCE // (3 * len(images) * width), 1)
+    parts = [
+        _medians(images, places, corner + np.array([0.0, top]), (width, min(rows, height - top)))
+        for top in range(0, height, rows)
+    ]
+    lab, away, number = (np.concatenate(part) for part in zip(*parts, strict=True))
+    spread = SIGMA * away.astype(np.float32)
+    planes = lab.astype(np.float32)
+    slope = np.hypot(*(cv2.Sobel(planes, -1, dx, 1 - dx, ksize=3, scale=0.125) for dx in (1, 0)))
+    colourless, contrast = _colourless(images), _contrast(images)
+    noise = np.maximum(apart(planes[..., :1], contrast) * NOISE, LEAST)
+    if colourless:  # what has no colour has none anywhere
+        noise[..., 1:] = NOISE[1:]
+    spread = np.sqrt(noise**2 + spread**2 + (SLIP * slope) ** 2).astype(np.float32)
+    return Scene(planes, spread, number >= min(FEWEST, len(images)), corner, colourless, contrast)
+
+
+def _medians(
+    images: Sequence[Image], places: Sequence[Array], corner: Array, size: tuple[int, int]
+) -> tuple[Image, Image, NDArray[np.intp]]:
+    """(h, w, 3) medians of what is seen of a part of the scene, and of how far it is from them.
+
+    With them (h, w) how many frames show it. The part has this top-left corner, width and height.
+    """
     views = np.full((len(images), size[1], size[0], 3), BEYOND, np.uint8)
     shown = np.zeros((len(images), size[1], size[0]), bool)
     for t, (image, place) in enumerate(zip(images, places, strict=True)):
@@ -67,18 +92,10 @@ def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
         cv2.warpAffine(image, way[:2], size, dst=views[t], borderMode=cv2.BORDER_REPLICATE)
         views[t][~shown[t]] = BEYOND
     number = shown.sum(0)
-    lab = medians(views.copy(), number)
-    away = np.asarray(np.maximum(views, lab) - np.minimum(views, lab), dtype=np.uint8)
-    away[~shown] = BEYOND
-    spread = SIGMA * medians(away, number).astype(np.float32)
-    planes = lab.astype(np.float32)
-    slope = np.hypot(*(cv2.Sobel(planes, -1, dx, 1 - dx, ksize=3, scale=0.125) for dx in (1, 0)))
-    colourless, contrast = _colourless(images), _contrast(images)
-    noise = np.maximum(apart(planes[..., :1], contrast) * NOISE, LEAST)
-    if colourless:  # what has no colour has none anywhere
-        noise[..., 1:] = NOISE[1:]
-    spread = np.sqrt(noise**2 + spread**2 + (SLIP * slope) ** 2).astype(np.float32)
-    return Scene(planes, spread, number >= min(FEWEST, len(images)), corner, colourless, contrast)
+    middle = medians(views.copy(), number)
+    away = np.asarray(np.maximum(views, middle) - np.minimum(views, middle), dtype=np.uint8)
+    np.copyto(away, BEYOND, where=~shown[..., None])
+    return middle, medians(away, number), number
 
 
 def apart(light: Array | Planes, contrast: float) -> Array:

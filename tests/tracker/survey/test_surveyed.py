@@ -1,3 +1,4 @@
+import tracemalloc
 import weakref
 
 import cv2
@@ -36,6 +37,20 @@ def test_the_scene_is_the_painted_one_without_who_walks_through(panned):
     off = np.abs(found.lab - lab(panned.scene)[y : y + h, x : x + w])[found.known]
     assert np.median(off) < 1.5
     assert np.quantile(off, 0.99) < 6.0
+
+
+def test_a_wide_scene_is_made_in_parts_which_take_little_memory(panned, monkeypatch):
+    images = [cv2.cvtColor(image, cv2.COLOR_RGB2Lab) for image in panned.images]
+    scenes, peaks = [], []
+    for bytes_at_once in (mosaic.AT_ONCE, 2**18):
+        monkeypatch.setattr(mosaic, "AT_ONCE", bytes_at_once)
+        tracemalloc.start()
+        scenes.append(scene_of(images, panned.places))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    for whole, parts in zip(*(vars(scene).values() for scene in scenes), strict=True):
+        np.testing.assert_array_equal(whole, parts)
+    assert peaks[1] < 0.5 * peaks[0]
 
 
 def test_log_odds_are_positive_on_the_walker_and_negative_beside(still):
