@@ -173,7 +173,7 @@ class _Ways:
         marks, figure = plan.job.passed(plan.frame), plan.start.figure
         anchors = {t: Anchor.of(figure, points(each), hidden(each)) for t, each in marks.items()}
         smooth = smoothed if plan.job.smooth else as_first_known
-        return Passage(here, other, anchors, way, self.reel.span, smooth, plan.points)
+        return Passage(here, other, anchors, way, self.reel.span, smooth, plan.points, plan.places)
 
 
 def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Track:

@@ -45,6 +45,7 @@ def outlined(plan: Plan, seen: Seen) -> Plan:
         plan,
         slds=slds,
         points=seen.points,
+        places=seen.places,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
         misnamed=seen.misnamed if seen.misnamed > DOUBTED else 0.0,
         tracker=make_tracker(plan.start, slds, settings),
@@ -76,7 +77,9 @@ def look(plan: Plan, progress: Progress) -> Seen:
     stage = _alone(stage, start, frame - first, cycles)
     outline = fitted(stage, start, frame - first, cycles)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
-    return Seen(points, outline.wrong, outline.gait, outline.misnamed)
+    to_start = np.linalg.inv(stage.places[frame - first])
+    places = {t: to_start @ place for t, place in enumerate(stage.places, first)}
+    return Seen(points, outline.wrong, outline.gait, outline.misnamed, places)
 
 
 def _shown(plan: Plan, shown: Figure) -> Start:

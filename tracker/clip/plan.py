@@ -1,9 +1,10 @@
 """A job that can be done: all that it names read and checked, before any work."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
+from dynamics.gaussian import Array
 from dynamics.motion.rate import backwards
 from dynamics.slds import SLDS
 from kinematics.figure import Figure
@@ -34,12 +35,14 @@ class Seen:
     wrong    : probability that it names the legs wrongly
     gait     : "walk" or "run", "" where it is not seen
     misnamed : probability that the start does
+    places   : by frame, (3, 3) from its pixels to the start frame's, where the camera's path is known
     """
 
     points: Mapping[int, Detections]
     wrong: float = 0.0
     gait: str = ""
     misnamed: float = 0.0
+    places: Mapping[int, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,7 @@ class Plan:
     gait    : one of the model's labels that the outline shows, "" for none
     misnamed: probability that the marks name the legs the wrong way round, 0 where they do not look so
     points  : what every frame's pose is measured by beside the templates: those, else the outline's joints
+    places  : as in `Seen`
     """
 
     job: Job
@@ -64,6 +68,7 @@ class Plan:
     points: Mapping[int, Detections]
     gait: str = ""
     misnamed: float = 0.0
+    places: Mapping[int, Array] = field(default_factory=dict)
 
     @cached_property
     def back(self) -> Tracker:

@@ -10,9 +10,9 @@ from tracker.loop.detections import Detections
 from tracker.outline.fit import Outline
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within
+from tracker.picture.small import SIDE
 from tracker.progress import Progress
 from tracker.survey.evidence import USUAL, Expected
-from tracker.survey.small import SIDE
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Video
 

@@ -62,11 +62,16 @@ class Anchor:
         )
 
 
-def passed(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[State, Estimate]:
-    """One frame on, to an anchor: from the belief, or anew if that is far off or the figure was lost."""
+def passed(
+    tracker: Tracker, state: State, anchor: Anchor, image: Image, place: Array | None = None
+) -> tuple[State, Estimate]:
+    """One frame on, to an anchor: from the belief, or anew if that is far off or the figure was lost.
+
+    The camera's `place` in it is found where it is not known.
+    """
     proposed = tracker.proposed(state.belief)
     priors = tracker.pose(proposed.states)
-    state = tracker.looked(state, image, priors)
+    state = tracker.looked(state, image, priors, place)
     here, expected = tracker.shifted(state.shift), priors.mean
     places = here.view.to_pixels(joints(tracker.figure, expected[proposed.best]))
     away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / tracker.view.unit

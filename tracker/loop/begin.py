@@ -12,7 +12,7 @@ from kinematics.spm import covering, skeleton
 from tracker.loop.estimate import Estimate, State
 from tracker.loop.tracker import Tracker
 from tracker.picture.backdrop import first_backdrop
-from tracker.picture.camera import first_camera
+from tracker.picture.camera import Camera
 from tracker.picture.pyramid import Image
 from tracker.picture.tone import tone_curve
 from tracker.registration.templates import Templates
@@ -36,7 +36,7 @@ def begin(
         belief or start_belief(tracker, start),
         _templates(tracker, start, image, curve),
         curve,
-        first_camera(image, box) if tracker.settings.camera else None,
+        Camera(image, box) if tracker.settings.camera else None,
         first_backdrop(image, box, tracker.view.unit, curve) if tracker.mode.backdrop else None,
     )
     return state, replace(tracker.estimate(state), began=True)

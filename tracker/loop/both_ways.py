@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dynamics.gaussian import Gaussian
+from dynamics.gaussian import Array, Gaussian
 from kinematics.spm import joints
 from tracker.loop.anchors import FAR, Anchor, anew, passed
 from tracker.loop.detections import Detections
@@ -32,6 +32,7 @@ class Passage:
     span    : pictures of the frames from one to another, both included, in that order
     smooth  : makes of the estimates of a run those given all of it
     detections : by frame, where joints were detected
+    places : by frame, (3, 3) from its pixels to the start frame's, where the camera's path is known
     """
 
     tracker: Tracker
@@ -41,6 +42,7 @@ class Passage:
     span: Callable[[int, int], Iterable[Image]]
     smooth: Callable[[Tracker, Iterable[Estimate]], Iterable[Estimate]]
     detections: Mapping[int, Detections] = field(default_factory=dict)
+    places: Mapping[int, Array] = field(default_factory=dict)
 
     def run(
         self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
@@ -58,9 +60,10 @@ class Passage:
 
     def _step(self, tracker: Tracker, before: State, frame: int, image: Image) -> tuple[State, Estimate]:
         """Follow the figure into the next frame, ahead or back in time."""
+        place = self.places.get(frame)
         if frame in self.anchors:
-            return passed(tracker, before, self.anchors[frame], image)
-        return tracker.step(before, image, self.detections.get(frame))
+            return passed(tracker, before, self.anchors[frame], image, place)
+        return tracker.step(before, image, self.detections.get(frame), place)
 
     def _back(self, frame: int, last: int, state: State, image: Image) -> tuple[Estimate, ...]:
         """From an anchor back to the one before it: the frames between, in this passage's order."""

@@ -73,14 +73,15 @@ class Tracker:
         return cut(self.figure, self.view, q, levels, self.settings, placed)
 
     def step(
-        self, state: State, image: Image, detections: Detections | None = None
+        self, state: State, image: Image, detections: Detections | None = None, place: Array | None = None
     ) -> tuple[State, Estimate]:
         """Follow the figure into the next frame.
 
-        What was detected in it narrows the priors that templates climb from.
+        What was detected in it narrows the priors that templates climb from. Its camera's `place` is found
+        where it is not known.
         """
         proposed, before = self.proposed(state.belief), state.outcome
-        state = self.looked(state, image, self.pose(proposed.states))
+        state = self.looked(state, image, self.pose(proposed.states), place)
         here = self.shifted(state.shift)
         if detections is not None:
             proposed = here.detected(proposed, detections)
@@ -143,11 +144,15 @@ class Tracker:
         """The priors of the next frame: one for each switching state that is tried."""
         return propose(self.slds, belief, prune=PRUNE, most=self.settings.hypotheses)
 
-    def looked(self, state: State, image: Image, priors: Gaussian) -> State:
-        """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D)."""
+    def looked(self, state: State, image: Image, priors: Gaussian, place: Array | None = None) -> State:
+        """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D).
+
+        Args:
+            place: the camera's, (3, 3) as `tracker.picture.camera`, None where it is not known.
+        """
         if state.camera is not None:
             around = self.shifted(state.shift)._around(priors)
-            state = replace(state, camera=state.camera.follow(image, around))
+            state = replace(state, camera=state.camera.follow(image, around, place))
         if state.backdrop is not None:
             around = self.shifted(state.shift)._around(priors)
             state = replace(state, backdrop=state.backdrop.follow(image, around, state.shift))

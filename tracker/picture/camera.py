@@ -1,140 +1,223 @@
-"""A camera that moves: by how many pixels the scene behind the figure has shifted since the marked frame.
+"""A camera that moves: one similarity a frame, shift, turn and size, against the first frame.
 
-Corners of the background, the best of every cell of a grid, are followed by pyramidal Lucas-Kanade (Bouguet
-2001) from a key frame into the present one, both small and less their local mean; the shift is the median of
-those that agree. Errors do not add up from frame to frame, as a key frame is kept until too few of its
-corners are left to tell; then the frame before the present one takes its place.
+Corners of a key frame (Shi and Tomasi 1994) are followed into the present frame by pyramidal Lucas-Kanade
+(Bouguet 2001), both pictures small and less their local mean; the similarity is the one on which most of
+them agree (RANSAC), so who walks through the picture is outvoted. Errors do not add up from frame to frame,
+as a key frame is kept until too few of its corners are left; then the frame before the present one takes its
+place.
 
-A camera is still, its shift exactly zero, until it is seen to move by more than STILL. A scene of few
-corners, such as a bare wall with a shadow on it, shows nothing of the camera, whose shift then stays.
+A camera is still, its place exactly the identity, until a corner of the picture is seen to move by STILL. A
+scene of few corners, such as a bare wall, shows nothing of the camera, which then stays where it was.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import cv2
 import numpy as np
 
-from tracker.picture.corners import Corners, sharpest, sharpness
-from tracker.picture.pyramid import Array, Box, Image
+from tracker.picture.corners import sharpest, sharpness
+from tracker.picture.pyramid import Array, Box, Image, Planes
+from tracker.picture.small import reduced, small_size, to_film
 
-# Lengths are in pixels of the small picture.
-SIZE = 160  # of its longer side at most
-CELL = 10  # of the grid, no more than one corner in each
-WINDOW = 9  # that is compared around a corner
-HALVINGS = 2  # of the small picture, for long ways
+SIDE = 320  # pixels of the small picture's longer side at most
+
+# Lengths are pixels of the small picture.
+CELL = 16  # of a grid, no more than one corner in each
 CONTRAST = 3.0  # grey levels a pixel along a corner's weaker direction, root mean square
-FEWEST = 30  # corners that a shift is believed of
-AGREE = 1.0  # from their median
-SPREAD = 0.125  # standard deviation across the picture, shares of its width: less may be one walker
-STILL = 0.25  # 1 pixel of 640: what the noise of video, clouds and leaves shift a still scene by
+WINDOW = 15  # that is compared around a corner
+WAYS = (0, 2)  # halvings of the picture: for short ways, then for long ones
+ENDS = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)  # a corner is followed: steps, pixels
+AGREE = 1.0  # from where the similarity puts a corner
+FEWEST = 30  # corners that a similarity is believed of
+ENOUGH = 60  # of them tell turn and size as well, fewer a shift alone
+SPREAD = 0.125  # standard deviation of them, shares of the picture's width: less may be one walker
+SAME = 0.05  # between where two similarities put a corner of the picture: they are one
+BETTER = 1.02  # times as far apart must a frame be from the key frame where the camera is taken to stay
+OTHER = 24.0  # grey levels: of what differs by more nothing is the same
+KEPT = 0.5  # share of a key frame's corners that must be left
+LEFT = 2.0 / 3.0  # share of them, but no more than ENOUGH, that agree, or another key frame may tell more
+LIGHTER = 4.0  # times as light or dark may the scene become
+STILL = 0.5  # what the noise of video and leaves shift a still scene by
+
+IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True)
-class Scene:
-    """A frame that others may be compared with.
+class Key:
+    """A frame that others are compared with.
 
-    image : (h, w) small and grey, less its local mean
-    box   : (x0, y0, x1, y1) around the figure, pixels of the small image
-    shift : (2,) the scene's in this frame, pixels of the video
+    grey    : (h, w) small, less its local mean
+    beside  : (h, w) 255 beside the figure, 0 where it may be
+    corners : (P, 1, 2)
+    place   : (3, 3) from its pixels to those of the first frame
     """
 
-    image: Image
-    box: Box
-    shift: Array
+    grey: Image
+    beside: Image
+    corners: Planes
+    place: Array
 
 
 @dataclass(frozen=True)
 class Camera:
-    """What is known of the camera after a frame.
+    """Where the camera looks in a frame.
 
-    last    : the frame
-    key     : what frames are compared with
-    corners : (P, 2) of the key frame, beside the figure
-    moves   : whether the camera has been seen to move
+    image : (H, W, 3) the frame, RGB
+    box   : (x0, y0, x1, y1) pixels of it around a figure, which moves by itself; None where none is known
+    key   : what the next frame is compared with, None for this one
+    small : (3, 3) similarity from the pixels of its small picture to those of the first frame's
+    sure  : whether enough corners told it
+    moves : whether the camera has been seen to move
     """
 
-    last: Scene
-    key: Scene
-    corners: Corners
+    image: Image
+    box: Box | None = None
+    key: Key | None = None
+    small: Array = field(default_factory=lambda: IDENTITY)
+    sure: bool = True
     moves: bool = False
 
     @property
-    def shift(self) -> Array:
-        """(2,) pixels by which the scene lies further right and down than in the marked frame."""
-        return self.last.shift
+    def place(self) -> Array:
+        """(3, 3) similarity from the frame's pixels to those of the first frame."""
+        up = _up(self.image)
+        return up @ self.small @ np.linalg.inv(up) if self.moves else IDENTITY
 
-    def follow(self, image: Image, box: Box) -> Self:
-        """Find where the camera looks in the next frame.
+    @property
+    def shift(self) -> Array:
+        """(2,) pixels by which the scene, amid the frame, lies further right and down than at first."""
+        middle = np.array([0.5 * self.image.shape[1], 0.5 * self.image.shape[0], 1.0])
+        return np.asarray((middle - self.place @ middle)[:2])
+
+    def follow(self, image: Image, box: Box | None = None, place: Array | None = None) -> Self:
+        """Find where the camera looks in the next frame, whose picture and box are given.
 
         Args:
-            image: (H, W, 3) RGB.
-            box: (x0, y0, x1, y1) pixels around the figure, which moves by itself.
+            place: of the camera in it, where that is known.
         """
-        now, factor = _scene(image, box, self.shift)
-        key, corners = self.key, self.corners
-        way = _way(key, corners, now, factor)
-        if way is None:
-            key, corners = self.last, _corners(self.last)
-            way = _way(key, corners, now, factor)
-        if way is None:  # the old key may be recognised when a cover is gone
-            return replace(self, last=now)
-        shift = key.shift + way
-        moves = self.moves or bool(np.abs(shift).max() > STILL * factor)
-        return type(self)(replace(now, shift=shift) if moves else now, key, corners, moves)
+        if place is not None:
+            up, moves = _up(image), self.moves or not np.array_equal(place, IDENTITY)
+            return type(self)(image, box, None, np.linalg.inv(up) @ place @ up, True, moves)
+        grey, key = _grey(image), self.key or self._as_key
+        small = _place(key, grey, self.small, min(ENOUGH, LEFT * len(key.corners)))
+        if small is None and self.key is not None:
+            key = self._as_key
+            small = _place(key, grey, self.small, FEWEST)
+        if small is None:  # the old key may be recognised when a cover is gone
+            return replace(self, image=image, box=box, key=self.key or key, sure=False)
+        moves = self.moves or _farthest(small, grey.shape) > STILL
+        return type(self)(image, box, key, small if moves else IDENTITY, True, moves)
+
+    @property
+    def _as_key(self) -> Key:
+        """The frame with the sharpest corner of every cell that has one, beside the figure."""
+        grey = _grey(self.image)
+        beside = np.full_like(grey, 255)
+        if self.box is not None:
+            x0, y0, x1, y1 = (max(int(side / _up(self.image)[0, 0]), 0) for side in self.box)
+            beside[y0 : y1 + 1, x0 : x1 + 1] = 0
+        corners = sharpest(sharpness(grey, WINDOW // 2) * (beside > 0), CELL, CONTRAST)
+        return Key(grey, beside, corners[:, None], self.small)
 
 
-def first_camera(image: Image, box: Box) -> Camera:
-    """The camera in the marked frame; image and box as in `Camera.follow`."""
-    scene, _ = _scene(image, box, np.zeros(2))
-    return Camera(scene, scene, _corners(scene))
-
-
-def _scene(image: Image, box: Box, shift: Array) -> tuple[Scene, int]:
-    """A frame made small, and how many pixels of the video each of its pixels spans."""
+def _size(image: Image) -> tuple[int, int]:
+    """Width and height of the small picture."""
     H, W = image.shape[:2]
-    factor = -(-max(H, W) // SIZE)
-    h, w = max(H // factor, 1), max(W // factor, 1)
-    # Means over whole blocks of pixels are fast, and move with the scene exactly.
-    grey = cv2.cvtColor(image[: h * factor, : w * factor], cv2.COLOR_RGB2GRAY)
-    small = cv2.resize(grey, (w, h), interpolation=cv2.INTER_AREA)
-    # Less its surroundings, or a change of light would look like a way of every slope.
-    around = cv2.boxFilter(small, -1, (2 * WINDOW + 1, 2 * WINDOW + 1))
-    plain = cv2.addWeighted(small, 1.0, around, -1.0, 128.0)
-    x0, y0, x1, y1 = (side / factor for side in box)
-    return Scene(plain.astype(np.uint8, copy=False), (x0, y0, x1, y1), shift), factor
+    return small_size(W, H, max(max(H, W) / SIDE, 1.0))
 
 
-def _corners(scene: Scene) -> Corners:
-    """The sharpest corner of every cell that has one."""
-    sharp = sharpness(scene.image, WINDOW)
-    edge = WINDOW // 2
-    inner = np.zeros_like(sharp)
-    inner[edge:-edge, edge:-edge] = sharp[edge:-edge, edge:-edge]
-    x0, y0, x1, y1 = (int(np.clip(side, 0.0, SIZE)) for side in scene.box)
-    inner[y0 : y1 + 1, x0 : x1 + 1] = 0.0
-    return sharpest(inner, CELL, CONTRAST)
+def _up(image: Image) -> Array:
+    """(3, 3) from the small picture's pixels to the frame's."""
+    return to_film(_size(image), (image.shape[1], image.shape[0]))
 
 
-def _way(key: Scene, corners: Corners, now: Scene, factor: int) -> Array | None:
-    """How far the scene has shifted since the key frame, pixels; None where too few corners tell it."""
-    if len(corners) < FEWEST:
+def _grey(image: Image) -> Image:
+    """The small picture, grey and less its surroundings, or a change of light would look like a way."""
+    grey = cv2.cvtColor(reduced(image, _size(image)), cv2.COLOR_RGB2GRAY)
+    around = cv2.boxFilter(grey, -1, (2 * WINDOW + 1, 2 * WINDOW + 1))
+    return np.asarray(cv2.addWeighted(grey, 1.0, around, -1.0, 128.0), dtype=np.uint8)
+
+
+def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
+    """From a frame's pixels to those of the first; None where too few corners tell it, or `least` do not."""
+    if len(key.corners) < FEWEST:
         return None
-    guess = ((now.shift - key.shift) / factor).astype(np.float32)
+    grey = _as_bright(grey, key.grey)
+    way = np.linalg.inv(guess) @ key.place  # from the key frame to this one
+    tried = (_back(key, grey, way, least, halvings) for halvings in WAYS)
+    back = next((found for found in tried if found is not None), None)
+    if back is None:
+        return None
+    stays = np.asarray(np.linalg.inv(way), dtype=np.float64)
+    same = _farthest(way @ back, grey.shape) < SAME
+    if same or _apart(key, grey, stays) <= BETTER * _apart(key, grey, back):
+        back = stays
+    return np.asarray(key.place @ back)
+
+
+def _as_bright(grey: Image, key: Image) -> Image:
+    """A picture with as much contrast as another one's, its light having changed."""
+    spread, wanted = (float(cv2.meanStdDev(each)[1][0, 0]) for each in (grey, key))
+    gain = min(max(wanted / max(spread, 1.0), 1.0 / LIGHTER), LIGHTER)
+    return np.asarray(cv2.addWeighted(grey, gain, grey, 0.0, 128.0 * (1.0 - gain)), dtype=np.uint8)
+
+
+def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> Array | None:
+    """(3, 3) from a frame's pixels to the key frame's, as `_place`.
+
+    Args:
+        way: (3, 3) about from the key frame's to the frame's.
+        halvings: of the picture, from which corners are followed.
+    """
     found, status, _ = cv2.calcOpticalFlowPyrLK(
-        key.image,
-        now.image,
-        corners,
-        corners + guess,
+        key.grey,
+        grey,
+        key.corners,
+        np.asarray(cv2.transform(key.corners, way[:2]), dtype=np.float32),
         winSize=(WINDOW, WINDOW),
-        maxLevel=HALVINGS,
+        maxLevel=halvings,
+        criteria=ENDS,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
     seen = status[:, 0] > 0
-    if seen.sum() < FEWEST:
+    if seen.sum() < max(FEWEST, KEPT * len(key.corners)):
         return None
-    found, ways = found[seen], (found - corners)[seen].astype(np.float64)
-    agree = np.abs(ways - np.median(ways, axis=0)).max(1) < AGREE
-    if agree.sum() < FEWEST or found[agree, 0].std() < SPREAD * now.image.shape[1]:
+    similarity, inliers = cv2.estimateAffinePartial2D(
+        found[seen], key.corners[seen], method=cv2.RANSAC, ransacReprojThreshold=AGREE
+    )
+    if similarity is None:
         return None
-    return np.asarray(factor * np.median(ways[agree], axis=0))
+    back, agree = np.asarray(similarity, dtype=np.float64), np.ravel(inliers) > 0
+    wide = found[seen][agree][..., 0].std() >= SPREAD * grey.shape[1]
+    if agree.sum() < max(FEWEST, least, KEPT * seen.sum()) or not wide:
+        return None
+    if agree.sum() < ENOUGH:
+        back = np.hstack([np.eye(2), np.median((key.corners - found)[seen][agree], axis=0).T])
+    return np.vstack([back, [0.0, 0.0, 1.0]])
+
+
+def _apart(key: Key, grey: Image, back: Array) -> float:
+    """Mean difference of a frame from the key frame, grey levels, each no more than OTHER.
+
+    Every other row and column tells it.
+
+    Args:
+        back: (3, 3) from the frame's pixels to the key frame's.
+    """
+    before = key.grey[::2, ::2]
+    there, shown, size = grey[::2, ::2], key.beside[::2, ::2], before.shape[::-1]
+    if not np.array_equal(back, IDENTITY):
+        way = 0.5 * back[:2]
+        there = np.asarray(cv2.warpAffine(grey, way, size), dtype=np.uint8)
+        inside = cv2.warpAffine(np.full_like(grey, 255), way, size, flags=cv2.INTER_NEAREST)
+        shown = np.asarray(cv2.bitwise_and(shown, inside), dtype=np.uint8)
+    _, away = cv2.threshold(cv2.absdiff(there, before), OTHER, 0.0, cv2.THRESH_TRUNC)
+    return cv2.mean(away, mask=shown)[0]
+
+
+def _farthest(place: Array, shape: tuple[int, ...]) -> float:
+    """Pixels by which a similarity moves the corner of a picture that it moves most."""
+    h, w = shape[:2]
+    corners = np.array([[0.0, 0.0, 1.0], [w, 0.0, 1.0], [0.0, h, 1.0], [w, h, 1.0]]).T
+    return float(np.hypot(*(place @ corners - corners)[:2]).max())

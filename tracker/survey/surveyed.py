@@ -10,15 +10,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tracker.picture.camera import Camera
 from tracker.picture.pyramid import Array, Image
+from tracker.picture.small import reduced, small_size, to_film
 from tracker.survey.evidence import USUAL, Expected, evidence
 from tracker.survey.mosaic import Scene, scene_of
-from tracker.survey.path import Camera, first_camera
-from tracker.survey.small import reduced, small_size, to_film
 
 VIEWS = 60  # pictures that the scene is the median of, at most
 HELD = 64 * 2**20  # bytes of small pictures that are held
-GREY_SIDE = 320  # pixels of the longer side of pictures that tell the camera's path
 
 
 @dataclass(frozen=True)
@@ -70,11 +69,9 @@ def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:
         if camera is None:
             film = image.shape[1], image.shape[0]
             size = small_size(*film, by)
-            grey = small_size(*film, max(max(film) / GREY_SIDE, 1.0))
-            up, from_grey = to_film(size, film), to_film(grey, film)
-        seen = reduced(image, grey)
-        camera = first_camera(seen) if camera is None else camera.follow(seen)
-        places.append(from_grey @ camera.place @ np.linalg.inv(from_grey))
+            up = to_film(size, film)
+        camera = Camera(image) if camera is None else camera.follow(image)
+        places.append(camera.place)
         sure.append(camera.sure)
         holds = len(held) == t and max(t + 1, frames) * size[0] * size[1] * 3 <= HELD
         if holds or t % every == 0:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.special import expit
 
 from tests.tracker.clips import write_table, write_video
@@ -90,6 +90,14 @@ def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked
     assert np.median(np.concatenate(away)) < 0.07
     assert max(each.mean() for each in away) < 0.4
     assert max(points) > 55
+
+
+def test_where_the_camera_looks_is_told_from_the_marked_frame_on(tmp_path):
+    seen = film(np.random.default_rng(20), camera=(1.5, -0.4, 0.0, 0.0))
+    places = as_seen(prepare(written(tmp_path, seen.images, seen.joints))).places
+    assert sorted(places) == list(range(len(seen.images)))
+    truth = np.linalg.inv(seen.places[MIDDLE]) @ seen.places
+    assert_allclose([places[t] for t in sorted(places)], truth, atol=0.6)
 
 
 def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):

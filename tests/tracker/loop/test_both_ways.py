@@ -69,10 +69,11 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
             figure=WALKER,
             settings=Settings(),
             mode=mode_of(Settings()),
-            step=lambda state, image, _: (state, estimate(image + offset, cost=1.0)),
+            step=lambda state, image, _, place: (state, estimate(place[0, 2] + offset, cost=1.0)),
         )
 
-    def anchored(tracker, state, anchor, image):
+    def anchored(tracker, state, anchor, image, place):
+        assert place[0, 2] == image
         seen.append(anchor)
         return state, estimate(image)
 
@@ -90,6 +91,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
         way=way,
         span=lambda first, last: range(first, last - way, -way),
         smooth=lambda _, estimates: list(estimates),
+        places={frame: np.array([[1.0, 0.0, frame]]) for frame in frames},
     )
     raw = list(passage.run(start, SimpleNamespace(), estimate(start), iter(frames[1:])))
     assert places(raw) == frames

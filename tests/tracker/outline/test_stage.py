@@ -6,8 +6,8 @@ import pytest
 from tests.tracker.outline.films import FPS, film, moved
 from tracker.outline.shape import Grid
 from tracker.outline.stage import Stage
+from tracker.picture.small import to_film
 from tracker.survey.evidence import NOTHING, UNITS
-from tracker.survey.small import to_film
 
 GRID = Grid((-0.5, 0.25), 20.0, (13, 21))
 UP = to_film((120, 80), (240, 160))
