@@ -7,7 +7,7 @@ from itertools import pairwise
 from statistics import median
 
 FASTEST = 1000.0  # frames a second; where a container knows no rate, more than that is the rate of its clock
-LATE = 0.5  # nominal frames by which one comes early or late
+LATE = 0.25  # nominal frames by which one comes early or late
 APART = 2.0  # nominal frames back that are another recording's beginning and no slip
 
 
@@ -26,7 +26,7 @@ class Growing:
     last  : the last time given, seconds
     added : seconds that the file's times are late by, for its later parts begin anew
     wrong : how many were put right
-    uneven: how many others came half a step or more early or late
+    uneven: how many others came a quarter of a step or more early or late
     count : how many there were
     """
 

@@ -139,9 +139,16 @@ def test_a_variable_frame_rate_keeps_every_frames_own_time(tmp_path):
     assert_allclose([frame.time for frame in video], np.array(ticks) / 1000, atol=1e-3)
     assert video.cut_short is None
     assert video.uneven == (
-        f"3 of 6 frames of phone.mp4 come early or late for {video.fps:.4g} a second; motion is taken as if "
+        f"4 of 6 frames of phone.mp4 come early or late for {video.fps:.4g} a second; motion is taken as if "
         "they were even"
     )
+
+
+def test_a_film_of_which_every_third_frame_was_dropped_is_told(tmp_path):
+    ticks = [100 * t // 3 for t in range(60) if t % 3]
+    video = Video(make_clip(tmp_path / "phone.mp4", [picture(t % 20) for t in range(40)], ticks=ticks))
+    list(video)
+    assert video.uneven.startswith("39 of 40 frames of phone.mp4 come early or late")
 
 
 def test_a_few_frames_that_come_late_are_not_spoken_of(tmp_path):
