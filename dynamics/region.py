@@ -12,10 +12,11 @@ its region. Its uses go beyond the papers, in which the switch depends on the la
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from dynamics.gaussian import Array, Gaussian, apply, inverse_root, log_density, symmetric, transpose
+from dynamics.gaussian import Array, apply, inverse_root, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
 from dynamics.slds import SLDS
 
@@ -45,12 +46,17 @@ class Regions:
 
     def distance(self, x: Array) -> Array:
         """(..., K) squared Mahalanobis distance of the states x (..., K or 1, N) from each region's mean."""
-        white, _ = inverse_root(self.cov)
+        white, _ = self._root
         return np.asarray((apply(white, apply(self.regard, x) - self.mean) ** 2).sum(-1))
 
     def log_density(self, x: Array) -> Array:
         """(..., K) log N of the states x (..., K or 1, N)."""
-        return log_density(Gaussian(self.mean, self.cov), apply(self.regard, x))
+        return np.asarray(-0.5 * (self.distance(x) + self._root[1]))
+
+    @cached_property
+    def _root(self) -> tuple[Array, Array]:
+        """Of cov, which is asked frame after frame."""
+        return inverse_root(self.cov)
 
 
 def regions(slds: SLDS) -> Regions:

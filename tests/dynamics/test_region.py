@@ -1,6 +1,7 @@
 """What a pose says of the switching state, against scipy's densities."""
 
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.distance import mahalanobis
 from scipy.stats import multivariate_normal
 
+from dynamics import region
 from dynamics.region import CHUNK, POSE, drawn, log_switch, pose_hints, pose_regions, regions
 from tests.oracles import random_slds
 
@@ -109,6 +111,15 @@ def test_density_and_distance_of_a_region_are_scipys(order, rng):
         )
         want = [mahalanobis(z, mean, np.linalg.inv(cov)) ** 2 for z in seen]
         assert_allclose(distance[:, k], want, rtol=WIDENED)
+
+
+def test_what_is_asked_frame_after_frame_is_worked_out_once(monkeypatch, rng):
+    asked = Mock(wraps=region.inverse_root)
+    monkeypatch.setattr(region, "inverse_root", asked)
+    reach, x = regions(travelling_model(2, 2, rng)), rng.normal(size=(5, 1, 6))
+    for _ in range(3):
+        reach.log_density(x), reach.distance(x)
+    assert asked.call_count == 1
 
 
 def test_moving_the_figure_moves_it_out_of_no_region(rng):
