@@ -26,19 +26,21 @@ class Judged:
     """What a finished track says of the points, as run.json has it.
 
     file      : they are of
+    joints    : of the figure that they are of
     frames    : how many of the track's have any
     spread    : of a point, leg lengths, as it was reckoned with
     exchanged : frames in which the names of near and far leg are taken for exchanged
     """
 
     file: str
+    joints: list[str]
     frames: int
     spread: float
     exchanged: list[int]
 
     def __str__(self) -> str:
-        wrong = len(self.exchanged)
-        return f"legs named the wrong way round in {wrong} of {self.frames} frames of {self.file}"
+        wrong = f"legs named the wrong way round in {len(self.exchanged)} of {self.frames} frames"
+        return f"{self.file} has points of {', '.join(self.joints)}; {wrong}"
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,9 @@ class Measured:
             for frame, t in rows.items()
             if Detector(track.figure, track.view_at(t), settings).misnamed(self.frames[frame], track.q[t])
         ]
-        return Judged(str(self.path), len(rows), round(settings.point, 4), exchanged)
+        told = {int(joint) for found in self.frames.values() for joint in found.joint}
+        names = [track.figure.joints[joint] for joint in sorted(told)]
+        return Judged(str(self.path), names, len(rows), round(settings.point, 4), exchanged)
 
 
 def read_measured(path: Path, start: Start, frame: int, settings: Settings) -> Measured:

@@ -133,11 +133,12 @@ def test_points_alone_carry_the_clip_both_ways_from_the_middle(clip, true_points
     words = ("--keypoints", marks, "--measure", measured(bad), "--out", tmp_path / "out", *ALONE)
     result = figtrack("track", clip.video, *words)
     assert result.exit_code == 0, result.stderr
-    assert "legs named the wrong way round in 2 of 10 frames" in result.stdout
+    assert f"points of {', '.join(WALKER.joints)}; legs named the wrong way round in 2 of 10" in result.stdout
     assert clip.errors(tmp_path / "out" / "keypoints.csv").max() < 0.03
     news = read_json(tmp_path / "out" / "run.json")
     assert news["measure"] == {
         "file": str(tmp_path / "p.csv"),
+        "joints": list(WALKER.joints),
         "frames": 10,
         "spread": 0.03,
         "exchanged": [2, 8],
@@ -165,7 +166,7 @@ def test_exchanged_names_are_told_of_each_frame_by_its_own_pose_and_picture(rng)
     for frame in (4, 7):
         frames[frame] = replace(frames[frame], joint=frames[frame].ways(WALKER)[EXCHANGED])
     judged = Measured(Path("p.csv"), frames, 0.0).judged(track, Settings(point=0.04))
-    assert judged == Judged("p.csv", 6, 0.04, [4, 7])
+    assert judged == Judged("p.csv", list(WALKER.joints), 6, 0.04, [4, 7])
 
 
 def test_points_of_few_frames_are_warned_of(clip, true_points, measured):
