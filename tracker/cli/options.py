@@ -132,8 +132,10 @@ def plain_errors() -> Iterator[None]:
 
 def _fault(error: Exception) -> str | None:
     """What kept the work from being done; None if that is a mistake of ours."""
-    if isinstance(error, ImportError) and any(text in str(error) for text in UNLOADED):
-        return f"a library cannot be loaded ({error}); is there enough memory?"
+    # A library may tell in words of its own that another could not be loaded.
+    unloaded = error if isinstance(error, ImportError) else error.__context__
+    if any(text in str(unloaded) for text in UNLOADED):
+        return f"a library cannot be loaded ({unloaded}); is there enough memory?"
     try:
         from tracker.errors import fault
     except (ImportError, MemoryError) as another:

@@ -96,5 +96,8 @@ def test_a_library_that_finds_no_memory_is_told_in_one_line(monkeypatch):
     text = "libav.so: failed to map segment from shared object"
     said = f"error: a library cannot be loaded ({text}); is there enough memory?\n"
     assert ended(ImportError(text)) == (1, said)
+    other = OSError("could not find it, or something else")
+    other.__context__ = OSError(text)
+    assert ended(other) == (1, said)
     monkeypatch.setitem(sys.modules, "tracker.errors", None)  # so that it cannot be imported
     assert ended(MemoryError())[1].startswith("error: there is not enough memory even to begin (")
