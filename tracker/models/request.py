@@ -64,10 +64,7 @@ class Request:
         typer.Option(help="Address of a Dask scheduler whose workers do the E-steps, tcp://HOST:PORT."),
     ] = None
     tls: Tls = None
-    settings: Annotated[
-        Path | None,
-        typer.Option(help="TOML file of licences, choose, pooled, rounds, restarts: docs/learn.md."),
-    ] = None
+    settings: Annotated[Path | None, typer.Option(help="TOML file of further keys: docs/learn.md.")] = None
     figure: Annotated[
         str, typer.Option(help="Whose poses the tables hold: a figure that ships, or a TOML file of one.")
     ] = "walker"
