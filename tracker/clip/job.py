@@ -4,9 +4,11 @@ Command line, tables of clips and the Python API take the options' names, ranges
 `Following`; light, so that the command line can read it.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import Enum, StrEnum
+from functools import cache
+from itertools import starmap
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
@@ -221,13 +223,16 @@ class Option:
         return tuple(map(str, self.kind)) if issubclass(self.kind, Enum) else ()
 
 
-def options() -> Iterator[Option]:
+@cache
+def options() -> tuple[Option, ...]:
     """The options of `Following` by name, in its order."""
-    hints = get_type_hints(Following, include_extras=True)
-    for each in fields(Following):
-        kinds, about = get_args(hints[each.name])
-        kind = next(kind for kind in get_args(kinds) or (kinds,) if kind is not NoneType)
-        yield Option(each.name, kind, about)
+    return tuple(starmap(_option, get_type_hints(Following, include_extras=True).items()))
+
+
+def _option(name: str, hint: Any) -> Option:
+    kinds, about = get_args(hint)
+    kind = next(kind for kind in get_args(kinds) or (kinds,) if kind is not NoneType)
+    return Option(name, kind, about)
 
 
 @dataclass(frozen=True)
