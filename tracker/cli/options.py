@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
 
-from tracker.clip.job import About
+from tracker.clip.job import About, OptionsError
 
 if TYPE_CHECKING:
     from tracker.progress import Progress
@@ -97,7 +97,10 @@ def offered(command: Callable[..., None]) -> Callable[..., None]:
                     given[name] = hints[name](**chosen)
                 except ValueError as error:  # options that do not go together
                     raise typer.BadParameter(str(error)) from error
-            command(**given)
+            try:
+                command(**given)
+            except OptionsError as error:
+                raise typer.BadParameter(str(error)) from error
 
     run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}

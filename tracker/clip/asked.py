@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from kinematics.figure_file import load_figure
-from tracker.clip.job import Following, Job, towards
+from tracker.clip.job import Following, Job, OptionsError, towards
 from tracker.foreign.start_marks import read_marks
 from tracker.models.find import find_model
 from tracker.progress import Progress
@@ -18,6 +18,7 @@ def asked(
     """The job as it is asked for, started from what is marked or, without marks, from who is found.
 
     Raises:
+        OptionsError: options that do not go together.
         FoundError: no start can be had from the film.
         KeypointsError, ForeignError: a file of marks that cannot be used.
         VideoError: the film cannot be read.
@@ -37,7 +38,7 @@ def asked(
             f"{how.figure}' and give --keypoints"
         )
     if how.start is not None or how.anchors:
-        raise ValueError("start and anchors are of marked frames; give keypoints, or leave them out")
+        raise OptionsError("start and anchors are of marked frames; give keypoints, or leave them out")
     from tracker.clip.found import people, start_of  # slow to import
 
     film = Video(video)

@@ -37,6 +37,10 @@ class Nearer(StrEnum):
         return Nearer.BEHIND if self is Nearer.AHEAD else Nearer.AHEAD
 
 
+class OptionsError(ValueError):
+    """Options that do not go together."""
+
+
 def towards(facing: Facing | None) -> int | None:
     """+1 right, -1 left, None where it is not said."""
     return None if facing is None else (1 if facing is Facing.RIGHT else -1)
@@ -104,6 +108,7 @@ class Following(Options):
     """How a clip is followed, as it is asked for.
 
     Raises:
+        OptionsError: options that do not go together.
         ValueError: a number out of its range, or a word that is none of those known.
     """
 
@@ -126,9 +131,9 @@ class Following(Options):
             if value is not None:
                 object.__setattr__(self, option.name, option.checked(value))
         if self.height is not None and self.scale is not None:
-            raise ValueError("give either height or scale, not both")
-        if self.stop is not None and self.stop < (self.from_ or 0):
-            raise ValueError(f"stop {self.stop} comes before from {self.from_}; choose a later stop")
+            raise OptionsError("give either height or scale, not both")
+        if self.from_ is not None and self.stop is not None and self.from_ > self.stop:
+            raise OptionsError(f"from {self.from_} comes after stop {self.stop}; choose a later stop")
 
     @property
     def inputs(self) -> list[Path | None]:
@@ -151,7 +156,8 @@ class Following(Options):
         """The job with its marks and settings.
 
         Raises:
-            ValueError: options that do not go with given marks, or as `read_settings`.
+            OptionsError: options that do not go with given marks.
+            ValueError: as `read_settings`.
 
         Args:
             start: marks as they were given, or a start from the film itself.
@@ -160,7 +166,7 @@ class Following(Options):
         if isinstance(start, Found):
             found, marks = start, {start.frame: dict(start.marks)}
         elif self.person is not None or self.near is not None:
-            raise ValueError("person and near are for films without marks; leave them or the keypoints out")
+            raise OptionsError("person and near are for films without marks; leave them or the keypoints out")
         else:
             found, marks = None, start
         facing = towards(self.facing) if found is None else found.facing

@@ -10,7 +10,7 @@ from dynamics.slds import SLDS
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start, facing_told
-from tracker.clip.job import Job
+from tracker.clip.job import Job, OptionsError
 from tracker.clip.measure import Measured, read_measured
 from tracker.clip.pictures import pictures
 from tracker.clip.start import StartError, marked_start
@@ -82,12 +82,13 @@ def prepare(job: Job) -> Plan:
     """Read what the job names and check that it fits together, before any work.
 
     Raises:
+        OptionsError: options that do not go together.
         VideoError, ModelError, ForeignError: a file that cannot be used.
         StartError, PoseError: no pose to start from.
         ValueError: a model for another figure or frame rate.
     """
     if job.measure is None and not job.settings.templates:
-        raise ValueError("without templates there is nothing to follow; give --measure FILE")
+        raise OptionsError("without templates there is nothing to follow; give --measure FILE")
     if not load_figure(job.figure).outline and (job.height or job.scale):
         raise ValueError("height and scale are for people; leave them out, or follow a walker")
     frame = start_frame(job)

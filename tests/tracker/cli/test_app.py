@@ -98,6 +98,8 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monk
         ["track", "walk.mp4", "--keypoints", "k.csv", "--progress", "loud"],
         ["track", "walk.mp4", "--keypoints", "k.csv", "--colour"],
         ["track", "walk.mp4", "--height", "1.7", "--scale", "80"],
+        ["track", "walk.mp4", "--from", "9", "--stop", "2"],
+        ["track", "walk.mp4", "--start", "2"],
         ["compare", "walk.mp4"],
         ["learn"],
         ["learn", "--trials", "t.csv", "--order", "3"],
