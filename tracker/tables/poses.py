@@ -129,7 +129,7 @@ def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
     if others:
         said.append(
             f"time_s of sequence {others[0].name!r} says {others[0].fps:.4g} frames a second, the model "
-            f"is taken at {fps:.4g}; give --fps if that is wrong"
+            f"is taken at {fps:.4g}; give --fps {others[0].fps:.4g} if that is wrong"
         )
     return said
 

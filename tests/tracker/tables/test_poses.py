@@ -131,7 +131,7 @@ def test_another_frame_rate_than_the_tables_own_times_is_suspected(tmp_path):
     assert sequences[0].fps == pytest.approx(60.0, rel=1e-3)
     assert suspicions(sequences, 60.0) == []
     (said,) = suspicions(sequences, 30.0)
-    assert "time_s of sequence 'a' says 60 frames a second, the model is taken at 30; give --fps" in said
+    assert "sequence 'a' says 60 frames a second, the model is taken at 30; give --fps 60 if" in said
 
 
 def gait_table(path, label="walk"):
