@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
+from typer.models import OptionInfo
 
 from tracker.clip.job import About, OptionsError
 
@@ -156,8 +157,17 @@ def _parameter(name: str, hint: Any, default: Any) -> Parameter:
         hint = Annotated[
             get_args(hint)[0], typer.Option(flag, help=about.text, min=about.least, max=about.most)
         ]
+    if name == "model":
+        next(note for note in get_args(hint) if isinstance(note, OptionInfo)).autocompletion = _models
     default = Parameter.empty if default is MISSING else default
     return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+
+def _models(beginning: str) -> list[str]:
+    """The models that a shell may complete the beginning of a name to."""
+    from tracker.models.find import known_models
+
+    return [name for name in known_models() if name.startswith(beginning)]
 
 
 def _fail(text: str) -> None:

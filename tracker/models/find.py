@@ -94,6 +94,11 @@ def motion_model(name: str, fps: float = 30.0) -> Model:
     return load(name) if is_file else load_shipped(name, fps)
 
 
+def known_models() -> tuple[str, ...]:
+    """The names of all models that need no file."""
+    return *shipped(), CONSTANT_VELOCITY
+
+
 def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> SLDS:
     """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
     step = 30.0 / fps

@@ -209,3 +209,5 @@ def test_the_shell_completes_commands_and_options():
     assert completed("tra") == ["track"]
     assert completed("track", "walk.mp4", "--keyp") == ["--keypoints"]
     assert completed("track", "walk.mp4", "--facing", "r") == ["right"]
+    assert completed("track", "walk.mp4", "--model", "c") == ["cv"]
+    assert completed("classify", "poses.csv", "--model", "walk-") == ["walk-run", "walk-run-1"]
