@@ -15,7 +15,7 @@ where L_t is the information of the frames from t on about x_t. With F_t = [Ah_t
 squares only, so rounding leaves it semidefinite. The paper's linear system with the same C and R is this
 without C'R^-1 C, filtered and smoothed afterwards; with it, moments simply follow forwards,
 P_t = F_t P_{t-1} F_t' + H_t^-1. Means are found as steps from a mean that is at hand, so that places far from
-the origin cost no digits. Of a step, whose error of the mean under state i is e_i, what state i is told is
+the origin cost no digits. A step, with e_i the error of the mean under state i, gives state i
 
     <log p(u_t | x_{t-1}, s_t = i)> = -1/2 (e_i'Q_i^-1 e_i + tr (A_i - Ah_t)'Q_i^-1 (A_i - Ah_t) P_{t-1}
                                             + tr Q_i^-1 H_t^-1 + log |2 pi Q_i|);
@@ -36,7 +36,7 @@ from dynamics.slds import SLDS
 
 @dataclass(frozen=True)
 class System:
-    """What is needed of an SLDS; white: times the inverse root of the noise's covariance.
+    """The constants of an SLDS; white: multiplied by the inverse root of the noise's covariance.
 
     white (K,d,d) of Q's pose block, white_A (K,d,N), white_b (K,d), log_det (K,) log |2 pi Q|; of the first
     frame white0 (K,N,N), white_mean0 (K,N), log_det0 (K,).
@@ -55,10 +55,10 @@ class System:
 class Data:
     """B sequences side by side, T frames of the longest first.
 
-    white_y (T,B,M) and white_C (T,B,M,N): by what of R was measured, zero where nothing was
+    white_y (T,B,M) and white_C (T,B,M,N): by the measured part of R, zero where nothing was measured
     information (T,B,N,N): C'R^-1 C of what was measured; log_det (T,B): log |2 pi R| of it
     hints (T,B,K): further log likelihood of each switching state
-    within (T,B): the frame is one of its sequence's
+    within (T,B): whether the sequence has this frame
     """
 
     white_y: Array
@@ -74,7 +74,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Poses:
-    """q(X) and what follows from it; beyond a sequence's end it is finite, and no more.
+    """q(X) and what follows from it; values beyond a sequence's end are finite but meaningless.
 
     mean (T,B,N), cov (T,B,N,N), lag (T-1,B,N,N) Cov(x_{t+1}, x_t)
     told (T,B,K): expected log density of each switching state's step
@@ -90,8 +90,8 @@ class Poses:
 
 @dataclass(frozen=True)
 class _Steps:
-    """Ah (T-1,B,d,N), noise H^-1 (T-1,B,d,d), offset (T-1,B,d) of the mean's step, apart (T-1,B,K d,N) all
-    whitened A_i - Ah in a stack; of the first frame information0 (B,N,N) and the pull0 (B,N) on its mean."""
+    """Ah (T-1,B,d,N), noise H^-1 (T-1,B,d,d), offset (T-1,B,d) of the mean's step, apart (T-1,B,K d,N) the
+    stacked whitened A_i - Ah; information0 (B,N,N) and pull0 (B,N) of the first frame's mean."""
 
     Ah: Array
     noise: Array
@@ -167,11 +167,11 @@ def beside(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None) -> Da
 
 
 def _backward(system: System, data: Data, prob: Array, mean: Array) -> _Steps:
-    """Information and pull on the mean of all frames to come, from the last frame to the first."""
+    """Information and information vector of all later frames, from the last frame to the first."""
     T, B, N = mean.shape
     K, d = system.white_b.shape
     white, white_A = system.white.reshape(K * d, d), system.white_A.reshape(K * d, N)
-    # Beyond a sequence's end no state counts, so nothing comes back from there; noise of 1 keeps H regular.
+    # Beyond a sequence's end all weights are 0, so no information comes back; noise of 1 keeps H regular.
     w = np.where(data.within[1:, :, None], prob[1:], 0.0)
     root_w = np.repeat(np.sqrt(w), d, axis=-1)[..., None]
     precision = _average(w, transpose(system.white) @ system.white)
@@ -206,7 +206,7 @@ def _backward(system: System, data: Data, prob: Array, mean: Array) -> _Steps:
 
 
 def _forward(steps: _Steps, mean: Array) -> tuple[Array, Array, Array]:
-    """Moments of all frames from the first on."""
+    """Mean, covariance and lag of all frames, from the first on."""
     T, B, N = mean.shape
     d = steps.noise.shape[-1]
     step, cov, lag = np.empty((T, B, N)), np.empty((T, B, N, N)), np.empty((T - 1, B, N, N))

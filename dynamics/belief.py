@@ -23,7 +23,7 @@ class Belief:
     states : mean (H, N), cov (H, N, N)
     cost   : (H,) minus log weight, nats; only differences matter
     s      : (H,) switching state of each
-    parent : (H,) which hypothesis of the frame before each comes from
+    parent : (H,) position of the hypothesis of the frame before that each comes from
     """
 
     states: Gaussian
@@ -43,7 +43,7 @@ class Belief:
         return int(self.cost.argmin())
 
     def at(self, some: Sequence[int]) -> "Belief":
-        """The belief of some of its hypotheses alone, given by position."""
+        """The belief reduced to some of its hypotheses, given by position."""
         return Belief(self.states[some], self.cost[some], self.s[some], self.parent[some])
 
     def levelled(self) -> Self:
@@ -51,7 +51,7 @@ class Belief:
         return replace(self, cost=self.cost - self.cost.min())
 
     def merged(self) -> Gaussian:
-        """The one Gaussian with the moments of all hypotheses."""
+        """The Gaussian with the mean and covariance of the mixture of all hypotheses."""
         return collapse(self.weights, self.states)
 
 
@@ -85,7 +85,7 @@ def propose(slds: SLDS, belief: Belief, *, prune: float, most: int) -> Belief:
 
 
 def together(beliefs: Sequence[Belief]) -> Belief:
-    """One belief of the hypotheses of several, one after another."""
+    """One belief with the hypotheses of several, concatenated."""
     mean, cov, *rest = zip(
         *((of.states.mean, of.states.cov, of.cost, of.s, of.parent) for of in beliefs), strict=True
     )
@@ -93,10 +93,9 @@ def together(beliefs: Sequence[Belief]) -> Belief:
 
 
 def either(beliefs: Sequence[Belief]) -> Belief:
-    """One belief of several that exclude each other and differ in their measurement alone.
+    """One belief from several that are alternatives and differ only in their measurement.
 
-    Each hypothesis becomes the one Gaussian with the moments of what it is in all of them, and weighs their
-    sum.
+    Each hypothesis becomes the Gaussian with the moments of its versions' mixture; its weight is their sum.
     """
     costs = np.stack([belief.cost for belief in beliefs], axis=1)
     cost = -np.logaddexp.reduce(-costs, axis=1)

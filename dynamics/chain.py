@@ -21,18 +21,18 @@ from dynamics.gaussian import Array
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-CROSSING = 1e-3  # probability a frame that one motion gives way to another
+CROSSING = 1e-3  # probability a frame of a change from one motion to another
 
 
 def forward_backward(
     log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]
 ) -> tuple[Array, Array, Array]:
-    """The posterior of the states of B sequences side by side; ValueError: no path can have made one of them.
+    """The posterior of the states of B sequences side by side; ValueError: every path of one is impossible.
 
     Args:
         log_pi0, log_Pi: (K,) of the first frame's state, (K, K) of state j after i; -inf where it cannot be.
-        log_lik: (T, B, K) log likelihood of every state at every frame. What stands beyond a sequence's end
-            must be finite, and nothing is promised there.
+        log_lik: (T, B, K) log likelihood of every state at every frame. Beyond a sequence's end the values
+            must be finite; results there are meaningless.
         lengths: (B,) frames of each sequence, 1 or more.
 
     Returns:
@@ -52,7 +52,7 @@ def forward_backward(
     _check_possible(log_evidence)
     come_from = filtered[:-1, :, :, None] + log_Pi
     sums = np.logaddexp.reduce(come_from, 2)
-    # A state that cannot be reached has no predecessors; it also has no probability to hand back.
+    # A state that cannot be reached has no predecessors, and no probability to pass back to any.
     come_from = np.exp(come_from - np.where(np.isfinite(sums), sums, 0.0)[:, :, None])
     prob = np.exp(filtered)
     for t in range(T - 2, -1, -1):
@@ -65,7 +65,7 @@ def forward_backward(
 def best_paths(log_pi0: Array, log_Pi: Array, log_lik: Array, lengths: NDArray[np.intp]) -> NDArray[np.intp]:
     """The most probable path of each sequence, (T, B); arguments and errors as in `forward_backward`.
 
-    Of equally good paths, one is taken.
+    Among equally good paths the choice is arbitrary.
     """
     T, B, _ = log_lik.shape
     rows = np.arange(B)
@@ -93,12 +93,12 @@ def side_by_side(ys: Sequence[Array], fill: float) -> tuple[Array, NDArray[np.in
 
 
 def split_as(rows: NDArray[Scalar], ys: Sequence[Array]) -> list[NDArray[Scalar]]:
-    """The rows of sequences that stand behind each other, as they lie in one array of all, parted again."""
+    """The concatenated rows of all sequences, split into one array for each sequence again."""
     return np.split(rows, np.cumsum([len(y) for y in ys])[:-1])
 
 
 def check_chain(pi0: Array, Pi: Array, labels: Sequence[str], fps: float) -> None:
-    """ValueError unless pi0 (K,) and the rows of Pi (K, K) are probabilities, of K labels at a rate."""
+    """ValueError unless pi0 (K,) and rows of Pi (K, K) are probabilities, labels are K texts and fps > 0."""
     if len(labels) != len(pi0):
         raise ValueError(f"every state needs a label; got {len(labels)} for {len(pi0)} states")
     if not fps > 0:
@@ -112,7 +112,7 @@ def check_chain(pi0: Array, Pi: Array, labels: Sequence[str], fps: float) -> Non
 
 
 def joined(models: Sequence[Any], names: Sequence[str]) -> dict[str, Any]:
-    """Arrays of several models by name, a row for each state or motion, one after the other; and `labels`."""
+    """The arrays of these names, and `labels`, of several models, concatenated along the first axis."""
     arrays = {name: np.concatenate([getattr(model, name) for model in models]) for name in names}
     return arrays | {"labels": tuple(label for model in models for label in model.labels)}
 
@@ -120,7 +120,7 @@ def joined(models: Sequence[Any], names: Sequence[str]) -> dict[str, Any]:
 def blocks(Pis: Sequence[Array], crossing: float) -> Array:
     """The transition matrix of several chains as one.
 
-    A state leaves its own chain with probability `crossing` a frame, to any state of the others alike.
+    A state leaves its own chain with probability `crossing` a frame, with equal odds to any state of others.
     """
     if len(Pis) == 1:
         return np.array(Pis[0])

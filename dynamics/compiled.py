@@ -1,10 +1,11 @@
-"""Compiled functions, kept from run to run where there is a place for them, and the parts that these call.
+"""Compiled functions, cached on disk between runs where possible, and the inner functions that they call.
 
-What is kept of a function holds its parts. These are not kept apart, as numba's index of what is kept names
-the types of arguments: one that is renamed later, as a named tuple of records, would stop the next version.
+The cached code of a function includes the functions it calls. These have no cache of their own: numba's cache
+index names the types of arguments, and one that is renamed later, such as a named tuple, would stop the next
+version.
 
-To assign an array to a slice, or to sum up an expression of whole arrays, takes numba a second or more to
-compile; a loop that does the same takes next to nothing.
+Assigning an array to a slice, or summing an expression of whole arrays, takes numba a second or more to
+compile; an equivalent loop takes next to nothing.
 """
 
 from collections.abc import Callable
@@ -14,25 +15,25 @@ import numba
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-unkept: list[str] = []  # functions that are compiled for this process alone
+unkept: list[str] = []  # functions that are compiled for this process only
 
 
 def part(**options: Any) -> Callable[[Function], Function]:
-    """Return `numba.njit` with these options, for what compiled functions call."""
+    """Return `numba.njit` with these options, uncached, for functions that compiled ones call."""
     decorate: Callable[[Function], Function] = numba.njit(**options)
     return decorate
 
 
 def compiled(**options: Any) -> Callable[[Function], Function]:
-    """Return `numba.njit` with these options, its results kept beside the package or in the user's cache.
+    """Return `numba.njit` with these options, its results cached beside the package or in the user's cache.
 
-    Where neither can be written the function is compiled for this process alone.
+    Where neither can be written, the function is compiled for this process only.
     """
 
     def decorated(function: Function) -> Function:
         try:
             return part(cache=True, **options)(function)
-        except RuntimeError:  # numba finds no folder to keep it in
+        except RuntimeError:  # numba finds no folder for its cache
             unkept.append(function.__name__)
             return part(**options)(function)
 

@@ -1,7 +1,6 @@
-"""Several sequences of different lengths side by side: one row a sequence and frame, frame by frame.
+"""Sequences of different lengths in one array: a row for each sequence and frame, ordered by frame.
 
-The longest comes first, so that those still running at a frame are its first rows, and no row stands for a
-frame that a sequence does not have.
+Within a frame the longest sequence comes first. Sequences that have ended have no row.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,7 +15,7 @@ from dynamics.slds import SLDS
 
 Result = TypeVar("Result")
 
-PAIRS = 1024  # pairs of switching states worked on at a time: beyond this the stacks leave the cache
+PAIRS = 1024  # pairs of switching states processed at a time: more do not fit the processor's cache
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Frames:
     y, hints : (rows, M) and (rows, K)
     first    : frame t has the rows first[t] to first[t + 1]
     before   : (rows,) the row of the same sequence a frame before
-    lengths  : of each sequence, frames
+    lengths  : frames of each sequence
     """
 
     y: Array
@@ -42,13 +41,14 @@ class Frames:
         return [self.first[:T] + n for n, T in enumerate(self.lengths)]
 
     def back(self, start: int = 1, stop: int | None = None) -> Iterator[tuple[slice, slice]]:
-        """Of frames stop - 1, or the last, back to `start`: the rows of the frame before, and its own."""
+        """From frame stop - 1, or the last, back to `start`: the rows of the frame before, and the frame's
+        own."""
         last = len(self.first) - 2 if stop is None else stop - 1
         for now in map(self.at, range(last, start - 1, -1)):
             yield slice(int(self.before[now.start]), int(self.before[now.stop - 1]) + 1), now
 
     def chunks(self, size: int) -> Iterator[tuple[slice, Iterator[tuple[slice, slice]]]]:
-        """All rows but frame 0's, from the last back, `size` or one frame's at a time, and `back` in them."""
+        """All rows but frame 0's, from the last back, in blocks of about `size`, each with its `back`."""
         stop = len(self.first) - 1
         while stop > 1:
             start = int(np.searchsorted(self.first, self.first[stop] - size))
@@ -58,7 +58,7 @@ class Frames:
 
 
 def batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
-    """Which sequences are worked on together: as many at a time as fit the cache, longest first."""
+    """Groups of sequences to process together, as many as fit the processor's cache, longest first."""
     order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
     size = max(1, PAIRS // slds.K**2)
     return [order[begin : begin + size] for begin in range(0, len(order), size)]
@@ -67,8 +67,8 @@ def batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
 def in_batches(
     slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None, infer: Callable[[Frames], list[Result]]
 ) -> list[Result]:
-    """What `infer` makes of each sequence, in the order given; it sees a batch at a time. ValueError: hints
-    that do not fit the sequences."""
+    """The result of `infer` for each sequence, in the order given; it gets a batch at a time. ValueError:
+    hints that do not fit the sequences."""
     if hints is not None:
         _check(slds, ys, hints)
     results: dict[int, Result] = {}

@@ -1,4 +1,4 @@
-"""Gaussians with any leading axes: density, collapse of a mixture; means of what was measured."""
+"""Gaussians with any leading axes: density, collapse of a mixture; means that skip missing values."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -36,7 +36,7 @@ class Gaussian:
         self.mean[index], self.cov[index] = part.mean, part.cov
 
     def through(self, C: Array, offset: Array | float = 0.0) -> "Gaussian":
-        """That of C x + offset, C (M, N)."""
+        """The Gaussian of C x + offset, C (M, N)."""
         return Gaussian(apply(C, self.mean) + offset, symmetric(C @ self.cov @ transpose(C)))
 
 
@@ -58,7 +58,7 @@ def apply(matrix: Array, vector: Array) -> Array:
 
 
 def measured_mean(values: Array) -> Array:
-    """(n,) the mean over the rows (T, n) that are not NaN, 0 where all are."""
+    """(n,) mean over the rows (T, n) without NaN entries; 0 for a column of NaN only."""
     seen = ~np.isnan(values)
     mean: Array = np.where(seen, values, 0.0).sum(0) / np.maximum(seen.sum(0), 1)
     return mean
@@ -80,18 +80,18 @@ def inverse_root(cov: Array) -> tuple[Array, Array]:
 
 
 def unknown(T: int, M: int) -> Gaussian:
-    """(T, M) of which nothing is told: NaN."""
+    """A Gaussian of (T, M) unknown values: NaN throughout."""
     return Gaussian(np.full((T, M), np.nan), np.full((T, M, M), np.nan))
 
 
 def joint(one: Gaussian, other: Gaussian, cross: Array) -> Gaussian:
-    """That of [x; y] from those of x and y and Cov(x, y) (..., N, M)."""
+    """The Gaussian of [x; y] from those of x and y, and Cov(x, y) (..., N, M)."""
     cov = np.block([[one.cov, cross], [transpose(cross), other.cov]])
     return Gaussian(np.concatenate([one.mean, other.mean], axis=-1), cov)
 
 
 def collapse(weights: Array, gaussians: Gaussian) -> Gaussian:
-    """The one Gaussian with the moments of a mixture (..., H, N) by weights (..., H) that sum to 1 over H."""
+    """The Gaussian with the moments of a mixture (..., H, N), whose weights (..., H) sum to 1 over H."""
     mean = (weights[..., None] * gaussians.mean).sum(-2)
     apart = gaussians.mean - mean[..., None, :]
     cov = (weights[..., None, None] * (gaussians.cov + apart[..., :, None] * apart[..., None, :])).sum(-3)

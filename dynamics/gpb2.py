@@ -1,4 +1,4 @@
-"""Generalised pseudo-Bayes of second order (GPB2): the filter, then one Gaussian a switching state smoothed.
+"""Generalised pseudo-Bayes of second order (GPB2): filter and smoother with one Gaussian a switching state.
 
 Kim (1994) and Murphy (1998), as in Pavlović et al. (2000), section 3.3; the filter is in
 `dynamics.gpb2_filter`. Backwards in t, for the pairs k = s_{t+1}, j = s_t, with P_kj = A_k P_j A_k' + Q_k:
@@ -6,8 +6,8 @@ Kim (1994) and Murphy (1998), as in Pavlović et al. (2000), section 3.3; the fi
     J_kj    = P_j A_k' P_kj^-1,    x_kj|T = x_j + J_kj (x_k|T - x_kj),
     P_kj|T  = (I - J A_k) P_j (I - J A_k)' + J (Q_k + P_k|T) J',    Cov_kj(x_{t+1}, x_t) = P_k|T J_kj',
 
-a sum of positive semidefinite terms; then the collapse over k. Two things are taken to be so that are not
-quite: that x_{t+1} does not depend on s_t given s_{t+1} and all frames, and that
+a sum of positive semidefinite terms; then the collapse over k. Two assumptions are approximate: that
+x_{t+1} does not depend on s_t given s_{t+1} and all frames, and that
 Pr(s_t = j | s_{t+1} = k, all frames) is what it is given the frames up to t + 1: the filter's own W_kj,
 which cost nothing. The papers weigh by Pi[j, k] Pr(s_t = j | y_0..t), which leaves out y_{t+1} too; Barber
 (2006) puts N(x_k|T; x_kj, P_kj) to that, one more factorisation for every pair. Against the sum over all
@@ -35,8 +35,8 @@ from dynamics.slds import SLDS
 def gpb2_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Posterior]:
     """The approximate posterior over each of several sequences (T, M), T >= 1; NaN entries were not measured.
 
-    `hints` (T, K) each are further log likelihood of every switching state, None zero; ValueError if they
-    have another shape or leave no state possible.
+    `hints`, (T, K) for each sequence, are added to the log likelihoods of the switching states; None adds
+    nothing. ValueError if they have another shape or leave no state possible.
     """
 
     def infer(frames: Frames) -> list[Posterior]:
@@ -48,7 +48,8 @@ def gpb2_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = No
 def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None = None) -> list[Switching]:
     """The switching states alone; arguments and errors as `gpb2_all`.
 
-    Their way back needs nothing of x_t but the filter's weights, so no state is kept or smoothed.
+    The backward pass of the switching states needs only the filter's weights, so x is neither kept nor
+    smoothed.
     """
 
     def infer(frames: Frames) -> list[Switching]:
@@ -65,7 +66,7 @@ def switching_all(slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None
 
 @dataclass(frozen=True)
 class _Steps:
-    """Of every row but the first frame's the step that leads to it.
+    """The step that leads to each row, except those of the first frame.
 
     pair    : (rows, K, K) Pr(s_{t-1} = j, s_t = k)
     moments : (rows, K) [x_t; x_{t-1}] given each s_t
@@ -78,7 +79,7 @@ class _Steps:
 
 
 def _smooth(slds: SLDS, frames: Frames, found: Step) -> list[Posterior]:
-    """The posteriors, from what the filter found, whose probabilities and states become the smoother's."""
+    """The posteriors, from the filter's result, which is overwritten by the smoother's."""
     rows, K, N = found.mean.shape
     steps = _Steps(
         np.empty((rows, K, K)),
@@ -104,7 +105,7 @@ def _smooth(slds: SLDS, frames: Frames, found: Step) -> list[Posterior]:
 
 
 def _go_back(slds: SLDS, frames: Frames, found: Step, steps: _Steps) -> None:
-    """From the last frames to the first, many at once; only the recursion itself goes frame by frame."""
+    """The backward pass, many frames at once; only the recursion itself goes frame by frame."""
     for rows, back_to in frames.chunks(max(1, PAIRS // slds.K**2)):
         filtered = found.states[frames.before[rows], None]
         back = reverse(filtered, slds.A[:, None], slds.b[:, None], slds.Q[:, None])

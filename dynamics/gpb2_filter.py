@@ -17,8 +17,8 @@ P_i = sum_j W_ij P_ij = A_i (sum_j W_ij P_j) A_i' + Q_i, S_i = sum_j W_ij S_ij a
 
     sum_j W_ij P_ij|t = (I - gC) P_i (I - gC)' + g R g' - sum_j W_ij D_ij' D_ij,    D_ij = L' g' - Z_ij,
 
-which takes away only what the gains differ by: least of all g for this one, nothing for one state. All of
-this is in `dynamics.pairs`.
+which subtracts only the difference between the gains: this g makes it least, and one state makes it zero.
+All of this is computed in `dynamics.pairs`.
 """
 
 from collections.abc import Callable, Iterator
@@ -32,13 +32,13 @@ from dynamics.gaussian import LOG_2PI, Array, Gaussian
 from dynamics.kalman import update
 from dynamics.slds import SLDS
 
-ROWS = 64  # worked on at a time
+ROWS = 64  # processed at a time
 
 Switch = Callable[[Array], Array]  # (n, K, N) states given each s_{t-1} to (n, K, K) log Pr(s_t | s_{t-1})
 
 
 class Step(NamedTuple):
-    """The filter in n rows of `dynamics.frames.Frames`: some frames of the sequences still running, or all.
+    """The filter's result for n rows of `dynamics.frames.Frames`: some or all frames of the sequences.
 
     log_prob     : (n, K) log Pr(s_t | y_0..t)
     mean, cov    : (n, K, N), (n, K, N, N) of x_t given each s_t
@@ -59,12 +59,12 @@ class Step(NamedTuple):
 
 
 def gpb2_filter(slds: SLDS, y: Array) -> Step:
-    """The filter alone over one sequence (T, M); errors as `gpb2_all`."""
+    """The filter without smoothing over one sequence (T, M); errors as `gpb2_all`."""
     return in_batches(slds, [y], None, lambda frames: [run_filter(slds, frames)])[0]
 
 
 def run_filter(slds: SLDS, frames: Frames) -> Step:
-    """The filter over all rows, which are kept; ValueError where no switching state is possible."""
+    """The filter's result for all rows; ValueError where no switching state is possible."""
     n, (K, N) = len(frames.y), slds.b.shape
     shapes = (n, K), (n, K, N), (n, K, N, N), (n, K, K), (n,)
     whole = Step(slice(0, n), *map(np.empty, shapes))
@@ -75,7 +75,8 @@ def run_filter(slds: SLDS, frames: Frames) -> Step:
 
 
 def filter_steps(slds: SLDS, frames: Frames, switch: Switch | None = None) -> Iterator[Step]:
-    """The filter a few frames at a time by Pi, one at a time by a switch that depends on the state before;
+    """The filter, some frames a step if the switch is Pi, one frame a step if it depends on the state before.
+
     ValueError where no switching state is possible."""
     from dynamics.pairs import constants, gpb2_rows  # slow to import
 
@@ -97,7 +98,8 @@ def filter_steps(slds: SLDS, frames: Frames, switch: Switch | None = None) -> It
 
 
 def _spans(first: list[int], most: int) -> Iterator[tuple[int, int, int]]:
-    """Where the frame before, then some frames begin, and where they end: of `most` rows, or one frame."""
+    """Groups of frames of at most `most` rows, or of one frame: first row of the frame before and of the
+    group, and the row after it."""
     start, T = 1, len(first) - 1
     while start < T:
         stop = start + 1
@@ -125,14 +127,14 @@ def _possible(step: Step, frames: Frames) -> Step:
 
 
 def _measured(frames: Frames) -> NDArray[np.bool_]:
-    """(M,) the measurements that any row has; one at least. The others would only cost time."""
+    """(M,) whether any row measures each entry, at least one true; the other entries would only cost time."""
     measured = np.asarray(np.isfinite(frames.y).any(0))
     measured[0] |= not measured.any()
     return measured
 
 
 def normalised(logs: Array, axis: int) -> tuple[Array, Array]:
-    """The log sum along an axis, which stays, and the log shares in it: equal where nothing is possible."""
+    """The log sum along an axis, which is kept, and the log shares of it: equal where all are impossible."""
     total = np.logaddexp.reduce(logs, axis=axis, keepdims=True)
     if total.min() > -np.inf:
         return total, logs - total

@@ -1,4 +1,4 @@
-"""A hidden Markov model with Gaussian poses: switching states without dynamics, the plain rival.
+"""A hidden Markov model with Gaussian poses: switching states without dynamics, the papers' baseline.
 
     Pr(s_t = j | s_{t-1} = i) = Pi[i, j],    y_t ~ N(mean[s_t], cov[s_t])
 
@@ -32,7 +32,7 @@ class HMM:
 
     names  : the M measured freedoms
     labels : (K,) which motion each state belongs to
-    fps    : frames a second that one step stands for
+    fps    : frames a second, one step each
     """
 
     pi0: Array
@@ -54,7 +54,7 @@ class HMM:
 class HMMPosterior(Switching):
     """The posterior over the states of one sequence of T frames.
 
-    path         : (T,) the best path as a whole; where single frames matter take prob
+    path         : (T,) the best path as a whole; `prob` is better for single frames
     pair         : (T-1, K, K) Pr(s_t = i, s_{t+1} = j)
     log_evidence : log of the sum over all paths, nats
     """
@@ -79,9 +79,9 @@ def hmm_all(hmm: HMM, ys: Sequence[Array]) -> list[HMMPosterior]:
 
 
 def combine_hmms(models: Sequence[HMM], crossing: float = CROSSING) -> HMM:
-    """Models of several motions as one; ValueError if they speak of other freedoms or rates.
+    """Models of several motions as one; ValueError if their freedoms or rates differ.
 
-    A state leaves its own motion with probability `crossing` a frame, to any state of the others alike.
+    A state leaves its own motion with probability `crossing` a frame, with equal odds to any state of others.
     """
     if len({(model.names, model.fps) for model in models}) > 1:
         raise ValueError("models to combine must share freedoms and frame rate; learn them alike")
@@ -95,8 +95,8 @@ def combine_hmms(models: Sequence[HMM], crossing: float = CROSSING) -> HMM:
 
 @dataclass(frozen=True)
 class Expected:
-    """Of T frames under every state: log_lik (T,K) of what was measured; the whole pose given that, mean
-    (T,K,M), and cov (G,K,M,M) of the G frames `gappy` that miss something, (K,M,M) where none does."""
+    """T frames under every state: log_lik (T,K) of the measured entries; the whole pose given these, mean
+    (T,K,M), and cov (G,K,M,M) of the G frames `gappy` with missing entries, (K,M,M) if there are none."""
 
     log_lik: Array
     mean: Array
@@ -105,7 +105,7 @@ class Expected:
 
 
 def expected(hmm: HMM, y: Array) -> Expected:
-    """What every state expects of poses (T, M); NaN entries were not measured."""
+    """Likelihood and expectation of poses (T, M) under every state; NaN entries were not measured."""
     K, M = hmm.mean.shape
     seen = ~np.isnan(y)
     whole, gappy = np.flatnonzero(seen.all(1)), np.flatnonzero(~seen.all(1))

@@ -1,4 +1,4 @@
-"""Predict, update, smooth: the only Kalman equations in the house, batched over leading axes.
+"""Predict, update, smooth: the only Kalman equations in numpy, batched over leading axes.
 
 Särkkä, Bayesian Filtering and Smoothing (2013), theorems 4.2 and 8.2, with an affine offset b.
 """
@@ -10,7 +10,7 @@ import numpy as np
 
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, apply, symmetric, transpose
 
-CORNER = 1e300  # of a bordered covariance: beyond any squared distance, and nothing else depends on it
+CORNER = 1e300  # corner of a bordered covariance: larger than any squared distance, otherwise without effect
 
 
 def predict(prior: Gaussian, A: Array, b: Array, Q: Array) -> Gaussian:
@@ -19,11 +19,10 @@ def predict(prior: Gaussian, A: Array, b: Array, Q: Array) -> Gaussian:
 
 
 def innovation(prior: Gaussian, y: Array, C: Array, R: Array) -> tuple[Array, Array, Array, Array]:
-    """What a measurement y = C x + w says beyond the prior; entries of y (..., M) that are NaN were not
-    measured.
+    """The innovation of a measurement y = C x + w; entries of y (..., M) that are NaN were not measured.
 
     C is (..., M, N) and R (..., M, M). Gives e (..., M), zero where missing; C and S = C P C' + R with
-    missing rows cut off (zero rows of C, unit rows of S); R likewise.
+    missing rows disabled (zero rows of C, unit rows of S); R likewise.
     """
     missing = np.isnan(y)
     if missing.any():
@@ -38,7 +37,7 @@ def log_likelihood(e: Array, S: Array, seen: Array) -> Array:
     """log N(e; 0, S) in nats over the entries that were measured; `seen` (...,) counts them. LinAlgError: S
     is not positive definite.
 
-    The Cholesky factor of [[S, e], [e', CORNER]] has the one of S, L, and below it (L^-1 e)': one
+    The Cholesky factor of [[S, e], [e', CORNER]] holds that of S, L, and below it (L^-1 e)': one
     factorisation gives both terms.
     """
     M = e.shape[-1]
@@ -73,9 +72,9 @@ def update_information(prior: Gaussian, C: Array, information: Array, vector: Ar
     """Condition on a likelihood exp(-q'Lq / 2 + h'q) of q = C x, C (M, N); L (..., M, M) may be singular, h
     (..., M) lies in its range.
 
-    The same posterior as `update` with R = L^-1 and y = L^-1 h where those exist; directions that L does not
-    see measure nothing. With S = C P C' and W = (I + S L)^-1 C P, the mean moves by W' (h - L C mean) and the
-    covariance is (I - W' L C) P (I - W' L C)' + W' L W.
+    The same posterior as `update` with R = L^-1 and y = L^-1 h where those exist; directions in the
+    null space of L are not measured. With S = C P C' and W = (I + S L)^-1 C P, the mean moves by W' (h - L C
+    mean) and the covariance is (I - W' L C) P (I - W' L C)' + W' L W.
     """
     L, cross = symmetric(information), C @ prior.cov
     S = cross @ transpose(C)
@@ -98,8 +97,8 @@ def smooth(filtered: Gaussian, later: Gaussian, A: Array, b: Array, Q: Array) ->
 class Reverse:
     """The dynamics from t + 1 back to t, given the frames up to t.
 
-    x_t = rest.mean + gain (x_{t+1} - ahead) + u, u ~ N(0, rest.cov), which depends on no later frame: the
-    ways back of all frames can be had at once.
+    x_t = rest.mean + gain (x_{t+1} - ahead) + u, u ~ N(0, rest.cov), which depends on no later frame, so all
+    frames can be processed at once.
 
     rest  : mean (..., N), cov (..., N, N)
     gain  : (..., N, N)
@@ -124,10 +123,10 @@ class Reverse:
 
 
 def reverse(filtered: Gaussian, A: Array, b: Array, Q: Array) -> Reverse:
-    """The way back to t from the belief at t given the frames up to t.
+    """The reverse dynamics to t, from the belief at t given the frames up to t.
 
-    In the form that is a sum of positive semidefinite terms. The predicted covariance of a companion state
-    may be singular to rounding; its diagonal is then raised by 1e-12 of its size.
+    The covariance is computed as a sum of positive semidefinite terms. The predicted covariance of a
+    companion state may be singular to rounding; its diagonal is then raised by 1e-12 of its size.
     """
     predicted = predict(filtered, A, b, Q)
     size = np.diagonal(predicted.cov, axis1=-2, axis2=-1)

@@ -1,10 +1,10 @@
-"""What the state of a system holds, and which of its entries mean what.
+"""The entries of a system's state and their meaning.
 
     x_t = [q_t, q_{t-1}, z_t]
 
 q_t is the pose, q_{t-1} the pose before, which only a second-order state holds, and z_t are freedoms that
-drift by themselves, which a state holds once. Where the figure stands must not matter: freedoms that travel
-enter the dynamics by their change (second order) or not at all (first order).
+drift independently, which a state holds once. The dynamics must not depend on where the figure stands:
+freedoms that travel enter them by their change (second order) or not at all (first order).
 """
 
 from collections.abc import Iterable
@@ -28,9 +28,9 @@ class Layout:
     """The layout of a state of N entries.
 
     names      : (d,) freedoms of the pose
-    travelling : those of them whose place must not matter
+    travelling : those of them that enter the dynamics by their change only
     order      : how many poses the state holds, 1 or 2
-    drifts     : (n,) freedoms that drift by themselves
+    drifts     : (n,) freedoms that drift independently of the pose
     """
 
     names: tuple[str, ...]
@@ -70,7 +70,7 @@ class Layout:
 
     @cached_property
     def regard(self) -> Array:
-        """(N', N) matrix that takes a state to what the dynamics regard: all but the place."""
+        """(N', N) matrix from a state to the entries that the dynamics depend on: all but the place."""
         stays = ~self.travels
         if self.order == 1:
             return np.asarray(self.pose[stays])
@@ -79,19 +79,19 @@ class Layout:
 
     @cached_property
     def steady(self) -> Array:
-        """(d, N' + 1) constant velocity: coefficients of what the dynamics regard, and the offset."""
+        """(d, N' + 1) constant velocity: coefficients of the entries of `regard`, and the offset."""
         each, offset = np.eye(self.d), np.zeros((self.d, 1))
         stays, moves = each[:, ~self.travels], each[:, self.travels]
         return np.hstack([stays, offset] if self.order == 1 else [2.0 * stays, -stays, moves, offset])
 
     @cached_property
     def from_here(self) -> Array:
-        """(N, N) matrix that takes the present place of the figure off all poses of a state."""
+        """(N, N) matrix that subtracts the figure's present place from all poses of a state."""
         return np.asarray(np.eye(self.N) - self.shift[:, : self.d] @ self.carry)
 
     @cached_property
     def shift(self) -> Array:
-        """(N, d + n) matrix of what a state changes by when all its poses, and the drifts, shift alike."""
+        """(N, d + n) matrix from a common shift of all poses and of the drifts to the change of the state."""
         d, n = self.d, len(self.drifts)
         return np.vstack([*[np.eye(d, d + n)] * self.order, np.eye(n, d + n, k=d)])
 
@@ -99,7 +99,7 @@ class Layout:
     def turned(self) -> Array:
         """(N, 2N) matrix that takes [x_t, x_{t+1}] to the state at t with time running back.
 
-        Of a second-order state the pose after takes the place of the pose before.
+        In a second-order state the pose after then stands where the pose before was.
         """
         matrix = np.eye(self.N, 2 * self.N)
         if self.order == 2:

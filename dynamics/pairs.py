@@ -1,4 +1,4 @@
-"""Compiled: what the filters work out for every switching state j before and i now.
+"""Compiled: the filters' computations for every pair of switching states, j before and i now.
 
 The equations are those of `dynamics.viterbi`, `dynamics.gpb2_filter` and `dynamics.kalman`. Arrays of all
 pairs p = i K + j have the pair last, so that a processor factors several matrices at once; products are of
@@ -16,22 +16,22 @@ from dynamics.compiled import compiled, part
 from dynamics.gaussian import Array
 from dynamics.slds import SLDS
 
-System = tuple[Array, ...]  # what `constants` gives
+System = tuple[Array, ...]  # result of `constants`
 Pairs = tuple[Array, Array, Array, Array]  # see `_room`
 Found = tuple[Any, ...]
 
-# All in one file: the cache of compiled code does not notice that another has changed.
+# All in one file: numba's cache does not notice changes in other files.
 COMPILED = compiled(error_model="numpy", fastmath={"contract"})
 PART = part(error_model="numpy", fastmath={"contract"})
-# Where order does not matter, so that a processor adds up several terms at a time.
+# Sums may be reordered, so that a processor adds several terms at a time.
 ANY_ORDER = part(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 
 
 def constants(slds: SLDS, C: Array, R: Array) -> System:
-    """A, b, Q, C, R, and of every state G = C A, C b, C Q, C Q C' + R; C and R may leave measurements out."""
+    """A, b, Q, C, R, and for every state G = C A, C b, C Q, C Q C' + R; C and R may omit measurements."""
     A, b, Q = slds.A, slds.b, slds.Q
     parts = A, b, Q, C, R, C @ A, b @ C.T, C @ Q, C @ Q @ C.T + R
-    # Copies can be written to; of arrays that cannot, everything would be compiled once more.
+    # Copies are writable; for read-only arrays numba would compile everything a second time.
     return tuple(np.array(part, order="C") for part in parts)
 
 
@@ -74,7 +74,7 @@ def viterbi_rows(
 def gpb2_rows(
     system: System, log_switch: Array, y: Array, extra: Array, before: NDArray[np.intp], found: Found
 ) -> None:
-    """GPB2 in the rows that have one before them; the others are there already.
+    """GPB2 in the rows that have one before them; the others are already filled.
 
     Args:
         log_switch: (1 or rows, K, K) log Pr(s_t = i | s_{t-1} = j), [j, i], one for all or by the row before.
@@ -108,14 +108,14 @@ def gpb2_rows(
 
 @PART
 def _room(K: int, M: int, N: int) -> Pairs:
-    """For all pairs: G_i P_j, L of S = L L' with (L^-1 e)' below, surprise, mean of x_t."""
+    """Buffers for all pairs: G_i P_j, L of S = L L' with (L^-1 e)' below, surprise, mean of x_t."""
     P = K * K
     return np.empty((P, M, N)), np.zeros((M + 1, M, P)), np.empty(P), np.empty((P, N))
 
 
 @ANY_ORDER
 def _innovate(system: System, mean: Array, cov: Array, y: Array, pairs: Pairs) -> None:
-    """All innovations of a frame, factored, from the states (K, N) before it."""
+    """The factored innovations of all pairs in a frame, from the states (K, N) before it."""
     _, _, _, _, _, G, Cb, _, noise = system
     K, M, N = G.shape
     GP, S, surprise, _ = pairs
@@ -133,7 +133,7 @@ def _innovate(system: System, mean: Array, cov: Array, y: Array, pairs: Pairs) -
 
 @ANY_ORDER
 def _foresee(G: Array, noise: Array, cov: Array, GP: Array, S: Array, p: int) -> None:
-    """G P, and S of pair p."""
+    """Compute G P and S of pair p."""
     _times(G, cov, GP)
     M, N = G.shape
     for m in range(M):
@@ -146,8 +146,10 @@ def _foresee(G: Array, noise: Array, cov: Array, GP: Array, S: Array, p: int) ->
 
 @PART
 def _factor(y: Array, S: Array, surprise: Array) -> None:
-    """Of every [S; e'] (M + 1, M, P) the rows of S = L L' become L's and e' becomes (L^-1 e)', in the lower
-    triangle; and the surprise (P,) is e' S^-1 e / 2 + log |S| / 2."""
+    """Factor every [S; e'] (M + 1, M, P) in place: S = L L' becomes L (lower triangle), e' becomes (L^-1 e)'.
+
+    The surprise (P,) is e' S^-1 e / 2 + log |S| / 2.
+    """
     _, M, P = S.shape
     for p in range(P):
         surprise[p] = 0.0
@@ -178,7 +180,7 @@ def _factor(y: Array, S: Array, surprise: Array) -> None:
 
 @PART
 def _normalise(logs: Array) -> float:
-    """The log sum of logs (K,), of which the log shares take the place: equal where nothing is possible."""
+    """The log sum of logs (K,), which are replaced by their log shares: equal where all are impossible."""
     most, total = -np.inf, 0.0
     for k in range(len(logs)):
         most = max(most, logs[k])
@@ -204,7 +206,7 @@ def _predict(A: Array, Q: Array, cov: Array, prior: Array) -> None:
 
 @PART
 def _whiten(A: Array, CQ: Array, y: Array, L: Array, p: int, GP: Array, Z: Array, x: Array) -> None:
-    """Z = L^-1 C P (M, N) of pair p, C P = (G P) A' + C Q; and from the predicted mean x to x + Z' L^-1 e."""
+    """Z = L^-1 C P (M, N) of pair p, C P = (G P) A' + C Q; the predicted mean x becomes x + Z' L^-1 e."""
     M, N = Z.shape
     _times(GP, A, Z)
     _plus(CQ, Z)
@@ -223,7 +225,7 @@ def _whiten(A: Array, CQ: Array, y: Array, L: Array, p: int, GP: Array, Z: Array
 
 @PART
 def _condition(C: Array, R: Array, L: Array, p: int, Z: Array, cov: Array) -> None:
-    """From the covariance before a measurement to that after, and from Z = L^-1 C P (M, N) to the gain'.
+    """Update the covariance by a measurement, in place; Z = L^-1 C P (M, N) becomes the transposed gain.
 
     In Joseph form as `dynamics.kalman.update`, with P - gain C P = P - Z'Z.
     """
@@ -247,9 +249,9 @@ def _condition(C: Array, R: Array, L: Array, p: int, Z: Array, cov: Array) -> No
 def _collapse(
     system: System, y: Array, before: Array, W: Array, pairs: Pairs, Z: Array, mean: Array, cov: Array
 ) -> None:
-    """The covariances (K, N, N) of one Gaussian a state, from those `before`.
+    """The covariances (K, N, N) after the collapse to one Gaussian a state, from those `before`.
 
-    W (K, K) are the pairs' weights, Z (K K, M, N) their L^-1 C P, and the mean (K, N) is there.
+    W (K, K) are the pairs' weights, Z (K K, M, N) their L^-1 C P; the mean (K, N) is collapsed already.
     """
     A, _, Q, C, R, G, _, CQ, noise = system
     GP, L, surprise, x = pairs
@@ -275,7 +277,7 @@ def _collapse(
 
 @PART
 def _part(L: Array, p: int, gain_T: Array, Z: Array, D: Array) -> None:
-    """D = L' gain' - Z of pair p, by which its gain differs."""
+    """D = L' gain' - Z of pair p, the difference of its gain from the common one."""
     M, N = Z.shape
     for m in range(M):
         for n in range(N):
@@ -301,7 +303,7 @@ def _mirror(cov: Array) -> None:
 
 @PART
 def _add(factor: float, a: Array, b: Array, total: Array) -> None:
-    """Add factor a' b, four rows at a time: a fourth of the loads and stores."""
+    """Add factor a' b to the total, four rows at a time, which takes a fourth of the loads and stores."""
     whole = len(a) // 4 * 4
     for n in range(len(total)):
         for r in range(0, whole, 4):
@@ -323,7 +325,7 @@ def _plus(more: Array, total: Array) -> None:
 
 @ANY_ORDER
 def _step(A: Array, b: Array, x: Array, ahead: Array) -> None:
-    """A x + b."""
+    """Write A x + b into `ahead`."""
     for r in range(len(A)):
         total = 0.0
         for k in range(len(x)):
@@ -333,7 +335,7 @@ def _step(A: Array, b: Array, x: Array, ahead: Array) -> None:
 
 @ANY_ORDER
 def _times(a: Array, b: Array, product: Array) -> None:
-    """a b'."""
+    """Write a b' into `product`."""
     for r in range(len(a)):
         for c in range(len(b)):
             total = 0.0

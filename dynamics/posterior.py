@@ -1,4 +1,4 @@
-"""What every inference takes and returns."""
+"""The arguments and results that all inferences share."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from dynamics.slds import SLDS
 
 @dataclass(frozen=True)
 class Switching:
-    """Of one sequence of T frames: prob (T, K) Pr(s_t), path (T,) the most probable switching states."""
+    """The states of one sequence of T frames: prob (T, K) Pr(s_t), path (T,) the most probable states."""
 
     prob: Array
     path: NDArray[np.intp]

@@ -1,4 +1,4 @@
-"""Where each switching state lives, and what a pose therefore says of the state.
+"""The region of poses of each switching state, and the evidence that a pose gives for the states.
 
 A learned model's mean0 and cov0 are the moments of x over all frames of each switching state (`em.anywhere`):
 its region. Its uses go beyond the papers, in which the switch depends on the last switch alone:
@@ -8,7 +8,7 @@ its region. Its uses go beyond the papers, in which the switch depends on the la
                           with x_j = A_j x_{t-1} + b_j: a state is entered where it leads into its region
     a step towards it     p(x_t | s_t = k, x_{t-1}) in proportion to N(x_t; x_k, Q_k) N(x_t; mean0_k, cov0_k)
 
-(recurrent SLDS: Barber 2006; Linderman et al. 2017). Where the figure stands is left out of all of them.
+(recurrent SLDS: Barber 2006; Linderman et al. 2017). None of them depends on where the figure stands.
 """
 
 from dataclasses import dataclass, replace
@@ -20,8 +20,8 @@ from dynamics.gaussian import Array, apply, inverse_root, symmetric, transpose
 from dynamics.kalman import innovation, log_likelihood
 from dynamics.slds import SLDS
 
-POSE = 0.5  # weight of the pose's term, in a filter's switch too; less than 1: the dynamics count it already
-CHUNK = 1000  # frames whose covariances are held at a time
+POSE = 0.5  # weight of the pose's term, also in a filter's switch; below 1 as the dynamics use the pose too
+CHUNK = 1000  # frames whose covariances are in memory at a time
 
 
 def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
@@ -38,7 +38,7 @@ def pose_hints(slds: SLDS, y: Array, weight: float = POSE) -> Array:
 
 @dataclass(frozen=True)
 class Regions:
-    """regard (N', N) leaves out the place; mean (K, N'), cov (K, N', N') of what is left, in each state."""
+    """regard (N', N) removes the place; mean (K, N') and cov (K, N', N') of the result in each state."""
 
     regard: Array
     mean: Array
@@ -60,20 +60,21 @@ class Regions:
 
 
 def regions(slds: SLDS) -> Regions:
-    """Distribution of the state in each switching state, by which the switch depends on the pose."""
+    """Distribution of x in each switching state, on which the recurrent switch depends."""
     return _seen_by(slds, slds.layout.regard)
 
 
 def log_switch(slds: SLDS, reach: Regions, x: Array, weight: float = 1.0) -> Array:
     """(..., K, K) log of the recurrent switch, [i, j] from i to j, given the states x (..., K or 1, N) before
-    it, one each i or one for all; the region counts to the power `weight`."""
+    it, one for each i or one for all; `weight` is the power of the region's density."""
     ahead = apply(slds.A, x[..., None, :]) + slds.b
     log_p = slds.log_Pi + weight * reach.log_density(ahead)
     return np.asarray(log_p - np.logaddexp.reduce(log_p, axis=-1, keepdims=True))
 
 
 def drawn(slds: SLDS, weight: float) -> SLDS:
-    """The system whose every step goes towards the region of its state, which counts to the power `weight`.
+    """The system whose steps are drawn towards the region of their state; `weight` is the power of its
+    density.
 
     With F = regard and mean m, cov V of the region, the product of both Gaussians is, for the gain g = Q F'
     (F Q F' + V / weight)^-1, one with A - g F A, b + g (m - F b) and Q - g F Q.
@@ -86,12 +87,12 @@ def drawn(slds: SLDS, weight: float) -> SLDS:
 
 
 def pose_regions(slds: SLDS) -> Regions:
-    """Like `regions`, of the present pose alone, without what travels and without its change."""
+    """Like `regions`, but of the present pose only, without travelling freedoms and without the velocity."""
     return _seen_by(slds, slds.layout.pose[~slds.layout.travels])
 
 
 def _seen_by(slds: SLDS, regard: Array) -> Regions:
     cov = regard @ slds.cov0 @ transpose(regard)
-    # A region thinner than rounding would let no other state in.
+    # A region thinner than rounding would exclude every other state.
     size = np.diagonal(cov, axis1=-2, axis2=-1).max(0)
     return Regions(regard, slds.mean0 @ regard.T, symmetric(cov) + 1e-6 * np.diag(size))

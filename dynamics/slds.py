@@ -1,4 +1,4 @@
-"""The switching linear dynamic system: parameters, checks, and the one-state rival.
+"""The switching linear dynamic system: parameters, checks, and constant velocity with one state.
 
 Pavlović et al. (1999), section 2, with an affine offset:
 
@@ -6,7 +6,7 @@ Pavlović et al. (1999), section 2, with an affine offset:
     x_t = A[s_t] x_{t-1} + b[s_t] + v_t,   v_t ~ N(0, Q[s_t])
     y_t = C x_t + w_t,                     w_t ~ N(0, R)
 
-What the state x holds is told in `dynamics.layout`; at second order only the pose's block of Q is not zero.
+`dynamics.layout` describes the state x; at second order only the pose's block of Q is not zero.
 Poses are in body units: leg lengths and radians.
 """
 
@@ -28,9 +28,9 @@ class SLDS:
     """pi0 (K,), Pi (K,K), A (K,N,N), b (K,N), Q (K,N,N), C (M,N), R (M,M), mean0 (K,N), cov0 (K,N,N).
 
     names      : the M measured freedoms
-    travelling : those of them that the dynamics see by their change only
+    travelling : those of them that enter the dynamics by their change only
     labels     : (K,) which motion each switching state belongs to
-    fps        : frames a second that one step stands for
+    fps        : frames a second, one step each
     drifts     : freedoms, measured or not, that the state holds behind the poses
     """
 
@@ -78,7 +78,7 @@ class SLDS:
 
     @property
     def shift(self) -> Array:
-        """(N, M) matrix of what a state changes by when its poses, and the measured drifts, shift alike."""
+        """(N, M) matrix from a common shift of its poses and the measured drifts to the change of a state."""
         return self.layout.shift[:, among((*self.layout.names, *self.drifts), self.names)]
 
     @property
@@ -93,9 +93,9 @@ class SLDS:
 
     @property
     def log_Pi(self) -> Array:  # noqa: N802
-        """(K, K) log Pi, -inf where a transition cannot be."""
+        """(K, K) log Pi, -inf for impossible transitions."""
         with np.errstate(divide="ignore"):
-            return np.log(self.Pi, order="C")  # of another order filters are compiled again
+            return np.log(self.Pi, order="C")  # for another memory order numba compiles the filters again
 
     @property
     def log_pi0(self) -> Array:
@@ -109,7 +109,7 @@ class SLDS:
         return Gaussian(self.mean0, self.cov0)
 
     def with_drifts(self, names: Sequence[str], persistence: Array, noise: Array, spread: Array) -> Self:
-        """The same system with further freedoms appended to state and measurement that drift by themselves.
+        """The same system with further, independently drifting freedoms appended to state and measurement.
 
         Each follows z_t = persistence z_{t-1} + N(0, noise^2) about zero and starts at N(0, spread^2),
         whatever the switching state.
@@ -141,7 +141,8 @@ class SLDS:
         )
 
     def with_constants(self, spreads: Mapping[str, float]) -> Self:
-        """The same system whose measurements are off by unknown constants, of these deviations by freedom."""
+        """The same system with an unknown constant added to each named measurement, of this standard
+        deviation."""
         n, names = len(spreads), [f"constant_{name}" for name in spreads]
         wide = self.with_drifts(names, np.ones(n), np.zeros(n), np.array(list(spreads.values())))
         C = wide.C[: len(self.C)].copy()
@@ -153,8 +154,7 @@ class SLDS:
 def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: float) -> SLDS:
     """A one-state second-order model that carries each freedom on as it moved: the papers' baseline.
 
-    Deviations (M,) are `noise` of the change of velocity in a frame and `spread` of the first velocity, a
-    frame.
+    Standard deviations (M,): `noise` of the change of velocity a frame, `spread` of the first velocity.
     """
     M = len(names)
     eye, zero = np.eye(M), np.zeros((M, M))
@@ -177,11 +177,10 @@ def constant_velocity(names: Sequence[str], noise: Array, spread: Array, fps: fl
 
 
 def combine(models: Sequence[SLDS], crossing: float = CROSSING, first: Sequence[float] | None = None) -> SLDS:
-    """Models of several motions as one; ValueError if they speak of other freedoms, orders or rates.
+    """Models of several motions as one; ValueError if their freedoms, orders or rates differ.
 
-    A state leaves its own motion with probability `crossing` a frame, to any state of the others alike. The
-    first frame is of each motion with the probability `first`, None for all alike. R is the mean of the
-    models'.
+    A state leaves its own motion with probability `crossing` a frame, with equal odds to any state of others.
+    `first` are the motions' probabilities in the first frame, None for equal ones. R is the models' mean.
     """
     one = models[0]
     if len({(model.names, model.order, model.fps, model.travelling) for model in models}) > 1:

@@ -28,9 +28,9 @@ from dynamics.stride import Stride
 VERSION = 1
 Model = SLDS | HMM | Stride
 KINDS: dict[str, type[Model]] = {"figtrack-slds": SLDS, "figtrack-hmm": HMM, "figtrack-stride": Stride}
-MOST_BYTES = 2**26  # unpacked; 64 states of 24 entries take a megabyte
-LEADING = {"b": 2, "mean": 2}  # dimensions of the arrays by which the sizes of all others go
-TEXTS = ("names", "travelling", "labels")  # what is kept in the header, besides fps
+MOST_BYTES = 2**26  # largest unpacked size; 64 states of 24 entries take a megabyte
+LEADING = {"b": 2, "mean": 2}  # dimensions of the arrays that determine the sizes of all others
+TEXTS = ("names", "travelling", "labels")  # fields kept in the header, besides fps
 
 
 class ModelError(Exception):
@@ -38,7 +38,7 @@ class ModelError(Exception):
 
 
 def kind_of(model: Model) -> str:
-    """What kind of model it is, in words."""
+    """The kind of a model, in words."""
     if isinstance(model, SLDS):
         return "a switching linear dynamic system"
     return "a hidden Markov model" if isinstance(model, HMM) else "a harmonic stride"
@@ -71,7 +71,7 @@ def load(path: str | Path) -> Model:
 
 @cache
 def shipped() -> Mapping[str, tuple[float, ...]]:
-    """The models that ship and the frame rates each was learned at; their files are named NAME@FPS.npz."""
+    """The shipped models and the frame rates at which each was learned; the files are named NAME@FPS.npz."""
     rates: dict[str, list[float]] = {}
     for entry in (resources.files("dynamics") / "models").iterdir():
         if entry.name.endswith(".npz"):
@@ -93,13 +93,13 @@ def load_shipped(name: str, fps: float) -> Model:
     return _of_package(name, nearest)
 
 
-@cache  # which speed a clip is played at is asked at a dozen rates, a few of them the models' own
+@cache  # measuring a clip's playback speed loads models for a dozen rates, few of them different
 def _of_package(name: str, fps: float) -> Model:
     return _read(resources.files("dynamics") / "models" / f"{name}@{fps:g}.npz", name)
 
 
 def _kept(kind: type[Model]) -> list[str]:
-    """The fields that a file holds: those without a default."""
+    """Names of the fields that a model file holds: those without a default."""
     return [field.name for field in dataclasses.fields(kind) if field.default is dataclasses.MISSING]
 
 
@@ -112,7 +112,7 @@ def _read(source: Path | Traversable, name: str) -> Model:
             arrays = {key: archive[key] for key in archive if key != "header"}
     except ModelError:
         raise
-    except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
+    except Exception as error:  # zipfile, zlib, numpy and json raise many kinds for damaged bytes
         raise ModelError(f"{name} is no model file or is damaged; copy or learn it again") from error
     if not isinstance(header, dict) or header.get("format") not in KINDS:
         raise ModelError(f"{name} is no model file; learn one with 'figtrack learn'")
@@ -144,7 +144,7 @@ def _texts(key: str, stored: Any) -> tuple[str, ...]:
 
 
 def _reals(key: str, stored: NDArray[Any]) -> Array:
-    if stored.dtype.kind not in "fiu":  # a complex number would lose its imaginary part unseen
+    if stored.dtype.kind not in "fiu":  # a complex number would lose its imaginary part silently
         raise ValueError(f"{key} must hold real numbers, not {stored.dtype}")
     if stored.ndim != LEADING.get(key, stored.ndim):
         raise ValueError(f"{key} must have {LEADING[key]} dimensions, not {stored.ndim}")
@@ -171,7 +171,7 @@ def _covariances(model: Model) -> dict[str, Array]:
 
 def _check_positive(key: str, covs: Array) -> None:
     for k, cov in enumerate(covs):
-        # Sums in another order differ in the last bits; a negative variance never comes of that.
+        # Sums in another order differ in the last bits, which never makes a variance negative.
         if not np.allclose(cov, cov.T, rtol=1e-9, atol=1e-9 * np.abs(cov).max()):
             raise ValueError(f"{key} must be symmetric; of state {k} it is not")
         if not np.linalg.eigvalsh(cov)[0] > 0.0:

@@ -36,7 +36,7 @@ class Stride:
     drift  : (K,) deviation of the phase's drift, radians
     names  : the M freedoms; `travelling` the n of them whose place does not matter
     labels : (K,) the motions
-    fps    : frames a second that it was learned at
+    fps    : frames a second of the captures it was learned from
     """
 
     mean: Array
@@ -81,7 +81,7 @@ class Stride:
 
 
 def combine_strides(strides: Sequence[Stride]) -> Stride:
-    """One model of the motions of several, of the same freedoms, each as probable."""
+    """One model of the motions of several models of the same freedoms, all equally probable."""
     return replace(strides[0], **joined(strides, ("mean", "root", "quick", "slow", "R", "bend", "drift")))
 
 
@@ -104,7 +104,7 @@ def slopes(phase: Array, size: int) -> Array:
 
 
 def half_a_stride_on(size: int) -> Array:
-    """(size,) factors that take coefficients of phi to those of phi + pi: odd harmonics change sign."""
+    """(size,) factors from the coefficients at phi to those at phi + pi: odd harmonics change sign."""
     return np.asarray((-1.0) ** orders(size))
 
 

@@ -1,4 +1,4 @@
-"""Structured variational inference: poses and switching states, each given what the other is on average.
+"""Structured variational inference: poses and switching states, each given the average over the other.
 
 Pavlović et al. (2000), q(X, S) = q(X) q(S) closest to the posterior. It maximises the bound
 E_q log p(X, S, Y) + H[q] <= log p(Y) by turns: q(X) for the switching states' probabilities is a Gaussian
@@ -9,9 +9,9 @@ chain (`dynamics.averaged`); q(S) for q(X) is a discrete chain with pi0, Pi and 
 (equation 3, with the factor 1/2 it lacks; plus the frame's hints). Right after it the bound is exactly
 log Z of that chain + E log p(Y | X) + H[q(X)], since E log p(S) + H[q(S)] + sum_t <log q_t> = log Z.
 
-Where the bound ends depends on the start. From the approximate Viterbi path it ended higher than from states
-all alike by 0.2 nats (order 1) and 1.4 (order 2) on sequences of 12 frames of 2 freedoms, and by thousands on
-50 frames of 8; giving each state a share of the path's certainty, up to a tenth, changed nothing.
+The final bound depends on the start. From the approximate Viterbi path it was higher than from equally
+probable states by 0.2 nats (order 1) and 1.4 (order 2) on sequences of 12 frames of 2 freedoms, and by
+thousands on 50 frames of 8; softening the path by up to a tenth towards all states changed nothing.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +28,7 @@ from dynamics.viterbi import viterbi_all
 
 ROUNDS = 50
 TOLERANCE = 1e-3  # nats; the bound then ended at most 1e-3 below its limit, mostly after 2 to 5 rounds
-BATCH = 64  # sequences at a time; fewer where an array would hold
+BATCH = 64  # sequences at a time; fewer where an array would exceed
 LARGEST = 2**25  # numbers
 
 
@@ -41,7 +41,7 @@ def variational_all(
     rounds: int = ROUNDS,
     tolerance: float = TOLERANCE,
 ) -> list[Posterior]:
-    """Of each sequence the closest posterior in which poses and switching states are independent.
+    """The closest posterior of each sequence in which poses and switching states are independent.
 
     Args:
         ys: sequences (T, M), T >= 1; NaN entries were not measured.
@@ -67,7 +67,7 @@ def variational_all(
 
 
 def variational_batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
-    """Which sequences are worked on together, longest first; by how a posterior rounds they are not alone."""
+    """Groups of sequences to process together, longest first; rounding depends on the grouping."""
     order = np.argsort([-len(y) for y in ys], kind="stable").tolist()
     numbers = slds.A[:, : len(slds.names)].size
     batches = []
@@ -81,10 +81,10 @@ def variational_batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
 
 @dataclass
 class Variational:
-    """An E-step for `em.learn` that starts from its own last answer to as many sequences of the same lengths.
+    """An E-step for `em.learn` that starts from its own last result for sequences of the same lengths.
 
     The bound plus the log prior then never falls from one round of learning to the next, however few rounds
-    are made within. Take a fresh one for every run of learning: another model's answer is a poor start.
+    are made within. Use a new one for every run of learning: another model's result is a poor start.
     """
 
     rounds: int = ROUNDS
@@ -100,7 +100,7 @@ class Variational:
 def _settled(
     slds: SLDS, system: System, data: Data, start: Sequence[Posterior], rounds: int, tolerance: float
 ) -> Iterator[tuple[int, Posterior]]:
-    """Each sequence's place and posterior, once its bound has settled; the others go on."""
+    """Position and posterior of each sequence as soon as its bound has settled; the others continue."""
     prob, mean = _beginning(start, len(slds.names))
     going, before = np.arange(len(start)), np.full(len(start), -np.inf)
     for i in range(rounds):
@@ -120,7 +120,7 @@ def _settled(
 
 
 def _posterior(poses: Poses, prob: Array, pair: Array, bound: Array, n: int, T: int) -> Posterior:
-    """That of sequence n, which has T frames."""
+    """The posterior of sequence n, which has T frames."""
     return Posterior(
         prob=prob[:T, n].copy(),
         pair=pair[: T - 1, n].copy(),

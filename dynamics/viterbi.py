@@ -25,14 +25,14 @@ from dynamics.kalman import reverse, update
 from dynamics.posterior import Posterior
 from dynamics.slds import SLDS
 
-CHUNK = 128  # steps whose way back is computed at a time: more of them leave the cache
+CHUNK = 128  # backward steps computed at a time: more do not fit the processor's cache
 
 
 def viterbi(slds: SLDS, y: Array, hints: Array | None = None) -> Posterior:
     """The best path through one sequence (T, M), T >= 1; NaN entries were not measured.
 
-    `hints` (T, K) are further log likelihood of each switching state, None zero; ValueError if they do not
-    fit y or no path is possible.
+    `hints` (T, K) are added to the log likelihoods of the switching states, None adds nothing; ValueError if
+    they do not fit y or no path is possible.
     """
     return viterbi_all(slds, [y], None if hints is None else [hints])[0]
 
@@ -49,10 +49,10 @@ def best_log_p_all(slds: SLDS, ys: Sequence[Array]) -> list[float]:
 
 @dataclass(frozen=True)
 class Forward:
-    """What going forward leaves; rows as in `Frames`.
+    """Results of the forward pass; rows as in `Frames`.
 
     beliefs : mean (rows, K, N), cov (rows, K, N, N) of x_t given y up to t and the best path to each state
-    back    : (rows, K) the best predecessor of each state; of no meaning in the first frame
+    back    : (rows, K) the best predecessor of each state; meaningless in the first frame
     cost    : (rows, K) minus log p(y up to t, best path to each state)
     """
 

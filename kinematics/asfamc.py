@@ -18,7 +18,7 @@ ROOT = "root"
 
 @dataclass(frozen=True)
 class _Bone:
-    """direction times length, the bone's axes C (3, 3), both at rest; the AMC's words for its line."""
+    """At rest: offset = direction times length, and the axes C (3, 3); `dofs` as the AMC orders them."""
 
     offset: Array
     axes: Array
@@ -53,7 +53,7 @@ def read_amc(path: str | Path, *, fps: float = 120.0) -> Capture:
 
 
 def find_skeleton(path: str | Path) -> Path:
-    """The ASF beside an AMC file whose name begins the AMC's, the longest; MotionError when there is none."""
+    """The ASF file with the longest name that the AMC's name begins with; MotionError if there is none."""
     path = Path(path)
     candidates = [asf for asf in path.parent.glob("*.asf") if path.stem.startswith(asf.stem)]
     if not candidates:
@@ -62,7 +62,7 @@ def find_skeleton(path: str | Path) -> Path:
 
 
 def _read_skeleton(path: str | Path) -> tuple[dict[str, _Bone], list[int]]:
-    """Bones by name, parents before children; and each one's parent by position, -1 for the root's."""
+    """Bones by name, parents before children; and the position of each bone's parent, -1 for the root."""
     sections: dict[str, list[tuple[int, list[str]]]] = {}
     section = ""
     for n, line in enumerate(read_lines(path), start=1):
@@ -145,7 +145,7 @@ def _read_parents(
 
 
 def _read_frames(path: str | Path, lines: list[str], bones: dict[str, _Bone]) -> dict[str, Array]:
-    """Values (T, dofs) of every bone, radians and lengths."""
+    """Each bone's values (T, dofs) by name: radians, and the root's lengths."""
     rows: dict[str, list[list[float]]] = {name: [] for name in bones}
     T, in_degrees = 0, True
     for n, line in enumerate(lines, start=1):

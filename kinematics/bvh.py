@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-LARGEST = 1e9  # of any number; beyond, numbers swamp one another
+LARGEST = 1e9  # magnitude of any number in a file; sums with larger ones lose their digits
 
 
 class MotionError(ValueError):
@@ -26,7 +26,7 @@ class MotionError(ValueError):
 class Capture:
     """Joints of a figure in space, frame by frame.
 
-    names     : J joint names; an End Site is called after its joint with "_end" behind
+    names     : J joint names; an End Site has the name of its joint followed by "_end"
     positions : (T, J, 3) in the file's unit of length, y up
     fps       : frames per second
     """
@@ -124,7 +124,7 @@ def joint_positions(parents: list[int], translations: Array, rotations: Array) -
     """(T, J, 3) places of the joints of a tree.
 
     Args:
-        parents: J indices, each below its own joint's; -1 for a root.
+        parents: J indices, each smaller than its joint's own; -1 for a root.
         translations: (T, J, 3) from the parent, in the parent's axes.
         rotations: (T, J, 3, 3) from the joint's axes to its parent's.
     """
@@ -139,7 +139,7 @@ def joint_positions(parents: list[int], translations: Array, rotations: Array) -
 
 
 def _number(word: str) -> float:
-    """What a word says, NaN if that is no number."""
+    """The word as a number, NaN if it is none."""
     try:
         return float(word)
     except ValueError:

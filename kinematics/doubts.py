@@ -1,10 +1,10 @@
-"""What speaks against marked joints: limbs of impossible length, joints bent too far, exchanged marks.
+"""Faults of marked joints: limbs of impossible length, joints bent too far, exchanged marks.
 
 Judged from whatever is marked so far, in the figure's own proportions and limits. Marks of people in motion
 were measured: twins differ by up to 1.4, proportions by up to 1.5, and joints go 5 degrees beyond their
-limits; marks that are 3 px off add to each. What does not breathe, a foot, turns out of the picture plane: it
-may be short, and only a long one has a direction. Legs exchanged as a whole are not seen: one frame does not
-tell which is nearer.
+limits; marks that are 3 px off add to each. A foot, which has a fixed length, turns out of the picture plane:
+it may look short, and only a long one has a direction. Legs exchanged as a whole are not noticed: one frame
+does not show which is nearer.
 """
 
 from collections.abc import Mapping
@@ -15,17 +15,17 @@ from kinematics.figure import Array, Figure, Link
 from kinematics.recover import Marks, recover, span
 
 SMALLEST = 25.0  # pixels of a leg: below, templates have too few pixels to be registered
-TWINS = 1.6  # how many times as long as its twin a limb may seem
-PROPORTION = 1.8  # how many times as long, or short, as the median limb has it
-LONGEST_FOOT, SHORTEST_FOOT = 2.0, 4.0  # the same of what does not breathe
+TWINS = 1.6  # largest ratio of a limb's length to its twin's
+PROPORTION = 1.8  # largest factor between a limb's length and what the median limb suggests
+LONGEST_FOOT, SHORTEST_FOOT = 2.0, 4.0  # the same for a foot that looks too long, too short
 MARK = 3.0  # pixels: error of a length between two marks
-FEWEST = 3  # limbs that suggest a size
-BEYOND = np.radians(17.0)  # of a joint's limits, and by what the marks' error turns its link
-LONG = 0.6  # of the length that others suggest, from which on a foot has a direction
+FEWEST = 3  # limbs needed to estimate the size of the figure
+BEYOND = np.radians(17.0)  # angle beyond a joint's limits; an angle for the error of the marks is added
+LONG = 0.6  # share of its expected length above which a foot's direction is judged
 
 
 def doubts(figure: Figure, marks: Marks, facing: int) -> list[str]:
-    """Why marked joints, finite pixels by name, cannot be right, a clause each; none if they can be.
+    """Why marked joints, finite pixels by name, cannot be right: one clause a fault, none if plausible.
 
     The figure is at rest and faces right (+1) or left (-1).
     """
@@ -44,13 +44,13 @@ def doubts(figure: Figure, marks: Marks, facing: int) -> list[str]:
 
 
 def beyond_limits(figure: Figure, marks: Marks, facing: int) -> list[str]:
-    """Joints bent further than they go, a clause each."""
+    """Joints bent beyond their limits, one clause each."""
     if figure.base not in marks:
         return []
     q, known = recover(figure, {name: np.array([facing * x, -y]) for name, (x, y) in marks.items()})
     spans, found = _spans(figure, marks), []
     size = _usual(figure, spans)
-    told: list[bool] = []  # whether it is known which way each link points
+    told: list[bool] = []  # whether the direction of each link is known
     for i, (link, parent) in enumerate(zip(figure.links, figure.parents, strict=True)):
         from_there = parent < 0 or told[parent]
         told.append(from_there if link.freedom is None else bool(known[figure.index(link.freedom)]))
@@ -72,20 +72,20 @@ def _wrong(figure: Figure, marks: Marks, facing: int) -> list[str]:
 
 
 def _spans(figure: Figure, marks: Marks) -> dict[int, float]:
-    """Pixels of each link whose both ends are marked."""
+    """Length in pixels of each link with both ends marked."""
     points: dict[str, Array] = {name: np.asarray(at, dtype=np.float64) for name, at in marks.items()}
     along = {i: span(figure, i, points) for i in range(len(figure.links))}
     return {i: float(np.hypot(*way)) for i, way in along.items() if way is not None}
 
 
 def _usual(figure: Figure, spans: Mapping[int, float]) -> float | None:
-    """Pixels of a leg as the median limb suggests; None where too few are marked."""
+    """Length of a leg in pixels, by the median limb; None where too few limbs are marked."""
     sizes = [length / figure.links[i].length for i, length in spans.items() if figure.links[i].breathes]
     return float(np.median(sizes)) if len(sizes) >= FEWEST else None
 
 
 def _uneven(figure: Figure, spans: Mapping[int, float]) -> list[str]:
-    """Twins of unlike lengths; said of the one that is less as the other limbs suggest."""
+    """Twins of too different lengths; the clause names first the one that fits the other limbs less."""
     size, found = _usual(figure, spans), []
     for i, twin in figure.twins.items():
         if i > twin or not {i, twin} <= spans.keys() or not figure.links[i].breathes:
@@ -102,7 +102,7 @@ def _uneven(figure: Figure, spans: Mapping[int, float]) -> list[str]:
 
 
 def _out_of_proportion(figure: Figure, spans: Mapping[int, float]) -> list[str]:
-    """Limbs of another length than the others suggest."""
+    """Limbs longer or shorter than the other limbs suggest."""
     size, found = _usual(figure, spans), []
     if size is None:
         return []
@@ -136,7 +136,7 @@ def _start(figure: Figure, link: Link) -> str:
 
 
 def _pairs(figure: Figure, marks: Marks) -> list[tuple[str, str]]:
-    """Joints that are easily taken for each other: of the near side and the far, and the ends of a limb."""
+    """Pairs of joints that are easily confused: a near and a far one, and the two ends of a limb."""
     names = figure.joints
     pairs = [(names[i], names[twin]) for i, twin in enumerate(figure.joint_twins.tolist()) if i < twin]
     pairs += [(_start(figure, link), link.joint) for link in figure.links]
@@ -144,7 +144,7 @@ def _pairs(figure: Figure, marks: Marks) -> list[tuple[str, str]]:
 
 
 def _cured(figure: Figure, marks: Marks, facing: int, pair: tuple[str, str]) -> bool:
-    """Whether nothing speaks against the marks once two are exchanged."""
+    """Whether the marks show no fault once the two of a pair are exchanged."""
     one, other = pair
     better = {**marks, one: marks[other], other: marks[one]}
     return not _wrong(figure, better, facing)

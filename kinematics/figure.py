@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 ROOT = ("root_x", "root_y")
 SCALE = "scale"
 STRETCH = "stretch_"
-# marked: a constant of each figure, which models are learned without and the start pose tells;
-# lean: one about which figures differ little, by the setting of this name.
+# marked: a constant of each figure, left out in learning and taken from the start pose;
+# lean: a constant that varies little between figures, by as much as the setting `lean` says.
 OFFSETS = ("", "marked", "lean")
 
 
@@ -38,16 +38,16 @@ class Link:
     width   : at its start, leg lengths
     rest    : direction at angle zero, radians: absolute for a base link, else relative to the parent
     limits  : smallest and largest angle, radians
-    parent  : link it hangs on, or None where it starts at the base
+    parent  : link at whose end it starts, or None for the base
     at      : share of the parent's length at which it starts
     sense   : +1 if a positive angle turns anticlockwise (x forward, y up), -1 if clockwise
     freedom : name of its angle in the pose, or None for a link that does not turn
     breathes: whether its length is a freedom of the pose
     taper   : width at the tip as a share of the width at the start
     layer   : larger is nearer to the camera
-    twin    : the same link on the other side, None where the names tell it by their words near and far
-    learned : whether motion models speak of its angle
-    offset  : what is a figure's own about its angle, one of OFFSETS
+    twin    : the same link on the other side; None if it is found by exchanging `near` and `far` in the name
+    learned : whether motion models include its angle
+    offset  : constant of each figure that is added to its angle, one of OFFSETS
     """
 
     name: str
@@ -73,7 +73,7 @@ class Panel:
     """Angles that a report draws together.
 
     reading : how to read them
-    curves  : what each is called, and its freedom
+    curves  : name and freedom of each curve
     """
 
     title: str
@@ -81,18 +81,18 @@ class Panel:
     curves: Mapping[str, str]
 
 
-# Compiled code takes it as a tuple: after a change of the order here what is kept of that is to be deleted.
+# Compiled code takes it as a tuple: after a change of this order, delete numba's cache.
 class Layout(NamedTuple):
-    """Where a pose holds what each of L links needs, and the links' own numbers, as arrays.
+    """The links as arrays: where a pose holds the freedoms of each of L links, and the links' constants.
 
     scale          : position of the common scale in `q`
     angle, stretch : (L,) position of a link's angle and of its stretch; of `scale` where it has none
-    turns, breathes: (L,) whether it has
+    turns, breathes: (L,) whether a link has such an angle, such a stretch
     sense          : (L,) +1 or -1, 0 where it does not turn
     rest, length   : (L,) as in `Link`
     width, taper   : (L,)
     layer          : (L,)
-    chain, reach   : (L, L) as of `Figure`, in numbers
+    chain, reach   : (L, L) as in `Figure`, as numbers
     """
 
     scale: int
@@ -117,14 +117,14 @@ class Figure:
     name     : of the figure
     base     : keypoint where the root stands
     links    : the tree
-    leg      : beginnings of the names of those links whose lengths make one leg
+    leg      : prefixes of the names of the links whose lengths add up to one leg
     marks    : joints that are marked, in this order
-    optional : those of them that a start pose can do without
+    optional : marks that a start pose may lack
     ahead    : pairs of joints of which the second lies where the figure faces
     scored   : joints that tracks are compared by
-    outline  : the figure whose outline, by the cycles of people, is this one's too; "" for none
+    outline  : figure whose outline and gait cycles apply to this one; "" for none
     panels   : how a report draws its angles
-    hints    : what joints are, for who marks them
+    hints    : what each joint is, shown to the person who marks
     """
 
     name: str
@@ -210,7 +210,7 @@ class Figure:
 
     @cached_property
     def learned_freedoms(self) -> tuple[str, ...]:
-        """The freedoms a motion model speaks of: root and angles of links that are learned."""
+        """The freedoms of motion models: the root, and the angles of links that are learned."""
         return (*ROOT, *(link.freedom for link in self.links if link.freedom is not None and link.learned))
 
     def offsets(self, kind: str) -> list[str]:

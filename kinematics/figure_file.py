@@ -1,4 +1,4 @@
-"""Figures read from TOML: those that ship, by name, and files of a user's own; docs/figures.md says how.
+"""Figures read from TOML: shipped ones by name, or a user's files; docs/figures.md describes the format.
 
 Angles in a file are degrees.
 """
@@ -38,7 +38,7 @@ def load_figure(source: str | Path = "walker") -> Figure:
 
 def figure_from(table: Mapping[str, Any]) -> Figure:
     """A figure from a parsed TOML table; angles there are degrees. ValueError: a key is unknown, missing or
-    of the wrong kind, or the tree does not hang together."""
+    of the wrong kind, or the links do not form a tree."""
     _check_keys(table, "the figure", {"name": str, "base": str, "links": [dict]}, _FIGURE)
     links = tuple(_link_from(entry) for entry in table["links"])
     marks = tuple(table.get("marks", (table["base"], *(link.joint for link in links))))
@@ -58,7 +58,7 @@ def figure_from(table: Mapping[str, Any]) -> Figure:
 
 
 def _panels(links: Sequence[Link]) -> tuple[Panel, ...]:
-    """A panel for each angle, twins in one."""
+    """One panel an angle, shared by twins."""
     names = [link.freedom for link in links if link.freedom is not None]
     found: dict[str, dict[str, str]] = {}
     for name in names:

@@ -18,9 +18,9 @@ from kinematics.sides import exchanged
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
 ARM_COLUMNS = ("shoulder_near", "elbow_near", "shoulder_far", "elbow_far")
-SHORTEST = 8  # frames; less holds no motion to learn from
+SHORTEST = 8  # frames; fewer show no motion to learn from
 CURVE = "curve"  # tag of a trial that is walked or run on a bend
-FROZEN = 3  # frames; as many copies of one pose are a fault of the capture, not a pause
+FROZEN = 3  # frames; this many copies of one pose are a fault of the capture, not a pause
 
 _TABLE_COLUMNS = ("file", "subject", "trial", "activity", "fps", "segments", "tags", "licence")
 
@@ -90,13 +90,13 @@ def sequences(trial: Trial, fps: float, *, curves: bool = False, arms: bool = Fa
     """The poses of a trial, one sequence for each straight segment of at least SHORTEST frames.
 
     Frames outside the segments, a T-pose among them, are dropped. So are FROZEN or more copies of one pose in
-    a row: no body stands as still, and the motion is not continuous across them, so the segment is split.
+    a row: no body stands so still, and the motion is not continuous across them, so the segment is split.
 
     Args:
         fps: frames per second wanted.
-        curves: take all of a trial with the tag `curve`, straight or not: every frame is seen from the side
-            that its body shows there, which is as good to learn a gait from.
-        arms: take their angles too; of a capture without arms nothing is taken.
+        curves: take the whole of a trial tagged `curve`: each frame is projected from the side of the body in
+            that frame, which serves as well to learn a gait.
+        arms: include the arms' angles; captures without arms are left out.
 
     Raises:
         MotionError: the capture is missing or malformed, or does not fit its row in the table.
@@ -193,11 +193,11 @@ def _read_trial(path: Path, line: int, row: dict[str, str | None]) -> Trial:
 
 
 def _moving(body: Body, first: int, end: int) -> list[tuple[int, int]]:
-    """Frames (start, stop) of a segment between its frozen runs."""
+    """Parts (start, stop) of a segment that lie between frozen frames."""
     part = body.between(first, end)
     places = np.concatenate([part.right, part.left, part.neck[:, None], part.head[:, None]], axis=1)
     steps = np.abs(np.diff(places, axis=0)).max(axis=(1, 2))
-    # Equal channels may be placed apart by rounding; a body that pauses still sways by a thousandth.
+    # Rounding moves the joints of frozen frames a little; a body that pauses sways by a thousandth.
     changes = np.flatnonzero(steps > 1e-9 * body.leg_length) + 1
     cuts = [first]
     for start, stop in pairwise([0, *changes.tolist(), end - first]):

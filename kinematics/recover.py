@@ -16,8 +16,8 @@ from kinematics.spm import View
 
 Marks = Mapping[str, tuple[float, float]]
 
-STRAIGHT = 0.02  # share of the leg by which a knee of a straight one may seem bent: marks repeat no better
-FORESHORTENED = 0.75  # times its twin's length: feet of one person, marked square to the camera, differ less
+STRAIGHT = 0.02  # leg lengths by which the knee of a straight leg may seem off the line: error of marks
+FORESHORTENED = 0.75  # share of its twin's length; feet marked square to the camera differ by less
 
 
 class PoseError(ValueError):
@@ -26,14 +26,14 @@ class PoseError(ValueError):
 
 @dataclass(frozen=True)
 class Start:
-    """What a marked frame tells of the figure.
+    """Figure, view and pose as a marked frame gives them.
 
     figure : with this person's rest lengths
     view   : where and how large it stands in the picture
     q      : (D,) the marked pose; scale zero
     known  : (D,) whether each freedom was marked; the others were assumed
     hidden : joints whose place was guessed, as something hides them
-    foreshortened : links turned towards the camera or away from it: it is not seen how long they are
+    foreshortened : links turned towards or away from the camera, whose length is unknown
     """
 
     figure: Figure
@@ -48,16 +48,16 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     """Figure, view and pose from the joints of one frame.
 
     A link whose tip is not marked takes its twin's length (names that differ in near/far only), and where
-    neither is marked the rest proportions. Twins are as long as each other at rest: what tells them apart in
-    one frame, foreshortening and the marks' errors, is stretch. A foot, which does not stretch, is as long as
-    its twin if it looks much shorter.
+    neither is marked the rest proportions. Twins have one rest length: their difference in a frame, due to
+    foreshortening and errors of the marks, becomes stretch. A foot, which does not stretch, takes its twin's
+    length if it looks much shorter.
 
     Args:
         marks: pixel of each marked joint; one without a finite position counts as missing.
         facing: +1 right, -1 left.
 
     Raises:
-        PoseError: a joint that the figure cannot do without is missing, or two joints fall together.
+        PoseError: a required joint is missing, or two joints coincide.
         ValueError: the figure does not say which links make a leg.
     """
     if not figure.leg:
@@ -80,7 +80,7 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
 
 
 def needed_joints(figure: Figure) -> list[str]:
-    """Joints that a start pose cannot do without."""
+    """Joints that a start pose requires."""
     return [name for name in figure.joints if name in figure.marks and name not in figure.optional]
 
 
@@ -88,8 +88,8 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
     """The pose q (D,), scale and stretches zero, whose links point the way the joints lie; and (D,) whether
     each freedom was seen.
 
-    Of the joints that are known, the base among them, (2,) body coordinates are given. A link whose tip or
-    whose start is not known takes the angle nearest zero that its limits allow.
+    `points` holds (2,) body coordinates of the known joints, with the base. A link with an unknown tip or
+    start takes the angle nearest zero that its limits allow.
     """
     q, known = np.zeros(len(figure.freedoms)), np.ones(len(figure.freedoms), dtype=bool)
     q[:2] = points[figure.base]
@@ -115,11 +115,11 @@ def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray
 
 
 def met(figure: Figure, points: Mapping[str, Array]) -> dict[str, Array]:
-    """The known joints, (2,) body coordinates, and those that are not but where two links of known lengths
-    meet.
+    """The known joints, (2,) body coordinates, and unknown ones between two links of known lengths whose far
+    ends are known.
 
-    Of the two places where they can, the one in which the joint bends as its limits have it. Links too short
-    to meet point at each other, and so do those too long.
+    Of the two possible places, the one in which the joint bends as its limits allow. If the links are too
+    short or too long to meet, the joint lies on the line through their far ends.
     """
     places = dict(points)
     for j, link in enumerate(figure.links):
@@ -144,7 +144,7 @@ def _elbow(start: Array, tip: Array, lengths: tuple[float, float], side: float) 
 
 
 def _bend(figure: Figure, i: int) -> float:
-    """Which way a link bends from its parent by its limits: +1 anticlockwise, x forward and y up, or -1."""
+    """Direction in which its limits let a link bend: +1 anticlockwise (x forward, y up), -1 clockwise."""
     link = figure.links[i]
     return 1.0 if np.sin(link.rest + link.sense * sum(link.limits) / 2.0) >= 0.0 else -1.0
 
@@ -158,9 +158,9 @@ def span(figure: Figure, i: int, points: Mapping[str, Array]) -> Array | None:
 def facing_of(marks: Marks, later: Marks | None = None, figure: Figure = WALKER) -> int:
     """Which way the figure faces: +1 right, -1 left.
 
-    From its pairs of joints that lie ahead of each other (toes) where all are marked, else from the middles
-    of legs that bend (knees) where all are, else from the pairs there are, else from the way the base goes,
-    else from a bend too slight, or of too few legs, to be sure of. Right where nothing tells.
+    From its pairs of joints that lie ahead of each other (toes) if all are marked, else from middle joints of
+    bent legs (knees) if all are marked, else from the marked pairs, else from the movement of the base,
+    else from a bend that is slight or of one leg only. Right if nothing shows it.
     """
     seen, base = _positions(marks), figure.base
     toes, clear, toe, bend = _votes(seen, figure)
@@ -171,9 +171,9 @@ def facing_of(marks: Marks, later: Marks | None = None, figure: Figure = WALKER)
 
 
 def facing_told(marks: Marks, figure: Figure = WALKER) -> bool:
-    """Whether the marks of one frame show for certain which way the figure faces.
+    """Whether the marks of one frame show reliably which way the figure faces.
 
-    So they do where nothing could: the figure has neither joints that lie ahead nor legs that bend.
+    Also true for a figure without joints that lie ahead and without bending legs, where no mark could.
     """
     toes, clear, _, _ = _votes(_positions(marks), figure)
     nothing = not figure.ahead and all(len(leg) < 2 for leg in figure.legs)
@@ -181,7 +181,7 @@ def facing_told(marks: Marks, figure: Figure = WALKER) -> bool:
 
 
 def _votes(seen: Mapping[str, Array], figure: Figure) -> tuple[float, float, float, float]:
-    """What tells that a figure faces right, 0 for nothing: all toes, all legs that bend, a toe, a leg."""
+    """Four votes, positive for facing right, 0 for none: all toes, all bent legs, any toes, any legs."""
     ways = [
         float(np.sign(seen[tip][0] - seen[start][0]))
         for start, tip in figure.ahead
@@ -196,15 +196,15 @@ def _votes(seen: Mapping[str, Array], figure: Figure) -> tuple[float, float, flo
 
 
 def _positions(marks: Marks) -> dict[str, Array]:
-    """Pixel (2,) of every mark that has a position, by name."""
+    """Pixel (2,) of every mark with a finite position, by name."""
     points = {name: np.asarray(point, dtype=np.float64) for name, point in marks.items()}
     return {name: point for name, point in points.items() if np.isfinite(point).all()}
 
 
 def _bent_ahead(figure: Figure, leg: Sequence[int], seen: Mapping[str, Array]) -> float:
-    """How far right of the line from a leg's start to its second joint the first lies, if it faces right.
+    """How far a leg's first joint lies off the line from its start to its second, positive for facing right.
 
-    As a share of that line's length; 0 where one of the three is not known, or the leg has one link.
+    As a share of that line's length; 0 if one of the three is unknown or the leg has a single link.
     """
     if len(leg) < 2:
         return 0.0
@@ -240,7 +240,7 @@ def _start_point(figure: Figure, i: int, points: Mapping[str, Array]) -> Array |
 
 
 def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
-    """(L,) pixels: what was seen, else the twin's, else the rest length at the scale of the others."""
+    """(L,) pixels: the measured length, else the twin's, else the rest length at the scale of the others."""
     seen: dict[str, float] = {}
     for i, link in enumerate(figure.links):
         along = span(figure, i, pixels)
@@ -258,7 +258,7 @@ def _link_lengths(figure: Figure, pixels: Mapping[str, Array]) -> list[float]:
 
 
 def _foreshortened(figure: Figure, lengths: Sequence[float]) -> list[int]:
-    """Links of these lengths (L,) that cannot stretch and look much shorter than their twin, by position."""
+    """Positions of the links that cannot stretch and look much shorter than their twin, from lengths (L,)."""
     return [
         i
         for i, twin in figure.twins.items()
@@ -267,7 +267,7 @@ def _foreshortened(figure: Figure, lengths: Sequence[float]) -> list[int]:
 
 
 def _evened(figure: Figure, q: Array) -> tuple[Figure, Array]:
-    """The figure with breathing twins as long as each other, and a pose (D,) stretched to stay as it was."""
+    """The figure with breathing twins of one length, and the pose (D,) whose stretches undo the change."""
     layout = figure.layout
     log, twin = np.log(layout.length), np.arange(len(figure.links))
     for i, other in figure.twins.items():

@@ -2,8 +2,8 @@
 
 With v seen in the plane spanned by forward f and up u, a segment leans by atan2(v.f, v.u) from the vertical
 and swings by atan2(v.f, -v.u) from hanging; a knee's flexion is the thigh's swing less the shank's. Forward
-is the way the figure faces, so who walks backwards has a falling root_x. Up is the floor's normal: where a
-capture's floor rises along the way its axes are askew, not the laboratory.
+is the way the figure faces, so root_x decreases in backward walking. Up is the floor's normal: a floor that
+rises along the way shows that the capture's axes are tilted.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ _UP = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class Body:
-    """The joints that the figure has, in space.
+    """The figure's joints in space.
 
     right, left : (T, 4, 3) hip, knee, ankle and ball of the foot
     neck, head  : (T, 3) base of the neck, top of the head
@@ -45,7 +45,7 @@ class Body:
 
 @dataclass(frozen=True)
 class _Dialect:
-    """What a family of files calls the figure's joints; several names for the neck mean their mean."""
+    """Names of the figure's joints in a family of files; several neck joints are averaged."""
 
     leg: str
     arm: str
@@ -79,7 +79,7 @@ _DIALECTS = (
 
 
 def find_body(capture: Capture) -> Body:
-    """The figure's joints among a capture's; MotionError when its names are of no known dialect."""
+    """The figure's joints among a capture's; MotionError if its joint names are of no known dialect."""
     dialect = min(_DIALECTS, key=lambda dialect: len(dialect.names - set(capture.names)))
     missing = sorted(dialect.names - set(capture.names))
     if missing:
@@ -99,8 +99,8 @@ def project(body: Body, *, curve: bool = False, arms: bool = False) -> Array:
     """See a body, one straight segment of T frames, from its right side, in the plane of its travel.
 
     Args:
-        curve: the way bends, so each frame is seen across the way the hips face in it.
-        arms: whether those are seen too.
+        curve: the path bends, so each frame is projected square to where its hips face.
+        arms: whether to include the arms.
 
     Returns:
         (T, 8) pose rows, POSE_COLUMNS, or (T, 12) with ARM_COLUMNS behind; root_x starts at 0, near is the
@@ -120,7 +120,7 @@ def project(body: Body, *, curve: bool = False, arms: bool = False) -> Array:
     neck = _wrap(lean(body.head - body.neck) - torso)
     leg_angles = []
     for leg in (body.right, body.left):
-        # What leans back from knee to hip swings forward from hip to knee.
+        # A thigh that leans back from knee to hip swings forward from hip to knee.
         thigh, shank = -lean(leg[:, 0] - leg[:, 1]), -lean(leg[:, 1] - leg[:, 2])
         leg_angles += [thigh, _wrap(thigh - shank)]
     arm_angles = []
@@ -143,7 +143,7 @@ def _wrap(angle: Array) -> Array:
 
 
 def _facing(body: Body) -> Array:
-    """Where the hips face, (T, 3), level and of length 1."""
+    """(T, 3) unit vector, level, in the direction that the hips face."""
     return _unit(np.cross(body.left[:, 0] - body.right[:, 0], _UP))
 
 
@@ -151,17 +151,17 @@ def _heading(hips: Array, body: Body) -> Array:
     """The line of travel, (T, 3), pointing where the body faces on the whole."""
     facing = _facing(body).mean(axis=0)
     travel = (hips[-1] - hips[0]) * (1.0 - _UP)
-    # Who stays on the spot has no line of travel.
+    # A body that stays on the spot has no line of travel.
     if np.linalg.norm(travel) < 0.5 * body.leg_length:
         return np.broadcast_to(_unit(facing), hips.shape)
     return np.broadcast_to(_unit(travel * np.copysign(1.0, travel @ facing)), hips.shape)
 
 
 def _floor(body: Body, hips: Array, forward: Array, *, tilted: bool) -> tuple[float, Array]:
-    """Rise of the floor along the way, and its point (3,) under the hips of the first frame.
+    """Slope of the floor along the way, and its point (3,) under the hips of the first frame.
 
-    A ball of the foot stands where it moves at less than a tenth of the speed it has in swing. What then lies
-    above the line drawn, a foot already lifting or a frozen frame, is left out of the next one.
+    A ball of the foot stands while it moves at less than a tenth of its speed in swing. Points above the
+    fitted line, of a foot already lifting or a frozen frame, are left out of the next fit.
     """
     balls = np.stack([body.right[:, 3], body.left[:, 3]], axis=1)
     speed = np.linalg.norm(np.gradient(balls, axis=0), axis=-1)
@@ -173,7 +173,7 @@ def _floor(body: Body, hips: Array, forward: Array, *, tilted: bool) -> tuple[fl
     slope, base = 0.0, float(np.median(height))
     for _ in range(3):
         low = height <= base + slope * place + 0.03 * body.leg_length
-        # Steps on one spot say nothing of the tilt.
+        # Steps on one spot do not show the tilt.
         if tilted and np.ptp(place[low]) > body.leg_length:
             slope, base = (float(c) for c in np.polyfit(place[low], height[low], 1))
         else:

@@ -15,19 +15,19 @@ OTHER: dict[str, Side] = {"near": "far", "far": "near"}
 
 
 def on_side(name: str, side: str) -> bool:
-    """Whether the name is one of this side."""
+    """Whether the name has this side as one of its words."""
     return side in name.split("_")
 
 
 def side_of(name: str) -> tuple[str, str]:
-    """The side that a name says, "" for none, and the name without it."""
+    """The side in a name, "" if it has none, and the name without it."""
     words = name.split("_")
     side = next((word for word in words if word in OTHER), "")
     return side, "_".join(word for word in words if word != side)
 
 
 def other_side(name: str) -> str:
-    """The name of the same on the other side; a name of neither side as it is."""
+    """The name with near and far exchanged; a name without a side unchanged."""
     return "_".join(OTHER.get(word, word) for word in name.split("_"))
 
 

@@ -60,7 +60,7 @@ class View:
 
 
 class Skeleton(NamedTuple):
-    """The links as poses lay them out, body coordinates; any leading axes.
+    """The links as placed by poses, body coordinates; any leading axes.
 
     start     : (..., L, 2) where each link starts
     direction : (..., L, 2) unit vector along it
@@ -85,7 +85,7 @@ class Skeleton(NamedTuple):
 
 
 def skeleton(figure: Figure, q: Array) -> Skeleton:
-    """Lay the links out for poses q (..., D)."""
+    """Place the links by poses q (..., D)."""
     layout = figure.layout
     size = np.exp(q[..., layout.scale])
     angle = (layout.rest + q[..., layout.angle] * layout.sense) @ figure.chain.T
@@ -102,13 +102,13 @@ def joints(figure: Figure, q: Array) -> Array:
 
 
 def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
-    """(..., P, 2) body coordinates of points fixed to links (P,), for bones as poses lay them.
+    """(..., P, 2) body coordinates of points fixed to links (P,), for the links as poses place them.
 
     They lie at `along` (P,), shares of the link's length, and `across` (P,), leg lengths to its left before
     the common scale.
     """
     u, v = along * bones.length.take(link, axis=-1), bones.size[..., None] * across
-    # One coordinate after the other, as two numbers a point are too few for numpy to be fast.
+    # One coordinate at a time: numpy is slow on arrays with two numbers a point.
     x, y = (bones.start[..., k].take(link, axis=-1) for k in range(2))
     dx, dy = (bones.direction[..., k].take(link, axis=-1) for k in range(2))
     places = np.empty((*u.shape, 2))
@@ -118,7 +118,7 @@ def surface(bones: Skeleton, link: Index, along: Array, across: Array) -> Array:
 
 
 def motions(figure: Figure, bones: Skeleton) -> Array:
-    """(..., L, 5, D): M_l, how the pose moves each link as a whole, per leg length, per radian, per log unit.
+    """(..., L, 5, D): M_l, the motion of each link as a whole by the pose, per leg length, radian, log unit.
 
     A point u along link l and v across it, leg lengths, moves with the pose by [d, n, u d, u n - v d, u d + v
     n] M_l, where d is the link's direction and n its normal: the link slides along itself and across,
@@ -173,8 +173,7 @@ def covering(
     """(P,) whether a link nearer to the camera lies over each of the points (P, 2), body coordinates, of
     these links (P,).
 
-    Links of a point's own layer never cover it; others do as far as `margin` leg lengths beyond their
-    outline.
+    Links of a point's own layer never cover it; others cover up to `margin` leg lengths beyond their outline.
     """
     layout = figure.layout
     away = points[:, None] - bones.start  # (P, L, 2)

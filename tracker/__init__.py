@@ -1,4 +1,4 @@
-"""The tracker: templates, registration, the loop, comparison, command line."""
+"""The tracker: a figure followed through a clip, its reports, and the command line."""
 
 from tracker.api import follow
 

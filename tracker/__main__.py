@@ -10,25 +10,25 @@ import time
 from types import FrameType
 
 ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # Windows has no SIGHUP
-AGAIN = 3.0  # seconds
-LATER = 0.01  # seconds
-COMPILER = f"{os.sep}llvmlite{os.sep}"  # in the paths of its files
-# Matrices are small here: threads of one multiplication wait for each other longer than they work.
+AGAIN = 3.0  # seconds in which further interrupts are ignored
+LATER = 0.01  # seconds after which an interrupt is repeated
+COMPILER = f"{os.sep}llvmlite{os.sep}"  # part of the paths of the compiler's files
+# Matrices are small here: threads of one multiplication wait for each other longer than they compute.
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-OF_TYPER = 130  # its exit status after Ctrl-C while it reads options
+OF_TYPER = 130  # typer's exit status after Ctrl-C while it reads options
 
 
 def main() -> None:
-    """Entry point of the command line; to be interrupted in one line while that is still being imported."""
+    """Entry point of the command line; Ctrl-C prints one line even while modules are being imported."""
     try:
-        # What a scheduler stops, or the end of a terminal, cleans up behind it as after Ctrl-C.
+        # A scheduler's signal and the end of the terminal are handled like Ctrl-C, with the same cleaning up.
         interrupt = Interrupt()
         for number in _endings():
             signal.signal(number, interrupt)
         sys.unraisablehook = interrupt.lost
         for name in ONE_THREAD:
             os.environ.setdefault(name, "1")  # read when NumPy is imported
-        # A last search for cycles in all that is loaded would take a quarter of a second.
+        # A last garbage collection over all loaded modules would take a quarter of a second.
         atexit.register(gc.freeze)
         from tracker.cli.app import main as figtrack
 
@@ -38,18 +38,19 @@ def main() -> None:
             raise
         sys.exit("error: interrupted; nothing was written")
     finally:
-        for number in _endings():  # Python would complain, while it ends, of an interrupt
+        for number in _endings():  # Python prints a traceback for an interrupt while it exits
             signal.signal(number, signal.SIG_DFL)
 
 
 def _endings() -> list[int]:
-    """The signals that end a command; not those that are ignored, as nohup has it."""
+    """The signals that end a command, without ignored ones, as under nohup."""
     numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
     return [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
 
 
 class Interrupt:
-    """A handler that ends what is done; what comes within AGAIN does not disturb what is then cleaned up."""
+    """A handler that interrupts the work; signals within AGAIN seconds after it do not disturb the cleaning
+    up."""
 
     def __init__(self) -> None:
         self.last = -AGAIN
@@ -63,7 +64,7 @@ class Interrupt:
             raise KeyboardInterrupt
 
     def lost(self, unraisable: "sys.UnraisableHookArgs") -> None:
-        """Told of an exception that had nobody to go to, as in a finalizer; an interrupt comes once more."""
+        """Hook for exceptions that cannot propagate, such as in a finalizer; an interrupt is repeated."""
         if not issubclass(unraisable.exc_type, KeyboardInterrupt):
             sys.__unraisablehook__(unraisable)
             return
@@ -72,7 +73,7 @@ class Interrupt:
 
 
 def _of_compiler(frame: FrameType | None) -> bool:
-    """Whether the compiler is at work: LLVM calls Python back, and crashes where that raises."""
+    """Whether the compiler is running: LLVM calls Python back, and crashes if that raises."""
     while frame is not None:
         if COMPILER in frame.f_code.co_filename:
             return True
@@ -81,7 +82,7 @@ def _of_compiler(frame: FrameType | None) -> bool:
 
 
 def _once_more(number: signal.Signals) -> None:
-    """Let a signal come again to this thread, the main one, a little later, if it is handled alike then."""
+    """Repeat a signal to this thread, the main one, a little later, if its handler is still the same."""
     main, handler = _thread.get_ident(), signal.getsignal(number)
 
     def come() -> None:
@@ -89,13 +90,13 @@ def _once_more(number: signal.Signals) -> None:
         if signal.getsignal(number) is not handler:
             return  # the command has ended
         if hasattr(signal, "pthread_kill"):
-            signal.pthread_kill(main, number)  # wakes it from a wait
+            signal.pthread_kill(main, number)  # wakes the thread from waiting
         else:
             _thread.interrupt_main(number)
 
-    # No lock is taken, as `threading` would: a handler may have interrupted whoever holds it.
+    # `threading` would take a lock, whose holder the handler may have interrupted.
     _thread.start_new_thread(come, ())
 
 
-if __name__ == "__main__":  # processes that a batch starts read this file too
+if __name__ == "__main__":  # processes of a batch import this file too
     main()

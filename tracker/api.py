@@ -1,6 +1,6 @@
-"""The Python face: a clip followed in one call, arrays back, nothing written.
+"""The Python interface: a call follows a clip and returns arrays; nothing is written.
 
-Whatever is slow to import is imported by the call, so that `import tracker` costs nothing.
+Slow imports happen in the call, so that `import tracker` is fast.
 """
 
 import warnings
@@ -25,12 +25,12 @@ def follow(
 ) -> "Track":
     """Follow the walker, or the figure marked in one frame, through the whole clip, as `figtrack track` does.
 
-    What the command warns of is a Python warning.
+    Warnings of the command become Python warnings.
 
     Args:
         video: a file, or a folder of numbered images.
-        keypoints: table of marked joints, `frame,keypoint,x,y,visible`, pixels, or another program's file as
-            the command takes it; None to find the walker.
+        keypoints: table of marked joints, `frame,keypoint,x,y,visible`, pixels, or a file of another
+            supported program; None to find the walker.
         settings: the tracker's, or a TOML file of them; None for the defaults.
         progress: how it is shown on stderr.
         options: the command's, as in `tracker.clip.job.Following`: `figure`, `model`, `start`, `from_`,
@@ -38,10 +38,10 @@ def follow(
             and `smooth`.
 
     Returns:
-        A row for each of the T frames from 0, or `from_`, on: `joints()` (T, J, 2) and `joint_covs()`
-        (T, J, 2, 2) in pixels, named by `figure.joints`; the pose `q` (T, D) in leg lengths and radians and
-        its `cov` (T, D, D), named by `figure.freedoms`; `times` (T,) in seconds, `outcome` and
-        switching state `s`.
+        A track with a row for each of the T frames from 0, or `from_`, on: `joints()` (T, J, 2) and
+        `joint_covs()` (T, J, 2, 2) in pixels, named by `figure.joints`; the pose `q` (T, D) in leg lengths
+        and radians and its `cov` (T, D, D), named by `figure.freedoms`; `times` (T,) in seconds, `outcome`
+        and switching state `s`.
 
     Raises:
         VideoError, ModelError: a file that cannot be used.

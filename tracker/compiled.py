@@ -1,4 +1,4 @@
-"""Compiled functions, and a word where they cannot be kept."""
+"""A note if compiled functions cannot be cached."""
 
 from dynamics.compiled import compiled, part, unkept
 from tracker.progress import Progress
@@ -9,7 +9,7 @@ _told: list[bool] = []
 
 
 def tell_unkept(progress: Progress) -> None:
-    """Note once a process that what is compiled is not kept, where it is not."""
+    """Print a note, once a process, if compiled functions cannot be cached."""
     if unkept and not _told:
         _told.append(True)
         progress.note(

@@ -1,4 +1,4 @@
-"""What keeps work from being done, as against a mistake of ours."""
+"""Errors that users cause or can resolve, as opposed to bugs of the program."""
 
 import errno
 
@@ -13,7 +13,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def fault(error: Exception) -> str | None:
-    """What kept the work from being done, in one line; None if that is a mistake of ours."""
+    """The error as one line for the user; None if it is a bug of the program."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; give a smaller video or table"
     if isinstance(error, OSError):

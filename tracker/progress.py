@@ -1,6 +1,6 @@
 """Progress on stderr: a bar on a terminal, plain lines elsewhere, JSON lines for programs, or nothing.
 
-Counts are told in words alike here and in summaries: `counted`, `tally`.
+`counted` and `tally` put counts into words, here and in summaries.
 """
 
 import json
@@ -19,7 +19,7 @@ EVERY = {"plain": 5.0, "json": 1.0}  # seconds between lines
 class Progress:
     """How progress is shown: "bar", "plain", "json" or "quiet"; "auto" is a bar on a terminal, else plain.
 
-    name, done, total : of the task that was begun last, and its steps; total None where it is not known
+    name, done, total : of the last task, and its steps; total None if unknown
     """
 
     def __init__(self, style: str = "auto") -> None:
@@ -30,7 +30,8 @@ class Progress:
 
     @contextmanager
     def task(self, name: str, total: int | None) -> Iterator[Advance]:
-        """Call what is given once a step; total None where the number of steps is not known."""
+        """A task whose yielded function is to be called once a step; total None if the number of steps is
+        unknown."""
         self.name, self.done, self.total = name, 0, total
         with self._shown(name, total) as advance:
 
@@ -60,23 +61,23 @@ class Progress:
             lines.write()
 
     def warn(self, text: str) -> None:
-        """One line that even a quiet run prints."""
+        """Print one line, even in a quiet run."""
         self.line({"warning": text}, f"warning: {text}")
 
     def note(self, text: str) -> None:
-        """One line that a quiet run does not print."""
+        """Print one line, except in a quiet run."""
         if self.style != "quiet":
             self.line({"note": text}, text)
 
     def line(self, news: Mapping[str, object], text: str) -> None:
-        """One line: `news` for programs, `text` for people; nothing where it cannot be written."""
+        """Print one line, `news` for programs or `text` for people; errors of writing are ignored."""
         if sys.stderr is not None:
             with suppress(OSError):
                 print(json.dumps(news) if self.style == "json" else plain(text), file=sys.stderr, flush=True)
 
 
 def plain(text: str) -> str:
-    """One line: a file's name may hold line breaks, and what moves a terminal's cursor."""
+    """The text as one line without control characters, which names of files may contain."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -91,7 +92,7 @@ def tally(kinds: Iterable[str]) -> str:
 
 
 class _Lines:
-    """Counts steps; writes a line now and then, and for programs one at the start."""
+    """Counts steps, and writes a line every few seconds; for programs also one at the start."""
 
     def __init__(self, name: str, total: int | None, progress: Progress) -> None:
         self.name, self.total, self.progress = name, total, progress
@@ -102,14 +103,14 @@ class _Lines:
 
     def advance(self) -> None:
         self.done += 1
-        # The last step is told at the end.
+        # The last step is printed at the end.
         if self.done != self.total and time.monotonic() - self.written > EVERY[self.progress.style]:
             self.write()
 
     def write(self) -> None:
         self.written = time.monotonic()
         seconds, left = self.written - self.began, None
-        # The first step alone tells little: it may wait for a compiler or for processes.
+        # The first step gives no estimate: it may wait for a compiler or for processes.
         if self.total is not None and self.done > 1:
             left = seconds / self.done * max(self.total - self.done, 0)
         news = {

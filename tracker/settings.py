@@ -1,4 +1,4 @@
-"""Every tracker setting, its unit, range and default."""
+"""All settings of the tracker, with unit, range and default."""
 
 import json
 import tomllib
@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from tracker.tables.table import read_text, why
 
-# Words for the bounds of a JSON schema.
+# Wording of the bounds of a JSON schema.
 BOUNDS = {
     "minimum": "at least",
     "exclusiveMinimum": "above",
@@ -31,62 +31,75 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    mode: Literal["full", "classic"] = Field("full", description="classic: the papers' registration")
-    templates: bool = Field(True, description="whether looks are followed; if not, --measure must tell")
+    mode: Literal["full", "classic"] = Field("full", description="registration; classic is the papers'")
+    templates: bool = Field(True, description="whether templates are used; if not, --measure is required")
     contrast: float = Field(
         0.3, ge=0, le=1, description="how far grey levels around the figure are spread, 0 for as filmed"
     )
-    spacing: float = Field(0.022, ge=0.005, le=0.2, description="between template points, leg lengths")
-    rim: float = Field(0.05, ge=0, le=0.5, description="of template beyond a link's outline, leg lengths")
+    spacing: float = Field(
+        0.022, ge=0.005, le=0.2, description="distance between template points, leg lengths"
+    )
+    rim: float = Field(
+        0.05, ge=0, le=0.5, description="width of the template beyond a link's outline, leg lengths"
+    )
     cover: float = Field(
         1.0, ge=0, le=10, description="how far beyond its outline a link hides others, blurs"
     )
     blurs: tuple[Annotated[float, Field(gt=0, le=1)], ...] = Field(
-        (0.05, 0.025, 0.015), min_length=1, description="coarse to fine, leg lengths"
+        (0.05, 0.025, 0.015), min_length=1, description="blurs of the picture, coarse to fine, leg lengths"
     )
-    iterations: int = Field(4, ge=1, le=100, description="steps at each blur at most")
-    noise: float = Field(6.0, ge=0.1, le=255, description="of a pixel's match, grey levels")
+    iterations: int = Field(4, ge=1, le=100, description="largest number of steps at each blur")
+    noise: float = Field(6.0, ge=0.1, le=255, description="noise of a pixel's match, grey levels")
     light: float = Field(
-        20.0, gt=0, le=255, description="of a link's offset of light from the common one at most, grey levels"
+        20.0, gt=0, le=255, description="largest brightness offset of a link from the common one, grey levels"
     )
     robust: float = Field(2.5, gt=0, le=1000, description="Cauchy scale, multiples of the noise")
-    out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match at which a link is out of sight")
+    out_of_sight: float = Field(0.3, ge=0, lt=1, description="mean match up to which a link is out of sight")
     in_sight: float = Field(0.6, gt=0, le=1, description="mean match from which a link is in full sight")
-    backdrop: bool = Field(True, description="whether what lies behind the figure weighs hypotheses")
+    backdrop: bool = Field(True, description="whether the background behind the figure counts in hypotheses")
     covered: float = Field(
-        0.05, ge=0, lt=1, description="prior odds that what is seen as it was without the figure covers it"
+        0.05,
+        ge=0,
+        lt=1,
+        description="prior odds that something that looks like the background covers the figure",
     )
     outline: bool = Field(
-        True, description="whether the outline, fitted to the whole film first, measures every frame"
+        True, description="whether the outline, fitted to the whole film first, is measured in every frame"
     )
     tempering: float = Field(0.035, gt=0, le=1, description="independent share of template points")
-    image_weight: float = Field(1.0, ge=0, le=100, description="of the image in weighing hypotheses")
-    blend: float = Field(0.12, ge=0, le=1, description="of what is seen into the template, a frame")
-    camera: bool = Field(True, description="whether the camera may move: the root is then that of the scene")
-    hypotheses: int = Field(8, ge=1, le=1000, description="priors that are tried a frame, at most")
-    margin: float = Field(
-        0.3, ge=0, le=10, description="of the picture kept around the predicted joints, leg lengths"
+    image_weight: float = Field(
+        1.0, ge=0, le=100, description="weight of the image in the costs of hypotheses"
     )
-    inflation: float = Field(3.0, gt=0, le=1000, description="of the learned Q, for people it has not seen")
+    blend: float = Field(0.12, ge=0, le=1, description="share of each frame in the updated template")
+    camera: bool = Field(True, description="whether the camera may move: the root is then that of the scene")
+    hypotheses: int = Field(
+        8, ge=1, le=1000, description="largest number of priors that are tried in a frame"
+    )
+    margin: float = Field(
+        0.3, ge=0, le=10, description="margin of the picture around the predicted joints, leg lengths"
+    )
+    inflation: float = Field(
+        3.0, gt=0, le=1000, description="factor on the learned Q, for people not learned from"
+    )
     surprise: float = Field(
         0.01,
         ge=0,
         lt=1,
-        description="probability of a motion that the model does not foresee, a frame and in the marked one",
+        description="probability a frame, and in the marked one, of motion that the model does not predict",
     )
     lean: float = Field(
         10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"
     )
-    scale_drift: float = Field(0.001, ge=0, le=1, description="of the common log scale, a frame")
+    scale_drift: float = Field(0.001, ge=0, le=1, description="change of the common log scale a frame")
     breathing: float = Field(0.06, gt=0, le=1, description="spread of a link's log length")
     ankle: float = Field(
-        25.0, gt=0, le=360, description="spread of an ankle, of which no model speaks, degrees"
+        25.0, gt=0, le=360, description="spread of an ankle's angle, which no model includes, degrees"
     )
     mark: float = Field(
         0.03,
         ge=0,
         le=1,
-        description="error of a marked joint's place, which tracking carries along, leg lengths",
+        description="error of a marked joint's place, which persists in tracking, leg lengths",
     )
     point: float = Field(
         0.03,
@@ -95,7 +108,7 @@ class Settings(BaseModel):
         description="least spread of a point of --measure, leg lengths; more where they jitter",
     )
     point_likelihood: float = Field(
-        0.3, ge=0, le=1, description="likelihood below which a point of --measure is taken for absent"
+        0.3, ge=0, le=1, description="likelihood below which a point of --measure is ignored"
     )
     exchange: float = Field(
         0.1, gt=0, lt=0.5, description="probability that --measure names the legs of a frame wrongly"
@@ -119,12 +132,12 @@ class Settings(BaseModel):
 
 
 def settings_toml() -> str:
-    """Every setting at its default as a TOML file, which says of each what it means and its range."""
+    """A TOML file with every setting at its default, and with its meaning and range."""
     defaults = Settings().model_dump(mode="json")
     blocks = ["# Settings of figtrack's tracker, for --settings. What is left out keeps its default."]
     for name, schema in Settings.model_json_schema()["properties"].items():
         notes = [f"{name}: {schema['description']}", _range(schema), f"default {json.dumps(defaults[name])}"]
-        # A number, a text or a list of numbers is the same in JSON and TOML.
+        # Numbers, texts and lists of numbers are written alike in JSON and TOML.
         blocks.append(f"# {'; '.join(note for note in notes if note)}\n{name} = {json.dumps(defaults[name])}")
     return "\n\n".join(blocks) + "\n"
 
@@ -135,15 +148,16 @@ def read_settings(path: Path) -> Settings:
 
 
 def read_toml(path: Path, kind: type[Model], advice: str) -> Model:
-    """Settings of a kind from a TOML file; what it does not name keeps its default.
+    """Settings of a kind from a TOML file; settings that it does not name keep their defaults.
 
-    SettingsError: no such file, not TOML, which `advice` helps with, unknown keys or values out of range, all
-    named at once.
+    SettingsError: no such file, no TOML (the message ends with `advice`), unknown keys or values out of
+        range,
+    all named at once.
     """
     try:
         table = tomllib.loads(read_text(path))
         flags = [name for name, value in table.items() if _is_flag(value) and not _takes_flag(kind, name)]
-        if flags:  # which would be taken for 1 and 0
+        if flags:  # true and false would be taken for 1 and 0
             raise SettingsError(f"{path}: {', '.join(flags)} cannot be true or false; give numbers")
         return kind.model_validate(table)
     except SettingsError:
@@ -166,7 +180,7 @@ def _takes_flag(kind: type[BaseModel], name: str) -> bool:
 
 
 def _range(schema: Mapping[str, Any]) -> str:
-    """What values the JSON schema of a setting allows, in words."""
+    """The range that the JSON schema of a setting allows, in words."""
     if "enum" in schema:
         return " or ".join(json.dumps(value) for value in schema["enum"])
     if schema["type"] == "boolean":
@@ -180,7 +194,7 @@ def _range(schema: Mapping[str, Any]) -> str:
 
 def _fault(details: ErrorDetails) -> str:
     name = ".".join(map(str, details["loc"]))
-    if details["type"] == "value_error":  # of the settings together
+    if details["type"] == "value_error":  # of several settings together
         return str(details["ctx"]["error"])
     if details["type"] == "extra_forbidden":
         return f"{name}: no such setting"

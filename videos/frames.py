@@ -31,9 +31,9 @@ IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
-UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # early or late frames up to which nothing is said
-TIMED = 250  # packets whose times tell a rate that no container knows
-FEWEST_FIELDS = 3  # frames of two fields, from which a pass tells
+UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # number, share of early or late frames without a warning
+TIMED = 250  # packets whose times give the frame rate where the container gives none
+FEWEST_FIELDS = 3  # interlaced frames from which on a film is called interlaced
 
 
 class VideoError(Exception):
@@ -45,9 +45,9 @@ class Frame:
     """One picture of a video.
 
     index : position in decode (presentation) order, from 0
-    time  : seconds, as the file tells it; the first frame's need not be 0
+    time  : seconds as the file gives them; the first frame's need not be 0
     image : (height, width, 3) uint8, RGB, upright, read-only
-    tick  : its time as the file counts it, None where it has none
+    tick  : its time in the file's own unit, None if it has none
     """
 
     index: int
@@ -71,16 +71,16 @@ class Video:
     Iterate over it as often as needed. A short film is decoded once and held (`videos.recall`), another anew
     in each pass, one frame in memory.
 
-    path          : of the file or folder, as given
-    fps           : nominal frames per second, the average where the rate varies; of a folder 30
+    path          : the file or folder, as given
+    fps           : nominal frames per second, the average where the rate varies; 30 for a folder
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
     cut_short     : after a whole pass, one line if frames are missing in the video or at its end, else None
-    gaps          : of a folder, one line if numbers are left out or given twice, else None
+    gaps          : one line if a folder's numbers have gaps or occur twice, else None
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
     uneven        : after a pass, one line if many frames follow early or late, else None
     interlaced    : after a pass, one line if most frames are of two fields, else None
-    mended        : after a pass, how many pictures the decoder had to mend, which others may refuse
+    mended        : after a pass, how many damaged pictures the decoder repaired; others may refuse them
 
     Raises:
         VideoError: there is no such file, it is no video, or no frame of it decodes; a folder without
@@ -152,14 +152,14 @@ class Video:
 
     @property
     def notes(self) -> list[str]:
-        """Notes on what a pass over the video put right or left out."""
+        """What a pass over the video repaired or left out, a line each."""
         said = (self.cut_short, self.retimed, self.uneven, self.interlaced, self.gaps)
         return [line for line in said if line]
 
     def since(self, index: int, tick: int | None) -> Iterator[Image]:
-        """Pictures from a frame on, decoded from the key frame before it; `tick` is the one that it had.
+        """Pictures from a frame on, decoded from the key frame before it; `tick` is that frame's.
 
-        Not every file can be entered in its middle: what comes may be none or others, and is to be compared.
+        Not every file can be read from its middle: there may be no pictures or others; the caller compares.
         """
         if self._images or tick is None:
             yield from (_read_image(path) for path in self._images[index:])
@@ -176,11 +176,11 @@ class Video:
 
     @property
     def held(self) -> bool:
-        """Whether its pictures are at hand, in any order."""
+        """Whether all pictures are held in memory, so that they can be read in any order."""
         return bool(held(self.path))
 
     def picked(self, frames: Iterable[int]) -> Iterator[Image]:
-        """Pictures of some frames of a video that is held; none of another."""
+        """Pictures of some frames, if the video is held in memory; else none."""
         pictures, rgb = held(self.path), VideoReformatter()
         return (upright(pictures[frame], rgb) for frame in frames if frame < len(pictures))
 
@@ -208,11 +208,11 @@ class Video:
             stream = video_stream(container, self.path)
             for picture in _decoded(container, stream):
                 if picture is not None and stream.time_base is not None:
-                    picture.time_base = stream.time_base  # which the last ones of a film come without
+                    picture.time_base = stream.time_base  # the last pictures of a film lack it
                 yield picture
 
     def _shortfall(self, count: int, damaged: list[int]) -> str | None:
-        """What is said of frames that are missing; `damaged` are the frames before which something is."""
+        """One line on missing frames; `damaged` lists the frames that follow damage."""
         hint, name = self.count_hint or 0, self.path.name
         within = [index for index in damaged if index < count]
         if within:
@@ -237,7 +237,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _shown(folder: Path) -> Iterator[Path]:
-    """What is in a folder; hidden files are none of ours."""
+    """The files of a folder, without hidden ones."""
     return (path for path in folder.iterdir() if not path.name.startswith("."))
 
 
@@ -262,7 +262,7 @@ def video_stream(container: InputContainer, path: Path) -> VideoStream:
     streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
     if streams and streams[0].codec_context is None:  # PyAV would crash on it
         raise VideoError(f"{path} does not say how its pictures are coded; copy or convert it again")
-    # FFmpeg renders any text as a terminal's screen, which is nobody's video.
+    # FFmpeg takes any text file for a terminal's screen and renders it.
     text = container.format.name == "tty"
     if text or not streams:
         kinds = ["text"] if text else sorted({stream.type for stream in container.streams})
@@ -271,21 +271,21 @@ def video_stream(container: InputContainer, path: Path) -> VideoStream:
 
 
 def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, int | None]:
-    """Frames per second, and about how many frames the container promises."""
+    """Frames per second, and about how many frames the container announces."""
     rate = stream.average_rate or stream.guessed_rate or stream.base_rate
     known = float(rate) if rate and rate <= FASTEST else None
-    fps = known or rate_of(_told(container, stream)) or FOLDER_FPS
+    fps = known or rate_of(_packet_times(container, stream)) or FOLDER_FPS
     seconds = 0.0
     if stream.duration and stream.time_base:
         seconds = float(stream.duration * stream.time_base)
     elif container.duration:
         seconds = container.duration / av.time_base
-    # A clip trimmed on the phone keeps its full count and shortens its duration, hence the lesser.
+    # A clip trimmed on a phone has a shorter duration but its old frame count, hence the lesser.
     counts = stream.frames, round(seconds * fps)
     return fps, min((count for count in counts if count), default=None)
 
 
-def _told(container: InputContainer, stream: VideoStream) -> Iterator[float]:
+def _packet_times(container: InputContainer, stream: VideoStream) -> Iterator[float]:
     """Times of the first packets, seconds, up to the first damage."""
     with suppress(av.FFmpegError):
         packets = islice(container.demux(stream), TIMED)
@@ -293,9 +293,9 @@ def _told(container: InputContainer, stream: VideoStream) -> Iterator[float]:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:
-    """All pictures that can be decoded; None stands for what cannot, after a picture came.
+    """All pictures that can be decoded; None stands for damage after the first picture.
 
-    Failures before the first picture are passed over: a recording may begin between key frames.
+    Failures before the first picture are ignored: a recording may begin between key frames.
     """
     started = failed = ended = False
     packets = container.demux(stream)
@@ -303,9 +303,9 @@ def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFr
         pictures: list[VideoFrame] = []
         try:
             packet = next(packets, None)
-            ended = packet is None or not packet.size  # what the decoder still holds comes then
+            ended = packet is None or not packet.size  # then the decoder gives the pictures it still holds
             pictures = stream.codec_context.decode(None if ended else packet)
-        except MemoryError:  # which is one of FFmpeg's errors, too
+        except MemoryError:  # also a subclass of FFmpeg's errors
             raise
         except av.FFmpegError:
             failed = started
@@ -338,7 +338,7 @@ def _numbered_images(folder: Path) -> list[Path]:
 
 
 def _gaps(folder: Path, images: list[Path]) -> str | None:
-    """By the last number of each name: what is missing or double in steps of the commonest one."""
+    """What numbers are missing or double, by the last number of each name and the commonest step."""
     numbers = np.array([int(re.findall(r"\d+", path.stem)[-1]) for path in images], dtype=object)
     if len(numbers) < 3:
         return None

@@ -55,7 +55,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Ellipse:
-    """How surely a point is known, drawn at two standard deviations.
+    """The uncertainty of a point, drawn at two standard deviations.
 
     center : (2,) pixels
     cov    : (2, 2) covariance, px^2, positive semi-definite
@@ -80,8 +80,8 @@ def draw(
 ) -> Image:
     """Draw on a copy of a frame, later segments over earlier ones, ellipses over all of them.
 
-    Neighbours in `segments` of one colour share one dark outline, so a leg reads as one shape and
-    still parts from the leg it crosses.
+    Neighbours in `segments` of one colour share a dark outline, so that a leg is one shape, set off from the
+    leg that it crosses.
 
     Args:
         image: (H, W, 3) uint8 RGB; stays as it is.
@@ -106,12 +106,12 @@ def draw(
 
 
 def limbs(colors: Sequence[Color]) -> list[list[int]]:
-    """Positions of neighbours of one colour, which share an outline."""
+    """Groups of neighbouring positions of one colour, which share an outline."""
     return [list(limb) for _, limb in groupby(range(len(colors)), key=colors.__getitem__)]
 
 
 def ellipse_axes(cov: Array) -> tuple[Array, Array]:
-    """What an ellipse of two standard deviations is drawn by.
+    """Radii and rotation of ellipses of two standard deviations.
 
     Args:
         cov: (..., 2, 2) covariances, px^2.
@@ -126,16 +126,16 @@ def ellipse_axes(cov: Array) -> tuple[Array, Array]:
 
 
 def as_hex(color: Color) -> str:
-    """A colour as pages and matplotlib take it."""
+    """A colour as #rrggbb, for pages and matplotlib."""
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 
 def put_text(canvas: Image, text: str, left: float, base: float, height: float, color: Color) -> None:
-    """Write one line onto the canvas itself.
+    """Write one line onto the canvas, in place.
 
     Args:
-        left, base: pixels, where the text starts and the line it stands on.
-        height: pixels, of a capital.
+        left, base: pixels, the left end and the baseline of the text.
+        height: of a capital letter, pixels.
     """
     at = (round(left), round(base))
     cv2.putText(canvas, _plain(text), at, FONT, height / FONT_HEIGHT, color, _pen(height), cv2.LINE_AA)
@@ -178,7 +178,7 @@ def _pen(height: float) -> int:
 
 
 def _plain(text: str) -> str:
-    """OpenCV's letters are ASCII: accents are dropped, what has no counterpart becomes a question mark."""
+    """The text in ASCII, all that OpenCV draws: accents are dropped, other letters become question marks."""
     letters = unicodedata.normalize("NFKD", text)
     return "".join(c for c in letters if not unicodedata.combining(c)).encode("ascii", "replace").decode()
 

@@ -1,7 +1,7 @@
 """A part of a film as an mp4 that a browser plays, frame for frame.
 
 The packets of an H.264 film are copied, which takes milliseconds. They begin at the IDR picture at or before
-the first frame that is asked for, which therefore is shown later than at 0. Any other film is encoded afresh.
+the first frame that is asked for, which is then shown later than at 0. Any other film is encoded again.
 """
 
 from collections.abc import Iterable
@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 
 PIXELS = ("yuv420p", "yuvj420p")  # 8 bits, 4:2:0: what browsers decode
 AVCC = b"\x01"  # how parameter sets of mp4 and mkv begin
-IDR = 5  # type of a unit of H.264 that a decoder may begin with, and that no later picture looks behind
-SAME = 1e-6  # seconds by which times of one frame may differ
+IDR = 5  # type of an H.264 unit where a decoder may begin: no later picture refers to an earlier one
+SAME = 1e-6  # seconds within which two times are those of one frame
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ def copied(source: Path, path: Path, first: int, times: Array, size: tuple[int, 
 
     Args:
         source: a video file, or a folder of images, which has no packets.
-        path: of the mp4, which is written over.
+        path: of the mp4; an existing file is replaced.
         first: frame to begin with, counted as `videos.frames` does.
-        times: (T,) seconds of the frames first .. first + T - 1 since frame 0, as they were decoded.
+        times: (T,) seconds since frame 0 of the frames first .. first + T - 1, as decoded.
         size: (width, height) of a frame, upright, pixels.
 
     Returns:
@@ -72,7 +72,7 @@ def copied(source: Path, path: Path, first: int, times: Array, size: tuple[int, 
 def encoded(
     path: Path, pictures: Iterable[tuple[Image, float]], fps: float, size: tuple[int, int]
 ) -> Playable:
-    """Pictures at their seconds, of which the first is 0, encoded; odd sizes grow as `videos.writer` says."""
+    """Pictures, each with its time in seconds from 0, encoded; odd sizes are padded as in `videos.writer`."""
     with Writer(path, fps, size, quick=True) as writer:
         for image, time in pictures:
             writer.write(image, time)
@@ -85,7 +85,7 @@ class _Stretch:
     """Packets that follow each other in a file.
 
     begin : pts of the first
-    ticks : of each, after `begin`, when it is shown and when it is to be decoded
+    ticks : pts and dts of each, counted from `begin`
     start : seconds after the first at which the first frame that was asked for is shown
     """
 
@@ -95,7 +95,7 @@ class _Stretch:
 
 
 def _first_tick(source: Path) -> int | None:
-    """The pts of the first picture that decodes; None where a browser would show it otherwise."""
+    """The pts of the first picture that decodes; None if a browser would show it differently."""
     with opened(source) as container:
         stream = video_stream(container, source)
         picture = next(container.decode(stream), None) if _plays(stream) else None
@@ -111,7 +111,7 @@ def _plays(stream: VideoStream) -> bool:
 
 
 def _turned(a: int, b: int, c: int, d: int) -> bool:
-    """Whether a display matrix turns by right angles and does nothing else."""
+    """Whether a display matrix is a rotation by right angles."""
     return (a, b) == (d, -c) and (a == 0) != (b == 0)
 
 
@@ -140,7 +140,7 @@ def _found(
 
 
 def _listed(container: InputContainer, stream: VideoStream, last: int) -> NDArray[np.int64] | None:
-    """(N, 3) pts, whether a decoder may begin with it, whether it is shown, of packets up to a tick."""
+    """(N, 3) for each packet up to a tick: pts, whether a decoder may begin with it, whether it is shown."""
     rows = []
     size = 1 + ((stream.codec_context.extradata or bytes(5))[4] & 3)
     for packet in container.demux(stream):
@@ -170,7 +170,7 @@ def _copy(container: InputContainer, stream: VideoStream, found: _Stretch, path:
     packets = (packet for packet in container.demux(stream) if packet.size)
     stretch = dropwhile(lambda packet: packet.pts != found.begin, packets)
     copies = 0
-    options = {"movflags": "+faststart", "fflags": "+bitexact"}  # the latter leaves out who wrote it
+    options = {"movflags": "+faststart", "fflags": "+bitexact"}  # bitexact omits the encoder's name
     with av.open(str(path.absolute()), "w", format="mp4", options=options) as film:
         copy = film.add_stream_from_template(stream)
         for packet, ticks in zip(stretch, found.ticks, strict=False):

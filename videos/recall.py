@@ -1,6 +1,6 @@
-"""The decoded pictures of the film that was gone through last, so that a short one is decoded once.
+"""The decoded pictures of the film that was read last, so that a short film is decoded once.
 
-They stay as they are coded, mostly in half the bytes of RGB.
+They keep their coded pixel format, which mostly takes half the bytes of RGB.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,18 +16,18 @@ _last: dict[Identity, list[VideoFrame]] = {}  # one film at most
 
 
 def held(path: Path) -> list[VideoFrame]:
-    """All pictures of a film that was gone through last, none where they are not held."""
+    """All pictures of a film, if it was read last and is held in memory; else none."""
     return _last.get(_identity(path), [])
 
 
 def recalled(
     path: Path, decode: Callable[[], Iterator[VideoFrame | None]], count: int | None = None
 ) -> Iterator[VideoFrame | None]:
-    """The pictures of a film as they are held, else as they are decoded; then they are held from now on.
+    """The pictures of a film, from memory or else decoded and then held in memory.
 
     Args:
-        decode: gives every picture, None for what is damaged; such films are not held, nor changed ones.
-        count: of the pictures, as the file tells it; None where it does not.
+        decode: gives every picture, None for a damaged one; damaged or changed films are not held.
+        count: number of pictures by the file; None if the file does not say.
     """
     if pictures := held(path):
         yield from pictures
@@ -52,7 +52,7 @@ def recalled(
 
 
 def _identity(path: Path) -> Identity:
-    """What tells a file from one written anew in its place; of none that is there, nothing."""
+    """What changes when a file is replaced by another; None if there is no file."""
     try:
         told = path.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""Times of frames that grow, whatever a file says: joined recordings begin anew, screen recordings repeat."""
+"""Increasing times of frames, even where a file's times begin anew (joined recordings) or repeat."""
 
 import math
 from collections.abc import Iterable
@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 
-FASTEST = 1000.0  # frames a second; where a container knows no rate, more than that is the rate of its clock
-LATE = 0.25  # nominal frames by which one comes early or late
-APART = 2.0  # nominal frames back that are another recording's beginning and no slip
+FASTEST = 1000.0  # frames a second; a higher rate in a container is that of its clock
+LATE = 0.25  # nominal frames by which a frame counts as early or late
+APART = 2.0  # nominal frames; a time that goes back by more begins another recording
 
 
 def rate_of(times: Iterable[float]) -> float | None:
-    """Frames a second by the median step of times in any order, seconds; None where they tell none."""
+    """Frames a second by the median step of times (seconds, in any order); None if there is no such step."""
     grown = sorted(set(times))
     step = median([after - before for before, after in pairwise(grown)] or [0.0])
     return 1.0 / step if step * FASTEST >= 1.0 - 1e-9 else None
@@ -20,12 +20,12 @@ def rate_of(times: Iterable[float]) -> float | None:
 
 @dataclass
 class Growing:
-    """A file's times put right where they repeat or go back.
+    """Increasing times from a file's times, which may repeat or go back.
 
     step  : nominal seconds a frame
     last  : the last time given, seconds
-    added : seconds that the file's times are late by, for its later parts begin anew
-    wrong : how many were put right
+    added : seconds added to the file's times, since its later parts begin anew
+    wrong : how many were corrected
     uneven: how many others came a quarter of a step or more early or late
     count : how many there were
     """
@@ -38,10 +38,10 @@ class Growing:
     count: int = 0
 
     def next(self, told: float | None) -> float:
-        """The next frame's time, seconds, by what the file tells; None for nothing, which is no fault.
+        """The next frame's time in seconds, from the file's; None if the file gives none, which is no fault.
 
-        A time that repeats or slips is put half a frame after the one before, so that the next may stand. A
-        part that begins anew goes on a frame after the one before, and keeps its own times among themselves.
+        A time that repeats or goes back a little becomes half a frame after the one before, so that the next
+        can stay. A part that begins anew follows a frame after the one before and keeps its own intervals.
         """
         if told is None:
             told = 0.0 if math.isinf(self.last) else self.last + self.step - self.added

@@ -19,7 +19,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 def upright(picture: VideoFrame, rgb: VideoReformatter) -> Image:
     """The picture as RGB, turned or mirrored by the nearest right angle of its display matrix.
 
-    A frame that reformats itself would hold on to what that takes, which is more than its pixels.
+    `rgb` is shared: a frame that reformats itself would keep buffers larger than its pixels.
     """
     image = rgb.reformat(picture, format="rgb24", threads=1).to_ndarray()
     a, b, c, d = display_matrix(picture)
@@ -34,7 +34,7 @@ def upright(picture: VideoFrame, rgb: VideoReformatter) -> Image:
 def display_matrix(picture: VideoFrame) -> tuple[int, int, int, int]:
     """(a, b, c, d) of how a picture is to be shown: a pixel goes to (a x + c y, b x + d y), in 65536ths."""
     try:
-        # A frame's own side data refers back to it: frames would pile up until the garbage is collected.
+        # Side data taken from the frame refers back to it: frames would stay until garbage is collected.
         matrix = SideDataContainer(picture).get("DISPLAYMATRIX")  # type: ignore[call-arg]
     except ValueError:  # PyAV has no name for some kinds of side data, as a camera's notes in motion JPEG
         matrix = None
@@ -48,16 +48,16 @@ def decoded(stored: bytes) -> Image:
     """A stored picture as RGB, upright.
 
     Raises:
-        OSError, ValueError, av.FFmpegError: it is none, damaged, or far too large.
+        OSError, ValueError, av.FFmpegError: no picture, a damaged one, or one far too large.
     """
     if stored.startswith(PNG):
         with av.open(io.BytesIO(stored), mode="r", format="png_pipe") as container:
             for picture in container.decode(video=0):
                 return upright(picture, VideoReformatter())
-    import PIL.Image  # late: few films are pictures
+    import PIL.Image  # imported here as few films are folders of pictures
     from PIL import ImageOps
 
-    # OpenCV would have its library print complaints of a damaged one, and PyAV blurs a JPEG's colours.
+    # OpenCV's library would print messages about a damaged picture, and PyAV blurs a JPEG's colours.
     try:
         with warnings.catch_warnings(action="ignore"), PIL.Image.open(io.BytesIO(stored)) as image:
             return np.asarray(ImageOps.exif_transpose(image).convert("RGB"))

@@ -1,7 +1,6 @@
 """Frames to an h264 video that plays in a browser.
 
-The video is written beside its final place under another name and renamed when it is whole, so
-whoever finds the final name finds a complete video.
+The video is written beside its final place under another name and renamed when it is complete.
 """
 
 from contextlib import suppress
@@ -20,7 +19,7 @@ from videos.upright import Image
 # Ticks per second: 24, 25, 30, 29.97, 50, 60 and 120 frames a second are whole numbers of ticks.
 CLOCK = 90_000
 CRF = 20
-# More threads take no less time of all cores together, and each holds frames; what decodes fast encodes fast.
+# More threads save no CPU time, and each holds frames in memory; fast decoding settings also encode fast.
 QUICK = {"preset": "superfast", "tune": "fastdecode", "threads": "1"}
 
 
@@ -74,7 +73,7 @@ class Writer:
         self._stream.pix_fmt = "yuv420p"
         codec = self._stream.codec_context
         codec.time_base = Fraction(1, CLOCK)
-        # Named in the file, or players guess the colours from the picture's size. 1 is BT.709 and TV range.
+        # Without these in the file, players guess the colour space from the size. 1 is BT.709 and TV range.
         codec.colorspace = codec.color_primaries = codec.color_trc = codec.color_range = 1
         return self
 
@@ -116,7 +115,7 @@ class Writer:
                 self._container.close()
                 self._part.replace(self.path)
         finally:
-            # What cannot be finished must not hide why it was given up.
+            # An error while closing must not hide the one that ended the writing.
             with suppress(av.FFmpegError):
                 self._container.close()
             self._part.unlink(missing_ok=True)

@@ -18,13 +18,13 @@ from dynamics.learning.mstep import shares
 from dynamics.learning.options import DEFAULTS, Options
 from dynamics.learning.prior import STILL, inverse_wishart
 
-ROUNDS = 50  # of EM, where nobody says how many
-TRIES = 10  # k-means runs, the tightest is the start: single ones left learning in a poor place 1 time in 10
+ROUNDS = 50  # default number of rounds of EM
+TRIES = 10  # k-means runs, of which the tightest is the start: a single run was a poor start 1 time in 10
 
 
 @dataclass(frozen=True)
 class HMMFit:
-    """A learned model, and the log evidence plus log prior after every round."""
+    """A learned model, and log evidence plus log prior after every round."""
 
     hmm: HMM
     values: tuple[float, ...]
@@ -91,7 +91,7 @@ class _Prior:
 def _maximise(
     hmm: HMM, ys: Sequence[Array], posteriors: Sequence[HMMPosterior], w: Array, prior: _Prior
 ) -> HMM:
-    """The M-step; a state that is never visited keeps what it had where the prior leaves it nothing."""
+    """The M-step; a state that is never visited keeps its parameters where the prior adds no counts."""
     found = expected(hmm, np.concatenate(ys))
     prob = np.concatenate([wn * p.prob for wn, p in zip(w, posteriors, strict=True)])
     n = prob.sum(0)
@@ -123,7 +123,7 @@ def _log_prior(hmm: HMM, prior: _Prior) -> float:
 
 
 def _first(ys: Sequence[Array], K: int, seed: int) -> list[HMMPosterior]:
-    """Posteriors that take every frame's k-means cluster of K as its state."""
+    """Posteriors in which the state of every frame is its cluster by k-means with K clusters."""
     y = np.concatenate(fill(ys))
     clusters = clustered(scaled(y, np.abs(y).max(axis=0)), K, np.random.default_rng(seed), TRIES)
     probs = split_as(np.eye(K)[clusters], ys)

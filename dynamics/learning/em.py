@@ -1,10 +1,10 @@
 """Learning an SLDS from pose sequences by expectation-maximisation with any of the inferences.
 
-Every start is climbed from by E-steps (`infer`) and M-steps (`dynamics.learning.mstep`), and the one that
-reaches the highest value is kept. The value of a round is the weighted sum of what the inference calls log
-evidence, plus the log prior. With an exact or variational E-step it never falls. The best path and GPB2
-promise nothing of the kind, so of every climb the best round is kept, one fall by less than the tolerance is
-climbed on from, and a second, or a greater one, ends it.
+From every start E-steps (`infer`) and M-steps (`dynamics.learning.mstep`) alternate, and the start that
+reaches the highest value is kept. The value of a round is the weighted sum of the inference's log evidence
+plus the log prior. With an exact or variational E-step it never falls. With the best path or GPB2 it may, so
+the best round is kept; learning continues after one fall by less than the tolerance, and ends with a second
+or a larger one.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from dynamics.viterbi import viterbi_all
 
 @dataclass(frozen=True)
 class Fit:
-    """A learned system: of the best round of the best start.
+    """A learned system, from the best round of the best start.
 
     values : log evidence (or bound, or path value) plus log prior at every round of that start
     """
@@ -50,12 +50,12 @@ def learn(
 
     Args:
         ys: sequences (T, M), T >= 2, in body units (leg lengths, radians); NaN entries were not measured.
-        names: the M freedoms; `travelling` those whose place must not matter.
+        names: the M freedoms; `travelling` those that enter the dynamics by their change only.
         weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
-        infer: E-step, called once a round, always with the sequences in the same order of learning's own.
+        infer: E-step, called once a round, always with the sequences in one order, chosen here.
 
     Raises:
-        ValueError: no sequences, or unusable ones; or maximum likelihood and too little data for it.
+        ValueError: no sequences, unusable ones, or too little data for maximum likelihood.
     """
     w = np.ones(len(ys)) if weights is None else np.asarray(weights, dtype=float)
     _check(ys, names, w)
@@ -80,8 +80,8 @@ def learn(
 def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
     """The same system whose first frame may fall anywhere in the motion.
 
-    mean0 and cov0 become each state's moments over all frames, with travelling freedoms counted from where
-    they are now. A tracker meets a figure in the middle of its stride, not where a capture was cut.
+    mean0 and cov0 become each state's moments over all frames, with travelling freedoms relative to their
+    present place. A tracker starts in the middle of a stride, not where a capture was cut.
     """
     mean0, cov0, share = slds.mean0.copy(), slds.cov0.copy(), np.zeros(slds.K)
     prob = np.concatenate([p.prob[1:] for p in posteriors])
@@ -97,7 +97,7 @@ def anywhere(slds: SLDS, posteriors: Sequence[Posterior]) -> SLDS:
 
 
 def from_origin(y: Array, names: Sequence[str], travelling: Sequence[str]) -> Array:
-    """The sequence with its travelling freedoms counted from where they were first measured."""
+    """The sequence with its travelling freedoms relative to their first measured value."""
     return y - np.where(among(names, travelling), fill([y])[0][0], 0.0)
 
 
@@ -149,14 +149,14 @@ def _blank(ys: Sequence[Array], layout: Layout, options: Options, label: str, fp
 def _first_model(
     blank: SLDS, ys: Sequence[Array], guess: Sequence[Posterior], prior: Prior, weights: Array
 ) -> SLDS:
-    """The model that the starting labels give. What maximum likelihood fits exactly is blurred a little."""
+    """The model from the starting labels; noise that maximum likelihood fits to zero is raised a little."""
     blur = 1e-5 * np.diag(np.tile(changes(ys, blank.order), blank.order))
     blurred = [replace(p, states=Gaussian(p.states.mean, p.states.cov + blur)) for p in guess]
     return replace(maximise(blank, ys, blurred, prior, weights), R=blank.R)
 
 
 def _in_order(ys: Sequence[Array], weights: Array) -> tuple[list[Array], Array]:
-    """Sequences ordered by what they hold, so that the order they came in does not enter the start."""
+    """Sequences and weights sorted by content, so that the start does not depend on their given order."""
     keys = [
         (len(y), np.nan_to_num(y, nan=np.inf).ravel().tolist(), w) for y, w in zip(ys, weights, strict=True)
     ]

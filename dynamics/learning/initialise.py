@@ -1,7 +1,6 @@
-"""What EM starts from: sequences that can be learned from, and initial switching states.
+"""The start of EM: checked sequences and initial switching states.
 
-These are k-means clusters of poses and velocities, which are taken as measured exactly, with their gaps
-filled.
+The states are k-means clusters of poses and velocities, taken as exact measurements with gaps filled.
 """
 
 import warnings
@@ -48,7 +47,7 @@ def first_guess(ys: Sequence[Array], K: int, layout: Layout, rng: np.random.Gene
 def scaled(values: Array, size: Array) -> Array:
     """The columns (T, n) divided by their spread, so that all count alike, whatever their units.
 
-    What changes only by the rounding of numbers of `size` (n,) that a column was made of is left out.
+    Columns that vary by no more than the rounding of numbers of `size` (n,) are left out.
     """
     spread = values.std(axis=0)
     moves = spread > 1e-9 * size
@@ -57,13 +56,13 @@ def scaled(values: Array, size: Array) -> Array:
 
 def clustered(points: Array, K: int, rng: np.random.Generator, tries: int = 1) -> NDArray[np.intp]:
     """(T,) the cluster of each of the points (T, n), the tightest K of some tries; 0 where too few differ."""
-    from scipy.cluster.vq import kmeans2  # as slow to import as all that following needs of scipy
+    from scipy.cluster.vq import kmeans2  # as slow to import as all of scipy that tracking needs
 
     distinct = np.unique(points, axis=0)
     if K == 1 or points.shape[1] == 0 or len(distinct) < K:
         return np.zeros(len(points), dtype=np.intp)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # a cluster that empties is a state not visited
+        warnings.simplefilter("ignore", UserWarning)  # an empty cluster is a state that is not visited
         found = [kmeans2(distinct, K, minit="++", seed=rng)[0] for _ in range(tries)]
     squares = [((points[:, None] - centres) ** 2).sum(-1) for centres in found]
     nearest = min(squares, key=lambda square: float(square.min(1).sum()))
@@ -88,7 +87,7 @@ def _features(ys: Sequence[Array], layout: Layout) -> Array:
 
 
 def _labelled(y: Array, s: NDArray[np.intp], K: int, order: int) -> Posterior:
-    """Posterior that holds these poses and switching states for certain."""
+    """Posterior in which these poses and switching states are certain."""
     before = np.vstack([2.0 * y[:1] - y[1:2], y[:-1]])
     mean = y if order == 1 else np.hstack([y, before])
     T, N = mean.shape

@@ -1,12 +1,12 @@
 """The M-step: parameters from expected moments.
 
-Pavlović et al. (1999), section 2.3, with the sums' ends put right (sums over steps hold T - 1 terms and never
-cross from one sequence to the next), an affine offset, weights per sequence and priors. All statistics come
-before any parameter.
+Pavlović et al. (1999), section 2.3, with corrected limits of the sums (sums over steps have T - 1 terms and
+never cross from one sequence to the next), an affine offset, weights per sequence and priors. All statistics
+are computed before any parameter.
 
 Where only part of a frame's entries was measured, the noise w = y - C x of the others is completed by its
 moments given that of the measured, w_m | w_o ~ N(R_mo R_oo^-1 w_o, R_mm - R_mo R_oo^-1 R_om), with R from
-before; a frame that measured nothing says nothing about R and is left out.
+before; frames without any measurement are left out of R.
 """
 
 from collections.abc import Sequence
@@ -27,14 +27,14 @@ def maximise(
 ) -> SLDS:
     """The parameters that maximise the expected log joint plus the log prior (C is fixed).
 
-    A state that the posteriors never enter keeps what it had where the priors leave it nothing.
+    A state that the posteriors never enter keeps its parameters where the priors add no counts.
 
     Args:
-        slds, posteriors: the system, and by any inference of it one for each sequence.
+        slds, posteriors: the system, and its posterior for each sequence by any inference.
         ys, weights: sequences (T, M), NaN where not measured, and how much each counts.
 
     Raises:
-        numpy.linalg.LinAlgError: maximum likelihood, and a state entered less often than it has coefficients.
+        numpy.linalg.LinAlgError: without priors, if a state is entered less often than it has coefficients.
     """
     V, n = _step_statistics(posteriors, weights, len(slds.names))
     entered = n + prior.ridge.count > 0
@@ -85,7 +85,7 @@ def _start(posteriors: Sequence[Posterior], weights: Array, prior: Prior) -> tup
         total += prob[:, None] * first.mean
         outer = first.mean[..., :, None] * first.mean[..., None, :]
         square += prob[:, None, None] * (first.cov + outer)
-    # A state that no sequence starts in takes the mean of those that do, at the prior's covariance.
+    # A state in which no sequence starts takes the mean of those in which some do, at the prior's covariance.
     born = n > 1e-9
     own, common = total / np.maximum(n, 1e-9)[:, None], total.sum(0) / max(n.sum(), 1e-9)
     mean = np.where(born[:, None], own, common)
@@ -98,7 +98,7 @@ def _start(posteriors: Sequence[Posterior], weights: Array, prior: Prior) -> tup
 def _measurement_noise(
     slds: SLDS, ys: Sequence[Array], posteriors: Sequence[Posterior], weights: Array, prior: Prior
 ) -> Array:
-    """R from the residuals of every frame that measured something."""
+    """R from the residuals of every frame with a measurement."""
     y, w = np.concatenate(ys), np.repeat(weights, [len(y) for y in ys])
     cov = np.concatenate([p.states.cov for p in posteriors])
     seen = ~np.isnan(y)
@@ -114,7 +114,7 @@ def _measurement_noise(
 
 
 def _completed(moments: Array, seen: NDArray[np.bool_], R: Array) -> Array:
-    """E[w w'] of all entries' noise from that of the measured: moments (n, M, M), seen (n, M)."""
+    """E[w w'] of all entries' noise from that of the measured entries: moments (n, M, M), seen (n, M)."""
     both = seen[:, :, None] & seen[:, None, :]
     known = np.where(seen[:, None, :], R, 0.0)
     gain = transpose(np.linalg.solve(np.where(both, R, np.eye(len(R))), transpose(known)))
@@ -123,6 +123,6 @@ def _completed(moments: Array, seen: NDArray[np.bool_], R: Array) -> Array:
 
 
 def shares(counts: Array, fallback: Array) -> Array:
-    """The rows of counts (..., K) as probabilities; where a row holds nothing, the fallback's."""
+    """The rows of counts (..., K) as probabilities; the fallback's row where all counts are 0."""
     totals = counts.sum(-1, keepdims=True)
     return np.where(totals > 0, counts / np.where(totals > 0, totals, 1.0), fallback)

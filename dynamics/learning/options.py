@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-RIDGE = 1e-2  # on subjects held out, 1e-3 overfits runs
+RIDGE = 1e-2  # default of `ridge`; 1e-3 overfits runs, tested on subjects held out
 
 
 @dataclass(frozen=True)
@@ -11,13 +11,13 @@ class Options:
 
     states     : switching states
     order      : 1 or 2
-    rounds     : EM rounds at most
+    rounds     : largest number of EM rounds
     tolerance  : stop when the penalised value rises by less than this share
     prior      : strength of all priors; 0 is maximum likelihood
-    ridge      : four times the share of a state's regressors that its prior, constant velocity, stands for
-    stickiness : Dirichlet counts added to every state's staying
-    restarts   : how many starts to learn from; the best is kept
-    seed       : of the starts
+    ridge      : weight of the prior, constant velocity: four times its share of a state's regressors
+    stickiness : Dirichlet counts added to each state's transition to itself
+    restarts   : number of starts, of which the best is kept
+    seed       : random seed of the starts
     """
 
     states: int = 4

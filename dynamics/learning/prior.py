@@ -1,8 +1,7 @@
 """The priors of learning, scaled from the data so that units do not matter.
 
 Inverse-Wishart on Q, on R and on the first frame's covariance, Dirichlet on Pi and pi0, and a ridge of the
-regression towards constant velocity (matrix-normal given Q). Where entries were not measured, spreads are
-those of what was.
+regression towards constant velocity (matrix-normal given Q). Spreads are those of the measured entries.
 """
 
 from collections.abc import Sequence
@@ -16,7 +15,7 @@ from dynamics.learning.options import Options
 from dynamics.learning.regression import Ridge
 from dynamics.slds import SLDS
 
-STILL = 1e-10  # variance that even a freedom which never moves is taken to have: 1e-5 leg lengths or radians
+STILL = 1e-10  # least variance, for freedoms that never move: (1e-5 leg lengths or radians) squared
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Prior:
     ridge : of the regression
     R     : (M,) diagonal of the inverse-Wishart scale of R, and its count
     start : (N,) diagonal of the inverse-Wishart scale of the first frame's covariance
-    alpha : Dirichlet counts added to every transition, and `sticky` more to staying
+    alpha : Dirichlet counts added to every transition, and `sticky` more to those from a state to itself
     """
 
     ridge: Ridge
@@ -39,7 +38,7 @@ class Prior:
 
 
 def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
-    """Priors scaled from the spread of what was measured (NaN: was not); all zero at strength 0."""
+    """Priors scaled from the spread of the measured entries (NaN: not measured); all zero at strength 0."""
     d, N = layout.d, layout.N
     spread, change = _variance(np.concatenate(ys)) + STILL, changes(ys, layout.order)
     speed = measured_mean(np.concatenate([np.diff(y, axis=0) for y in ys]) ** 2)
@@ -61,7 +60,7 @@ def data_prior(ys: Sequence[Array], layout: Layout, options: Options) -> Prior:
 def changes(ys: Sequence[Array], order: int) -> Array:
     """(d,) variance of the change that the dynamics must explain: of velocity, or at first order of place.
 
-    Where a freedom was never measured often enough in a row for that, of the next lower difference.
+    The next lower difference where a freedom was never measured in enough successive frames.
     """
     change = np.zeros(ys[0].shape[1])
     for n in range(order + 1):
@@ -97,13 +96,13 @@ def inverse_wishart(cov: Array, scatter: Array, count: float) -> float:
 
 
 def _regressor_sizes(ys: Sequence[Array], layout: Layout) -> Array:
-    """(N' + 1,) mean square of each regressor over the frames where all that it is made of was measured."""
+    """(N' + 1,) mean square of each regressor over the frames in which all its terms were measured."""
     x = np.concatenate(ys if layout.order == 1 else [np.hstack([y[1:], y[:-1]]) for y in ys])
     gaps = np.isnan(x)
     regressors = np.where(gaps, 0.0, x) @ layout.regard.T
     regressors[gaps.astype(float) @ np.abs(layout.regard.T) > 0] = np.nan
     size = measured_mean(regressors**2)
-    # A velocity whose two frames were never measured in a row has the size that changes of place have.
+    # A velocity that never had two successive measured frames takes the size of changes of place.
     involved = np.abs(layout.regard).reshape(len(layout.regard), layout.order, layout.d).max(1)
     size = np.where(np.isnan(regressors).all(0), involved @ changes(ys, 1), size)
     return np.append(np.where(size > 0, size, 1.0), 1.0)

@@ -2,8 +2,8 @@
 
 With v = [x_t's pose; x_{t-1}; 1] and V_k = sum_t E[v v' s_t(k)], everything the regression needs is linear in
 v: the target Y = pose_t - E x_{t-1} and the regressors phi = [F x_{t-1}; 1]. E is the layout's `carry` and F
-its `regard`, so where the figure stands cannot matter. The prior on B = [coefficients, offset] is centred on
-constant velocity, the layout's `steady`.
+its `regard`, so the dynamics cannot depend on where the figure stands. The prior on B = [coefficients,
+offset] is centred on constant velocity, the layout's `steady`.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class Ridge:
 
 
 def maximum_likelihood(layout: Layout) -> Ridge:
-    """The prior of maximum likelihood, which adds nothing to the moments."""
+    """The empty prior, which adds nothing to the moments."""
     return Ridge(np.zeros(layout.steady.shape[1]), np.zeros(len(layout.steady)), 0.0)
 
 
@@ -37,8 +37,8 @@ def solve(V: Array, n: Array, layout: Layout, ridge: Ridge) -> tuple[Array, Arra
     """The dynamics that maximise the expected log joint plus the log prior.
 
     From expected second moments V (K, d + N + 1, d + N + 1) of v and steps n (K,) into each state: A (K, N,
-    N), b (K, N), Q (K, N, N). Q is the joint mode over coefficients and noise: [E + (B - M0) K0 (B - M0)' +
-    Psi] / (n + count + number of regressors with a prior).
+    N), b (K, N), Q (K, N, N). Q is at the joint mode over coefficients and noise: [E + (B - M0) K0 (B - M0)'
+    + Psi] / (n + count + number of regressors with a prior).
     """
     d = layout.d
     to_target = np.hstack([np.eye(d), -layout.carry, np.zeros((d, 1))])

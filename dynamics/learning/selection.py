@@ -1,9 +1,9 @@
-"""How many switching states, of which order: by the likelihood of groups held out.
+"""The choice of number of switching states and order, by the likelihood of groups held out.
 
-Maximum likelihood's own value rises with every state added, so it cannot choose. Here the groups (subjects)
-are dealt out to folds; every candidate learns from all folds but one and is scored on that one, in log
-likelihood of the best paths per measured frame. Groups count alike, in learning by weights and in scoring by
-a mean over them.
+The likelihood of the training data rises with every state added, so it cannot choose. Here the groups
+(subjects) are split into folds; every candidate learns from all folds but one and is scored on that one, by
+the log likelihood of the best paths per measured frame. Groups count equally, by weights in learning and by a
+mean over them in scoring.
 
 Of the candidates that are not clearly worse than the best one the simplest is taken: those whose groups fall
 short of the best candidate's by no more than one standard error of that difference, group by group
@@ -38,10 +38,11 @@ def choose(
     Args:
         sequences, names, travelling, fps, infer: as for `learn`.
         groups: the group of each sequence; a group is never split between folds.
-        folds: in how many parts to deal the groups; more than there are groups leaves out one at a time.
+        folds: number of folds; more than there are groups means leaving out one group at a time.
 
     Returns:
-        The candidate to take, and (candidates, groups) nats a measured frame of each group held out, by name.
+        The chosen candidate, and (candidates, groups) log likelihood in nats a measured frame of each group
+        when held out, groups sorted by name.
 
     Raises:
         ValueError: fewer than two groups, no candidates, or sequences that cannot be learned from.
@@ -80,7 +81,7 @@ def choose(
 
 
 def _simplest(values: Array, sizes: Sequence[int]) -> int:
-    """Which of the candidates, of values (candidates, groups), is the one to take."""
+    """Position of the candidate to choose, from values (candidates, groups)."""
     means = values.mean(1)
     behind = values[means.argmax()] - values
     error = behind.std(1, ddof=1) / np.sqrt(values.shape[1])
@@ -88,7 +89,7 @@ def _simplest(values: Array, sizes: Sequence[int]) -> int:
 
 
 def _parameters(options: Options, layout: Layout) -> int:
-    """How many numbers the switching dynamics have free: coefficients, offsets, noise and transitions."""
+    """Number of free parameters of the switching dynamics: coefficients, offsets, noise and transitions."""
     K = options.states
     d, regressors = layout.steady.shape
     return int(K * (d * regressors + d * (d + 1) // 2 + K - 1))

@@ -1,1 +1,1 @@
-"""What a learned model is asked: labels, forecasts, gaps, rates."""
+"""Uses of a learned model: labels, forecasts, gaps, other frame rates."""

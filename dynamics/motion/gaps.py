@@ -1,15 +1,15 @@
 """Filling gaps by sampled switch paths.
 
-The papers' best path stops the gait inside a gap: nothing but Pi speaks there, and staying costs least. Here
-the path is sampled, and the switch may depend on the pose (`dynamics.region`):
+The papers' best path stops the gait inside a gap: only Pi counts there, and staying in a state costs least.
+Here the path is sampled, and the switch may depend on the pose (`dynamics.region`):
 
-    x  starts as the smoothed states of one state a motion, which knows both sides but no switch
+    x  starts as the smoothed states of a model with one switching state a motion, given both sides of the gap
     s  is drawn given x, by filtering backwards and sampling forwards:
        log Pr(s_t = j | s_{t-1} = i, x_{t-1}) + log N(pose_t; A_j x_{t-1} + b_j, Q_j)
     x  is smoothed along s, from all that was measured; and again
 
-for several paths at once. The answer has the moments of their mixture. A long sequence is filled a piece at
-a time, so that memory is bounded; each piece looks some frames beyond its ends.
+for several paths at once. The result has the moments of their mixture. A long sequence is filled in pieces,
+so that memory is bounded; each piece includes some frames beyond its ends.
 """
 
 from collections.abc import Iterator
@@ -28,13 +28,12 @@ from dynamics.viterbi import viterbi, viterbi_all
 PATHS = 20
 ROUNDS = 2
 PIECE = 1000  # frames that are filled together
-BEYOND = 120  # measured frames that are looked at on either side of them
-ANYWHERE = 100.0  # variance of a first place that was not measured, squared units
+BEYOND = 120  # measured frames that are included on either side of them
+ANYWHERE = 100.0  # variance of the place in a first frame that was not measured, leg lengths squared
 
 
 def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bool = True) -> Gaussian:
-    """Every frame's pose given all that was measured, before and after: mean (T, M) and cov (T, M, M), noise
-    left out.
+    """Every frame's pose given all measurements: mean (T, M) and cov (T, M, M), without measurement noise.
 
     NaN entries of y (T, M), whole rows too, were not measured; ValueError if nothing was. If `recurrent` the
     switch depends on the pose; False is the papers' switch.
@@ -49,7 +48,8 @@ def interpolate(slds: SLDS, y: Array, rng: np.random.Generator, *, recurrent: bo
 
 
 def _pieces(y: Array) -> Iterator[tuple[slice, slice]]:
-    """Frames that are filled together, from a measured one on but for the first, and those looked at."""
+    """Pieces of frames to fill together, each but the first beginning with a measured one; and each piece
+    with the frames around it."""
     seen = np.isfinite(y)
     measured, first = np.flatnonzero(seen.any(1)), 0
     while first < len(y):
@@ -57,7 +57,7 @@ def _pieces(y: Array) -> Iterator[tuple[slice, slice]]:
         end = int(later[0]) if len(later) else len(y)
         before, after = measured[measured < first][-BEYOND:], measured[measured >= end][:BEYOND]
         low, high = min([first, *before]), max([end - 1, *after])
-        for column in seen.T:  # or where a figure stands would be lost where its root is not measured
+        for column in seen.T:  # else the place is lost in pieces whose root is not measured
             own = np.flatnonzero(column)
             if len(own) and not column[low : high + 1].any():
                 nearest = own[np.abs(own - first).argmin()]
@@ -67,7 +67,7 @@ def _pieces(y: Array) -> Iterator[tuple[slice, slice]]:
 
 
 def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> Gaussian:
-    """The poses of one piece with what is looked at around it."""
+    """The poses of one piece and of the frames around it."""
     placed = _placed(slds)
     local = from_origin(y, slds.names, slds.travelling)
     x = np.repeat(viterbi(by_motion(placed), local).states.mean[None], PATHS, 0)
@@ -83,7 +83,7 @@ def _filled(slds: SLDS, y: Array, rng: np.random.Generator, recurrent: bool) -> 
 
 
 def _placed(slds: SLDS) -> SLDS:
-    """The system starting anywhere: a first frame that was not measured need not be at the origin."""
+    """The system with an unknown start: a first frame that was not measured need not be at the origin."""
     places = slds.shift[:, slds.travels]
     return replace(slds, cov0=slds.cov0 + ANYWHERE * places @ places.T)
 

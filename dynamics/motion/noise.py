@@ -1,4 +1,4 @@
-"""Measurements noisier, and people and motions other, than those a model was learned from."""
+"""Adapting a model to noisier measurements, and to people and motions that it was not learned from."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -10,21 +10,20 @@ from dynamics.gaussian import Array
 from dynamics.slds import SLDS
 from dynamics.viterbi import best_log_p_all
 
-LEAST, MOST = 1e-3, 0.5  # standard deviations that are tried, radians or leg lengths
-FACTORS = 0.25, 16.0  # of Q, the least and the greatest
-STEP = 0.05  # of the logarithm of a deviation or factor: what the search stops within
-FRAMES = 1500  # as many tell the noise well enough
-STRANGER = float(np.radians(10.0))  # by which people who were not learned from differ, as measured noise
-SEARCHES = 5  # of the noise at most: both kinds together, then each in turn, twice
+LEAST, MOST = 1e-3, 0.5  # range of standard deviations searched, radians or leg lengths
+FACTORS = 0.25, 16.0  # range of factors on Q searched
+STEP = 0.05  # tolerance of the search in the logarithm of a deviation or factor
+FRAMES = 1500  # frames that suffice to estimate the noise
+STRANGER = float(np.radians(10.0))  # standard deviation by which people not learned from differ
+SEARCHES = 5  # searches for the noise: both kinds together, then each in turn, twice
 
 
 def at_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda: None) -> SLDS:
-    """The model with R raised to the noise of sequences (T, M), NaN where not measured: what makes them most
-    likely.
+    """The model with R raised to the noise that makes sequences (T, M), NaN where not measured, most likely.
 
     One variance is added to the freedoms that stay, another to those that travel; a model that was learned at
-    more noise than it meets keeps its own R. Both are sought together first, then each in turn, lest one take
-    what is the other's. `tick` is called SEARCHES times.
+    more noise keeps its own R. Both are searched together first, then in turn, so that neither absorbs the
+    other's share. `tick` is called SEARCHES times.
     """
     if not len(ys):
         return slds
@@ -44,19 +43,19 @@ def at_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda:
 def among_strangers(slds: SLDS) -> SLDS:
     """The model with R raised for people it was not learned from, in all freedoms that stay.
 
-    How somebody differs from those learned from is no white noise: a filter follows it, so forecasts hide it
-    and `at_noise` does not find it. But it makes every motion's dynamics too sure of themselves, those most
-    that know least of such people. STRANGER was chosen for classification, leaving people out
-    (docs/motion.md): 5 to 15 degrees do about alike, none has two to four times as many frames wrong.
+    How a person differs from those learned from is no white noise: a filter follows it, so it hardly shows in
+    forecasts and `at_noise` does not find it. But it makes every motion's likelihood too peaked, most of all
+    for motions learned from few people. STRANGER was chosen for classification, leaving people out
+    (docs/motion.md): 5 to 15 degrees do about equally well, 0 has two to four times as many wrong frames.
     """
     return replace(slds, R=slds.R + np.diag(np.where(slds.travels, 0.0, STRANGER**2)))
 
 
 def wider(slds: SLDS) -> SLDS:
-    """The model with mean postures that differ by STRANGER, for people it was not learned from.
+    """The model with mean postures uncertain by STRANGER, for people it was not learned from.
 
-    cov0, and with it every state's region, grows by what shifts all poses of a state alike, in the freedoms
-    that stay.
+    cov0, and with it every state's region, grows by the variance of a common shift of all poses in a state,
+    in the freedoms that stay.
     """
     apart = slds.shift * np.where(slds.travels, 0.0, STRANGER)
     return replace(slds, cov0=slds.cov0 + apart @ apart.T)
@@ -65,7 +64,7 @@ def wider(slds: SLDS) -> SLDS:
 def at_process_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] = lambda: None) -> SLDS:
     """The model with Q times the factor that makes sequences (T, M), NaN where not measured, most likely.
 
-    Some people, and a motion faster than those learned from, follow the dynamics less closely than others.
+    Some people, and motions faster than those learned from, follow the dynamics less closely.
     `tick` is called once.
     """
     some = _some(ys)
@@ -82,7 +81,8 @@ def at_process_noise(slds: SLDS, ys: Sequence[Array], tick: Callable[[], None] =
 
 
 def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArray[np.bool_]) -> Array:
-    """The added variance (M,) with that of these freedoms (M,) replaced by the most likely one."""
+    """The added variance (M,), with the entries of the chosen freedoms (M,) replaced by their likeliest
+    value."""
 
     def changed(log_deviation: float) -> Array:
         return np.where(freedoms, np.exp(2.0 * log_deviation), variance)
@@ -97,8 +97,8 @@ def _likeliest(slds: SLDS, ys: Sequence[Array], variance: Array, freedoms: NDArr
 
 
 def _search(cost: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
-    """The logarithm of the number between `low` and `high` where it costs least, and what it costs."""
-    from scipy.optimize import minimize_scalar  # slow to import, and labels of tracked motion do without
+    """The logarithm of the number between `low` and `high` of least cost, and that cost."""
+    from scipy.optimize import minimize_scalar  # slow to import; labels of tracked motion do not need it
 
     bounds = (float(np.log(low)), float(np.log(high)))
     found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": STEP})
@@ -106,6 +106,6 @@ def _search(cost: Callable[[float], float], low: float, high: float) -> tuple[fl
 
 
 def _some(ys: Sequence[Array]) -> list[Array]:
-    """Whole sequences, spread over all, of about FRAMES frames; of a long one its first."""
+    """About FRAMES frames: whole sequences, spread evenly over the list; the first frames of a long one."""
     every = max(1, sum(len(y) for y in ys) // FRAMES)
     return [y[:FRAMES] for y in ys[::every]]

@@ -2,8 +2,8 @@
 
 Every state's own Gaussian over [q_t, q_{t-1}] (mean0, cov0 as `em.anywhere` leaves them) and its dynamics
 give the joint Gaussian of a run of frames. Poses at the new rate are cubic interpolations of those frames, so
-their joint moments follow in closed form, and the M-step's own regression turns these into A, b and Q. There
-is no matrix logarithm, which gait dynamics (with real negative eigenvalues) often have not got.
+their joint moments follow in closed form, and the M-step's regression turns these into A, b and Q. A matrix
+logarithm is not used: it often does not exist for gait dynamics, which have real negative eigenvalues.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ def at_rate(slds: SLDS, fps: float) -> SLDS:
     """The system with one step standing for 1/fps seconds; ValueError unless that is a quarter to four times
     the old rate.
 
-    Its mean0 and cov0 must describe the motion anywhere in it.
+    Its mean0 and cov0 must describe the whole motion, as `em.anywhere` makes them.
     """
     step = slds.fps / fps
     if not 0.25 <= step <= 4.0:
@@ -56,7 +56,7 @@ def run_moments(slds: SLDS, run: int) -> Gaussian:
     whole = np.tile(np.eye(n), (K, 1, 1))
     whole[:, :N, :N] = slds.cov0
     root = np.linalg.cholesky(slds.Q[:, :d, :d])
-    # The states of all frames by the first one and the noise of each step, white.
+    # The states of all frames as a linear function of the first one and the white noise of each step.
     mean, maps = [slds.mean0], [np.tile(np.eye(N, n), (K, 1, 1))]
     for start in range(N, n, d):
         mean.append(apply(slds.A, mean[-1]) + slds.b)
@@ -68,7 +68,7 @@ def run_moments(slds: SLDS, run: int) -> Gaussian:
 
 
 def by_motion(slds: SLDS) -> SLDS:
-    """The same motions with one switching state each: what is left when the switch within one is not known.
+    """The same motions with one switching state each, averaged over the switching states within a motion.
 
     The dynamics are the M-step's regression on the moments of a step, averaged over the states of a motion.
     """
@@ -95,13 +95,13 @@ def by_motion(slds: SLDS) -> SLDS:
 
 
 def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
-    """Model regressed from the joint moments of the poses at these times of a run of frames, newest first."""
+    """The model regressed from the poses' joint moments at these times in a run of frames, newest first."""
     layout, d = slds.layout, slds.layout.d
     pick = np.kron(np.stack([_cubic(time, run) for time in times]), np.eye(d))
     poses, N = run_moments(slds, run).through(pick.astype(np.float64)), layout.N
     start = Gaussian(poses.mean[:, :N], poses.cov[:, :N, :N]).through(layout.from_here)
     A, b, Q = solve(_with_one(poses), np.ones(slds.K), layout, maximum_likelihood(layout))
-    # Interpolated frames are smoother than filmed ones: a hundredth of the old variance is added.
+    # Interpolated frames are smoother than filmed ones, hence a hundredth of the old variance is added.
     own = np.arange(d)
     Q[:, own, own] += 1e-2 * slds.Q[:, own, own]
     return replace(slds, A=A, b=b, Q=Q, mean0=start.mean, cov0=start.cov + 1e-6 * np.eye(N))
@@ -132,7 +132,7 @@ def _dwell(Pi: Array, step: float) -> Array:
 def _step_moments(slds: SLDS) -> Array:
     """(K, d + N + 1, d + N + 1) E[v v' s_t(k)] of v = [pose_t; x_{t-1}; 1] anywhere in the motions.
 
-    x_{t-1} lies in the region of some state j, and where it goes on in state k, in the part of it that A_k
+    x_{t-1} is distributed as the region of a state j; if the next state is k, as the part of it that A_k
     leads into the region of k (the recurrent switch of `dynamics.region`).
     """
     K, N = slds.b.shape

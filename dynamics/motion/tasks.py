@@ -1,4 +1,4 @@
-"""What a learned model says of a sequence of poses: which motion, where next; and a motion of its own.
+"""Labels and forecasts for sequences of poses by a learned model, and synthesis of motion.
 
 Pavlović et al. (2000), sections 4.1 to 4.3: classification by the switching states, prediction and synthesis.
 Filling of gaps is in `dynamics.motion.gaps`.
@@ -27,21 +27,21 @@ from dynamics.slds import SLDS
 Tick = Callable[[], None]
 
 CLASSIFY_TICKS = SEARCHES + 1
-NOISE_KNOWN = (5, 15, 45, 135)  # frames after which forecasts go by the noise so far
-TOWARDS = 0.3  # weight of a state's region on every step of a forecast: 0.1 to 0.8 do about alike
-PULL = 1.5  # of a state's region on every step of synthesis; much more and no two strides differ
-INSIDE = 0.995  # share of a state's own poses within the distance that synthesis keeps to
-LEAST, MOST = 0.1, 1e4  # weights of the poses that are tried to keep to it
+NOISE_KNOWN = (5, 15, 45, 135)  # frames after which forecasts use the noise measured so far
+TOWARDS = 0.3  # weight of a state's region in every step of a forecast; 0.1 to 0.8 do about equally well
+PULL = 1.5  # weight of a state's region in every step of synthesis; with much more all strides are equal
+INSIDE = 0.995  # share of a state's poses within the distance to which synthesis is confined
+LEAST, MOST = 0.1, 1e4  # range of weights searched to stay within that distance
 
 
 @dataclass(frozen=True)
 class Labelling:
-    """Which motion each of T frames belongs to.
+    """The motion of each of T frames.
 
     label  : (T,) the motion
     state  : (T,) the switching state
     labels : the L motions
-    prob   : (T, L) probability of each; 0 or 1 where the inference gives a path only
+    prob   : (T, L) probability of each motion; 0 or 1 where the inference gives a path only
     """
 
     label: tuple[str, ...]
@@ -60,14 +60,14 @@ def classify(
 ) -> list[Labelling]:
     """The motion of every frame: the one whose switching states are the most probable together.
 
-    R is raised to the noise of these sequences and for who was not learned from, and each pose speaks for the
-    states in whose region it lies.
+    R is raised to the noise of these sequences and for people not learned from, and each pose adds its
+    likelihood under the states' regions.
 
     Args:
         ys: sequences (T, M) in body units; NaN entries were not measured.
         infer: switching_all (GPB2), viterbi_all, variational_all.
         pose: weight of the pose's term; 0 leaves it out, as in the papers.
-        tick: called CLASSIFY_TICKS times, as the work goes on.
+        tick: called CLASSIFY_TICKS times in all, to show progress.
     """
     found = labelled(at_noise(slds, ys, tick), ys, infer=infer, pose=pose)
     tick()
@@ -77,7 +77,7 @@ def classify(
 def labelled(
     slds: SLDS, ys: Sequence[Array], *, infer: InferSwitching = switching_all, pose: float = POSE
 ) -> list[Labelling]:
-    """Labels by a model whose R stays as it is, for people it was not learned from."""
+    """Labels like `classify`, but with R raised only for people not learned from, not to the noise."""
     wide = among_strangers(slds)
     hints = [pose_hints(wide, y, pose) for y in ys] if pose > 0 else None
     return [labelling(slds.labels, p.prob, p.path) for p in infer(wide, ys, hints)]
@@ -89,7 +89,7 @@ def classify_hmm(hmm: HMM, ys: Sequence[Array]) -> list[Labelling]:
 
 
 def labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> Labelling:
-    """From the labels of the states, and of every frame the states' probabilities (T, K) and path (T,)."""
+    """A Labelling from the labels of the K states, their probabilities (T, K) and the path (T,)."""
     motions = tuple(dict.fromkeys(labels))
     belongs = np.array([[label == motion for motion in motions] for label in labels], dtype=float)
     shares = prob @ belongs
@@ -99,14 +99,14 @@ def labelling(labels: tuple[str, ...], prob: Array, path: NDArray[np.intp]) -> L
 def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lambda: None) -> list[Gaussian]:
     """Forecasts `horizon` frames ahead by the GPB2 filter: one Gaussian a switching state, collapsed.
 
-    The switch depends on the pose, and every step is drawn towards the region of its state, which is as wide
-    as people who were not learned from differ (`dynamics.region`). R is raised and Q scaled to the noise of
-    the frames so far, anew at each of NOISE_KNOWN frames into the sequences (T, M) in body units; NaN entries
-    were not measured. `tick` is called `predict_ticks(ys)` times.
+    The switch depends on the pose, and every step is drawn towards the region of its state, widened for
+    people who were not learned from (`dynamics.region`). R is raised and Q scaled to the noise of the frames
+    so far, again after each of NOISE_KNOWN frames of the sequences (T, M) in body units; NaN entries were not
+    measured. `tick` is called `predict_ticks(ys)` times.
 
     Returns:
         For each sequence mean (T + horizon, M) and cov of the pose without measurement noise: entry t from
-        the frames up to t - horizon. The first `horizon` entries have no frame to go by and are NaN.
+        the frames up to t - horizon. The first `horizon` entries, which have no such frames, are NaN.
 
     Raises:
         ValueError: a horizon below 1.
@@ -133,11 +133,11 @@ def predict_ticks(ys: Sequence[Array]) -> int:
 def forecasts(
     slds: SLDS, ys: Sequence[Array], horizon: int = 1, *, recurrent: bool = False, first: int = 0
 ) -> list[Gaussian]:
-    """What the GPB2 filter expects `horizon` frames ahead with the model as it is; otherwise as `predict`.
+    """Forecasts of the GPB2 filter `horizon` frames ahead with an unchanged model; otherwise as `predict`.
 
     Args:
         recurrent: the switch depends on the pose; if not it is the papers'.
-        first: from the frames up to those before it nothing is forecast: what that costs is saved.
+        first: forecasts from earlier frames than this are skipped, which saves time.
     """
     if horizon < 1:
         raise ValueError(f"horizon must be at least 1 frame; got {horizon}")
@@ -161,12 +161,12 @@ def forecasts(
 def synthesise(
     slds: SLDS, T: int, rng: np.random.Generator, *, recurrent: bool = True
 ) -> tuple[NDArray[np.intp], Array]:
-    """A motion of the model's own: switching states (T,) and poses (T, M) without measurement noise.
+    """A motion sampled from the model: switching states (T,) and poses (T, M) without measurement noise.
 
-    If `recurrent` the switch depends on the pose, and every step is weighed by the region of its state
-    (`dynamics.region`); if not it is the papers' model, whose free run soon leaves the motion's range.
+    If `recurrent` the switch depends on the pose, and every step is weighted by the region of its state
+    (`dynamics.region`); otherwise it is the papers' model, whose samples soon leave the range of the motion.
     """
-    from scipy.special import chdtri  # slow to import, and labels of tracked motion do without
+    from scipy.special import chdtri  # slow to import; labels of tracked motion do not need it
 
     reach, poses, log_Pi = regions(slds), pose_regions(slds), slds.log_Pi
     limit = float(chdtri(len(poses.regard), 1.0 - INSIDE))
@@ -190,13 +190,13 @@ def synthesise(
 
 
 def _edges(ys: Sequence[Array]) -> list[int]:
-    """Frames after which the noise of these sequences is measured anew."""
+    """Frames after which the noise of these sequences is measured again."""
     longest = max(map(len, ys), default=0)
     return [known for known in NOISE_KNOWN if known < longest]
 
 
 def _kept_in(following: Gaussian, poses: Regions, k: int, limit: float) -> Gaussian:
-    """The next state, drawn towards the poses of state k as far as it takes to lie among most of them."""
+    """The next state, drawn towards the poses of state k just far enough to lie within their limit."""
     weight, near = LEAST, following
     while poses.distance(near.mean)[k] > limit and weight < MOST:
         near, _ = update(following, poses.mean[k], poses.regard, poses.cov[k] / weight)
@@ -205,7 +205,7 @@ def _kept_in(following: Gaussian, poses: Regions, k: int, limit: float) -> Gauss
 
 
 def _later(found: Gaussian, frames: int) -> Gaussian:
-    """Gaussians of frames put so many frames later; of those before nothing is told."""
+    """Gaussians of frames moved so many frames later; the first ones become unknown."""
     T, M = found.mean.shape
     later = unknown(T + frames, M)
     later[frames:] = found
@@ -213,10 +213,10 @@ def _later(found: Gaussian, frames: int) -> Gaussian:
 
 
 def _switched(slds: SLDS, joint: Array, states: Gaussian) -> tuple[Array, Gaussian]:
-    """One frame on, nothing measured: Pr(s) (T, K) and x given each s, collapsed over the state before.
+    """One step without a measurement: Pr(s) (T, K), and x given each s, collapsed over the state before.
 
-    joint (T, K, K) is the probability of each state before and now. All that comes into a state moves by its
-    dynamics alone, so what is collapsed before the step is collapsed after it.
+    joint (T, K, K) is the probability of each state before and now. All pairs that lead to a state move by
+    the dynamics of that state, so collapsing before the step gives the same as after it.
     """
     later: Array = joint.sum(1)
     weights = np.where(later[:, None] > 0, joint / np.maximum(later, 1e-300)[:, None], 1.0 / slds.K)

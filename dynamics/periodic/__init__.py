@@ -1,1 +1,1 @@
-"""The harmonic stride at work: learned, fitted to what was measured, and filling gaps."""
+"""The harmonic stride: learning it, fitting it to measurements, filling gaps."""

@@ -1,15 +1,15 @@
 """Gaps filled by the harmonic stride.
 
-A window of what was measured around each gap is explained. Every motion, and every start of the search that
-ends elsewhere, above all with another count of strides across the gap, is a hypothesis that is weighed by
-its evidence; the answer has the moments of their mixture. A long run of frames that lack single freedoms is
-cut into pieces.
+The model is fitted to a window of measurements around each gap. Every motion, and every start of the search
+that ends elsewhere, above all with another number of strides in the gap, is a hypothesis weighted by its
+evidence; the result has the moments of their mixture. A long run of frames that lack single freedoms is cut
+into pieces.
 
-The search of phase, phase speed and its bend begins at the peaks of a grid, judged by the mean stride: the
-frames count as SHARE of independent ones, and a person's own manner as noise.
+The search for phase, phase speed and bend begins at the peaks of a grid, scored with the mean stride: each
+frame counts as the share SHARE of an independent one, and differences between people count as noise.
 
-Whether a gap is one of gait is told by the evidence of frames SPACING seconds apart. Between them there is as
-much to bridge as in a short gap, which the next frame of a smooth motion never asks.
+Whether a gap belongs to a gait is decided by the evidence of frames SPACING seconds apart. A model must
+bridge the time between them as in a short gap; successive frames of any smooth motion are too easy.
 """
 
 from collections.abc import Iterator
@@ -22,24 +22,24 @@ from dynamics.gaussian import Array, Gaussian, collapse
 from dynamics.periodic.fit import Fit, Stretch
 from dynamics.stride import Stride, harmonics
 
-CONTEXT = 2.0  # seconds of measured frames that are looked at on either side
-SPACING = 0.2  # seconds between the frames whose evidence is told
+CONTEXT = 2.0  # seconds of measured frames used on either side
+SPACING = 0.2  # seconds between the frames whose evidence is compared
 PIECE = 2.0  # seconds of frames partly measured that are filled at once
-STARTS = 6  # a motion
+STARTS = 6  # starts of the search for each motion
 ROUGH = 2  # steps from each start, after which
 BEHIND = 25.0  # nats behind the best end a search
-APART = 0.5  # radians of phase by which two answers differ at least
-NOISES = (0.02, 0.04, 0.07, 0.12, 0.2)  # deviations that are tried beyond the learned noise, radians
-PLACE_NOISE = 0.3  # of a freedom that travels beside that of an angle, leg lengths a radian
-DOUBT = 0.3  # power of the evidence that weighs: a person not learned from differs from the population
-FAINT = 1e-3  # share of a hypothesis that is left out
+APART = 0.5  # least difference in phase between two distinct fits, radians
+NOISES = (0.02, 0.04, 0.07, 0.12, 0.2)  # standard deviations tried on top of the learned noise, radians
+PLACE_NOISE = 0.3  # noise of a freedom that travels relative to that of an angle, leg lengths a radian
+DOUBT = 0.3  # power of the evidence in weights: people not learned from differ from the population
+FAINT = 1e-3  # hypotheses with a smaller share are left out
 # Of the grid that the search begins on:
 SPEEDS, PHASES = 24, 24
-REACH = 2.8  # deviations of the phase speed either way
-BENDS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # deviations
+REACH = 2.8  # standard deviations of the phase speed either way
+BENDS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # standard deviations of the bend
 SHARE = 0.15
-TABLE = 120  # phases at which the mean stride is tabled
-SLOWEST = 2.0  # radians a second
+TABLE = 120  # phases at which the mean stride is tabulated
+SLOWEST = 2.0  # least phase speed, radians a second
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Filling:
     """The frames of one gap.
 
     rows         : (m,) frames of the sequence
-    poses        : mean (m, M), cov (m, M, M) without measurement noise, given what was measured around it
-    log_evidence : of frames around it SPACING seconds apart by the most probable hypothesis, at the noise
-                   that makes these most probable, nats; every motion as probable
+    poses        : mean (m, M), cov (m, M, M) without measurement noise, given the measurements around it
+    log_evidence : of frames around it SPACING seconds apart, under the most probable hypothesis and noise,
+                   nats; all motions equally probable beforehand
     """
 
     rows: NDArray[np.intp]
@@ -58,9 +58,9 @@ class Filling:
 
 
 def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
-    """The frames of each gap: runs of frames that lack a freedom, cut where much of them is measured.
+    """The frames of each gap: runs of frames that lack a freedom, cut into pieces where most is measured.
 
-    NaN entries of y (T, M) were not measured; a freedom that travels and never was makes no gap.
+    NaN entries of y (T, M) were not measured; a travelling freedom that was never measured makes no gap.
     """
     wanted = ~stride.travels | np.isfinite(y).any(0)
     lacking = np.flatnonzero(np.isnan(y[:, wanted]).any(1))
@@ -71,14 +71,14 @@ def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
 
 
 def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Filling:
-    """One gap, the frames `rows` that follow each other, at the noise its neighbours are likeliest by."""
+    """Fill one gap, the successive frames `rows`, with the noise that makes its neighbours most likely."""
     window = around(y, rows, fps)
     t = (np.arange(window.start, window.stop) - rows.mean()) / fps
     found = hypotheses(stride, t, np.where(stride.travels, np.nan, y[window]))
     log_p = np.array([h.log_evidence for h in found])
     share = np.exp(DOUBT * (log_p - log_p.max()))
     kept = np.flatnonzero(share >= FAINT * share.sum())
-    # Now the freedoms that travel are heard too.
+    # Now the freedoms that travel are used too.
     heard = [found[i].given(y[window], found[i].stretch.noise) for i in kept]
     each = [h.predict(rows - window.start) for h in heard]
     together = Gaussian(np.stack([g.mean for g in each], 1), np.stack([g.cov for g in each], 1))
@@ -103,8 +103,8 @@ def spaced(y: Array, fps: float) -> Array:
 
 
 def hypotheses(stride: Stride, t: Array, y: Array) -> list[Fit]:
-    """The courses of the phase that explain a window (t, y as of `Stretch`), the most probable first;
-    ValueError if no freedom that stays was measured in it."""
+    """Fits of the phase to a window (t, y as in `Stretch`), the most probable first; ValueError if no freedom
+    that stays was measured in it."""
     if np.isnan(y[:, ~stride.travels]).all():
         raise ValueError(
             "no angle was measured near a gap, of which a stride then tells nothing; give a switching model"
@@ -124,7 +124,7 @@ def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, floa
     k, the best first.
 
     At times t (T,) seconds from the origin; NaN entries of y (T, M) were not measured. Freedoms that travel
-    are not looked at.
+    are not used.
     """
     at = len(stride.names) * stride.basis
     centre, deviation = stride.mean[k, at], np.linalg.norm(stride.root[k, at])
@@ -149,7 +149,7 @@ def _spaced_evidence(h: Fit, fps: float) -> float:
 
 
 def _likeliest_noise(h: Fit) -> float:
-    """The deviation added to the noise that makes a window most probable: the last of NOISES that rises."""
+    """The added standard deviation that makes a window most probable: NOISES are tried until one is worse."""
     best, log_evidence = 0.0, h.log_evidence
     for noise in NOISES:
         h = _at_noise(h, noise)
@@ -160,12 +160,12 @@ def _likeliest_noise(h: Fit) -> float:
 
 
 def _at_noise(h: Fit, noise: float) -> Fit:
-    """With measurement noise of this standard deviation in radians added."""
+    """The fit with measurement noise of this standard deviation in radians added."""
     return h.given(h.stretch.y, np.where(h.stretch.stride.travels, PLACE_NOISE * noise, noise) ** 2)
 
 
 def _distinct(found: list[Fit]) -> list[Fit]:
-    """The candidate courses of the phase, each of them once, the most probable first."""
+    """The distinct fits, the most probable first."""
     kept: list[Fit] = []
     for h in sorted(found, key=lambda h: -h.log_evidence):
         if not any(h.stretch.k == other.stretch.k and _same(h.phase, other.phase) for other in kept):
@@ -174,7 +174,7 @@ def _distinct(found: list[Fit]) -> list[Fit]:
 
 
 def _same(one: Array, other: Array) -> bool:
-    """Whether two courses of the phase differ by whole strides alone."""
+    """Whether two phases over time differ only by a whole number of strides."""
     apart = one - other
     turns = 2.0 * np.pi * np.round(apart.mean() / (2.0 * np.pi))
     return bool(np.abs(apart - turns).max() < APART)

@@ -1,8 +1,8 @@
-"""One stretch of gait under one motion of a harmonic stride.
+"""Fitting one motion of a harmonic stride to one stretch of gait.
 
-All that is unknown of the stretch is one vector z = [c, omega, travel, place, phase shift, bend, drift],
-Gaussian beforehand. What was measured, f(z) and noise, is nonlinear in z through the phase alone, so the
-most probable z is found by Gauss-Newton steps, and the rest is one linear Gaussian conditioning at that z:
+The unknowns of the stretch are one vector z = [c, omega, travel, place, phase shift, bend, drift] with a
+Gaussian prior. The measurements, f(z) and noise, are nonlinear in z through the phase only, so the most
+probable z is found by Gauss-Newton steps, and the rest is one linear Gaussian conditioning at that z:
 with L L' the covariance of residual and noise over the measured cells, J = df/dz and P the prior's
 precision,
 
@@ -22,13 +22,13 @@ from scipy.linalg import block_diag, cho_factor, cho_solve, cholesky, solve_tria
 from dynamics.gaussian import LOG_2PI, Array, Gaussian, measured_mean, symmetric
 from dynamics.stride import DRIFTING, QUICK, SLOW, Stride, harmonics, slopes
 
-Cells = tuple[NDArray[np.intp], NDArray[np.intp]]  # frame and freedom of each
+Cells = tuple[NDArray[np.intp], NDArray[np.intp]]  # frame and freedom of each measured number
 
-ANYWHERE = 100.0  # deviation of the place of a freedom that travels, body units
-SHIFT = 3.0  # deviation of the phase about a start, radians
-DRIFTS = 12  # shapes of the drift that are kept, at most
-NEGLIGIBLE = 1e-3  # variance of a shape of the drift beside the greatest, below which it is left out
-NOTHING = 1e-12  # variance of the phase, radians squared, that is none at all
+ANYWHERE = 100.0  # prior standard deviation of the place of a freedom that travels, body units
+SHIFT = 3.0  # prior standard deviation of the phase about a start, radians
+DRIFTS = 12  # largest number of principal components of the drift that are kept
+NEGLIGIBLE = 1e-3  # components of the drift with a smaller share of the greatest variance are left out
+NOTHING = 1e-12  # variance of the phase that counts as none, radians squared
 STEPS = 8
 ENOUGH = 1e-3  # gain of a step in nats that ends the search
 SHORTEN = 4  # halvings of a step that does not rise
@@ -45,11 +45,11 @@ class Fit:
     """The most probable z of a stretch from one start, and Laplace's approximation about it.
 
     stretch      : what was fitted
-    z            : (Z + W,) all that was unknown
-    start        : the phase at t = 0 that its shift is added to, radians
+    z            : (Z + W,) the unknowns
+    start        : phase at t = 0 before the phase shift is added, radians
     factor       : Cholesky factor of P + A'A, as `scipy.linalg.cho_factor` gives it
     white, slope : e (n,) and A (n, Z + W) of the n measured cells
-    phase        : (T,) radians, of every frame
+    phase        : (T,) phase of every frame, radians
     log_evidence : nats
     """
 
@@ -68,16 +68,17 @@ class Fit:
         return np.asarray(cho_solve(self.factor, np.eye(len(self.z))))
 
     def climbed(self) -> "Fit":
-        """The same search gone on from where it ended."""
+        """The search continued from where it ended."""
         return self.stretch.climb(self.z, self.start, STEPS)
 
     def given(self, y: Array, noise: Array | float = 0.0) -> "Fit":
-        """The search gone on with other measurements and noise of the same frames, as of `Stretch`."""
+        """The search continued with other measurements and noise for the same frames, as in `Stretch`."""
         own = self.stretch
         return Stretch(own.stride, own.k, own.t, y, noise).climb(self.z, self.start, STEPS)
 
     def predict(self, rows: NDArray[np.intp]) -> Gaussian:
-        """mean (m, M) and cov (m, M, M) of frames' poses, without noise, given all that was measured."""
+        """mean (m, M) and cov (m, M, M) of the poses in these frames, without noise, given all
+        measurements."""
         own, stride = self.stretch, self.stretch.stride
         M = len(stride.names)
         cells = np.repeat(rows, M), np.tile(np.arange(M), len(rows))
@@ -107,7 +108,7 @@ class Stretch:
         self.Z, self.speed = stride.mean.shape[1], len(stride.names) * stride.basis
         self.shift = self.Z + len(self.travels)
         self.moves = self._shapes()
-        # Beforehand z has this mean, and beyond the Z numbers of the population these variances.
+        # The prior mean of z, and the prior variances of its entries after the Z of the population.
         more = self.moves.shape[1] - 1
         self.variances = np.append(np.full(len(self.travels), ANYWHERE**2), [SHIFT**2, *np.ones(more)])
         self.mean = np.append(stride.mean[k], np.zeros(len(self.variances)))
@@ -116,7 +117,7 @@ class Stretch:
 
     @cached_property
     def precision(self) -> Array:
-        """(Z + W, Z + W) of z beforehand."""
+        """(Z + W, Z + W) prior precision of z."""
         population = cho_solve((self.stride.root[self.k], True), np.eye(self.Z))
         return np.asarray(block_diag(population, np.diag(1.0 / self.variances)))
 
@@ -128,12 +129,12 @@ class Stretch:
 
     @cached_property
     def correlations(self) -> Array:
-        """(3, T, T) over time: of the quick residual, of the slow one, of the noise."""
+        """(3, T, T) correlations over time of the quick residual, the slow residual and the noise."""
         lag = self.t[:, None] - self.t
         return np.stack([matern(lag, QUICK), matern(lag, SLOW), np.eye(len(lag))])
 
     def residual(self, one: Cells, other: Cells) -> Array:
-        """(n, m) covariance of the residual, without the noise, between cells."""
+        """(n, m) covariance of the residual between cells, without the noise."""
         quick = _spread(self.correlations[0], self.stride.quick[self.k], one, other)
         return quick + _spread(self.correlations[1], self.stride.slow[self.k], one, other)
 
@@ -160,7 +161,7 @@ class Stretch:
         return f, J, phase
 
     def fit(self, start: float, speed: float, bend: float = 0.0, steps: int = STEPS) -> Fit:
-        """Climb from the phase at t = 0, the phase speed and its bend, in radians and seconds."""
+        """Climb from a phase at t = 0, a phase speed and a bend, in radians and seconds."""
         z = self.mean.copy()
         z[self.speed] = speed
         z[self.shift + 1] = bend / self.stride.bend[self.k]
@@ -168,7 +169,7 @@ class Stretch:
         return self.climb(z, start, steps)
 
     def climb(self, z: Array, start: float, steps: int) -> Fit:
-        """Gauss-Newton steps from z, each halved until it rises."""
+        """Gauss-Newton steps from z, each halved until the posterior density rises."""
         fit, cost, uphill = self._at(z, start)
         for _ in range(steps):
             step = cho_solve(fit.factor, uphill)
@@ -184,7 +185,8 @@ class Stretch:
         return fit
 
     def _at(self, z: Array, start: float) -> tuple[Fit, float, Array]:
-        """The approximation about z, minus its log density up to a constant, and that density's gradient."""
+        """Laplace's approximation about z, minus its log density up to a constant, and that density's
+        gradient."""
         f, J, phase = self.value(z, start, self.cells)
         away = self.y[self.cells] - f
         white = solve_triangular(self.L, np.column_stack([away, J]), lower=True, check_finite=False)
@@ -196,9 +198,9 @@ class Stretch:
         return Fit(self, z, start, factor, e, A, phase, log_evidence), cost, A.T @ e - pull
 
     def _shapes(self) -> Array:
-        """(T, W) of the phase: shift, bend, and the drift's principal components, each by its deviation.
+        """(T, W) effects on the phase of shift, bend and the drift's principal components, per unit of each.
 
-        The drift has no part in what shift, speed and bend tell.
+        The drift is orthogonal to shift, speed and bend.
         """
         cov = self.stride.drift[self.k] ** 2 * matern(self.t[:, None] - self.t, DRIFTING)
         told = np.linalg.qr(np.vander(self.t, 3))[0]

@@ -8,7 +8,7 @@ y = f + J (z - z0) + residual + noise; the M-step is that of this linear Gaussia
 
 for the covariance S of each process whose correlation over time is K (the identity for the noise), where C
 is the covariance of all that was measured. At the same linearisation the evidence never falls. The mirror
-image of a piece is the same half a stride later with twin freedoms exchanged, so it is fitted but once.
+image of a piece equals it half a stride later with twin freedoms exchanged, so each is fitted only once.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,23 +24,23 @@ from dynamics.periodic.fit import Fit, Stretch
 from dynamics.stride import Stride, half_a_stride_on, harmonics, orders
 
 HARMONICS = 5
-LONGEST, LEAST = 3.2, 0.6  # seconds of a piece
-SLOWEST, QUICKEST, TRIED = 0.45, 1.9, 120  # strides a second that the first phase is sought among
-PEOPLE = 2.0  # as many people the prior of the covariance counts for
-MANNER = float(np.radians(2.0))  # its deviation of a first harmonic; of the h-th MANNER / h
-WAYS = 0.05  # the same of a freedom that travels, body units
-HURRY = 0.3  # its deviation of the phase speed, radians a second
-TRAVEL = 0.1  # its deviation of the travel, body units a second
+LONGEST, LEAST = 3.2, 0.6  # largest and least duration of a piece, seconds
+SLOWEST, QUICKEST, TRIED = 0.45, 1.9, 120  # grid of stride frequencies for the first phase, strides a second
+PEOPLE = 2.0  # number of people that the prior of the covariance counts for
+MANNER = float(np.radians(2.0))  # its standard deviation of a first harmonic; MANNER / h for the h-th
+WAYS = 0.05  # the same for a freedom that travels, body units
+HURRY = 0.3  # its standard deviation of the phase speed, radians a second
+TRAVEL = 0.1  # its standard deviation of the travel, body units a second
 FIRST_ANGLES = tuple(float(np.radians(sd)) for sd in (1.3, 2.0, 1.0))  # quick, slow, noise
 FIRST_PLACES = (0.01, 0.02, 0.005)
 FIRST_BEND, FIRST_DRIFT = 0.5, 0.2
-SETTLED = 2  # rounds before the residual is learned too
-FLOOR = 1e-8  # variance that a covariance keeps
+SETTLED = 2  # rounds after which the residual is learned too
+FLOOR = 1e-8  # least variance of a covariance
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Frames of one person: t (T,) seconds about their middle, poses y (T, M), and how much they count."""
+    """Frames of one person: times t (T,) from their middle, seconds; poses y (T, M); and their weight."""
 
     person: str
     t: Array
@@ -50,12 +50,12 @@ class Piece:
 
 @dataclass(frozen=True)
 class Moments:
-    """What the M-step needs of one piece.
+    """Expected moments of one piece for the M-step.
 
-    z, cov   : of the population's numbers, (Z,) and (Z, Z)
+    z, cov   : (Z,) and (Z, Z) of the numbers in `Stride`
     bend     : E u^2
-    drift    : E of the drift's squared components, their sum, and how many they are
-    residual : (3, M, M) W of quick, slow and noise; None where these are to stay
+    drift    : expected sum of the drift's squared components, and their number
+    residual : (3, M, M) W of quick, slow and noise; None if these are not learned yet
     """
 
     z: Array
@@ -81,9 +81,9 @@ def learn(
 
     Args:
         ys: sequences (T, M) in body units (leg lengths, radians), all measured.
-        people: whose each sequence is; people count alike.
-        names: the M freedoms; `travelling` those whose place does not matter.
-        twins: (M,) the freedom of the other side; the first that has one gives the first phase.
+        people: the person of each sequence; people count equally.
+        names: the M freedoms; `travelling` those whose place is arbitrary.
+        twins: (M,) each one's twin on the other side; the first that has one gives the first phase.
         tick: called after each of the rounds of EM.
 
     Raises:
@@ -105,7 +105,7 @@ def learn(
 
 
 def moments(fit: Fit, *, residual: bool = True) -> Moments:
-    """The E-step of a piece linearised at a fit; `residual` asks for its part too, which takes longest."""
+    """The E-step of a piece linearised at a fit; with `residual` also its moments, which take longest."""
     Z, bend = fit.stretch.Z, fit.stretch.shift + 1
     spread, z = fit.cov, fit.z
     drifts = slice(bend + 1, None)
@@ -122,7 +122,7 @@ def moments(fit: Fit, *, residual: bool = True) -> Moments:
 def maximise(
     stride: Stride, pieces: Sequence[Piece], found: Sequence[Moments], twins: NDArray[np.intp]
 ) -> Stride:
-    """The M-step: the parameters that the moments of the strides make likeliest."""
+    """The M-step: the likeliest parameters given the moments of the pieces."""
     people = len({p.person for p in pieces})
     F = mirror_matrix(stride, twins)
     w = np.array([p.weight for p in pieces])
@@ -153,7 +153,7 @@ def maximise(
 
 
 def mirror_matrix(stride: Stride, twins: NDArray[np.intp]) -> Array:
-    """(Z, Z) that takes a stretch's numbers to those of its mirror image."""
+    """(Z, Z) matrix from a stretch's numbers to those of its mirror image."""
     M, size, Z = len(stride.names), stride.basis, stride.mean.shape[1]
     F = np.eye(Z)
     F[: M * size, : M * size] = np.kron(np.eye(M)[twins], np.diag(half_a_stride_on(size)))
@@ -161,7 +161,7 @@ def mirror_matrix(stride: Stride, twins: NDArray[np.intp]) -> Array:
 
 
 def _residual_moments(fit: Fit) -> Array:
-    """(3, M, M) W of the module's equation for quick, slow and noise; all must be measured."""
+    """(3, M, M) W of the module's equation for quick, slow and noise; all entries must be measured."""
     stretch = fit.stretch
     T, M = stretch.y.shape
     inverse = solve_triangular(stretch.L, np.eye(T * M), lower=True, check_finite=False)
@@ -173,7 +173,7 @@ def _residual_moments(fit: Fit) -> Array:
 
 
 def _end(fit: Fit) -> tuple[float, float, float]:
-    """Phase, speed and bend where a search ended, to begin the next from."""
+    """Phase, speed and bend at which a search ended, the start of the next."""
     speed, shift, bend = fit.stretch.speed, fit.stretch.shift, fit.stretch.stride.bend[0]
     return float(fit.start + fit.z[shift]), float(fit.z[speed]), float(fit.z[shift + 1] * bend)
 
@@ -199,7 +199,8 @@ def _first(
     fps: float,
     label: str,
 ) -> tuple[Stride, list[tuple[float, float, float]]]:
-    """A first model, phases by the first freedom that has a twin less that twin; and each piece's start."""
+    """A first model, with phases from the difference of the first freedom that has a twin and that twin; and
+    the start of each piece."""
     M, size, travels = len(names), 2 * HARMONICS + 1, among(names, travelling)
     pair = int(np.flatnonzero(twins != np.arange(M))[0])
     begun, z = [], []
@@ -226,7 +227,7 @@ def _first(
 
 
 def _sinusoid(t: Array, x: Array) -> tuple[float, float]:
-    """Phase at t = 0 and speed (radians a second) of the sinusoid that fits best."""
+    """Phase at t = 0 and phase speed (radians a second) of the best fitting sinusoid."""
     best = (np.inf, 0.0, 0.0)
     for speed in 2.0 * np.pi * np.linspace(SLOWEST, QUICKEST, TRIED):
         B = harmonics(speed * t, 3)
@@ -236,6 +237,6 @@ def _sinusoid(t: Array, x: Array) -> tuple[float, float]:
 
 
 def _manner(stride: Stride) -> Array:
-    """(Z, Z) the covariance that the prior speaks for."""
+    """(Z, Z) covariance of the prior."""
     each = np.where(stride.travels, WAYS, MANNER)[:, None] / np.maximum(orders(stride.basis), 1)
     return np.diag(np.concatenate([each.ravel(), [HURRY], np.full(len(stride.travelling), TRAVEL)]) ** 2)

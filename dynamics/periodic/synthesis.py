@@ -1,4 +1,4 @@
-"""Gait of somebody drawn from the population of a harmonic stride."""
+"""Gait of a person drawn from the population of a harmonic stride."""
 
 import numpy as np
 
@@ -12,9 +12,9 @@ def synthesise_stride(
     """Poses (T, M) in body units, without measurement noise, of one person drawn from the population of
     motion k.
 
-    Coefficients, phase speed and travel are the person's throughout (`dynamics.stride`); the phase begins
-    anywhere and drifts. The bend of the phase is left out, as it would hurry without end. `noise` times the
-    deviation of drift and residual: 0 repeats one stride.
+    Coefficients, phase speed and travel of the person are constant (`dynamics.stride`); the phase begins at
+    random and drifts. The bend of the phase is left out, as it would accelerate for ever. `noise` scales the
+    standard deviation of drift and residual: 0 repeats one stride.
     """
     t, M, size = np.arange(T) / fps, len(stride.names), stride.basis
     z = stride.mean[k] + stride.root[k] @ rng.standard_normal(stride.mean.shape[1])

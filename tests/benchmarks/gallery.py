@@ -42,7 +42,8 @@ SEEK = """(() => {{ const slider = document.querySelector('input[type=range]');
   slider.value = {frame}; slider.dispatchEvent(new Event('input', {{bubbles: true}})); }})()"""
 PAUSE = "new Promise(done => setTimeout(done, 1500))"  # until the film has moved to its frame
 BOX = """(() => {{ const box = document.querySelector('{selector}').getBoundingClientRect();
-  return [box.x + scrollX, box.y + scrollY, box.width, box.height]; }})()"""
+  return [box.x + scrollX, box.y + scrollY, box.width + {edge}, box.height]; }})()"""
+EDGE = 12  # margin on the right for the last number of an axis, pixels
 
 
 def main() -> None:
@@ -76,7 +77,7 @@ def pages(browser: Browser) -> Iterator[tuple[str, np.ndarray]]:
     browser.open(Path("walk-track/report.html").resolve().as_uri(), width=840, height=800)
     browser.value(SEEK.format(frame=SHOWN))
     yield "report.jpg", photograph(browser, (0, 0, 840, 788))
-    yield "stride.png", photograph(browser, browser.value(BOX.format(selector=".cycles")))
+    yield "stride.png", photograph(browser, browser.value(BOX.format(selector=".cycles", edge=EDGE)))
     shutil.copy("walk.mp4", "unmarked.mp4")
     with running("unmarked.mp4", cwd=os.getcwd()) as (_, address):
         browser.open(address, width=1100, height=640)

@@ -1,1 +1,1 @@
-"""The page on which joints are marked: its frames, its table, its advice and its server."""
+"""The marking page: its frames, table, advice and server."""

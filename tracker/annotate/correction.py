@@ -1,4 +1,4 @@
-"""A finished run on the page: the tracked figure in every frame, corrected, and the film followed again."""
+"""Correcting a finished run on the marking page, and following the film again."""
 
 import shlex
 from collections.abc import Mapping
@@ -21,20 +21,20 @@ from tracker.run.read import OVERLAY, REPORT, read_run, read_track
 from tracker.tables.keypoints import Mark
 from tracker.tables.poses import stretches
 
-CORRECTED = "corrected.keypoints.csv"  # in a run's folder: the marks that it is to be followed again by
+CORRECTED = "corrected.keypoints.csv"  # in a run's folder: corrected marks, not yet followed
 
 
 class Correction(Session):
-    """A run's folder, and a page on which it is put right.
+    """A run's folder, and the page on which it is corrected.
 
-    Marked frames are those that the track passes through: the one that it started from, and corrected ones.
-    What is saved lies beside the run's own marks until it is followed again.
+    Marked frames are those that the track passes through: the start frame and corrected ones. Saved marks lie
+    beside the run's own until the film is followed again.
     """
 
     command = "correct"
 
     def __init__(self, folder: Path, first: int | None, progress: Progress) -> None:
-        """Open a complete run; the page shows the frame `first`, None for the one that the run started from.
+        """Open a complete run; the page shows the frame `first`, None for the start frame.
 
         Raises:
             RunError: no complete run, or one whose film is gone or altered.
@@ -46,7 +46,7 @@ class Correction(Session):
         self._read()
         self._shown = self._finished.start if first is None else first
         job = self._finished.job
-        check_inputs(folder, job.inputs)  # or it would only be found after all was marked
+        check_inputs(folder, job.inputs)  # now, not only after everything was marked
         super().__init__(job.video, self._table(), self._shown, None, job.facing, job.figure)
         if self.table.path.exists():
             self._said = "What was corrected before is not followed yet."
@@ -70,7 +70,7 @@ class Correction(Session):
         return reply if self.table.path.exists() else reply | {"saved": str(self.folder)}
 
     def follow(self, request: SaveRequest) -> Reply:
-        """Save, and follow the figure again unless something looks wrong; `follows` tells whether.
+        """Save, and follow the figure again unless marks look wrong; `follows` says whether it does.
         FolderError, OSError: nothing was written."""
         reply = self.save(request)
         self._follows = request.anyway or not reply["wrong"]
@@ -80,12 +80,12 @@ class Correction(Session):
         return reply | {"follows": self._follows}
 
     def following(self) -> Reply:
-        """How far following has come."""
+        """Progress of following."""
         now = self.progress
         return {"task": now.name, "done": now.done, "total": now.total, "ended": not self._follows}
 
     def next_command(self) -> str:
-        """What to type to follow what was corrected and saved, but not followed yet; "" where nothing was."""
+        """The command that follows saved corrections which were not followed yet; "" if there are none."""
         return shlex.join(["figtrack", "correct", str(self.folder)]) if self.table.path.exists() else ""
 
     def ending(self) -> str:

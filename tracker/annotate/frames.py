@@ -1,4 +1,4 @@
-"""The frames of a video by their number, as the very pixels that tracking sees."""
+"""The frames of a video by number, with exactly the pixels that tracking uses."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -11,23 +11,23 @@ from numpy.typing import NDArray
 
 from videos.frames import Frame, Video, VideoError
 
-QUICK = 960  # pixels: the longer side of a picture that is only looked at in passing
-KEPT_BYTES = 128 * 2**20  # of the frames passed last: stepping back a little decodes nothing again
-SMALL_BYTES = 64 * 2**20  # of the small pictures: nor does sliding over what was seen
+QUICK = 960  # longer side of pictures for quick browsing, pixels
+KEPT_BYTES = 128 * 2**20  # latest frames in memory, so that small steps back need no decoding, bytes
+SMALL_BYTES = 64 * 2**20  # the same for small pictures and the slider, bytes
 
 
 class Frames:
-    """A video that is leafed through; one thread at a time is let in.
+    """A video with access to any frame, by one thread at a time.
 
     Decoding always begins at frame 0, which is slower than a seek but counts frames exactly as `track` does.
 
     width, height : pixels
     fps           : frames a second
-    count_hint    : about how many frames there are; exact once the end was met; None where nothing tells
+    count_hint    : approximate number of frames; exact once the end was read; None if unknown
     """
 
     def __init__(self, path: Path) -> None:
-        """Raises VideoError where the video cannot be read."""
+        """Raises VideoError if the video cannot be read."""
         self._video = Video(path)
         self.width, self.height = self._video.width, self._video.height
         self.fps, self.count_hint = self._video.fps, self._video.count_hint
@@ -38,12 +38,12 @@ class Frames:
         self._lock = Lock()
 
     def png(self, index: int) -> bytes:
-        """One frame, losslessly; VideoError: the video ends before it, or it cannot be decoded."""
+        """A frame as a lossless PNG; VideoError: the video ends before it, or it cannot be decoded."""
         quick = [cv2.IMWRITE_PNG_COMPRESSION, 1]
         return cv2.imencode(".png", self._image(index), quick)[1].tobytes()
 
     def jpeg(self, index: int) -> bytes:
-        """One frame, small and quickly; raises as `png`."""
+        """A frame as a small JPEG, which is faster; raises as `png`."""
         if index in (seen := self._small):
             return seen[index]
         image, by = self._image(index), min(1.0, QUICK / max(self.width, self.height))

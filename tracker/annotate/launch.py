@@ -1,4 +1,4 @@
-"""A marking session from the command's options to its last line."""
+"""A marking session, from the command's options to the printed result."""
 
 from pathlib import Path
 from threading import Thread
@@ -16,10 +16,10 @@ POLL = 0.1  # seconds between looks at whether the page was closed
 
 
 def mark(request: Request, progress: Progress) -> None:
-    """Serve the page until it is closed or Ctrl-C is pressed, and say what came of it.
+    """Serve the page until it is closed or Ctrl-C is pressed, and print the result.
 
     Raises:
-        VideoError, KeypointsError, ForeignError, FolderError: a file or port that cannot be had.
+        VideoError, KeypointsError, ForeignError, FolderError: a file or port that cannot be used.
         KeyboardInterrupt: nothing was saved.
     """
     for given in (request.video, request.source):
@@ -45,8 +45,7 @@ def mark(request: Request, progress: Progress) -> None:
 
 
 def correct(folder: Path, frame: int | None, port: int, browser: bool, progress: Progress) -> None:
-    """Serve the page of a finished run, of the frame that it started from unless told; `port` is 0 for any
-    that is free.
+    """Serve the page of a finished run, at the given frame or the start frame; `port` is 0 for any free one.
 
     Raises:
         RunError, VideoError, FolderError: a folder or file that cannot be used, or the port is taken.
@@ -61,11 +60,11 @@ def correct(folder: Path, frame: int | None, port: int, browser: bool, progress:
 
 
 def _serve(server: Server, what: str, browser: bool) -> None:
-    """Answer the page, and do in this thread what it asks for that takes a while, until it is closed."""
+    """Answer the page's requests until it is closed; long work runs in this thread."""
     session = server.session
     answers = Thread(target=server.serve_forever, kwargs={"poll_interval": POLL}, daemon=True)
     try:
-        answers.start()  # before anybody knows the address, or an interrupt may come while it starts
+        answers.start()  # before the address is shown, so that no interrupt comes while it starts
         print(f"{what} at {server.address}")
         print("this ends with 'Save and close' on the page, or Ctrl-C here", flush=True)
         if browser:
@@ -82,7 +81,7 @@ def _serve(server: Server, what: str, browser: bool) -> None:
 
 
 def _suggest(request: Request, session: Session, progress: Progress) -> None:
-    """Let the page open with a suggestion, if there is one of the frame that is asked for."""
+    """Open the page with a suggestion, if there is one for the requested frame."""
     from tracker.annotate.suggestion import suggested
 
     taken = suggested(request.video, request.table, progress)

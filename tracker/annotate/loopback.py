@@ -1,8 +1,8 @@
-"""A server for pages of our own: this machine only, one address, one key.
+"""A server for the program's pages, on the loopback address and with a key.
 
-A page of another site that is open in the same browser can send requests here, too. It cannot know the key
-in the address, cannot send a foreign `Host` past the check (which defeats DNS rebinding), and a request that
-changes something must come from this very `Origin` as JSON of bounded length.
+A page of another site in the same browser can send requests here, too. It does not know the key in the
+address and cannot pass the check of `Host` (which prevents DNS rebinding); requests that change something
+must come from the page's own `Origin` as JSON of bounded length.
 """
 
 import hmac
@@ -28,17 +28,17 @@ from videos.frames import VideoError
 
 LOOPBACK = "127.0.0.1"
 FORWARD = '<!DOCTYPE html><meta http-equiv="refresh" content="0; url={address}"><a href="{address}">open</a>'
-MOST_BYTES = 2**20  # of a request: the marks of two thousand frames
-MOST_SECONDS = 30.0  # for a request to arrive
-MOST_AT_ONCE = 128  # requests; of more the oldest are given up, as the page's own take no time
+MOST_BYTES = 2**20  # largest request, the marks of two thousand frames
+MOST_SECONDS = 30.0  # longest time for a request to arrive
+MOST_AT_ONCE = 128  # largest number of requests; beyond it the oldest are dropped, as the page's are short
 
 Request = TypeVar("Request", bound=BaseModel)
 
 
 class RefusalError(Exception):
-    """A request that is not done.
+    """A request that is refused.
 
-    status : the answer's
+    status : HTTP status of the answer
     """
 
     def __init__(self, status: HTTPStatus, text: str) -> None:
@@ -49,17 +49,17 @@ class RefusalError(Exception):
 class LoopbackServer(ThreadingHTTPServer):
     """Serves one page until it is closed or interrupted.
 
-    command : that prints the address, by its name
-    address : the page's, key included
+    command : name of the command that prints the address
+    address : of the page, including the key
     """
 
     doorway: TemporaryDirectory[str] | None = None
 
-    # Connections that wait to be let in; one beyond them is tried again by the browser, seconds later.
+    # Length of the queue of connections; beyond it the browser tries again seconds later.
     request_queue_size = 128
 
     def __init__(self, handler: type["LoopbackHandler"], port: int, command: str) -> None:
-        """Args: port: 0 for any that is free. Raises FolderError where the port cannot be had."""
+        """Args: port: 0 for any free one. Raises FolderError if the port cannot be used."""
         try:
             super().__init__((LOOPBACK, port), handler)
         except OSError as error:
@@ -73,14 +73,14 @@ class LoopbackServer(ThreadingHTTPServer):
         self.address = f"http://{LOOPBACK}:{self.server_port}/{self.key}/"
 
     def server_bind(self) -> None:
-        """As a TCP server does: an HTTP server would ask for this machine's name, which may take long."""
+        """Bind as a TCP server: an HTTP server would look up this machine's name, which may take long."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = LOOPBACK, self.server_address[1]
 
     def show(self) -> None:
-        """Open the page by a file that only its owner can read and that forwards to it.
+        """Open the page through a forwarding file that only its owner can read.
 
-        A browser's command line, which everybody on this machine can read, then does not tell the key.
+        A browser's command line, which everybody on this machine can read, then does not contain the key.
         """
         self.doorway = TemporaryDirectory(prefix="figtrack-")
         door = Path(self.doorway.name) / "open.html"
@@ -89,20 +89,20 @@ class LoopbackServer(ThreadingHTTPServer):
         show(door.as_uri())
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """As usual, in a thread; a bounded number at once."""
+        """Process a request in a thread, with a bounded number of threads."""
         self.waiting.append(request)
         if len(self.waiting) > MOST_AT_ONCE:
-            with suppress(OSError):  # it has just ended by itself
+            with suppress(OSError):  # it has just ended
                 self.waiting.popleft().shutdown(socket.SHUT_RDWR)
         super().process_request(request, client_address)
 
     def shutdown_request(self, request: Any) -> None:
-        with suppress(ValueError):  # it was the oldest
+        with suppress(ValueError):  # it was dropped as the oldest
             self.waiting.remove(request)
         super().shutdown_request(request)
 
     def server_close(self) -> None:
-        """Let go of the port, and take away the file that forwarded."""
+        """Release the port, and remove the forwarding file."""
         super().server_close()
         if self.doorway is not None:
             self.doorway.cleanup()
@@ -113,7 +113,8 @@ class LoopbackServer(ThreadingHTTPServer):
 
 
 class LoopbackHandler(BaseHTTPRequestHandler):
-    """Lets a request in, and answers it by `get` or `post`, which get what follows the key in the address."""
+    """Checks a request and answers it by `get` or `post`, which receive the part after the key in the
+    address."""
 
     server: LoopbackServer
     timeout = MOST_SECONDS
@@ -147,10 +148,10 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.answer({"error": said}, HTTPStatus.INTERNAL_SERVER_ERROR)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing: the terminal is for what the user needs to know."""
+        """Print nothing: the terminal is for the user's messages."""
 
     def body(self, kind: type[Request]) -> Request:
-        """Body of a request as this type; raise RefusalError where it is no such JSON or too long."""
+        """The body of a request as this type; raises RefusalError if it is no such JSON or too long."""
         if self.headers.get_content_type() != "application/json":
             raise RefusalError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "send JSON")
         length = self.headers.get("Content-Length", "")
@@ -172,7 +173,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         self.send(status, json.dumps(reply).encode("ascii"), "application/json", {})
 
     def answer_page(self, page: Document, opening: object) -> None:
-        """Send a page whose own style and scripts bear a nonce, and which loads nothing from elsewhere."""
+        """Send a page whose style and scripts have a nonce, and which loads nothing from elsewhere."""
         nonce = secrets.token_urlsafe(16)
         policy = (
             f"default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; "
@@ -184,7 +185,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         self.send(HTTPStatus.OK, text.encode("utf-8"), kind, {"Content-Security-Policy": policy})
 
     def send(self, status: HTTPStatus, body: bytes, kind: str, more: dict[str, str]) -> None:
-        """Send a whole answer with the headers that every one has."""
+        """Send a whole answer with the common headers."""
         headers = {
             "Content-Type": kind,
             "Content-Length": str(len(body)),
@@ -202,7 +203,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def _admitted(self, *, changes: bool) -> str:
-        """Path that a request asks for; raise RefusalError unless it comes from the page and has its key."""
+        """The path of a request; raises RefusalError unless it comes from the page and has its key."""
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         if host not in self.server.hosts:
             raise RefusalError(HTTPStatus.FORBIDDEN, "this server answers to its own address only")
@@ -217,12 +218,12 @@ class LoopbackHandler(BaseHTTPRequestHandler):
 
 
 def nothing_here() -> RefusalError:
-    """Answer a request for what the page has not got."""
+    """The refusal of a request for something that does not exist."""
     return RefusalError(HTTPStatus.NOT_FOUND, "there is nothing here by this name")
 
 
 def show(address: str) -> None:
-    """Open a page, unless the only browser here would take over the terminal."""
+    """Open a page, unless the only browser would run in the terminal."""
     try:
         browser = webbrowser.get()
     except webbrowser.Error:

@@ -1,4 +1,4 @@
-"""A keypoints table that is opened, extended and saved; what was not touched stays as it was."""
+"""A keypoints table that is opened, extended and saved; untouched rows stay unchanged."""
 
 import csv
 import io
@@ -16,22 +16,22 @@ VISIBLE = "visible"
 class Table:
     """The table behind a marking session.
 
-    A row whose mark is still the same keeps its text and its further columns. A row whose mark changed
-    keeps none of them, for they spoke of the old one.
+    A row with an unchanged mark keeps its text and its further columns. A row with a changed mark loses them,
+    since they belong to the old mark.
 
-    path   : where it is saved
+    path   : of the file
     figure : whose joints are marked
-    marks  : as last saved, or as found
+    marks  : as last saved or read
     """
 
     def __init__(
         self, path: Path, *, overwrite: bool = False, begin: Marks | None = None, figure: Figure = WALKER
     ) -> None:
-        """Open the table of a figure's joints; a file that is not there yet, or is to be replaced, is empty
-        or has those it is to `begin` with.
+        """Open the table of a figure's joints; a new or replaced one is empty or begins with the marks
+        `begin`.
 
         Raises:
-            FolderError: a folder in its place.
+            FolderError: a folder at this place.
             KeypointsError: a file that is no keypoints table.
         """
         if path.is_dir():
@@ -57,8 +57,8 @@ class Table:
             self._rows = [self._row(t, name, of[name]) for t, of in sorted(begin.items()) for name in of]
 
     def save(self, changed: Mapping[int, Mapping[str, Mark]]) -> None:
-        """Put these frames' marks, all of them, in place of what the table has for them, and write it.
-        FolderError: it was changed by somebody else since, cannot be written, or nothing is marked."""
+        """Replace all marks of these frames in the table, and write it. FolderError: the file was changed by
+        another program, cannot be written, or nothing is marked."""
         marks = {frame: dict(of) for frame, of in {**self.marks, **changed}.items() if of}
         if not marks:
             raise FolderError("no joint is marked in any frame; mark one at least")
@@ -85,7 +85,7 @@ class Table:
     def _frame(self, row: list[str]) -> int:
         try:
             return int(float(self._cell(row, "frame")))
-        except (ValueError, OverflowError):  # a row without a position may say anything
+        except (ValueError, OverflowError):  # a row without a position may contain any text
             return -1
 
     def _cell(self, row: list[str], column: str) -> str:
@@ -108,5 +108,5 @@ class Table:
 
 
 def _pixel(value: float) -> str:
-    """Hundredths, without the zeros that say nothing."""
+    """A coordinate to hundredths, without trailing zeros."""
     return f"{round(value, 2) + 0.0:.2f}".rstrip("0").rstrip(".")

@@ -1,6 +1,6 @@
-"""What the marking page asks its server for.
+"""The requests of the marking page.
 
-No answer depends on a path given by the client: files are read and written only where the command said.
+No answer depends on a path from the client: only the files given to the command are read and written.
 """
 
 from http import HTTPStatus
@@ -31,7 +31,7 @@ class Handler(LoopbackHandler):
     server: Server
 
     def get(self, what: str) -> None:
-        """The page, its frames, and how far following has come."""
+        """Send the page, its frames, or the progress of following."""
         session = self.server.session
         kind, slash, index = what.partition("/")
         if what == "":

@@ -1,4 +1,4 @@
-"""What the page is told and what it may ask, without a word of HTTP."""
+"""The data and requests of the marking page, independent of HTTP."""
 
 import base64
 import shlex
@@ -24,7 +24,7 @@ from tracker.tables.keypoints import Mark, Marks, points
 if TYPE_CHECKING:
     from tracker.foreign.start_marks import Taken
 
-FARTHEST = 1e5  # pixels; nobody marks a joint beyond it
+FARTHEST = 1e5  # largest coordinate of a joint, pixels
 
 Reply = dict[str, Any]
 
@@ -41,9 +41,9 @@ class Placed(BaseModel, extra="forbid"):
 
 
 class CheckRequest(BaseModel, extra="forbid"):
-    """The marks of one frame, to be judged.
+    """The marks of one frame, to be checked.
 
-    facing : as it was said on the page, None where nothing was
+    facing : as chosen on the page, None for no choice
     """
 
     frame: Index
@@ -52,12 +52,12 @@ class CheckRequest(BaseModel, extra="forbid"):
 
 
 class SaveRequest(BaseModel, extra="forbid"):
-    """All marks of the frames that changed; a frame without any loses those it had.
+    """All marks of the changed frames; a frame without any loses its marks.
 
-    facing : as it was said on the page, None where nothing was
-    frame  : that is shown
-    close  : end the session, unless something is still wrong
-    anyway : go on all the same
+    facing : as chosen on the page, None for no choice
+    frame  : the frame on the page
+    close  : whether to end the session, unless something is wrong
+    anyway : whether to continue even if something is wrong
     """
 
     frames: dict[Index, dict[str, Placed]]
@@ -69,11 +69,11 @@ class SaveRequest(BaseModel, extra="forbid"):
 
 @dataclass(frozen=True)
 class Advice:
-    """The judgement of one frame.
+    """The check of one frame.
 
-    missing : joints that a start frame needs and that are not marked
-    faults  : what cannot be right, one line each
-    faces   : "left" or "right", as tracking will take it; None where it cannot start
+    missing : required joints of a start frame that are not marked
+    faults  : one line each
+    faces   : "left" or "right", as tracking will use it; None if it cannot start
     """
 
     missing: tuple[str, ...]
@@ -82,13 +82,13 @@ class Advice:
 
 
 class UnknownJointError(ValueError):
-    """A joint that the figure has not."""
+    """A joint that the figure does not have."""
 
 
 class Session:
-    """One video, one table, and a page that is open on both.
+    """One video, its table, and the open page.
 
-    command : that opens it
+    command : that opens the page
     saved   : whether anything was saved
     """
 
@@ -103,11 +103,11 @@ class Session:
         facing: int | None = None,
         figure: str = "walker",
     ) -> None:
-        """Open the video, whose frame `first` is shown; VideoError if it cannot be read or ends before.
+        """Open the video and show frame `first`; VideoError if it cannot be read or ends before.
 
         Args:
-            facing: +1 right, -1 left, None to see it from the marks.
-            figure: by which the video is to be followed; the table's is the same.
+            facing: +1 right, -1 left, None to find it from the marks.
+            figure: name or file of the figure, which must be the table's.
         """
         self.video, self.table, self.taken, self.facing = video, table, taken, facing
         self.saved = False
@@ -118,7 +118,7 @@ class Session:
         self._opening = self.frame(first)
 
     def start_from(self, taken: "Taken") -> None:
-        """Open with marks that nobody saved, at their frame; raises VideoError."""
+        """Show marks that are not saved yet, at their frame; raises VideoError."""
         self.taken, self._opening = taken, self.frame(taken.frame)
 
     def opening(self) -> Reply:
@@ -136,7 +136,7 @@ class Session:
         }
 
     def frame(self, index: int, *, quick: bool = False) -> Reply:
-        """One frame, losslessly unless it is wanted `quick`; raises VideoError."""
+        """A frame, lossless or, if `quick`, small; raises VideoError."""
         kind, data = ("jpeg", self._frames.jpeg(index)) if quick else ("png", self._frames.png(index))
         return {
             "index": index,
@@ -148,19 +148,19 @@ class Session:
         }
 
     def check(self, request: CheckRequest) -> Reply:
-        """What is missing and what cannot be right; raises UnknownJointError."""
+        """The missing joints and the faults of a frame; raises UnknownJointError."""
         marks = self._marks(request.marks)
         facing = towards(request.facing) or self.facing
         return asdict(self._advise({**self.table.marks, request.frame: marks}, request.frame, facing))
 
     def save(self, request: SaveRequest) -> Reply:
-        """Write the table; `closed` tells whether the session is over. UnknownJointError, FolderError,
+        """Write the table; `closed` says whether the session has ended. UnknownJointError, FolderError,
         OSError: nothing was written."""
         changed = {frame: self._marks(marks) for frame, marks in request.frames.items()}
         with self._lock:
             if changed or not self.table.marks:
                 self.table.save(changed)
-                self.saved, self.taken = True, None  # or a page opened anew would have those again
+                self.saved, self.taken = True, None  # else a reloaded page would show the suggestion again
             self.facing = towards(request.facing) or self.facing
             wrong = self._wrong(set(changed) | {self._start()})
         closed = request.close and (request.anyway or not wrong)
@@ -173,15 +173,15 @@ class Session:
         }
 
     def follow(self, request: SaveRequest) -> Reply | None:
-        """Save, and follow the figure again; None of a film that is only marked, where nothing is done."""
+        """Save, and follow the figure again; None, without saving, if there is no run to correct."""
         return None
 
     def following(self) -> Reply | None:
-        """How far following has come; None of a film that is only marked."""
+        """Progress of following; None if there is no run to correct."""
         return None
 
     def next_command(self) -> str:
-        """What to type in the terminal to follow the figure from the saved marks."""
+        """The command that follows the figure from the saved marks."""
         words = ["figtrack", "track", str(self.video), "--keypoints", str(self.table.path)]
         if self._figure != WALKER:
             words += ["--figure", self._name]
@@ -190,7 +190,7 @@ class Session:
         return shlex.join([*words, "--anchors"] if len(self.table.marks) > 1 else words)
 
     def work(self, seconds: float) -> None:
-        """Do what the page has asked for that takes a while; wait for it so long."""
+        """Wait up to this time for long work from the page, and do it."""
         with suppress(Empty):
             self._asked.get(timeout=seconds)()
 
@@ -202,15 +202,15 @@ class Session:
         return {name: Mark(**each.model_dump()) for name, each in placed.items()}
 
     def _followed(self, index: int) -> Mapping[str, Mark]:
-        """The figure as it was followed in a frame; of a film that is only marked, nothing."""
+        """The tracked joints of a frame; none if there is no run to correct."""
         return {}
 
     def _start(self) -> int:
-        """The marked frame that tracking starts from."""
+        """The marked frame from which tracking starts."""
         return min(self.table.marks)
 
     def _wrong(self, frames: set[int]) -> list[str]:
-        """What cannot be right in these frames, and what the first one, where tracking starts, lacks."""
+        """The faults of these frames, and the missing joints of the first one, where tracking starts."""
         start, out = self._start(), []
         for frame in sorted(frames & self.table.marks.keys()):
             advice = self._advise(self.table.marks, frame, self.facing)
@@ -224,7 +224,7 @@ class Session:
 
 
 def _joints(figure: Figure) -> list[Reply]:
-    """The joints in the order they are marked in: where their limb comes from, its side, whether needed."""
+    """The joints in the order of marking, with the start of their limb, its side, and whether required."""
     needed = needed_joints(figure)
     twins = dict(zip(figure.joints, (figure.joints[i] for i in figure.joint_twins), strict=True))
     return [
@@ -241,7 +241,7 @@ def _joints(figure: Figure) -> list[Reply]:
 
 
 def _before(figure: Figure, i: int) -> str:
-    """The nearest joint towards the base from link i's own that is marked."""
+    """The next joint from the tip of link i towards the base that can be marked."""
     parent = figure.parents[i]
     while parent >= 0 and (figure.links[i].at < 0.5 or figure.links[parent].joint not in figure.marks):
         i, parent = parent, figure.parents[parent]
@@ -249,12 +249,12 @@ def _before(figure: Figure, i: int) -> str:
 
 
 def told(marks: Mapping[str, Mark]) -> Reply:
-    """Marks as the page has them."""
+    """Marks in the form of the page's data."""
     return {name: asdict(mark) for name, mark in marks.items()}
 
 
 def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], facing: int) -> Advice:
-    """Judge the marks of one frame, complete or not: whatever `figtrack track` refuses is said.
+    """Check the marks of one frame, complete or not: all that `figtrack track` would refuse is listed.
 
     `size` is width and height of the picture in pixels, `facing` +1 right, -1 left.
     """

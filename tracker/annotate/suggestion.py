@@ -1,4 +1,4 @@
-"""What the marking page opens with where nobody has marked anything; slow to import."""
+"""The suggested joints with which the marking page opens if there are no marks; slow to import."""
 
 from pathlib import Path
 
@@ -16,8 +16,8 @@ UNSURE = " (not sure)"
 
 
 def suggested(video: Path, table: Path, progress: Progress) -> Taken | None:
-    """What 'figtrack track' left beside the table, else the surest person in the film; None for nobody.
-    KeypointsError: what was left is no table; VideoError: the video cannot be read."""
+    """The marks that 'figtrack track' left beside the table, else the surest person in the film, else None.
+    KeypointsError: the left file is no keypoints table; VideoError: the video cannot be read."""
     left = suggestion_path(table.parent, video)
     if left.exists():
         marks = read_keypoints(left)
@@ -31,7 +31,7 @@ def suggested(video: Path, table: Path, progress: Progress) -> Taken | None:
 
 
 def _told(one: Person, people: int) -> str:
-    who = "who walks" if people == 1 else f"the surest of {people} people who walk"
+    who = "the person who walks" if people == 1 else f"the surest of {people} people who walk"
     way = "right" if one.facing > 0 else "left"
     return (
         f"frame {one.frame} has a suggestion, {who} through the film: "

@@ -1,4 +1,4 @@
-"""What `figtrack annotate` is asked; light, so that the command line can read it."""
+"""The options of `figtrack annotate`; imports nothing slow, so that the command line can read it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the pa
 
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """Which film is marked, with what to begin, and where the page is shown."""
+    """The film to mark, the marks to begin with, and the address of the page."""
 
     video: Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
     frame: Annotated[

@@ -1,1 +1,1 @@
-"""Many clips followed, each by itself."""
+"""Following many clips, each independently."""

@@ -1,4 +1,4 @@
-"""The jobs of a batch: a table with a clip a row and how to follow it, or a folder of films."""
+"""The jobs of a batch: a table with a clip and its options in each row, or a folder of films."""
 
 import math
 import os
@@ -37,7 +37,7 @@ LAYOUT = Layout(
 
 @dataclass(frozen=True)
 class Row:
-    """One row of the table, its paths absolute; the files that it names may still be wrong.
+    """One row of the table, with absolute paths; the named files are not checked yet.
 
     keypoints : None to find the walker
     """
@@ -52,15 +52,15 @@ class Row:
         return [self.video, self.keypoints, *self.how.inputs]
 
     def job(self) -> Job:
-        """What to follow, and how; raises as `tracker.clip.asked.asked`."""
+        """The job of the row; raises as `tracker.clip.asked.asked`."""
         return asked(self.how, self.video, self.keypoints, None, Progress("quiet"))
 
 
 def read_jobs(jobs: Path, place: Path, progress: Progress) -> list[Row]:
     """The rows of a table, or a row for each film of a folder; results are relative to `place`.
 
-    Warns of files that are not there, and of columns that are not read. JobsError: no such file, not such a
-    table, no rows, a cell that cannot be, results that would lie in one another, or a folder without films.
+    Warns of missing files and unknown columns. JobsError: no such file, not a table of jobs, no rows, an
+    invalid cell, results inside one another, or a folder without films.
     """
     rows = _films(jobs, place) if jobs.is_dir() else _rows(jobs, place, progress)
     _check_apart(rows, jobs, place)
@@ -72,7 +72,7 @@ def read_jobs(jobs: Path, place: Path, progress: Progress) -> list[Row]:
 
 
 def _films(folder: Path, place: Path) -> list[Row]:
-    """A row for each film, started from the marks that `figtrack annotate` left beside it if it did."""
+    """A row for each film, with the marks that `figtrack annotate` left beside it, if any."""
     rows = []
     for video in films_in(folder):
         marks = video.with_name(f"{video.stem}.keypoints.csv")
@@ -106,13 +106,13 @@ def _warn_of_unknown(names: Iterable[str], table: Path, progress: Progress) -> N
 
 
 def _check_apart(rows: list[Row], table: Path, place: Path) -> None:
-    """No row's results may lie in another's, or hold the summary."""
+    """JobsError if a row's results would lie in another's or contain the summary."""
     real = [Path(os.path.realpath(row.out)) for row in rows]
     whole = Path(os.path.realpath(place))
     for row, one in zip(rows, real, strict=True):
         if whole.is_relative_to(one):
             raise JobsError(f"{table}: out {row.out} would hold the whole batch; name a folder inside it")
-    # In this order what lies in a folder comes right after it.
+    # In this order the content of a folder comes right after it.
     for one, other in pairwise(sorted(real, key=lambda path: path.parts)):
         if one == other:
             raise JobsError(f"{table}: two rows have the same out, {one}; give each its own")
@@ -139,7 +139,7 @@ def _row(cells: Mapping[str, str], beside: Path, place: Path, where: str) -> Row
 
 
 def _value(option: Option, text: str, beside: Path, where: str) -> Any:
-    """What a cell asks for; files are relative to the folder that the table is in."""
+    """The value of a cell; files are relative to the table's folder."""
     if option.kind is Path:
         return beside / text
     if option.kind is str:

@@ -1,4 +1,4 @@
-"""Many clips by one table: every row is tracked by itself, and what is done and complete is left alone."""
+"""Many clips from one table: every row is tracked independently, and complete runs are skipped."""
 
 import hashlib
 import json
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 SUMMARY = ("video", "model", "out", "status", "frames", "outcomes", "rate", "warnings", "error")
-# Of gait.json: columns of the summary, which measure and of which legs.
+# Columns of the summary from gait.json: the measure and the leg of each.
 GAIT = {
     "cadence": ("cadence", "both"),
     "stride_time_s": ("stride time", "both"),
@@ -42,19 +42,19 @@ GAIT = {
     "speed": ("speed", "both"),
 }
 COLUMNS = (*SUMMARY, "motion", *GAIT, "length_unit")
-NAMED = ("model", "figure")  # what ships by this name, or else a file
+NAMED = ("model", "figure")  # options that are the name of a shipped one or a file
 DONE, SKIPPED, FAILED = "done", "skipped", "failed"
 
 
 class BatchError(ValueError):
-    """A batch that was stopped by hand."""
+    """A batch that the user stopped."""
 
 
 @dataclass(frozen=True)
 class Ending:
     """How a row ended: done, skipped or failed.
 
-    cells : of the summary, by column: what its folder says, or one line of error; empty ones are left out
+    cells : of the summary, by column: from the run's folder, or one line of error; without empty ones
     """
 
     status: str
@@ -86,24 +86,24 @@ def run_batch(
     """Track every row of a table of jobs, and write summary.csv and summary.html.
 
     Args:
-        place: where the folders go that the table names, and the summary.
-        workers: processes of this machine, None for one a processor; without meaning with a scheduler.
-        scheduler: address of a Dask scheduler, whose workers see the same files under the same names.
+        place: folder for the summary and the results that the table names.
+        workers: processes on this machine, None for one a processor; ignored with a scheduler.
+        scheduler: address of a Dask scheduler, whose workers have the same files under the same names.
         overwrite: whether complete runs of other jobs may be replaced.
-        tls: certificate and key of the scheduler's cluster, as `tracker.models.cluster.cluster_at` takes it.
+        tls: certificate and key of the scheduler's cluster, as for `tracker.models.cluster.cluster_at`.
 
     Raises:
         JobsError: a table that cannot be used; nothing was done.
         ClusterError: a scheduler that does not answer.
         FolderError: a summary that cannot be written.
-        BatchError: stopped by hand.
+        BatchError: the user stopped it.
     """
     rows = read_jobs(table, place, progress)
     summary, overview = place / "summary.csv", place / "summary.html"
     for path, ours in ((summary, _is_summary), (overview, is_overview)):
         if path.exists() and not ours(path):
             raise FolderError(f"{path} is of something else and would be replaced; choose another --out")
-    # The summary's place is tried first: a batch takes long, and would be lost on a place that cannot be.
+    # The summary's place is checked first, so that a long batch is not lost if it cannot be written.
     with fresh_file(summary, overwrite=True) as aside:
         most = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         cluster = (
@@ -116,25 +116,25 @@ def run_batch(
         write_table(aside, COLUMNS, (summary_cells(row, ending) for row, ending in ended))
     with fresh_file(overview, overwrite=True) as aside:
         shown = [
-            Shown(row.video.name, None if ending.status == FAILED else row.out, told(ending))
+            Shown(row.video.name, None if ending.status == FAILED else row.out, outcome_of(ending))
             for row, ending in ended
         ]
         write_overview(aside, place, shown)
     return ended
 
 
-def told(ending: Ending) -> str:
-    """The error of a row, or its frames by outcome."""
+def outcome_of(ending: Ending) -> str:
+    """The error of a row, or the numbers of its frames by outcome."""
     return ending.cells.get("error") or ending.cells.get("outcomes", "")
 
 
 def run_row(row: Row, overwrite: bool) -> Ending:
-    """Track one clip, unless its folder holds this very job; what keeps it from being done is its error."""
+    """Track one clip, unless its folder holds a run of the same job; failures become the row's error."""
     try:
         job = row.job()
         key = job_key(job)
         if _key_in(row.out) == key:
-            with suppress(RunError) if overwrite else nullcontext():  # of what is damaged
+            with suppress(RunError) if overwrite else nullcontext():  # a damaged run may be replaced
                 return _ending(SKIPPED, row.out)
         quiet = Progress("quiet")
         with fresh_folder(row.out, overwrite=overwrite, inputs=row.inputs) as aside:
@@ -148,7 +148,7 @@ def run_row(row: Row, overwrite: bool) -> Ending:
 
 
 def job_key(job: Job) -> str:
-    """What tells one job from another: all that results come from, and of files what they hold."""
+    """A key that identifies a job: all options that affect results, and the contents of files."""
     digest = hashlib.sha256(__version__.encode())
     for field in fields(job):
         value = getattr(job, field.name)
@@ -157,7 +157,7 @@ def job_key(job: Job) -> str:
             for path in files_of(value) if film else _files(Path(value)):
                 with path.open("rb") as file:
                     digest.update(hashlib.file_digest(file, "sha256").digest())
-        elif field.name not in ("called", "found"):  # the marks tell what was found
+        elif field.name not in ("called", "found"):  # marks include what was found
             digest.update(f"{field.name} {value!r}\n".encode())
     digest.update((job.found.near_leg if job.found else "").encode())
     return digest.hexdigest()
@@ -184,7 +184,7 @@ def _run_all(
         with progress.task(f"batch {name}", len(rows)) as advance:
             for future, answer in as_completed(futures, with_results=True, raise_errors=False):
                 endings[futures.pop(future)] = _ending_of(answer)
-                # A row that is still wanted would be done again if the process that has its answer died.
+                # A future that is kept would be computed again if the process with its result died.
                 future.release()
                 advance()
     except KeyboardInterrupt:
@@ -194,13 +194,13 @@ def _run_all(
 
 
 def _ending_of(answer: object) -> Ending:
-    """What a row came to: its own ending, or of an error that it could not tell of itself."""
+    """The ending of a row: its own, or one for an error outside of it."""
     from distributed import KilledWorker
     from distributed.scheduler import NoWorkerError
 
     if isinstance(answer, Ending):
         return answer
-    error = answer[1] if isinstance(answer, tuple) else answer  # Dask gives its type and traceback too
+    error = answer[1] if isinstance(answer, tuple) else answer  # Dask gives type, error and traceback
     if isinstance(error, KilledWorker):
         return _failed("its process died again and again; is there enough memory?")
     if isinstance(error, NoWorkerError):
@@ -220,7 +220,7 @@ def _ending(status: str, folder: Path) -> Ending:
 
 
 def _gait(folder: Path) -> dict[str, str]:
-    """Motion, figures and unit of length by gait.json; none without one."""
+    """Motion, figures and unit of length from gait.json; empty without one."""
     try:
         news = json.loads((folder / "gait.json").read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -232,14 +232,14 @@ def _gait(folder: Path) -> dict[str, str]:
 
 
 def _key_in(folder: Path) -> str:
-    """The key of the job whose complete run is in a folder, "" if there is none."""
+    """The key of the job of the complete run in a folder, "" if there is none."""
     with suppress(RunError):
         return read_news(folder).job
     return ""
 
 
 def _files(path: Path) -> Iterable[Path]:
-    """A file, or those of a folder; none where there is no such thing, which tracking will say."""
+    """A file, or those of a folder; none if it does not exist, which tracking will report."""
     if path.is_dir():
         return sorted(inner for inner in path.iterdir() if inner.is_file())
     return [path] if path.exists() else []

@@ -1,4 +1,4 @@
-"""The commands on films to be looked at: who walks through one, and pages on which to mark and correct."""
+"""Commands with people and pages: finding walkers, marking, correcting, the page of a folder."""
 
 from pathlib import Path
 from typing import Annotated
@@ -34,7 +34,7 @@ def correct(
     no_browser: NoBrowser = False,
     shown: Shown,
 ) -> None:
-    """Put a run right in a browser page and follow it again.
+    """Correct a run in a browser page and follow it again.
 
     The run is replaced once the new one is complete.
 
@@ -55,7 +55,7 @@ def app(
 ) -> None:
     """Do most of this for a folder of films in a browser page.
 
-    The page finds, follows, puts right and exports by the other commands; results lie beside the films.
+    The page runs the commands that find, follow, correct and export; results lie beside the films.
 
     Example: figtrack app films
     """
@@ -72,12 +72,12 @@ def find(
     ] = None,
     common: Common,
 ) -> None:
-    """Say who walks through a film, and which way.
+    """List the people who walk through a film, and their directions.
 
     Example: figtrack find walk.mp4
     """
     from tracker.clip.found import people
-    from tracker.report.walkers import told, write_people, write_picture
+    from tracker.report.walkers import listed, write_people, write_picture
     from tracker.run.folder import FolderError, check_file, fresh_file
     from videos.frames import Video as Film
 
@@ -95,12 +95,12 @@ def find(
                 write_picture(drawn, everybody, film)
         elif common.overwrite:
             picture.unlink(missing_ok=True)  # of an earlier table
-    print(told(everybody, video.name))
+    print(listed(everybody, video.name))
 
 
 def job_of(how: Following, video: Path, keypoints: Path | None, folder: Path, progress: Progress) -> Job:
-    """The job that is asked for. Where no start can be had for sure, the marks of one that may be right are
-    left beside the results."""
+    """The job that the options describe. If the film gives no reliable start, the marks of an uncertain one
+    are left beside the results."""
     from tracker.clip.asked import asked, suggestion_path
     from tracker.clip.start import FoundError
     from tracker.run.folder import fresh_file

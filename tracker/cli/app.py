@@ -1,4 +1,4 @@
-"""The commands: text and exit codes. Slow libraries are imported by the commands that need them."""
+"""The command line: texts and exit codes. Commands import the slow libraries that they need themselves."""
 
 import sys
 from functools import partial
@@ -21,7 +21,7 @@ from tracker.progress import counted, tally
 
 
 class Grouped(TyperGroup):
-    """The commands, listed under what they are for."""
+    """The commands, listed in groups by purpose."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         widest = max(map(len, self.commands))
@@ -32,7 +32,7 @@ class Grouped(TyperGroup):
 
 
 class Plain(TyperCommand):
-    """A command whose usage names what it needs without typer's braces."""
+    """A command whose usage line names its arguments without typer's braces."""
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
@@ -72,7 +72,7 @@ def demo(
 ) -> None:
     """Render a walk, follow it with two models and compare them.
 
-    The models are the learned one and constant velocity; where the joints are is known.
+    The models are the learned one and constant velocity; the true joints are known.
 
     Example: figtrack demo --out my-demo
 
@@ -119,7 +119,7 @@ def track(
 
     Or: figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates
 
-    Or, for numbers alone: figtrack track walk.mp4 --no-overlay --no-report
+    Or, for numbers only: figtrack track walk.mp4 --no-overlay --no-report
     """
     from tracker.clip.follow import follow
     from tracker.report.results import write_run

@@ -1,4 +1,4 @@
-"""The whole story on a rendered walk, or on a real one: the demo film of Sports2D, out of its package."""
+"""The demo: all steps on a rendered walk, or on a real film, which is that of Sports2D's package."""
 
 import json
 import shutil
@@ -29,7 +29,7 @@ from videos.writer import Writer
 
 MODELS = ("walk-run", "cv")
 FRAMES = 90
-CRF = 26  # h264 quality: visible blocks
+CRF = 26  # h264 quality, with visible blocks
 NOTE = (
     "A rendered clip: it shows that all parts work and where the two models part, not how well real "
     "footage is followed. Only the marks of frame 0 are used for tracking; the others are the truth."
@@ -53,7 +53,7 @@ def run_demo(
     models: Sequence[str] = MODELS,
     frames: int = FRAMES,
 ) -> tuple[Path, str]:
-    """Render, track, compare; gives the page to open and the table."""
+    """Render, track and compare; returns the page to open and the table."""
     with fresh_folder(out, overwrite=overwrite) as aside:
         with progress.task("rendering a walk", frames) as advance:
             scene = render(seed, frames=frames, advance=advance)
@@ -65,13 +65,13 @@ def run_demo(
 
 
 def _sign(folder: Path, **said: int) -> None:
-    """Say in a folder that it is ours, which may then be replaced."""
+    """Mark a folder as written by figtrack, so that it may be replaced."""
     news = {"figtrack": __version__} | said
     (folder / "demo.json").write_text(json.dumps(news) + "\n", encoding="utf-8")
 
 
 def write_scene(scene: Scene, folder: Path) -> tuple[Path, Path]:
-    """The clip and its marks as walk.mp4 and walk.keypoints.csv."""
+    """Write the clip and its marks as walk.mp4 and walk.keypoints.csv."""
     video, marks = folder / "walk.mp4", folder / "walk.keypoints.csv"
     height, width = scene.images[0].shape[:2]
     with Writer(video, scene.fps, (width, height), crf=CRF) as writer:
@@ -83,21 +83,22 @@ def write_scene(scene: Scene, folder: Path) -> tuple[Path, Path]:
 
 
 class FilmError(ValueError):
-    """A film that cannot be had."""
+    """A film that cannot be fetched."""
 
 
 def run_film(out: Path, *, overwrite: bool, progress: Progress) -> tuple[Path, str]:
-    """Fetch the film, follow who walks through it without a mark; gives the page to open and what it shows.
+    """Fetch the film and follow its walker without a mark; returns the page to open and a summary.
 
     Raises:
-        FilmError: the package cannot be fetched, or is not the very one that is meant.
+        FilmError: the package cannot be fetched, or has the wrong checksum.
         FolderError: a folder that cannot be written, or holds a complete run.
     """
     with fresh_folder(out, overwrite=overwrite) as aside:
         progress.note(f"fetching {PACKAGE} for its film")
         film = fetch(aside)
-        job = replace(asked(Following(), film, None, None, progress), called=str(out / film.name))
-        # Beside the film, which a run that is corrected must not hold.
+        surest = Following(person=1)  # the woman; the man jumps down and runs off when she has left
+        job = replace(asked(surest, film, None, None, progress), called=str(out / film.name))
+        # Beside the film: a run that is to be corrected must not contain its film.
         (run := aside / f"{film.stem}-track").mkdir()
         told = write_run(follow(job, progress), run, progress)
         _sign(aside)
@@ -107,8 +108,8 @@ def run_film(out: Path, *, overwrite: bool, progress: Progress) -> tuple[Path, s
 
 
 def fetch(folder: Path) -> Path:
-    """The film, in a folder, with its licence beside it, or FilmError; of the package nothing else is kept or
-    run."""
+    """Fetch the film into a folder, with its licence beside it, or raise FilmError; nothing else of the
+    package is kept, and nothing is run."""
     with TemporaryDirectory() as aside:
         wanted = Path(aside) / "wanted.txt"
         wanted.write_text(f"{PACKAGE} --hash=sha256:{SHA256}\n", encoding="utf-8")
@@ -127,7 +128,7 @@ def fetch(folder: Path) -> Path:
 
 
 def _download(wanted: Path, folder: Path) -> None:
-    """One package without what it depends on, by its checksum, not run in any way."""
+    """Download one package without its dependencies, checked by checksum; nothing of it is run."""
     options = ["--no-deps", "--only-binary", ":all:", "--require-hashes", "--quiet", "--dest", str(folder)]
     command = [sys.executable, "-m", "pip", "download", *options, "--requirement", str(wanted)]
     try:

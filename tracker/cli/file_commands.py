@@ -1,4 +1,4 @@
-"""The commands on files: exports for other programs, many clips at once, every setting."""
+"""Commands with files: exports for other programs, comparison of runs, batches, settings."""
 
 import os
 from enum import StrEnum
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class To(StrEnum):
-    """What other program a run is exported to."""
+    """The formats to which a run is exported."""
 
     DLC = "dlc"
     TRC = "trc"
@@ -62,7 +62,7 @@ def export(
 ) -> None:
     """Write a run for another program.
 
-    Joints are told right and left; some programs take angles or metres.
+    Joints are named right and left; some programs take angles or metres.
 
     Example: figtrack export walk-track --to trc --height 1.75
     """
@@ -91,7 +91,7 @@ def compare_runs(
     out: Annotated[Path | None, typer.Option(help="The page [default: BEFORE-AFTER.html].")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Set two runs of one person side by side.
+    """Compare two runs of one person side by side.
 
     The page has their gait figures, what changed, and their angles over the stride.
 
@@ -167,7 +167,7 @@ def settings(
 ) -> None:
     """Write every setting of the tracker as a TOML file.
 
-    Of each it is told what it means, its unit, range and default.
+    The file has the meaning, unit, range and default of each.
 
     Example: figtrack settings --out mine.toml
     """
@@ -193,17 +193,17 @@ def _scale_points(text: str) -> tuple[float, float, float, float, float]:
 
 
 def _show(ended: "Ended", place: Path) -> None:
-    """How every row ended, as a table on stdout."""
+    """Print how every row ended, as a table on stdout."""
     from rich.console import Console
     from rich.table import Table
 
-    from tracker.batch.run_all import told
+    from tracker.batch.run_all import outcome_of
 
     table = Table(box=None, pad_edge=False)
     for name in ("video", "out", "status", "frames", "outcome"):
         table.add_column(name, overflow="fold", justify="right" if name == "frames" else "left")
     for row, ending in ended:
         folder, frames = os.path.relpath(row.out, place), ending.cells.get("frames", "")
-        table.add_row(row.video.name, folder, ending.status, frames, told(ending))
+        table.add_row(row.video.name, folder, ending.status, frames, outcome_of(ending))
     Console(color_system=None, markup=False, highlight=False).print(table)
     print(f"{tally(ending.status for _, ending in ended)}; see {place / 'summary.csv'}")

@@ -1,4 +1,4 @@
-"""The commands on motion alone: learning a model, and what it says of tables of poses."""
+"""Commands with motion only: learning a model, and using it on tables of poses."""
 
 from pathlib import Path
 from typing import Annotated
@@ -54,7 +54,7 @@ def predict(task: Predict, *, common: Common) -> None:
 def interpolate(task: Interpolate, *, common: Common) -> None:
     """Fill the empty cells and the missing rows of a pose table.
 
-    What was measured stays as it is. Columns NAME_sd are standard deviations of what was filled, else empty.
+    Measured values stay unchanged. Columns NAME_sd are standard deviations of filled values, else empty.
 
     Example: figtrack interpolate walk-track/pose.csv --model gait.npz
     """
@@ -64,9 +64,9 @@ def interpolate(task: Interpolate, *, common: Common) -> None:
 
 
 def synthesise(task: Synthesise, *, common: Common) -> None:
-    """Make up a motion of the model's own.
+    """Sample a motion from the model.
 
-    It leaves a pose table, a picture and an animated clip.
+    It writes a pose table, a picture and an animated clip.
 
     Example: figtrack synthesise --model gait.npz --frames 120 --seed 1
     """
@@ -87,7 +87,7 @@ def reproduce(
 ) -> None:
     """Repeat the papers' experiments on motion captures.
 
-    One page sets the papers' claims beside what comes out.
+    One page compares the papers' claims with the results.
 
     Example: figtrack reproduce --trials trials.csv --out reproduced
     """

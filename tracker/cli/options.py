@@ -1,4 +1,4 @@
-"""What the commands share: options and groups of them, where results go unless told, errors as one line."""
+"""Common parts of the commands: options and groups of them, default places of results, errors as one line."""
 
 import os
 import sys
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tracker.progress import Progress
 
 INTERRUPTED = "interrupted; nothing was written"
-UNLOADED = ("failed to map segment", "cannot allocate memory")  # what the system says without memory
+UNLOADED = ("failed to map segment", "cannot allocate memory")  # messages of the system without memory
 
 
 class Style(StrEnum):
@@ -48,7 +48,7 @@ Overwrite = Annotated[
 
 @dataclass(frozen=True)
 class Shown:
-    """How a command that takes a while shows its progress."""
+    """How a long command shows its progress."""
 
     quiet: Annotated[bool, typer.Option("--quiet", help="Show no progress.")] = False
     progress: Annotated[Style, typer.Option("--progress", help="How progress is shown on stderr.")] = (
@@ -63,16 +63,16 @@ class Shown:
 
 @dataclass(frozen=True)
 class Common(Shown):
-    """The last options of every command that takes a while and leaves results."""
+    """The last options of every long command with results."""
 
     overwrite: Overwrite = False
 
 
 def offered(command: Callable[..., None]) -> Callable[..., None]:
-    """The command as typer wants it, which ends with one line and exit status 1 where it cannot be done.
+    """The command in typer's form; it ends with one line and exit status 1 if it fails.
 
-    For a parameter that is a dataclass there is an option for each of its fields. A field whose name is also
-    that of one of the command's own parameters is no option and keeps its default.
+    A parameter that is a dataclass becomes an option for each of its fields. A field with the name of one of
+    the command's own parameters is no option and keeps its default.
     """
     hints = get_type_hints(command, include_extras=True)
     own = signature(command).parameters
@@ -96,7 +96,7 @@ def offered(command: Callable[..., None]) -> Callable[..., None]:
                 chosen = {member.name: given.pop(member.name) for member in members}
                 try:
                     given[name] = hints[name](**chosen)
-                except ValueError as error:  # options that do not go together
+                except ValueError as error:  # options that cannot be combined
                     raise typer.BadParameter(str(error)) from error
             try:
                 command(**given)
@@ -109,23 +109,23 @@ def offered(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def beside(source: Path, what: str) -> Path:
-    """Where results go unless told, in the folder one is in."""
+    """The default place of results, in the current folder."""
     return Path(f"{source.absolute().stem}-{what}")
 
 
 @contextmanager
 def plain_errors() -> Iterator[None]:
-    """One line on stderr and exit status 1 for whatever keeps the work from being done."""
+    """In this block errors become one line on stderr and exit status 1."""
     try:
         yield
-        sys.stdout.flush()  # onto a full disk, or to a reader that hung up
+        sys.stdout.flush()  # may fail on a full disk or a closed pipe
     except KeyboardInterrupt:
         _fail(INTERRUPTED)
     except BrokenPipeError:
         _drop_output()
         raise typer.Exit(1) from None
     except Exception as error:
-        # Compiled code tells so of Ctrl-C, and a library that is just being loaded.
+        # Compiled code, or a library that is being loaded, reports Ctrl-C like this.
         if isinstance(error, SystemError | ImportError) and isinstance(error.__cause__, KeyboardInterrupt):
             _fail(INTERRUPTED)
         said = _fault(error)
@@ -135,8 +135,8 @@ def plain_errors() -> Iterator[None]:
 
 
 def _fault(error: Exception) -> str | None:
-    """What kept the work from being done; None if that is a mistake of ours."""
-    # A library may tell in words of its own that another could not be loaded.
+    """The error as one line for the user; None if it is a bug of the program."""
+    # Another library may have reported in its own words that one could not be loaded.
     unloaded = error if isinstance(error, ImportError) else error.__context__
     if any(text in str(unloaded) for text in UNLOADED):
         return f"a library cannot be loaded ({unloaded}); is there enough memory?"
@@ -149,7 +149,7 @@ def _fault(error: Exception) -> str | None:
 
 
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:
-    """An option of this type; its words are in the type's notes, as typer's own or as `About`."""
+    """An option of this type; its help is in the type's annotations, as typer's own or as `About`."""
     about = next((note for note in get_args(hint) if isinstance(note, About)), None)
     if about is not None:
         shown = name.rstrip("_")
@@ -180,5 +180,5 @@ def _fail(text: str) -> None:
 
 
 def _drop_output() -> None:
-    """Let what is still to be printed go nowhere, or Python would complain of it as it ends."""
+    """Discard pending output, for which Python would print an error when it exits."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""Standard streams that are there and, for what is only told on the way, that never fail."""
+"""Standard streams that always exist; stderr never fails."""
 
 import io
 import os
@@ -9,7 +9,7 @@ from tracker.progress import plain
 
 
 class _Unfailing(io.FileIO):
-    """Drops what cannot be written: a disk that is full or a reader that hung up."""
+    """Discards output that cannot be written, on a full disk or to a closed pipe."""
 
     def write(self, data: Any) -> int:
         try:
@@ -19,7 +19,7 @@ class _Unfailing(io.FileIO):
 
 
 class _Plain(io.TextIOWrapper):
-    """Writes what moves a terminal's cursor, which names of files may hold, the way Python writes it."""
+    """Writes control characters, which names of files may contain, as Python escapes."""
 
     def write(self, text: str) -> int:
         super().write("\n".join(map(plain, text.split("\n"))))
@@ -29,18 +29,18 @@ class _Plain(io.TextIOWrapper):
 def open_streams() -> None:
     """Make the standard streams usable, however the command was started.
 
-    What is written to a stream that was closed goes nowhere; left closed, its number would be given to the
-    next file, and a library that prints would write into that. Progress and warnings never keep the work from
-    being done, so nothing that stderr cannot take is an error. Results that stdout cannot take are.
+    Output to a closed stream is discarded; otherwise the next opened file would get its number, and a library
+    that prints would write into that file. Progress and warnings must not stop the work, so errors of stderr
+    are ignored. Errors of stdout, which takes results, are not.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
             try:
                 os.fstat(number)
             except OSError:
-                os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+                os.open(os.devnull, os.O_RDWR)  # gets the lowest free number
             setattr(sys, name, open(os.devnull, "r+" if number == 0 else "w", encoding="utf-8"))  # noqa: SIM115
-    # A file's name may have letters that this terminal has not, which is no reason to fail.
+    # A file's name may have letters that the terminal's encoding lacks, which must not be an error.
     if isinstance(sys.stdout, io.TextIOWrapper):
         encoding, terminal = sys.stdout.encoding, sys.stdout.isatty()
         sys.stdout = _Plain(

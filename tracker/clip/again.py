@@ -1,4 +1,4 @@
-"""A finished run followed again: its job, read back, and what stays where marks were corrected."""
+"""Following a finished run again: its job, read back, and the frames that stay when marks are corrected."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,7 +30,7 @@ class _Began(BaseModel):
 
 
 class _Asked(News):
-    """What run.json says of the work itself."""
+    """The part of run.json that describes the job."""
 
     film: _Film
     start: _Began
@@ -43,9 +43,9 @@ class Finished:
     """A run that can be followed again.
 
     job    : from the marks that its track passes through, the figure's facing given
-    start  : frame that it started from
-    key    : of a batch's job, "" for none
-    unsure : whether it is not sure which leg is the nearer one
+    start  : start frame
+    key    : identifies a job of a batch, "" for none
+    unsure : whether the nearer leg is uncertain
     """
 
     job: Job
@@ -75,19 +75,19 @@ def read_finished(folder: Path) -> Finished:
 
 
 def film_told(job: Job) -> dict[str, Any]:
-    """Where a job's film lies and how large it is, by which it is known again."""
+    """Path and size of a job's film, by which it is recognised later."""
     return {"path": str(Path(job.called or job.video).absolute()), "bytes": _bytes(job.video)}
 
 
 @dataclass(frozen=True)
 class Kept:
-    """An earlier track, and the frames of it that are followed again: those between the marks that stay.
+    """An earlier track, and its frames that are followed again, those between unchanged marks.
 
-    Marks are passed through, so a frame beyond the next one that was not touched is followed as before.
-    Templates come from the start frame and change on the way, so following begins there again.
+    The track passes through all marks, so frames beyond the next unchanged mark stay the same. Templates come
+    from the start frame and change on the way, so following begins there again.
 
-    anew  : the first and the last frame that are replaced
-    span  : the first and the last that are followed for it; the start frame is among them
+    anew  : first and last frame that are replaced
+    span  : first and last frame that are followed for this, including the start frame
     """
 
     track: Track
@@ -96,7 +96,7 @@ class Kept:
 
     @classmethod
     def of(cls, track: Track, before: Marks, now: Marks, start: int) -> "Kept | None":
-        """What stays where marks changed; None where nothing can: none changed, or those of the start did."""
+        """The kept part after changes of marks; None if no marks changed, or those of the start frame did."""
         changed = [t for t in before.keys() | now.keys() if before.get(t) != now.get(t)]
         if not changed or start in changed:
             return None
@@ -107,7 +107,7 @@ class Kept:
         return cls(track, (low + 1, high - 1), span)
 
     def fits(self, start: Start, labels: tuple[str, ...]) -> bool:
-        """Whether a start has the same figure at the same place, to rounding, and a model the same states."""
+        """Whether a new start has the same figure and place, to rounding, and the model the same states."""
 
         def numbers(of: Start | Track) -> list[float]:
             lengths = [link.length for link in of.figure.links]
@@ -117,7 +117,7 @@ class Kept:
         return labels == self.track.labels and same
 
     def joined(self, new: Track) -> Track:
-        """The earlier track with the frames that were followed again; `new` is of its span."""
+        """The earlier track with the frames that were followed again; `new` is the track of the span."""
         here, there = (
             slice(self.anew[0] - each.first, self.anew[1] + 1 - each.first) for each in (self.track, new)
         )

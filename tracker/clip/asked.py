@@ -1,4 +1,4 @@
-"""The job that is asked for: marks read, or a start found."""
+"""The job from a user's options: marks read from a table, or a start found in the film."""
 
 from pathlib import Path
 
@@ -15,11 +15,11 @@ from videos.frames import Video
 def asked(
     how: Following, video: Path, keypoints: Path | None, settings: Settings | None, progress: Progress
 ) -> Job:
-    """The job as it is asked for, started from what is marked or, without marks, from who is found.
+    """The job that the options describe, started from the marks or, without marks, from the person found.
 
     Raises:
-        OptionsError: options that do not go together.
-        FoundError: no start can be had from the film.
+        OptionsError: options that cannot be combined.
+        FoundError: the film gives no reliable start.
         KeypointsError, ForeignError: a file of marks that cannot be used.
         VideoError: the film cannot be read.
         ValueError: as `Following.job`.
@@ -42,7 +42,7 @@ def asked(
     from tracker.clip.found import people, start_of  # slow to import
 
     film = Video(video)
-    # Or it fails before the film is looked through.
+    # Errors in the options are raised before the search of the film, which takes longer.
     find_model(how.model, film.fps, how.tuned(settings), how.rate or 1.0, figure)
     everybody = people(film, progress, how.from_ or 0, how.stop, towards(how.facing))
     # A part may show people in another order than the film, in which their numbers are told.
@@ -52,10 +52,11 @@ def asked(
 
 
 def marks_in(table: Path, how: Following) -> Marks:
-    """The marks in a table of the figure that is followed; raises KeypointsError, ValueError."""
+    """The marks of the followed figure in a table; raises KeypointsError, ValueError."""
     return read_keypoints(table, load_figure(how.figure).marks)
 
 
 def suggestion_path(folder: Path, video: Path) -> Path:
-    """Where marks of a start that is not sure are left and looked for: beside other results."""
+    """The file for marks of an uncertain start, beside other results: `track` writes it, `annotate` reads
+    it."""
     return folder / f"{video.absolute().stem}.suggested.keypoints.csv"

@@ -1,4 +1,4 @@
-"""Where the time of a run went."""
+"""Time of a run by stage."""
 
 import time
 from collections import defaultdict
@@ -10,13 +10,13 @@ T = TypeVar("T")
 
 
 class Clock:
-    """Seconds spent by stage; what is spent on another stage within it counts once."""
+    """Seconds spent by stage; time of a stage within another counts for the inner one only."""
 
     def __init__(self) -> None:
         self.spent: dict[str, float] = defaultdict(float)
 
     def timed(self, stage: str, items: Iterable[T]) -> Iterator[T]:
-        """The items, and what each of them takes."""
+        """The items, with the time that producing each takes counted for the stage."""
         iterator = iter(items)
         while True:
             with self.stage(stage):

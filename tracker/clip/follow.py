@@ -13,7 +13,7 @@ from tracker.clip.clock import Clock
 from tracker.clip.job import Job
 from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel
-from tracker.clip.plan import Plan, Seen, prepare, untold
+from tracker.clip.plan import Plan, Seen, facing_unknown, prepare
 from tracker.clip.playback import motions_at, playback_rate
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
@@ -34,16 +34,16 @@ from videos.upright import Image
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run: the track and what is to be said of it.
+    """A finished run: the track and its report data.
 
-    start    : the frame it was started from
-    settings : it was followed with: the job's, but for what was given or measured of this very clip
+    start    : start frame
+    settings : as used: the job's, with values that were given or measured for this clip
     frames   : how many frames were read
     size     : (width, height) of each, pixels
     rate     : playback speed, as given or as `tracker.clip.playback` finds it
-    seconds  : spent a frame, by stage
-    points   : what is to be said of those of `Job.measure`
-    mended   : how many pictures the decoder had to mend
+    seconds  : spent on each frame, by stage
+    points   : the judgement of the points of `Job.measure`
+    mended   : number of damaged pictures that the decoder repaired
     """
 
     job: Job
@@ -61,14 +61,14 @@ class Run:
 
 
 def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | None = None) -> Run:
-    """Track the clip: ahead from the start frame, and backwards from it to the first that is asked for.
+    """Track the clip forwards from the start frame, and backwards from it to the first frame asked for.
 
     Args:
-        kept: what stays of an earlier track; of one with another figure nothing does.
-        seen: what the outline tells of this job with whatever model, None to look.
+        kept: part of an earlier track to keep; ignored if its figure differs.
+        seen: the outline of this job, which does not depend on the model; None to survey the film.
 
     Raises:
-        VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`; or the clip ends too early.
+        VideoError, ModelError, StartError, PoseError, ValueError: as `prepare`, or the clip ends too early.
     """
     plan, clock = prepare(job), Clock()
     tell_unkept(progress)
@@ -104,7 +104,8 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
 def _followed(
     plan: Plan, span: tuple[int, int | None], clock: Clock, progress: Progress
 ) -> tuple[list[float], Trail]:
-    """Time of every frame up to the last of a span, and estimates of those in it; None is the clip's last."""
+    """Times of all frames up to the span's last (None: the clip's last), and estimates of the span's
+    frames."""
     job, frame, (first, last) = plan.job, plan.frame, span
     reel, end = Reel(plan.video, last), plan.video.count_hint if last is None else last + 1
     images = reel.ahead()
@@ -120,14 +121,14 @@ def _followed(
         if frame > first:
             belief = ways.follow(trail, -1, reel.span(frame - 1, first))
             trail.reverse()
-            trail.pop(1)  # the start frame, with which the way ahead begins as well
+            trail.pop(1)  # the start frame, which the forward pass contains as well
         ways.follow(trail, 1, images, belief)
     return reel.times, trail
 
 
 @dataclass(frozen=True)
 class _Ways:
-    """Both ways through a clip from its start frame.
+    """The forward and the backward pass through a clip from its start frame.
 
     marked  : the start frame's picture
     advance : to be called once a frame
@@ -142,12 +143,12 @@ class _Ways:
     def follow(
         self, trail: Trail, way: int, images: Iterable[Image], belief: Belief | None = None
     ) -> Belief | None:
-        """Append the estimates from the start frame on; the belief there from which to go the other way.
+        """Append the estimates from the start frame on; returns the start belief for the other direction.
 
         Args:
-            way: +1 ahead, -1 back.
-            images: of the frames after the start, this way.
-            belief: to begin with, None for what the marks say.
+            way: +1 forwards, -1 backwards.
+            images: of the frames that follow the start in this direction.
+            belief: at the start, None for that of the marks.
         """
         plan, passage = self.plan, self._passage(way)
         tracker = passage.tracker
@@ -163,7 +164,7 @@ class _Ways:
 
     def _counted(self, way: int, run: Iterable[Estimate]) -> Iterator[Estimate]:
         for t, estimate in enumerate(run):
-            if way > 0 or t > 0:  # both ways begin with the start frame
+            if way > 0 or t > 0:  # both passes begin with the start frame
                 self.advance()
             yield estimate
 
@@ -187,7 +188,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         q=trail.column("mean"),
         cov=_covs(plan, first, trail),
         s=trail.column("s"),
-        motions=(),  # told by the whole track, see `motions_of`
+        motions=(),  # found from the whole track, see `motions_of`
         outcome=tuple(trail.outcome),
         shift=trail.column("shift"),
         mark=plan.tracker.settings.mark,
@@ -196,7 +197,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
 
 
 def _covs(plan: Plan, first: int, trail: Trail) -> Array:
-    """(T, D, D) the estimates' own; wider where the outline shows the figure elsewhere."""
+    """(T, D, D) covariances of the estimates, enlarged where the outline shows the figure elsewhere."""
     covs, view = trail.column("cov"), plan.start.view
     outline = plan.points if plan.measured is None else {}
     for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
@@ -208,7 +209,7 @@ def _covs(plan: Plan, first: int, trail: Trail) -> Array:
 
 
 def motions_of(plan: Plan, track: Track, rate: float) -> tuple[str, ...]:
-    """What the whole clip says that each frame shows; free where both model and outline are at a loss."""
+    """The motion of each frame, judged by the whole clip; "free" where neither model nor outline knows it."""
     own = tuple(track.labels[k] for k in track.s)
     if len(set(track.labels)) == 1 or not track.measured.any():
         return own
@@ -227,7 +228,7 @@ def _tracked(track: Track) -> Array:
 
 def _warnings(plan: Plan, track: Track, points: Judged | None) -> list[str]:
     warnings = plan.video.notes
-    if untold(plan.job, track.figure):
+    if facing_unknown(plan.job, track.figure):
         side = track.view.side
         warnings.append(
             f"the marks do not show which way the figure faces; it is taken to face {side}, --facing tells "

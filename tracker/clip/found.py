@@ -1,4 +1,4 @@
-"""Who walks through a film, and a start that nobody marked."""
+"""People who walk through a film, and a start without marks."""
 
 from collections.abc import Sequence
 
@@ -23,25 +23,25 @@ from tracker.survey.evidence import AS_THE_SCENE, FULL_OF_SHADOWS, GREY_CLOTHES,
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
-WINDOW = 600  # frames that are looked at together: memory is bounded
-TURNED = 0.07  # nats times square leg lengths a frame by which one facing must be the better
-DOUBTED = 0.08  # leg lengths: no right start on 200 rendered films had so great a spread
-CLEARLY = 0.1  # the same, from which nobody is looked at again
+WINDOW = 600  # frames that are searched together, which bounds memory
+TURNED = 0.07  # least advantage of the better facing, nats times square leg lengths a frame
+DOUBTED = 0.08  # spread of joints, leg lengths; no correct start on 200 rendered films had a larger one
+CLEARLY = 0.1  # advantage of the better facing above which a person is not searched for again
 AGAIN = GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
-MOSTLY = 0.5  # of the frames must tell the camera's path, or it may go along with somebody
+MOSTLY = 0.5  # share of frames that must show the camera's path; else it may follow a person
 
 
 def people(
     video: Video, progress: Progress, first: int = 0, stop: int | None = None, facing: int | None = None
 ) -> list[Person]:
-    """Everybody who walks through the first part of a film in which somebody does, the surest first.
+    """The people in the first part of a film in which anybody walks, the surest first.
 
-    Of who is not seen clearly dark grey clothes may have been taken for shadow: the film is looked through
-    again with such clothes expected, and then with hardly a shadow, too.
+    If a person is not seen clearly, dark grey clothes may have been taken for shadow: the film is searched
+    again with such clothes expected, and then also with hardly any shadow.
 
     Args:
-        first, stop: the first and last frame that are looked at, None for the film's last.
-        facing: which way they face, +1 right, -1 left, None to see it.
+        first, stop: the first and last frame of the search, None for the film's last.
+        facing: of the people, +1 right, -1 left, None to find it.
     """
     tell_unkept(progress)
     while True:
@@ -60,12 +60,12 @@ def people(
             seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
         seen = _whole(seen, film, spot(stage))
         if seen:
-            return [_heard(one.later(first), video) for one in seen]
+            return [_legs_named(one.later(first), video) for one in seen]
         first += len(film.survey.places)
 
 
 def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = None) -> list[Person]:
-    """People who walk in front of a scene, or only `those`, the surest first."""
+    """People who walk in front of a scene, the surest first; with `those` only these are searched for."""
     figure, cycles = seen_figure(), Cycles.load()
     seen: list[Person] = []
     everybody = joined(stage, paths(stage, Shape.of(figure), cycles))
@@ -80,7 +80,7 @@ def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = N
 
 
 def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Person]:
-    """The people who are no limbs of somebody who moves on the spot."""
+    """The people, without those that are only limbs of a person who moves on the spot."""
     told = film.survey.sure.mean() > MOSTLY
     return [
         one
@@ -92,14 +92,14 @@ def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Perso
 
 
 def _clear(one: Person) -> bool:
-    """Whether nothing is to be won by another look."""
+    """Whether the person is so clear that another search is unnecessary."""
     return one.turned >= CLEARLY and not _doubted(one)
 
 
 def _clearer(one: Person, again: list[Person]) -> Person:
-    """The person, or the same as seen again if that is clearer; of none that is clear the largest.
+    """The clearest version of a person among those of several searches; if none is clear, the largest.
 
-    Who is seen without the legs is seen smaller.
+    A person whose legs were missed looks smaller.
     """
 
     def clear(seen: Person) -> tuple[bool, bool, float]:
@@ -109,21 +109,21 @@ def _clearer(one: Person, again: list[Person]) -> Person:
     return max([one, *filter(one.same, again)], key=clear)
 
 
-def _heard(one: Person, video: Video) -> Person:
-    """The person, its legs named as templates bear out where the outline alone is not sure."""
+def _legs_named(one: Person, video: Video) -> Person:
+    """The person, with its legs named by the fit of templates if the outline is not sure."""
     return one if sure_of_leg(one) or _doubted(one) else borne_out(one, video)
 
 
 def start_of(
     everybody: list[Person], how: Following, video: Video, listed: list[Person] | None = None
 ) -> Found:
-    """The start of the one that is asked for, or of the only one.
+    """The start of the person asked for, or of the only one.
 
     Args:
         listed: those of the whole film, who are counted where `everybody` is of a part of it.
 
     Raises:
-        FoundError: nobody, several and none named, or one whose facing or pose is not sure.
+        FoundError: nobody, several people and none chosen, or an uncertain facing or pose.
     """
     number, near = how.person, how.near
     if not everybody:
@@ -156,7 +156,7 @@ def _numbered(number: int, everybody: list[Person], listed: list[Person] | None)
 
 
 def _nobody(how: Following, video: Video) -> FoundError:
-    """What is said where nobody goes through the film, with about the joints of who moves on the spot."""
+    """The error if nobody walks through the film, with rough joints of a person who moves on the spot."""
     first = how.from_ or 0
     last = first + WINDOW - 1 if how.stop is None else min(first + WINDOW - 1, how.stop)
     film = surveyed(video, first, last, 1.0, Progress("quiet"))
@@ -175,7 +175,7 @@ def _nobody(how: Following, video: Video) -> FoundError:
 
 
 def _doubted(one: Person) -> str:
-    """Why nothing should be started from a person, and what to do but marking; "" if all is well."""
+    """Why a person is no reliable start, and what to do besides marking; "" if the person is reliable."""
     if one.turned < TURNED:
         return f"it is not sure which way the figure faces in frame {one.frame}; give --facing, or "
     wrong = objections(one.figure, points(marks_of(one)), one.facing)

@@ -1,7 +1,7 @@
-"""What to follow, and how: `Following` as it is asked for, `Job` with all that was read.
+"""What to follow, and how: `Following` holds a user's options, `Job` also what their files contain.
 
 Command line, tables of clips and the Python API take the options' names, ranges, defaults and words from
-`Following`; light, so that the command line can read it.
+`Following`. This module imports nothing slow, so that the command line can read it.
 """
 
 from collections.abc import Mapping
@@ -42,13 +42,13 @@ class OptionsError(ValueError):
 
 
 def towards(facing: Facing | None) -> int | None:
-    """+1 right, -1 left, None where it is not said."""
+    """+1 right, -1 left, None if not given."""
     return None if facing is None else (1 if facing is Facing.RIGHT else -1)
 
 
 @dataclass(frozen=True)
 class About:
-    """What an option means, and the range of a number."""
+    """The meaning of an option, and the range of a number."""
 
     text: str
     least: float | None = None
@@ -57,7 +57,7 @@ class About:
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What is asked for of a clip and stays with its job as it is."""
+    """Options of a clip that its job keeps unchanged."""
 
     start: Annotated[
         int | None, About("The marked frame to start from [default: the first marked].", least=0)
@@ -98,14 +98,14 @@ class Options:
 
     @property
     def inputs(self) -> list[Path | None]:
-        """The files that are read, None for none; a model may also be a mere name."""
+        """The input files, None for none; a model may also be the name of a shipped one."""
         named = [Path(name) if Path(name).is_file() else None for name in (self.figure, self.model)]
         return [self.measure, *named]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Following(Options):
-    """How a clip is followed, as it is asked for.
+    """How to follow a clip: all options of a user.
 
     Raises:
         OptionsError: options that do not go together.
@@ -137,11 +137,11 @@ class Following(Options):
 
     @property
     def inputs(self) -> list[Path | None]:
-        """The files that are read, that of settings among them."""
+        """The input files, including that of settings."""
         return [*super().inputs, self.settings]
 
     def tuned(self, settings: "Settings | None" = None) -> "Settings":
-        """The settings given, or else the file's or the usual ones, as the options change them.
+        """The settings given, or else the file's or the defaults, with the changes that options make.
 
         Raises:
             ValueError: as `read_settings`.
@@ -156,12 +156,12 @@ class Following(Options):
         """The job with its marks and settings.
 
         Raises:
-            OptionsError: options that do not go with given marks.
+            OptionsError: options that cannot be combined with given marks.
             ValueError: as `read_settings`.
 
         Args:
-            start: marks as they were given, or a start from the film itself.
-            settings: in place of those of the file.
+            start: given marks, or a start found in the film.
+            settings: replace those of the file.
         """
         if isinstance(start, Found):
             found, marks = start, {start.frame: dict(start.marks)}
@@ -175,12 +175,12 @@ class Following(Options):
 
 @dataclass(frozen=True)
 class Found:
-    """A start from the film itself.
+    """A start found in the film.
 
-    frame    : to start from
-    marks    : in it
+    frame    : start frame
+    marks    : its joints
     facing   : +1 right, -1 left
-    nearer   : where the leg named near is in it
+    nearer   : where the leg named near is in this frame
     near_leg : whether that is "sure", "unsure" or "given"
     points   : the outline's joints by frame
     gait     : "walk" or "run", by the outline
@@ -199,8 +199,8 @@ class Found:
 class Option:
     """A field of `Following` and its type, which may also be None.
 
-    name  : as Python has it
-    shown : as command line and tables have it; what is a word of Python ends in an underscore there
+    name  : in Python, with an underscore at the end if it is a keyword
+    shown : on the command line and in tables
     """
 
     name: str
@@ -212,7 +212,8 @@ class Option:
         return self.name.rstrip("_")
 
     def checked(self, value: Any) -> Any:
-        """The value as this option's type; ValueError if it is out of the range or none of the words."""
+        """The value converted to this option's type; ValueError if it is out of range or none of the
+        words."""
         least, most = self.about.least, self.about.most
         if least is not None and not value >= least:
             raise ValueError(f"{self.shown} must be at least {least:.10g}; got {value!r}")
@@ -225,7 +226,7 @@ class Option:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The words that the option may be; () if it is no choice between words."""
+        """The words that the option accepts; () if it is no choice between words."""
         return tuple(map(str, self.kind)) if issubclass(self.kind, Enum) else ()
 
 
@@ -246,9 +247,9 @@ class Job(Options):
     """What to follow, and how.
 
     marks  : marked joints by frame
-    facing : +1 right, -1 left, None to see it from the start pose
-    called : what the results call the video, None for its path
-    found  : the start that the marks are, None where they were given
+    facing : +1 right, -1 left, None to find it from the start pose
+    called : name of the video in results, None for its path
+    found  : the start found in the film, None if marks were given
     """
 
     video: Path
@@ -260,7 +261,7 @@ class Job(Options):
 
     @property
     def inputs(self) -> list[Path | None]:
-        """The files that are read, the video among them."""
+        """The input files, including the video."""
         return [self.video, *super().inputs]
 
     @property
@@ -269,11 +270,11 @@ class Job(Options):
         return self.from_ or 0
 
     def passed(self, start: int) -> "Marks":
-        """The marks that the track passes through: of the frame that it starts from, and of anchors."""
+        """The marks that the track passes through: those of the start frame, and of anchors."""
         return self.marks if self.anchors else {start: self.marks[start]}
 
     def asked(self) -> dict[str, Any]:
-        """The options that it was asked for with, as JSON can hold them, files by their whole path."""
+        """The given options in a form for JSON, files by their absolute path."""
         return {name: _whole(value) for name, value in sorted(self.kept().items())}
 
 

@@ -1,4 +1,5 @@
-"""The points of a whole clip that `--measure` names: which of them count, and what is to be said of them."""
+"""The points of a clip from the file of `--measure`: those that count, and how they compare with the
+track."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,20 +17,20 @@ from tracker.loop.detections import Detections, Detector
 from tracker.run.track import Track
 from tracker.settings import Settings
 
-FAR = 1.0  # leg lengths from the start pose, by the median: then it is of another clip
-FEWEST = 3  # points that this is said by
+FAR = 1.0  # median distance from the start pose, leg lengths, above which the file is of another clip
+FEWEST = 3  # points needed for this judgement
 SIGMA = 1.4826  # standard deviations in the median of a Gaussian's absolute values
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What a finished track says of the points, as run.json has it.
+    """The points compared with a finished track, as stored in run.json.
 
-    file      : they are of
-    joints    : of the figure that they are of
-    frames    : how many of the track's have any
-    spread    : of a point, leg lengths, as it was reckoned with
-    exchanged : frames in which the names of near and far leg are taken for exchanged
+    file      : of the points
+    joints    : of the figure, those that have points
+    frames    : number of the track's frames with points
+    spread    : standard deviation of a point that was used, leg lengths
+    exchanged : frames in which near and far leg are judged to be exchanged
     """
 
     file: str
@@ -47,8 +48,8 @@ class Judged:
 class Measured:
     """A file of points.
 
-    frames : those that count, by frame
-    jitter : standard deviation of a point about a smooth path, leg lengths; 0 where too few say it
+    frames : the points that count, by frame
+    jitter : standard deviation of a point about a smooth path, leg lengths; 0 if there are too few points
     """
 
     path: Path
@@ -56,7 +57,7 @@ class Measured:
     jitter: float
 
     def judged(self, track: Track, settings: Settings) -> Judged:
-        """The points beside the poses of a track; `settings` are those it was followed with."""
+        """The points compared with the poses of a track; `settings` are those of its run."""
         rows = {frame: frame - track.first for frame in self.frames}
         rows = {frame: t for frame, t in rows.items() if 0 <= t < len(track)}
         exchanged = [
@@ -93,11 +94,11 @@ def read_measured(path: Path, start: Start, frame: int, settings: Settings) -> M
 
 
 def jitter(names: tuple[str, ...], places: Array) -> float:
-    """Standard deviation of a coordinate about smooth paths (T, J, 2); 0 where too few frames say it.
+    """Standard deviation of a coordinate about smooth paths (T, J, 2); 0 if there are too few frames.
 
-    By third differences, in which motion all but vanishes and white noise has twenty times its variance. Of
-    the legs' points the sum is taken, which stays where they are exchanged; the median leaves out what is far
-    off.
+    It is measured by third differences, which almost remove motion and multiply the variance of white noise
+    by twenty. Points of the two legs are summed, as an exchange does not change the sum; the median ignores
+    outliers.
     """
     paths = dict(zip(names, np.moveaxis(places, 1, 0), strict=True))
     for near in [name for name in names if on_side(name, "near")]:

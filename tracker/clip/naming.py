@@ -1,8 +1,8 @@
-"""The names of a found figure's legs: what start they make, and whether templates bear them out.
+"""The naming of a found figure's legs: the start that it gives, and whether templates confirm it.
 
 The nearer leg hides the other. With the names exchanged templates are cut from the wrong leg and laid the
-wrong way round where legs pass, so that they fit worse: by how much, in the frames around the start, is a
-mean in standard errors. It counts beside the one of `tracker.outline.near`, which hears single pixels.
+wrong way round where legs pass, so that they fit worse. The mean difference of fit in the frames around the
+start, in standard errors, is added to the evidence of `tracker.outline.near`, which compares single pixels.
 """
 
 from collections.abc import Iterable
@@ -28,22 +28,22 @@ from videos.frames import Video
 
 SURE = 0.95  # probability of the nearer leg from which it counts as sure
 AROUND = 2.0 / 3.0  # seconds before and after the start in which templates are laid
-FEW = Settings(hypotheses=3)  # are enough for so long
+FEW = Settings(hypotheses=3)  # few hypotheses suffice for so short a time
 
 
 def sure_of_leg(one: Person) -> bool:
-    """Whether the leg named near surely is the nearer one."""
+    """Whether the leg named near is the nearer one with enough certainty."""
     return 1.0 - one.outline.wrong >= SURE
 
 
 def nearer(one: Person) -> Nearer:
-    """Which ankle the leg named near has in the frame to start from."""
+    """Whether the leg named near is ahead or behind in the start frame."""
     near, far = (one.joints[one.figure.joints.index(name), 0] for name in ("near_ankle", "far_ankle"))
     return Nearer.AHEAD if one.facing * (near - far) > 0.0 else Nearer.BEHIND
 
 
 def marks_of(one: Person) -> dict[str, Mark]:
-    """Its joints in the frame to start from."""
+    """The person's joints in the start frame, as marks."""
     return marked(one.figure, one.joints)
 
 
@@ -53,13 +53,13 @@ def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
 
 
 def start_from(one: Person, video: Video, told: str) -> Found:
-    """The start that a person makes, its near leg "sure", "unsure" or "given"."""
+    """The start from a person; `told` says whether the near leg is "sure", "unsure" or "given"."""
     points = detections(one.outline, one.first, video)
     return Found(one.frame, marks_of(one), one.facing, nearer(one), told, points, one.outline.gait)
 
 
 def borne_out(one: Person, video: Video) -> Person:
-    """The person with the legs named as templates fit better, and as surely as they tell."""
+    """The person with the legs named as templates fit better, and with the certainty that they give."""
     ours, others = _misfits(one, video).T
     named = one.outline.named + NEARER * in_standard_errors(others - ours)
     heard = replace(one, outline=replace(one.outline, named=named))
@@ -67,7 +67,7 @@ def borne_out(one: Person, video: Video) -> Person:
 
 
 def _misfits(one: Person, video: Video) -> Array:
-    """(n, 2) how badly templates fit the frames around the start, the legs named as found and exchanged."""
+    """(n, 2) misfit of templates in the frames around the start, with legs named as found and exchanged."""
     starts = [start_from(each, video, "unsure") for each in (one, one.exchanged)]
     jobs = [Following().job(video.path, start, FEW) for start in starts]
     plans = [outlined(plan, look(plan, Progress("quiet"))) for plan in map(prepare, jobs)]

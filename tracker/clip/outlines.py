@@ -23,17 +23,17 @@ from tracker.outline.stage import Stage
 from tracker.progress import Progress
 from tracker.survey.evidence import SOME_GREY
 
-REACH = 600  # frames either way of the marked one: memory is bounded
-LEG = 40.0  # small pictures show a leg of so many pixels, or less
-EXCHANGE = 0.01  # least probability that its legs are named wrongly
-MOST = 0.49  # the same at most
-ONE_LEG = 0.002  # probability that it has both legs of a frame in one place
-DOUBTED = 0.25  # probability that the start names its legs wrongly from which that is told
-USUAL = 0.7  # share of people's usual lengths in those of the figure that is fitted, the rest as marked
+REACH = 600  # frames before and after the marked one, which bounds memory
+LEG = 40.0  # largest length of a leg in the small pictures, pixels
+EXCHANGE = 0.01  # least probability of an outline with exchanged legs
+MOST = 0.49  # largest probability of an outline with exchanged legs
+ONE_LEG = 0.002  # probability that an outline has both legs of a frame in one place
+DOUBTED = 0.25  # probability of wrongly named legs in the start marks above which a warning says so
+USUAL = 0.7  # weight of people's usual lengths in the fitted figure; the rest is for the marked lengths
 
 
 def outlined(plan: Plan, seen: Seen) -> Plan:
-    """The plan with the joints of the figure's outline as points; as it is where none was seen."""
+    """The plan with the joints of the figure's outline as points; unchanged if no outline was seen."""
     if not seen.points:
         return plan
     exchange = min(max(seen.wrong, EXCHANGE), MOST)
@@ -53,10 +53,10 @@ def outlined(plan: Plan, seen: Seen) -> Plan:
 
 
 def look(plan: Plan, progress: Progress) -> Seen:
-    """What the figure's outline tells, whatever model follows it.
+    """Fit the figure's outline to the film; the result does not depend on the motion model.
 
-    Nothing where points are given, the settings want none, the figure's is not known, or it does not stand
-    out from a scene that is known.
+    It is empty if points are given, the settings disable outlines, the figure has none, or it does not stand
+    out from a known scene.
     """
     settings = plan.tracker.settings
     wanted = plan.start.figure.outline and settings.outline and settings.templates and settings.mode == "full"
@@ -71,9 +71,9 @@ def look(plan: Plan, progress: Progress) -> Seen:
     film = surveyed(video, first, last, start.view.unit / LEG, progress)
     if film is None or frame - first >= len(film.survey.places):
         return Seen({})
-    # Who is marked is there: what is as dark as a shadow may be clothes.
+    # A marked person is certainly there, so what is as dark as a shadow may be clothes.
     cycles, stage = Cycles.load(), film.stage(start.view.facing, SOME_GREY)
-    del film  # which holds its small pictures
+    del film  # frees its small pictures
     stage = _alone(stage, start, frame - first, cycles)
     outline = fitted(stage, start, frame - first, cycles)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
@@ -83,14 +83,14 @@ def look(plan: Plan, progress: Progress) -> Seen:
 
 
 def _shown(plan: Plan, shown: Figure) -> Start:
-    """The start as the figure has it whose outline is fitted."""
+    """The start pose in terms of the figure whose outline is fitted."""
     start = plan.start
     if start.figure.joints != shown.joints:
         marks = plan.job.marks[plan.frame]
         own = {name: mark for name, mark in marks.items() if name in shown.marks}
         size = (plan.video.width, plan.video.height)
         start = marked_start({plan.frame: own}, plan.frame, start.view.facing, size, shown)
-    # Two marks tell a length no better than to know that it is a person's.
+    # A length from two marks is no more exact than people's usual length.
     figure, usual = start.figure, {link.name: link.length for link in seen_figure().links}
     lengths = [
         (1.0 - USUAL) * link.length + USUAL * usual.get(link.name, link.length) for link in figure.links
@@ -99,7 +99,7 @@ def _shown(plan: Plan, shown: Figure) -> Start:
 
 
 def _alone(stage: Stage, start: Start, frame: int, cycles: Cycles) -> Stage:
-    """The film with nothing known of where others than the marked figure are, where these are seen."""
+    """The film with the places of other people set to unknown, if there are any."""
     hip, unit = np.asarray(start.view.origin), start.view.unit
     everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, unit))
     own = path_of(stage, hip, unit, frame, everybody)

@@ -1,4 +1,4 @@
-"""A clip's pictures ahead and back, a bounded part of them in memory."""
+"""A clip's pictures forwards and backwards, with a bounded part of them in memory."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -9,8 +9,8 @@ import numpy as np
 from videos.frames import Video
 from videos.upright import Image
 
-HELD = 32 * 2**20  # bytes of pictures that are kept
-BLOCK = 4  # times as many while going back, since each block is decoded from a key frame on
+HELD = 32 * 2**20  # bytes of pictures that are kept in memory
+BLOCK = 4  # factor on HELD while going back, since each block is decoded from a key frame on
 
 
 def pictures(video: Video, first: int, last: int) -> Iterator[Image]:
@@ -21,9 +21,9 @@ def pictures(video: Video, first: int, last: int) -> Iterator[Image]:
 class Reel:
     """The pictures of a video up to frame `stop`.
 
-    To go back in a video that is not held, the last pictures read are; those before them are read again, a
-    block at a time from the back. A block is decoded from the key frame before it where that gives the very
-    pictures that were read before, else from the video's beginning.
+    For going back, the last pictures read are in memory; earlier ones are read again, in blocks from the last
+    one to the first. A block is decoded from the key frame before it if that gives the same pictures as the
+    first reading, else from the video's beginning.
 
     times : (T,) seconds of every frame read so far
     held  : how many pictures are kept
@@ -33,14 +33,14 @@ class Reel:
         self.times: list[float] = []
         self.held = held or max(1, HELD // (video.width * video.height * 3))
         self._video, self._stop = video, stop
-        # Frame t is at t % held. Pictures kept one by one would leave gaps that no other array fits in.
+        # Frame t is at t % held. Pictures kept as separate arrays would fragment the memory.
         self._kept: Image = np.empty((0 if video.held else self.held, video.height, video.width, 3), np.uint8)
         self._ticks: list[int | None] = []
         self._sums: list[int] = []
-        self._entered = True  # whether the video has given the very pictures from its middle so far
+        self._entered = True  # whether decoding from key frames has given the same pictures so far
 
     def ahead(self) -> Iterator[Image]:
-        """All pictures, in order; to be gone through once."""
+        """All pictures, in order; can be iterated once."""
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
             if len(self._kept):
                 self._kept[len(self.times) % self.held] = frame.image

@@ -1,4 +1,4 @@
-"""A job that can be done: all that it names read and checked, before any work."""
+"""A job whose files have all been read and checked before any work."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -23,19 +23,19 @@ from tracker.settings import Settings
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
-FRAMES = 15  # half a second: a step
-FOUND = 0.04  # leg lengths: error of a joint of a start that nobody marked
+FRAMES = 15  # half a second, the time of a step
+FOUND = 0.04  # error of a joint in a start without marks, leg lengths
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a figure's outline tells.
+    """A figure's outline in the frames of a clip.
 
     points   : its joints by frame
     wrong    : probability that it names the legs wrongly
-    gait     : "walk" or "run", "" where it is not seen
-    misnamed : probability that the start does
-    places   : by frame, (3, 3) from its pixels to the start frame's, where the camera's path is known
+    gait     : "walk" or "run", "" if it was not seen
+    misnamed : probability that the start marks name the legs wrongly
+    places   : by frame, (3, 3) map from its pixels to the start frame's, where the camera's path is known
     """
 
     points: Mapping[int, Detections]
@@ -47,14 +47,14 @@ class Seen:
 
 @dataclass(frozen=True)
 class Plan:
-    """A job, and what its files hold.
+    """A job and the contents of its files.
 
-    frame   : to start from
-    tracker : goes ahead in time; its settings are the job's with what is known of this clip
+    frame   : start frame
+    tracker : runs forwards in time; its settings are the job's with values measured for this clip
     measured: points of another program's file, None for none
-    gait    : one of the model's labels that the outline shows, "" for none
-    misnamed: probability that the marks name the legs the wrong way round, 0 where they do not look so
-    points  : what every frame's pose is measured by beside the templates: those, else the outline's joints
+    gait    : the model's label for the gait of the outline, "" for none
+    misnamed: probability that the marks name the legs the wrong way round, 0 if it is small
+    points  : measurement of each frame's pose besides the templates: `measured`, else the outline's joints
     places  : as in `Seen`
     """
 
@@ -72,14 +72,14 @@ class Plan:
 
     @cached_property
     def back(self) -> Tracker:
-        """The tracker that goes back in time."""
-        # A constant velocity is one in either direction; conversion would only change its noise.
+        """The tracker that runs backwards in time."""
+        # Constant velocity is the same in both directions; conversion would only change its noise.
         slds = self.slds if self.job.model == CONSTANT_VELOCITY else backwards(self.slds)
         return make_tracker(self.start, slds, self.tracker.settings)
 
 
 def prepare(job: Job) -> Plan:
-    """Read what the job names and check that it fits together, before any work.
+    """Read the job's files and check that they fit together, before any work.
 
     Raises:
         OptionsError: options that do not go together.
@@ -108,7 +108,8 @@ def prepare(job: Job) -> Plan:
 
 
 def start_frame(job: Job) -> int:
-    """The marked frame to start from; StartError if `start`, or the part that is followed, is not marked."""
+    """The marked start frame; StartError if frame `start`, or every frame of the followed part, is
+    unmarked."""
     start, first = job.start, job.first
     if start is None:
         within = [frame for frame in job.marks if frame >= first]
@@ -123,13 +124,13 @@ def start_frame(job: Job) -> int:
     return start
 
 
-def untold(job: Job, figure: Figure) -> bool:
-    """Whether neither the job nor the marks of its start tell which way the figure faces."""
+def facing_unknown(job: Job, figure: Figure) -> bool:
+    """Whether neither the job nor the marks of its start show which way the figure faces."""
     return job.facing is None and not facing_told(points(job.marks[start_frame(job)]), figure)
 
 
 def heading(images: Iterable[Image], start: Start, fps: float, settings: Settings) -> int:
-    """+1 right, -1 left; of who stays where he is the way that the start faces.
+    """Direction of travel, +1 right, -1 left; that of the start's facing for a figure that stays in place.
 
     Args:
         images: RGB, the marked frame first.
@@ -139,7 +140,7 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     tracker = make_tracker(start, find_model(CONSTANT_VELOCITY, fps, settings, figure=start.figure), settings)
     frames = iter(images)
     first = next(frames, None)
-    if first is None:  # the film is shorter, which following says
+    if first is None:  # the film is too short, which following reports
         return start.view.facing
     state, estimate = begin(tracker, start, first)
     for image in frames:
@@ -149,11 +150,11 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
 
 
 def _start(job: Job, video: Video, settings: Settings) -> Start:
-    """The start pose; which way it faces is seen from the film where its marks and the job do not tell it."""
+    """The start pose; the film decides which way it faces if neither the marks nor the job do."""
     frame, size = start_frame(job), (video.width, video.height)
     figure = load_figure(job.figure)
     start = marked_start(job.marks, frame, job.facing, size, figure)
-    if untold(job, figure) and settings.templates:
+    if facing_unknown(job, figure) and settings.templates:
         images = pictures(video, frame, frame + FRAMES - 1)
         facing = heading(images, start, video.fps, settings)
         start = marked_start(job.marks, frame, facing, size, figure)

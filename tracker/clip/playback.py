@@ -1,8 +1,8 @@
-"""How fast a clip is played, 1 as filmed, 0.5 in slow motion at half speed, and what motion each frame shows.
+"""Playback speed of a clip (1 as filmed, 0.5 slow motion at half speed), and the motion of each frame.
 
-Of a grid of speeds, that at which a learned model finds the tracked poses most likely (GPB2's evidence). A
-gait has its own pace, so a stride that takes twice as many frames was filmed or played at half speed. At that
-speed the model tells the motions: a slow jog in real time has the pace of a walk.
+The speed is that of a grid at which the tracked poses are most likely under a learned model (GPB2's
+evidence). A gait has its own pace, so a stride that takes twice as many frames was filmed or played at half
+speed. At that speed the model labels the motions, since at another a slow jog has the pace of a walk.
 """
 
 from dataclasses import replace
@@ -20,20 +20,20 @@ from tracker.models.centred import centred
 from tracker.models.find import CONSTANT_VELOCITY, by_freedom, own_model, switching_model
 
 RATES = tuple(float(rate) for rate in 2.0 ** np.arange(-2.0, 1.01, 0.25))
-ENOUGH = 600  # frames: twenty seconds tell the pace
-TRAVEL = 1.0  # leg lengths from which who goes ahead does not walk backwards, nor the other way round
-PLACE, ANGLE = 0.02, float(np.radians(3.0))  # of tracked poses: leg lengths, radians
-OTHERWISE = "walk-run"  # whose pace is asked where the clip was followed without a learned model
+ENOUGH = 600  # frames, twenty seconds, that suffice to measure the pace
+TRAVEL = 1.0  # least travel, leg lengths, that decides between walking forwards and backwards
+PLACE, ANGLE = 0.02, float(np.radians(3.0))  # noise of tracked poses: leg lengths, radians
+OTHERWISE = "walk-run"  # model that measures the pace if the clip was followed without a learned one
 
 
 def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER) -> float:
     """The speed at which a clip is played, among RATES; 1 where no model knows how the figure moves.
 
     Args:
-        model: by which the clip was followed, see `tracker.models.find.find_model`.
+        model: with which the clip was followed, see `tracker.models.find.find_model`.
         poses: (T, M) tracked root and angles; rows of NaN where the figure was lost.
         fps: frames a second of the clip.
-        figure: which moves.
+        figure: the one that was followed.
     """
     name = OTHERWISE if model == CONSTANT_VELOCITY else model
     known = np.isfinite(poses).all(1)
@@ -46,11 +46,11 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
     def fit(number: int) -> float:
         try:
             slds = _of_tracked(switching_model(name, fps / RATES[number], figure))
-        except ValueError:  # further from its own frame rate than the model can go
+        except ValueError:  # a frame rate to which the model cannot be converted
             return -np.inf
         return max(_evidence(way, y) for way in _ways(slds, some))
 
-    # Every other speed first, then those beside the best.
+    # Every other speed of the grid first, then the neighbours of the best.
     fits = {number: fit(number) for number in range(0, len(RATES), 2)}
     best = max(fits, key=lambda number: fits[number])
     fits |= {number: fit(number) for number in (best - 1, best + 1) if 0 <= number < len(RATES)}
@@ -59,10 +59,10 @@ def playback_rate(model: str, poses: Array, fps: float, figure: Figure = WALKER)
 
 
 def motions_at(rate: float, model: str, poses: Array, fps: float, figure: Figure = WALKER) -> tuple[str, ...]:
-    """The motion of each of the T frames at a playback speed; all else is as of `playback_rate`.
+    """The motion of each of the T frames at a playback speed; other arguments as in `playback_rate`.
 
-    By GPB2, as `dynamics.motion.tasks.classify` tells it, a piece of ENOUGH frames at a time. A frame without
-    a pose shows the motion of those around; one frame at least has a pose.
+    Labels are those of `dynamics.motion.tasks.classify` by GPB2, in pieces of ENOUGH frames. A frame without
+    a pose gets the motion of its neighbours; at least one frame must have a pose.
     """
     slds = _of_tracked(switching_model(model, fps / rate, figure))
     rows = np.arange(len(poses))
@@ -80,12 +80,12 @@ def motions_at(rate: float, model: str, poses: Array, fps: float, figure: Figure
 
 
 def _of_tracked(slds: SLDS) -> SLDS:
-    """A model that is shown tracked poses."""
+    """The model with the measurement noise of tracked poses."""
     return replace(slds, R=np.diag(by_freedom(slds.names, PLACE, ANGLE) ** 2))
 
 
 def _ways(slds: SLDS, poses: Array) -> list[SLDS]:
-    """The model ahead in time, and back for who may walk backwards."""
+    """The model, and its time reversal if the figure may be walking backwards."""
     known = poses[np.isfinite(poses).all(1), 0]
     travel = float(known[-1] - known[0])
     ahead = [slds] if travel > -TRAVEL else []

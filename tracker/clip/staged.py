@@ -16,15 +16,15 @@ from tracker.survey.evidence import USUAL, Expected
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Video
 
-POINT = 0.05  # spread of an outline's joint at least, leg lengths
-TOGETHER = 3.0  # times what one frame tells: what is wrong in one is wrong in the next
-MOST = 3.0  # times POINT, where a figure stands out: arms and shadows beside it do as well
-FEWEST = 20  # frames: in fewer a walker covers most places in half of them
+POINT = 0.05  # least spread of an outline's joint, leg lengths
+TOGETHER = 3.0  # factor on the spread, since errors of successive frames are correlated
+MOST = 3.0  # largest spread as a multiple of POINT, if the figure stands out from the scene
+FEWEST = 20  # frames; in fewer a walker covers many places in half of them
 
 
 @dataclass(frozen=True)
 class Surveyed:
-    """Frames of a film from `first` to `last`, and what they show as a whole."""
+    """Frames `first` to `last` of a film, and their survey."""
 
     video: Video
     first: int
@@ -37,10 +37,10 @@ class Surveyed:
 
         Args:
             facing: of the figure, +1 right, -1 left.
-            expected: what they may show.
+            expected: prior shares of grey clothes and shadow.
         """
         T, (w, h) = len(self.survey.places), self.survey.size
-        odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # either can be let go of alone
+        odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # two, so that either can be freed
         seen = self.survey.seen(pictures(self.video, self.first, self.last), expected)
         for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
             odds[t], light[t] = shown
@@ -48,16 +48,16 @@ class Surveyed:
 
 
 def surveyed(video: Video, first: int, last: int, by: float, progress: Progress) -> Surveyed | None:
-    """Frames of a film surveyed; None where they are too few to know the scene.
+    """Survey some frames of a film; None if they are too few to know the scene.
 
     Args:
-        by: pixels of the film that a pixel of its small pictures is to span, at least.
+        by: least number of the film's pixels along the side of a pixel of the small pictures.
     """
     total = None if video.count_hint is None else min(last + 1, video.count_hint) - first
     if total is not None and total <= 0:
         return None
     images = progress.through(f"{video.path.name} surveyed", pictures(video, first, last), total)
-    begin = next(images, None)  # none where the film is shorter than it says
+    begin = next(images, None)  # None if the film is shorter than it announces
     if begin is None:
         return None
     by = max(max(video.width, video.height) / SIDE, by)
@@ -66,10 +66,10 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
 
 
 def detections(outline: Outline, first: int, video: Video) -> dict[int, Detections]:
-    """The outline's joints that lie in the picture and stand out from the scene, by frame, where it is seen.
+    """By frame, the outline's joints that lie in the picture and stand out from the scene.
 
     Args:
-        first: frame of the outline's first.
+        first: frame number of the outline's first row.
     """
     number, found = np.arange(outline.joints.shape[1]), {}
     for t in np.flatnonzero(outline.seen).tolist():

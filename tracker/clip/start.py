@@ -1,4 +1,4 @@
-"""The start pose that a marked frame makes, and what is wrong with it."""
+"""The start pose of a marked frame, and its faults."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,13 +12,13 @@ from tracker.tables.keypoints import Mark, Marks, hidden, points
 
 
 class StartError(ValueError):
-    """A start pose that this clip cannot be followed from."""
+    """A start pose from which this clip cannot be followed."""
 
 
 class FoundError(ValueError):
-    """No start can be had from the film.
+    """The film gives no reliable start.
 
-    suggested : marks of a start that is not sure
+    suggested : marks of an uncertain start
     """
 
     def __init__(self, text: str, suggested: Marks | None = None) -> None:
@@ -32,12 +32,12 @@ def marked_start(
     """The start pose of a marked frame of a clip.
 
     Args:
-        facing: +1 right, -1 left, None to see it from the marks.
+        facing: +1 right, -1 left, None to find it from the marks.
         size: width and height of the picture, pixels.
 
     Raises:
         StartError: marks outside the picture, or a pose that cannot be right.
-        PoseError: a joint that the figure cannot do without is missing, or two joints fall together.
+        PoseError: a required joint is missing, or two joints coincide.
     """
     marked = marks[frame]
     places, way = points(marked), facing or facing_at(marks, frame, figure)
@@ -50,10 +50,10 @@ def marked_start(
 
 
 def objections(figure: Figure, places: Places, facing: int, turn: str = "give --facing") -> list[str]:
-    """Why joints marked so far cannot be right, a clause each; none if they can be.
+    """Why the joints marked so far cannot be right, one clause a fault; none if they are plausible.
 
     Args:
-        turn: how a user says which way the figure faces.
+        turn: what a user can do if the facing is wrong, in words.
     """
     wrong = doubts(figure, places, facing)
     if wrong and _bends_back(figure, places, facing):
@@ -63,9 +63,9 @@ def objections(figure: Figure, places: Places, facing: int, turn: str = "give --
 
 
 def facing_at(marks: Marks, frame: int, figure: Figure = WALKER) -> int:
-    """Which way the figure faces in a marked frame, seen from it and the next: +1 right, -1 left.
+    """Which way the figure faces in a marked frame, by its marks and the next frame's: +1 right, -1 left.
 
-    Where the frame's own marks are too few to tell, it is the way that joints can bend.
+    If the frame's own marks do not show it, the facing for which joints bend the possible way.
     """
     here, later = points(marks[frame]), next((points(marks[f]) for f in sorted(marks) if f > frame), None)
     way = facing_of(here, later, figure)
@@ -73,12 +73,12 @@ def facing_at(marks: Marks, frame: int, figure: Figure = WALKER) -> int:
 
 
 def _bends_back(figure: Figure, places: Places, facing: int) -> bool:
-    """Whether joints can bend as they do only where the figure faces the other way."""
+    """Whether the joints' bends are possible only if the figure faces the other way."""
     return bool(beyond_limits(figure, places, facing)) and not beyond_limits(figure, places, -facing)
 
 
 def outside(marked: Mapping[str, Mark], size: tuple[int, int]) -> list[str]:
-    """Joints that are not marked in the picture; `size` is its width and height in pixels."""
+    """Joints marked outside the picture; `size` is its width and height in pixels."""
     width, height = size
     return [
         name

@@ -1,1 +1,1 @@
-"""One page for the whole way: films of a folder found, followed, put right and exported."""
+"""One page for all steps: people in the films of a folder are found, followed, corrected and exported."""

@@ -1,6 +1,6 @@
-"""The page of a folder of films: what lies there, what is at work, and what the page may ask for.
+"""The page of a folder of films: its content, running commands, and the page's requests.
 
-Films, marks and runs are looked up by the names of the films in the folder; no path is made of a request.
+Films, marks and runs are looked up by the names of the films in the folder; no path comes from a request.
 """
 
 import re
@@ -19,24 +19,24 @@ from tracker.report.document import Document
 from tracker.run.folder import FolderError
 from tracker.run.read import FILM, REPORT
 
-POLL = 0.1  # seconds between looks at whether it was interrupted
-MOST_SENT = 8 * 2**20  # bytes of a clip at a time
+POLL = 0.1  # seconds between checks for an interrupt
+MOST_SENT = 8 * 2**20  # largest part of a clip sent at a time, bytes
 STYLES, SCRIPTS = ("annotate/base.css", "desk/desk.css"), ("annotate/asking.js", "desk/desk.js")
 PAGE = Document("desk/desk.html", STYLES, SCRIPTS)
 NEEDS_RUN = (Command.CORRECT, Command.EXPORT)
 
 
 class StopAsked(BaseModel):
-    """What the page asks to be stopped."""
+    """A request to stop the command on a film."""
 
     film: str
 
 
 class Desk:
-    """A folder of films and the commands at work on them, one a film."""
+    """A folder of films and the running commands, one a film."""
 
     def __init__(self, folder: Path, browser: bool) -> None:
-        """Args: browser: whether the commands may open pages. Raises FolderError where there is no folder."""
+        """Args: browser: whether the commands may open pages. Raises FolderError if there is no folder."""
         if not folder.is_dir():
             raise FolderError(f"{folder} is no folder; give one with films in it")
         self.folder, self._browser = folder.absolute(), browser
@@ -45,7 +45,7 @@ class Desk:
         self._lock = Lock()
 
     def told(self) -> dict[str, Any]:
-        """Every film with what has been made of it and what is at work."""
+        """Every film with its results and its running command."""
         rows = []
         for name, film in films(self.folder).items():
             work = self._works.get(name)
@@ -53,14 +53,15 @@ class Desk:
         return {"folder": str(self.folder), "films": rows, "formats": list(EXPORTS)}
 
     def film(self, name: str) -> Film:
-        """The film of a name; raises RefusalError where there is none."""
+        """The film with this name; raises RefusalError if there is none."""
         found = films(self.folder).get(name)
         if found is None:
             raise RefusalError(HTTPStatus.NOT_FOUND, f"there is no film {name!r} in {self.folder}")
         return found
 
     def start(self, asked: Asked) -> None:
-        """Set a command to work; raises RefusalError where one is at work already or there is no run."""
+        """Start a command; raises RefusalError if one is already running on the film or a needed run is
+        missing."""
         film = self.film(asked.film)
         if asked.command in NEEDS_RUN and film.told()["run"] is None:
             raise RefusalError(HTTPStatus.CONFLICT, f"{film.name} was not followed yet; follow it first")
@@ -73,13 +74,13 @@ class Desk:
             self._works[film.name] = Work(words_for(asked, film, self._browser), self.folder)
 
     def stop(self, name: str | None = None) -> None:
-        """Stop what is at work on a film, or on all."""
+        """Stop the running command on a film, or on all films."""
         for of, work in list(self._works.items()):
             if name in (None, of) and work.running:
                 work.stop()
 
     def picture(self, film: Film) -> bytes:
-        """Its first frame, small, a JPEG; raises VideoError where it cannot be read."""
+        """The first frame of a film as a small JPEG; raises VideoError if it cannot be read."""
         key = film.path, film.path.stat().st_mtime
         if key not in self._pictures:
             self._pictures[key] = Frames(film.path).jpeg(0)
@@ -100,9 +101,10 @@ class Handler(LoopbackHandler):
     server: Server
 
     def get(self, what: str) -> None:
-        """The page, what there is, and pictures, reports and clips by the name of their film."""
+        """Send the page, the state of the folder, or pictures, reports and clips by the name of their
+        film."""
         desk = self.server.desk
-        kind, _, rest = what.partition("?")[0].partition("/")  # a query only keeps browsers from their caches
+        kind, _, rest = what.partition("?")[0].partition("/")  # a query only avoids the browser's cache
         if what == "":
             self.answer_page(PAGE, desk.told())
         elif what == "state":
@@ -128,7 +130,7 @@ class Handler(LoopbackHandler):
         elif kind == "people":
             self.send(HTTPStatus.OK, film.people.with_suffix(".png").read_bytes(), "image/png", {})
         elif file == REPORT:
-            # A folder may come from anywhere: its page has no part in ours.
+            # A folder may come from anywhere, so its report is isolated from this page.
             alone = {"Content-Security-Policy": "sandbox allow-scripts allow-downloads allow-modals"}
             self.send(HTTPStatus.OK, (film.run / file).read_bytes(), "text/html; charset=utf-8", alone)
         elif file == FILM:
@@ -137,7 +139,7 @@ class Handler(LoopbackHandler):
             raise nothing_here()
 
     def _send_part(self, path: Path) -> None:
-        """What a player asks for of a film, or its beginning."""
+        """Send the part of a film that a player requests, or its beginning."""
         size = path.stat().st_size
         asked = re.fullmatch(r"bytes=(\d{1,15})-(\d{0,15})", self.headers.get("Range", "bytes=0-"))
         first = int(asked[1]) if asked else 0
@@ -156,8 +158,8 @@ class Handler(LoopbackHandler):
 
 
 def open_desk(folder: Path, port: int, browser: bool) -> None:
-    """Serve the page of a folder until Ctrl-C; what is at work then is stopped. FolderError: no such folder,
-    or the port is taken."""
+    """Serve the page of a folder until Ctrl-C, which also stops running commands. FolderError: no such
+    folder, or the port is taken."""
     desk = Desk(folder, browser)
     with Server(desk, port) as server:
         print(f"the films of {folder} at {server.address}")

@@ -1,6 +1,6 @@
-"""The films of a folder with what has been made of them, and a command of figtrack at work on one of them.
+"""The films of a folder with their results, and a running figtrack command on one of them.
 
-It runs in a process of its own: the very one that is typed in a terminal.
+The command runs in its own process and is the same as typed in a terminal.
 """
 
 import json
@@ -22,13 +22,13 @@ from tracker.tables.table import by_column, read_lines
 from videos.frames import films_in
 
 EXPORTS = ("all", *FORMATS)
-PATIENCE = 10.0  # seconds for a command that was told to stop
+PATIENCE = 10.0  # seconds that a command has to stop
 TOLD = ("person", "first", "last", "facing", "motion")
 
 
 @dataclass(frozen=True)
 class Film:
-    """A film and where what is made of it lies: beside it, as the commands call it in their own folder."""
+    """A film and the places of its results: beside it, under the commands' default names."""
 
     path: Path
 
@@ -38,12 +38,12 @@ class Film:
 
     @property
     def marks(self) -> Path:
-        """The table that `annotate` leaves."""
+        """The table that `annotate` writes."""
         return self._beside(".keypoints.csv")
 
     @property
     def people(self) -> Path:
-        """The table that `find` leaves; its picture has the same name as a PNG."""
+        """The table that `find` writes; its picture has the same name with .png."""
         return self._beside("-people.csv")
 
     @property
@@ -61,12 +61,12 @@ class Film:
 
     @property
     def taken(self) -> bool:
-        """Whether the run's folder has a run of another film, which differs in its ending alone."""
+        """Whether the run's folder has a run of another film whose name differs only in its ending."""
         news = self._news()
         return news is not None and not self._made(news)
 
     def _told_run(self) -> dict[str, Any] | None:
-        """What its complete run tells of itself, None without one."""
+        """The summary of its complete run, None without one."""
         news = self._news()
         if news is None or not self._made(news):
             return None
@@ -86,12 +86,12 @@ class Film:
 
 
 def films(folder: Path) -> dict[str, Film]:
-    """The films that lie in a folder now, by name; those whose name a page cannot hold are left out."""
+    """The films now in a folder, by name; names that are no valid text are left out."""
     return {path.name: Film(path) for path in films_in(folder) if path.name.isprintable()}
 
 
 class Command(StrEnum):
-    """What can be done with a film or its run."""
+    """The commands for a film or its run."""
 
     FIND = "find"
     TRACK = "track"
@@ -101,14 +101,14 @@ class Command(StrEnum):
 
 
 class Asked(BaseModel):
-    """What the page asks to be done.
+    """A command that the page requests.
 
     film   : its name
-    person : number of the one to follow, None for the only one
-    near   : which leg is nearer in the frame of the start, None as it is seen
+    person : number of the person to follow, None for the only one
+    near   : the nearer leg in the start frame, None to find it
     height : of the person, metres
     marked : whether to start from the marks beside the film
-    to     : the format of an export
+    to     : format of an export
     """
 
     film: str
@@ -121,7 +121,7 @@ class Asked(BaseModel):
 
 
 def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
-    """Words of the command line that does what was asked, as typed in the folder of the film."""
+    """The words of the requested command line, as typed in the folder of the film."""
     words = [asked.command.value]
     match asked.command:
         case Command.FIND:
@@ -141,7 +141,7 @@ def words_for(asked: Asked, film: Film, browser: bool) -> list[str]:
 
 
 class Work:
-    """A command at work, or how it ended.
+    """A running or finished command.
 
     words : as typed after `figtrack`
     """
@@ -173,7 +173,7 @@ class Work:
         return self._process.poll() is None or any(reader.is_alive() for reader in self._readers)
 
     def told(self) -> dict[str, Any]:
-        """Its command, how far it is, what it said and, once it has ended, its exit status."""
+        """Command, progress, messages and, once it has ended, exit status."""
         running = self.running
         return {
             "command": self.words[0],
@@ -183,7 +183,7 @@ class Work:
         }
 
     def stop(self) -> None:
-        """Interrupt the work as Ctrl-C does: no half of a result stays."""
+        """Interrupt the command like Ctrl-C, so that no partial result stays."""
         self._process.terminate()
         try:
             self._process.wait(PATIENCE)
@@ -193,7 +193,7 @@ class Work:
             reader.join(PATIENCE)
 
     def _hear(self, line: str) -> None:
-        """A line of progress as JSON, or a plain one that says why it ended."""
+        """Process a line: progress as JSON, or plain text that says why the command ended."""
         try:
             news = json.loads(line)
         except json.JSONDecodeError:
@@ -206,7 +206,7 @@ class Work:
 
 
 def _people(table: Path) -> list[dict[str, str]] | None:
-    """Who was found, None before anybody was looked for."""
+    """The people found, None before a search."""
     with suppress(OSError, ValueError):
         (_, header), *rows = read_lines(table)
         return [{name: by_column(header, cells).get(name, "") for name in TOLD} for _, cells in rows]
@@ -228,5 +228,5 @@ def _how(asked: Asked, film: Film) -> list[str]:
 
 
 def _here(path: Path) -> str:
-    """A file of the folder that the command runs in; one that begins with a dash is no option."""
+    """A file in the command's folder, written so that a leading dash is not taken for an option."""
     return f"./{path.name}" if path.name.startswith("-") else path.name

@@ -1,1 +1,1 @@
-"""The papers' experiments on somebody's captures, on one page."""
+"""The papers' experiments on a user's captures, on one page."""

@@ -19,10 +19,10 @@ from tracker.models.learn import STATES
 from tracker.progress import counted
 
 HEADING = Heading("prediction", "Where next?", "2000, section 1; 1999, section 4.2")
-NOISE = 2.0  # degrees
+NOISE = 2.0  # noise added to angles, degrees
 HORIZONS = (1, 2, 5, 10)
-FIRST = max(HORIZONS)  # before, not every horizon is forecast; all are judged on the same frames
-HIDDEN = 4  # states a motion of the hidden Markov model
+FIRST = max(HORIZONS)  # first frame with forecasts at all horizons, which are compared from there
+HIDDEN = 4  # states of the hidden Markov model for each motion
 NAMES = {"slds": "SLDS", "kalman": "constant velocity", "hmm": "hidden Markov model"}
 
 Key = tuple[str, int]  # motion and horizon
@@ -31,7 +31,7 @@ Total = Mapping[str, Mapping[Key, float]]
 
 
 def model(study: Study, held: frozenset[str]) -> Recipe:
-    """What the compared models are learned from: the usual recipe, without the subjects held out."""
+    """The recipe of the compared models: the usual one, without the subjects held out."""
     return Recipe(2 if study.quick else STATES, noise=NOISE, held=held, motions=study.motions)
 
 
@@ -48,7 +48,7 @@ def run(study: Study) -> Section:
         [
             (
                 _told(key).removesuffix(" ahead"),
-                *(measures.told(found[name][key]) for name in NAMES),
+                *(measures.in_words(found[name][key]) for name in NAMES),
                 f"{_gain(total, key, 'kalman'):.0f} %",
             )
             for key in keys
@@ -66,7 +66,7 @@ def run(study: Study) -> Section:
 
 
 def shown(study: Study, captures: Sequence[Capture]) -> list[Array]:
-    """The six angles as measured; the same noise for whoever asks."""
+    """The six angles with measurement noise, the same for every model."""
     return [noisy(rootless(centred(c.y)), NOISE, study.rng(3, *c.name.encode())) for c in captures]
 
 
@@ -103,7 +103,7 @@ def _errors(study: Study, keys: Sequence[Key]) -> Found:
 
 
 def _gain(total: Total, key: Key, rival: str) -> float:
-    """By how many per cent of a rival's error that of the SLDS is lower."""
+    """Decrease of the error from a rival to the SLDS, per cent of the rival's."""
     return 100.0 * (1.0 - total["slds"][key] / total[rival][key])
 
 

@@ -1,6 +1,7 @@
 """Walk or run: classification of spliced sequences (1999, section 4.1 and figure 3; 2000, figure 2 a to d).
 
-The papers' inference alone: the switching state's motion, nothing told of the pose or of the noise met.
+Only the papers' inference is used: the switching state's motion, without likelihood of the pose or measured
+noise.
 """
 
 from collections import defaultdict
@@ -41,14 +42,14 @@ HEADING = Heading("classification", "Walk or run?", "1999, figure 3; 2000, figur
 COUNTS = (1, 2, 4)
 ORDERS = (1, 2)
 NOISE = 5.0  # degrees, in learning and on the spliced sequences
-SEQUENCES = 10  # a draw
+SEQUENCES = 10  # sequences in a draw
 DRAWS = 3
-FAR = 10  # frames; further from any joint the splice itself plays no part
+FAR = 10  # frames from any joint, beyond which the splice has no influence
 SURE = 0.99
 SEEN, UNSEEN = "people learned from", "people left out"
 HIDDEN = Inference.HMM
-PAPER = 2.9  # per cent of the frames, 1999, section 4.1
-ALIKE = 0.5  # per cent of the frames; inferences no further apart are taken as alike
+PAPER = 2.9  # wrong frames in the paper, per cent, 1999, section 4.1
+ALIKE = 0.5  # largest difference between equally good inferences, per cent of the frames
 NAMES = {
     Inference.VITERBI: "Viterbi",
     Inference.GPB2: "GPB2",
@@ -63,7 +64,7 @@ Means = dict[Key, float]
 
 @dataclass(frozen=True)
 class Draw:
-    """Spliced sequences of some people, and who is left out of the models they are shown to."""
+    """Spliced sequences of some people, and the people left out of the models tested on them."""
 
     people: str
     held: frozenset[str]
@@ -76,10 +77,10 @@ class Draw:
 
 
 class Score(NamedTuple):
-    """Per cent of the frames of one draw.
+    """Shares of the frames of one draw, per cent.
 
-    wrong, far : with the wrong motion, of all and of those far from any joint
-    soft       : in which no state is as good as certain
+    wrong, far : with the wrong motion, among all and among those far from any joint
+    soft       : in which no state is nearly certain
     """
 
     wrong: float
@@ -87,11 +88,11 @@ class Score(NamedTuple):
     soft: float
 
 
-Found = Mapping[str, Mapping[Key, Sequence[Score]]]  # by people, a score a draw
+Found = Mapping[str, Mapping[Key, Sequence[Score]]]  # by people, a score for each draw
 
 
 def run(study: Study) -> Section:
-    """All scores, the claims they answer, a sequence cut by every inference."""
+    """All scores, the claims judged by them, and one sequence segmented by every inference."""
     why = missing(study)
     if why is not None:
         return left_out(HEADING, why)
@@ -116,7 +117,7 @@ def run(study: Study) -> Section:
 
 
 def draws(study: Study) -> list[Draw]:
-    """Sequences of everybody, several times; then of those left out, a group at a time."""
+    """Several draws of sequences of all people; then one for each group of people left out."""
     seen = [(SEEN, frozenset[str]())] * (1 if study.quick else DRAWS)
     unseen = [(UNSEEN, held) for held in study.folds]
     return [_draw(study, people, held, n) for n, (people, held) in enumerate(seen + unseen)]
@@ -134,7 +135,7 @@ def missing(study: Study) -> str | None:
 
 
 def counts(study: Study) -> tuple[int, ...]:
-    """States a motion that are tried."""
+    """Numbers of states for each motion that are tried."""
     return COUNTS[:2] if study.quick else COUNTS
 
 
@@ -145,8 +146,8 @@ def tries(
     orders: Sequence[int] = ORDERS,
     held: frozenset[str] = frozenset(),
 ) -> Iterator[tuple[Key, tuple[str, ...], Infer]]:
-    """Of every inference of some orders, and of the hidden Markov model: the states' labels, and what gives
-    the posteriors."""
+    """For every inference at some orders, and for the hidden Markov model: the states' labels, and a function
+    that gives the posteriors."""
     for order in orders:
         slds = study.slds(Recipe(states, order, NOISE, held, study.motions))
         for name, infer in INFERENCES.items():
@@ -156,7 +157,7 @@ def tries(
 
 
 def score(draw: Draw, labels: tuple[str, ...], posteriors: Sequence[Switching]) -> Score:
-    """One model, whose states have these labels, by one inference on one draw."""
+    """The score on one draw of a model whose states have these labels, by one inference."""
     found = [label for p in posteriors for label in labelling(labels, p.prob, p.path).label]
     far = np.concatenate([s.far(FAR) for s in draw.splices])
     soft = np.concatenate([p.prob for p in posteriors]).max(1) < SURE
@@ -164,7 +165,7 @@ def score(draw: Draw, labels: tuple[str, ...], posteriors: Sequence[Switching]) 
 
 
 def claims(found: Found) -> list[Claim]:
-    """Claims of the papers about classification, judged by the scores."""
+    """The papers' claims about classification, judged by the scores."""
     wrong = {
         who: {key: float(np.mean([s.wrong for s in each])) for key, each in of.items()}
         for who, of in found.items()
@@ -280,7 +281,7 @@ def _table(found: Mapping[Key, Sequence[Score]], people: str) -> Table:
 
 
 def _cut_plot(study: Study, draw: Draw, n: int) -> Plot:
-    """The first sequence, as figures 2 a and b of the 2000 paper show theirs."""
+    """A plot of the first sequence like figures 2 a and b of the 2000 paper."""
     first, y = draw.splices[0], draw.ys[0]
     truth = np.array([MOTIONS.index(label) for label in first.labels])
     rows = {"true motion": labelling(MOTIONS, np.eye(len(MOTIONS))[truth], truth)}

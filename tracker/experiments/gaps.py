@@ -1,4 +1,5 @@
-"""Walks with frames missing, filled by the SLDS and by what knows nothing of walking (1999, figure 6)."""
+"""Walks with missing frames, filled by the SLDS and by methods without a model of walking (1999, figure
+6)."""
 
 from collections import defaultdict
 from functools import partial
@@ -18,14 +19,14 @@ from tracker.models.centred import ANGLES
 from tracker.motion.plots import draw_forecast
 
 HEADING = Heading("interpolation", "Frames that are missing", "1999, figure 6")
-FIRST, END = 50, 100  # frames missing in the figure
-AROUND = 40  # frames of a side that the figure shows
+FIRST, END = 50, 100  # range of missing frames in the figure
+AROUND = 40  # frames on either side that the figure shows
 GAPS = (10, 25, 50)
-EACH = 2  # captures of a subject, the longest
-BETTER = 0.75  # times the error of knowing nothing, at most
+EACH = 2  # longest captures taken of each subject
+BETTER = 0.75  # largest error as a share of that without a model for the claim to hold
 LINEAR, SPLINE, PATH = NAMES = "straight line", "cubic spline", "SLDS, best path"
 
-Key = tuple[str, int]  # what fills, and frames of the gap
+Key = tuple[str, int]  # method, and frames of the gap
 
 
 def run(study: Study) -> Section:
@@ -45,7 +46,7 @@ def run(study: Study) -> Section:
         "Error inside the gap, degrees, root mean square over frames and six angles (least to greatest "
         "over subjects).",
         ("filled by", *(f"{gap} frames" for gap in gaps)),
-        [(name, *(measures.told(found[name, g]) for g in gaps)) for name in NAMES],
+        [(name, *(measures.in_words(found[name, g]) for g in gaps)) for name in NAMES],
     )
     return Section(
         HEADING,
@@ -58,7 +59,7 @@ def run(study: Study) -> Section:
 
 
 def _walks(study: Study) -> list[Capture]:
-    """The longest of each subject that span the least gap."""
+    """The longest walks of each subject that are long enough for the shortest gap."""
     chosen: dict[str, list[Capture]] = defaultdict(list)
     for walk in sorted(study.of("walk"), key=lambda c: -len(c.y)):
         if measures.spans(walk.y, GAPS[0]):

@@ -1,7 +1,6 @@
-"""What every experiment measures with: poses as models see them, errors by person, rivals, gaps, ranges.
+"""Common parts of the experiments: noisy poses, errors by person, rivals, gaps, ranges.
 
-An experiment's protocol says who is left out, which noise is drawn and what is shown. Poses are (T, 8) in
-body units.
+Poses are (T, 8) in body units.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -22,12 +21,12 @@ from tracker.experiments.section import spread
 from tracker.experiments.study import FPS
 from tracker.models.centred import ANGLES, centred, own_offset
 
-CHANGES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # degrees a frame a frame
-MEASURED = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)  # degrees
-NOISES = tuple(product(CHANGES, MEASURED))  # that constant velocity is tried at
-FIRST_SPEED = 4.0  # degrees a frame
-SIDE = 10  # frames that must be left on each side of a gap
-WIDER = 0.05  # of an angle's range, on either side, within which a pose may be a walk's
+CHANGES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)  # process noise, degrees a frame squared
+MEASURED = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)  # measurement noise, degrees
+NOISES = tuple(product(CHANGES, MEASURED))  # pairs that are tried for constant velocity
+FIRST_SPEED = 4.0  # prior standard deviation of its first velocity, degrees a frame
+SIDE = 10  # least number of frames on each side of a gap
+WIDER = 0.05  # share of an angle's range by which it is widened for poses of a walk
 
 Fill = Callable[[Array], Array]
 Noises = tuple[float, float]
@@ -43,12 +42,12 @@ class Errors:
 
 
 def errors(person: str, found: Array, wanted: Array) -> Errors:
-    """A person's errors: squared differences of the angles of poses found from those wanted."""
+    """A person's errors: squared differences between the angles of found and wanted poses."""
     return Errors(person, ((found - wanted)[:, ANGLES] ** 2).sum(0), len(wanted))
 
 
 def rms(every: Iterable[Errors]) -> float:
-    """Root mean square error in degrees, pooled over angles and frames; NaN of none."""
+    """Root mean square error in degrees, pooled over angles and frames; NaN for none."""
     kept = list(every)
     squares = sum(float(e.squares.sum()) for e in kept)
     return float(np.degrees(np.sqrt(squares / sum(6 * e.count for e in kept)))) if kept else float("nan")
@@ -60,19 +59,20 @@ def by_person(every: Iterable[Errors]) -> dict[str, float]:
     return {name: rms(e for e in kept if e.person == name) for name in sorted({e.person for e in kept})}
 
 
-def told(every: Sequence[Errors]) -> str:
-    """Degrees in words: pooled, and the least and the greatest of people."""
+def in_words(every: Sequence[Errors]) -> str:
+    """Errors in degrees as text: pooled, and the least and the greatest of the people."""
     return spread(by_person(every).values(), pooled=rms(every))
 
 
 def noisy(y: Array, degrees: float, rng: np.random.Generator) -> Array:
-    """White noise on every angle, none on the root."""
+    """Poses with white noise added to every angle, not to the root."""
     noise = np.r_[0.0, 0.0, np.full(y.shape[1] - 2, np.radians(degrees))]
     return np.asarray(y + noise * rng.normal(size=y.shape))
 
 
 def wrong_shares(found: Sequence[str], wanted: Sequence[str], far: NDArray[np.bool_]) -> tuple[float, float]:
-    """Per cent with the wrong motion of all frames, and of those that are `far` (NaN of none)."""
+    """Share with the wrong motion among all frames, and among those that are `far` (NaN for none), per
+    cent."""
     wrong = np.asarray(found) != np.asarray(wanted)
     return 100.0 * float(wrong.mean()), 100.0 * float(wrong[far].mean()) if far.any() else float("nan")
 
@@ -93,7 +93,7 @@ def rival_errors(
     first: int = 1,
     noises: Sequence[Noises] = NOISES,
 ) -> dict[Noises, list[Errors]]:
-    """Errors of constant velocity at each pair of noises; it keeps to its R, which `predict` may raise."""
+    """Errors of constant velocity at each pair of noises, with fixed R, which `predict` could raise."""
     return {
         pair: forecast_errors(captures, [f.mean for f in forecasts(rival(*pair), ys, horizon)], first)
         for pair in noises
@@ -106,7 +106,7 @@ def best_noises(tried: dict[Noises, list[Errors]]) -> Noises:
 
 
 def rival(change: float, measured: float) -> SLDS:
-    """Constant velocity at noises in degrees: change of speed a frame, and what is measured."""
+    """Constant velocity with noises in degrees: change of speed a frame, and measurement."""
     M = len(POSE_COLUMNS)
     slds = constant_velocity(
         POSE_COLUMNS, np.full(M, np.radians(change)), np.full(M, np.radians(FIRST_SPEED)), FPS
@@ -120,7 +120,7 @@ def spans(y: Array, gap: int) -> bool:
 
 
 def gappy(y: Array, hole: slice) -> tuple[Array, Array]:
-    """Poses without the frames of a hole, as a model is shown them, and what is to be added again."""
+    """Centred poses without the frames of a hole, and the offset to add to the result."""
     blank = y.copy()
     blank[hole] = np.nan
     offset = own_offset(blank)
@@ -128,7 +128,7 @@ def gappy(y: Array, hole: slice) -> tuple[Array, Array]:
 
 
 def gap_errors(fill: Fill, capture: Capture, gap: int) -> Errors:
-    """A capture that `spans` a gap of so many frames in its middle, with the gap filled."""
+    """Errors of a method on a capture that `spans` a gap of this length in its middle."""
     y, first = capture.y, (len(capture.y) - gap) // 2
     hole = slice(first, first + gap)
     shown, offset = gappy(y, hole)
@@ -142,12 +142,12 @@ def across(degree: int, y: Array) -> Array:
 
 
 def best_path(slds: SLDS, y: Array) -> Array:
-    """Smoothed along the papers' best switching path; with one state a motion, a Kalman smoother."""
+    """Poses smoothed along the papers' best switching path; with one state a motion, a Kalman smoother."""
     return np.asarray(viterbi(slds, y).states.mean[:, : y.shape[1]])
 
 
 def out_of_range(made: Array, known: Iterable[Array], wider: float) -> NDArray[np.bool_]:
-    """(T,) whether a pose has an angle outside the known ones', widened by a share of their range."""
+    """(T,) whether a pose has an angle outside the range of the known poses, widened by a share of it."""
     angles = np.concatenate([centred(y) for y in known])[:, ANGLES]
     low, high = angles.min(0), angles.max(0)
     inside = np.abs(made[:, ANGLES] - 0.5 * (low + high)) <= (0.5 + wider) * (high - low)

@@ -20,19 +20,19 @@ from tracker.motion.plots import draw_synthesis
 HEADING = Heading("phases", "Phases inside a jog", "1999, figure 2")
 COUNTS = (2, 3, 4)
 BINS = 12  # of a stride
-CLEAR, SOME = 0.7, 0.35  # of the frames that chance gets wrong
-TELLING = 85.0  # per cent of the frames in which a state that stands for a leg has it ahead
-SHOWN = 60  # frames
+CLEAR, SOME = 0.7, 0.35  # shares of the frames wrong by chance that must be right: claim holds, holds partly
+TELLING = 85.0  # least share of frames with its leg ahead for a state that represents a leg, per cent
+SHOWN = 60  # frames in the plot
 HIPS = POSE_COLUMNS.index("hip_near"), POSE_COLUMNS.index("hip_far")
 
 
 def run(study: Study) -> Section:
-    """Every jog cut by models that were learned without its subject."""
+    """Every jog segmented by models that were learned without its subject."""
     if "run" not in study.motions:
         return left_out(HEADING, "the captures show no run or jog")
     shown = max(study.of("run"), key=lambda c: len(c.y))
     cuts = {count: Cut() for count in (COUNTS[:2] if study.quick else COUNTS)}
-    path = np.zeros(0, np.intp)  # of the jog that is shown, by two states
+    path = np.zeros(0, np.intp)  # of the plotted jog, with two states
     for (count, cut), held in study.each(HEADING.key, list(product(cuts.items(), study.held_out))):
         jogs = [c for c in study.tested(held) if c.label == "run"]
         slds = study.slds(Recipe(count, 1, held=held, motions=("run",)))
@@ -75,11 +75,11 @@ def run(study: Study) -> Section:
 
 @dataclass
 class Cut:
-    """How the states of one number lie in the stride.
+    """Positions in the stride of the states of models with one number of states.
 
-    regular   : per cent of each subject's frames in the usual state for that point of the stride
-    leg       : per cent of each subject's frames with the leg ahead that is usual for their state
-    commonest : per cent of each group's frames in the commonest state
+    regular   : share of each subject's frames in the usual state for that point of the stride, per cent
+    leg       : share of each subject's frames with the leg ahead that is usual for the state, per cent
+    commonest : share of each group's frames in the commonest state, per cent
     switches  : changes of state a stride, by group
     """
 
@@ -89,7 +89,7 @@ class Cut:
     switches: list[float] = field(default_factory=list)
 
     def add(self, jogs: Sequence[Capture], paths: Sequence[NDArray[np.intp]]) -> None:
-        """The jogs of one group and the states that one model gave their frames."""
+        """Add the jogs of one group with the states that one model gave their frames."""
         subjects = np.repeat([c.subject for c in jogs], [len(c.y) for c in jogs])
         apart = [c.y[:, HIPS[0]] - c.y[:, HIPS[1]] for c in jogs]
         turns = [turn(a) for a in apart]
@@ -104,7 +104,8 @@ class Cut:
 
 
 def usual(given: NDArray[Any], what: NDArray[Any], subjects: NDArray[np.str_]) -> list[float]:
-    """Of each subject the per cent of frames in which `what` is the commonest with the same `given`."""
+    """Share of each subject's frames in which `what` is the commonest value for the same `given`, per
+    cent."""
     right = np.zeros(len(what), dtype=bool)
     for value in np.unique(given):
         here = given == value
@@ -114,7 +115,8 @@ def usual(given: NDArray[Any], what: NDArray[Any], subjects: NDArray[np.str_]) -
 
 
 def turn(apart: Array) -> Array:
-    """(T,) strides since the near leg was farthest ahead, from the thighs' difference and its change."""
+    """(T,) phase in strides since the near leg was farthest ahead, from the thighs' difference and its
+    change."""
     swing = apart - apart.mean()
     speed = np.gradient(swing)
     angle = np.arctan2(-speed * swing.std(), swing * speed.std())
@@ -122,7 +124,7 @@ def turn(apart: Array) -> Array:
 
 
 def claim(cuts: dict[int, Cut]) -> Claim:
-    """Whether two states are phases of the stride, and which."""
+    """The claim that two states are phases of the stride, and which phases."""
     two = cuts[2]
     regular, chance = float(np.mean(two.regular)), float(np.mean(two.commonest))
     leg = {count: float(np.mean(cut.leg)) for count, cut in cuts.items()}

@@ -1,4 +1,4 @@
-"""The papers' experiments on somebody's captures: learn, measure, and say what holds."""
+"""The papers' experiments on a user's captures: learning, measuring, judging the claims."""
 
 import json
 from dataclasses import asdict
@@ -12,7 +12,7 @@ from tracker.experiments.study import FPS, Study, read_study
 from tracker.progress import Progress
 from tracker.run.folder import fresh_folder
 
-# Each has run(study).
+# Modules, each with run(study).
 EXPERIMENTS: tuple[ModuleType, ...] = (phases, classify, ahead, synthesis, gaps, runtime)
 PAGE, CLAIMS = "reproduce.html", "reproduce.json"
 
@@ -20,10 +20,10 @@ PAGE, CLAIMS = "reproduce.html", "reproduce.json"
 def reproduce(
     trials: Path, out: Path, *, overwrite: bool, progress: Progress, seed: int = 0, quick: bool = False
 ) -> str:
-    """Run every experiment that the captures allow; leaves reproduce.html and reproduce.json in `out`.
+    """Run every experiment that the captures allow; writes reproduce.html and reproduce.json into `out`.
 
-    `quick` takes few captures, sequences and models, to see that all works; the figures mean nothing. Gives
-    what holds in a line each, and where the page is.
+    `quick` uses few captures, sequences and models, to test that all works; the figures mean nothing. Returns
+    a line for each claim, and the page's path.
 
     Raises:
         MotionError: a table or capture that cannot be read.

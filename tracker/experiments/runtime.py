@@ -1,4 +1,4 @@
-"""How long the inferences take, side by side on the same sequences (2000, section 4.1)."""
+"""The time that the inferences take on the same sequences (2000, section 4.1)."""
 
 from timeit import repeat
 
@@ -14,11 +14,11 @@ from tracker.motion.choices import Inference
 HEADING = Heading("runtime", "Which inference is quickest?", "2000, section 4.1")
 FRAMES = 2000
 REPEATS = 3
-CLEAR = 1.5  # times as long: a winner is clear
+CLEAR = 1.5  # ratio of times from which one inference is clearly faster
 
 
 def run(study: Study) -> Section:
-    """The least of several times, microseconds a frame."""
+    """The least time of several repetitions, microseconds a frame."""
     rng, repeats = study.rng(6), 1 if study.quick else REPEATS
     ys, frames = [], 0
     for capture in study.captures:
@@ -55,7 +55,7 @@ def run(study: Study) -> Section:
 
 
 def claim(micro: dict[int, dict[str, float]]) -> Claim:
-    """From microseconds a frame by states and inference."""
+    """The claim about run time, judged by microseconds a frame for each number of states and inference."""
     ratios = [by[name] / by["viterbi"] for by in micro.values() for name in ("gpb2", "variational")]
     least, greatest = min(ratios), max(ratios)
     return Claim(

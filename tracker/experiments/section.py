@@ -1,4 +1,4 @@
-"""One experiment as the file of numbers has it, and the page of all: one file, readable on a phone."""
+"""One experiment's part of the results file, and the page of all: one file, readable on a phone."""
 
 import io
 import re
@@ -25,11 +25,11 @@ SVG: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "figtrack",
 }
-INKS = ("#000000", "#111111")  # of which the page has its own, be it light or dark
+INKS = ("#000000", "#111111")  # colours that the page replaces by its own, light or dark
 
 
 class Verdict(StrEnum):
-    """Whether what the papers say is so here."""
+    """Whether a claim of the papers holds on these captures."""
 
     HOLDS = "holds"
     PARTLY = "holds in part"
@@ -39,7 +39,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Claim:
-    """What the papers say, whether it is so here, and the numbers that say it."""
+    """A claim of the papers, whether it holds here, and the numbers that show it."""
 
     paper: str
     verdict: Verdict
@@ -48,7 +48,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Table:
-    """Cells in words; the first column names the row."""
+    """Cells as text; the first column names the row."""
 
     caption: str
     head: Sequence[str]
@@ -57,7 +57,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Plot:
-    """A picture: what draws it into a file, what it shows for who cannot see it, and what stands below it."""
+    """A picture: the function that draws it into a file, alternative text, and caption."""
 
     draw: Callable[[IO[bytes]], None]
     alt: str
@@ -65,7 +65,7 @@ class Plot:
 
     @property
     def svg(self) -> Markup:
-        """An SVG element whose ink is the page's own."""
+        """An SVG element in the page's colours."""
         out = io.BytesIO()
         with matplotlib.rc_context(SVG):
             self.draw(out)
@@ -78,7 +78,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Heading:
-    """An experiment's name among the numbers, its title and the papers' figures."""
+    """An experiment's name in the results file, its title, and the papers' figures."""
 
     key: str
     title: str
@@ -87,7 +87,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Section:
-    """One experiment; `method` says in a few sentences what was done."""
+    """One experiment; `method` describes it in a few sentences."""
 
     heading: Heading
     method: str
@@ -97,13 +97,12 @@ class Section:
 
 
 def left_out(heading: Heading, why: str) -> Section:
-    """An experiment that these captures do not allow."""
+    """The section of an experiment that these captures do not allow."""
     return Section(heading, "", [Claim(f"{heading.source} of the papers", Verdict.OPEN, f"Left out: {why}.")])
 
 
 def spread(values: Collection[float], digits: int = 1, pooled: float | None = None) -> str:
-    """Their mean, or a `pooled` figure, and, if there are several, the least and the greatest: 2.3 (1.9 to
-    2.8)."""
+    """The mean of values, or a `pooled` figure, with the range if there are several: 2.3 (1.9 to 2.8)."""
     if not values:
         return "-"
     middle = f"{np.mean(list(values)) if pooled is None else pooled:.{digits}f}"
@@ -112,23 +111,22 @@ def spread(values: Collection[float], digits: int = 1, pooled: float | None = No
 
 
 def verdict(holds: bool, partly: bool = False) -> Verdict:
-    """HOLDS where a claim holds, else PARTLY where it does in part, else FAILS."""
+    """HOLDS if a claim holds, else PARTLY if it holds in part, else FAILS."""
     return Verdict.HOLDS if holds else Verdict.PARTLY if partly else Verdict.FAILS
 
 
 def share_verdict(cases: Sequence[bool]) -> Verdict:
-    """The verdict on a claim made of every case: it holds in part from half of them."""
+    """The verdict on a claim about all cases: it holds in part if at least half of them hold."""
     return verdict(all(cases), 2 * sum(cases) >= len(cases))
 
 
 def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:
-    """Poses (T, 8), from frame `first` on, as motion pictures take them."""
+    """Poses (T, 8), from frame `first` on, as a sequence for the pictures of the motion commands."""
     return PoseSequence(name, first, y, ("",) * len(y), (), None)
 
 
 def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str], path: Path) -> None:
-    """The page: a sentence about the captures, what was found in short, cautions, then a part for each
-    experiment."""
+    """Write the page: a sentence about the captures, a summary, cautions, then a part for each experiment."""
     link, badge = Markup("<a href='#{}'>{}</a>"), Markup("<b>{}</b>")
     rows = [
         (link.format(s.heading.key, s.heading.title), c.paper, badge.format(c.verdict.value))

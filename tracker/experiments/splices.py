@@ -1,7 +1,7 @@
 """Sequences of alternating motions, spliced from captures as the papers did.
 
-Pieces of SHORTEST to LONGEST frames, their motion by a fair coin, then subject, capture and place at random,
-near and far legs exchanged for half of them. The SIDE frames on each side of a joint are replaced by a
+Pieces have SHORTEST to LONGEST frames; their motion, then subject, capture and place are drawn uniformly, and
+near and far legs are exchanged for half of them. The SIDE frames on each side of a joint are replaced by a
 least-squares cubic B-spline through twice as many.
 """
 
@@ -17,7 +17,7 @@ from kinematics.mocap import Sequence as Capture
 from kinematics.mocap import mirror
 from tracker.models.centred import centred, rootless
 
-SHORTEST, LONGEST = 28, 75  # frames of a piece
+SHORTEST, LONGEST = 28, 75  # range of a piece's length, frames
 SIDE = 4
 PIECES = 8
 DEGREE = 3
@@ -29,7 +29,7 @@ class Splice:
 
     y      : (T, 8) poses, the root not measured
     labels : (T,) the motion of each frame
-    joints : frames at which another piece begins, one at least
+    joints : frames at which another piece begins, at least one
     """
 
     y: Array
@@ -37,19 +37,19 @@ class Splice:
     joints: tuple[int, ...]
 
     def far(self, frames: int) -> NDArray[np.bool_]:
-        """(T,) whether a frame is more than so many from any joint."""
+        """(T,) whether a frame is more than so many frames from every joint."""
         t = np.arange(len(self.y))
         apart = [np.where(t < joint, joint - t, t - joint + 1) for joint in self.joints]
         return np.asarray(np.min(apart, axis=0) > frames)
 
 
 def long_enough(captures: Sequence[Capture]) -> list[Capture]:
-    """The captures that are long enough for a piece to be cut from."""
+    """The captures that are long enough for a piece."""
     return [c for c in captures if len(c.y) >= SHORTEST]
 
 
 def splice(captures: Sequence[Capture], rng: np.random.Generator, pieces: int) -> Splice:
-    """One sequence of two pieces or more from captures that are `long_enough`, of all motions they show."""
+    """One sequence of two or more pieces from captures that are `long_enough`, with all of their motions."""
     motions = sorted({c.label for c in captures})
     parts, labels = [], []
     for _ in range(pieces):

@@ -1,6 +1,6 @@
-"""What the papers' experiments share: the captures, whom to hold out, the models learned on the others.
+"""Common data of the papers' experiments: captures, groups to hold out, and the models learned without them.
 
-Everything is drawn from one seed. People are told apart by the table's `subject`.
+Everything is drawn from one seed. People are identified by the table's `subject`.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -24,19 +24,19 @@ from tracker.progress import Item, Progress
 FPS = 30.0
 MOTIONS = ("walk", "run")
 FOLDS = 3
-QUICK_FRAMES = 120  # as much of a capture does for a quick look
+QUICK_FRAMES = 120  # largest part of a capture used for a quick run
 QUICK_ROUNDS = 2
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How one model is learned; without numbers, as `figtrack learn` does it.
+    """How one model is learned; the defaults are those of `figtrack learn`.
 
     states  : per motion; 0 for a harmonic stride
     order   : 1 or 2; 0 for a hidden Markov model of the angles
     noise   : added to the angles, degrees
     held    : subjects left out
-    motions : learned and joined
+    motions : that are learned and joined
     """
 
     states: int = STATES
@@ -47,11 +47,11 @@ class Recipe:
 
 
 class Study:
-    """The captures of an experiment and the models learned from them, each once.
+    """The captures of an experiment and the models learned from them, each learned once.
 
-    captures : straight segments, on which everything is measured
-    taught   : what models learn from; whole captures of bends too
-    folds    : groups of subjects to leave out in turn; none where there are too few subjects
+    captures : straight segments, for tests
+    taught   : captures for learning, which include bends
+    folds    : groups of subjects to leave out in turn; none if there are too few subjects
     progress : of the experiments
     """
 
@@ -83,18 +83,18 @@ class Study:
         )
 
     def rng(self, *key: int) -> np.random.Generator:
-        """A generator of this study's own for each key."""
+        """A random generator for each key."""
         return np.random.default_rng([self.seed, *key])
 
     def of(self, motion: str) -> list[Capture]:
         return [c for c in self.captures if c.label == motion]
 
     def tested(self, held: frozenset[str]) -> list[Capture]:
-        """The captures that a model is evaluated on: of the subjects held out, or of all if nobody was."""
+        """The captures for testing a model: those of the subjects held out, or all if nobody was."""
         return [c for c in self.captures if not held or c.subject in held]
 
     def lessons(self, recipe: Recipe) -> list[Capture]:
-        """The captures that a recipe's model is learned from."""
+        """The captures from which a recipe's model is learned."""
         return [c for c in self.taught if c.label in recipe.motions and c.subject not in recipe.held]
 
     def slds(self, recipe: Recipe) -> SLDS:
@@ -104,7 +104,7 @@ class Study:
         return cast(HMM, self.learn(recipe))
 
     def learn(self, recipe: Recipe) -> Model:
-        """The model of a recipe, learned when it is first asked for."""
+        """The model of a recipe, learned at the first call."""
         if recipe not in self._models:
             self._models[recipe] = self._learned(recipe)
         return self._models[recipe]
@@ -143,9 +143,9 @@ def read_study(trials: Path, progress: Progress, *, seed: int = 0, quick: bool =
 def _folds(
     captures: Sequence[Capture], motions: Sequence[str], count: int, seed: int
 ) -> tuple[frozenset[str], ...]:
-    """Groups of subjects such that every motion is in every group and is left when the group is out.
+    """Groups of subjects such that each group has every motion, and so have the remaining groups.
 
-    Those who do the rarest motion are dealt out first, so that each group has as many.
+    Subjects with the rarest motion are distributed first, so that the groups have equally many.
     """
     doing = {motion: sorted({c.subject for c in captures if c.label == motion}) for motion in motions}
     count = min([count, *(len(subjects) for subjects in doing.values())])

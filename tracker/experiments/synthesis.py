@@ -1,4 +1,4 @@
-"""A walk of its own."""
+"""Synthesised walks."""
 
 import numpy as np
 
@@ -13,11 +13,11 @@ HEADING = Heading("synthesis", "A walk of its own", "1999, figure 5; 2000, figur
 FRAMES = 300
 RUNS = 10
 PERIODS = ((0, 50), (50, 150), (150, 300))
-IN_RANGE = 10.0  # per cent of frames out of range up to which a walk is called one
+IN_RANGE = 10.0  # largest share of frames out of range for a walk, per cent
 
 
 def run(study: Study) -> Section:
-    """Free runs from several seeds, the first one drawn."""
+    """Samples from several seeds, of which the first is drawn."""
     if "walk" not in study.motions:
         return left_out(HEADING, "the captures show no walk")
     recipe = Recipe(2 if study.quick else STATES, motions=("walk",))
@@ -50,7 +50,7 @@ def run(study: Study) -> Section:
 
 
 def claims(shares: dict[str, list[float]]) -> list[Claim]:
-    """From the shares out of range by period."""
+    """The claims, judged by the shares of frames out of range in each period."""
     first, *_, last = shares
     start, end = float(np.mean(shares[first])), float(np.mean(shares[last]))
     return [

@@ -1,1 +1,1 @@
-"""What other programs read and write: one module a format."""
+"""Files of other programs, in and out: one module a format."""

@@ -12,11 +12,11 @@ COCO_17 = (
     *("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist"),
     *("left_hip", "right_hip", "left_knee", "right_knee", "left_ankle", "right_ankle"),
 )
-OCCLUDED, LABELLED = 1, 2  # a data set's third number; 0 is no point
+OCCLUDED, LABELLED = 1, 2  # visibility flags of a data set; 0 means no point
 
 
 def is_coco(content: Any) -> bool:
-    """Whether parsed JSON is of one of the two layouts."""
+    """Whether parsed JSON has one of the two layouts."""
     if isinstance(content, Mapping):
         return "annotations" in content
     return isinstance(content, list) and any(
@@ -25,10 +25,10 @@ def is_coco(content: Any) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """Everybody in the file, by frame; ForeignError: not such a file, or an annotation that does not fit it.
+    """All people in the file, by frame; ForeignError: another kind of file, or a malformed annotation.
 
-    A data set's frames are numbered by its images' file names, a list of results by `image_id`. Names of
-    points are the category's own where it gives them. Crowds and annotations without points are left out.
+    Frame numbers are those in a data set's image file names, or the `image_id` of a list of results. Points
+    have the names in the category, if any. Crowds and annotations without points are left out.
     """
     content = load_json(path)
     with laid_out(path, "COCO keypoints file"):

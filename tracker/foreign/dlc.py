@@ -13,11 +13,11 @@ SCORER = "figtrack"
 COORDS = ("x", "y", "likelihood")
 HEADS = ("scorer", "individuals", "bodyparts", "coords")
 
-Column = tuple[str, str, str]  # individual ("" where there are none), body part, coordinate
+Column = tuple[str, str, str]  # individual ("" if the file has none), body part, coordinate
 
 
 def write_dlc(points: Points, path: Path) -> None:
-    """Write every point of every frame in the layout of DeepLabCut; empty cells where there is none."""
+    """Write every point of every frame in the layout of DeepLabCut; missing points are empty cells."""
     J = len(points.names)
     header = (
         ["scorer", *[SCORER] * (J * len(COORDS))],
@@ -32,13 +32,15 @@ def write_dlc(points: Points, path: Path) -> None:
 
 
 def is_dlc(head: str) -> bool:
-    """Whether a file's first line is of this layout."""
+    """Whether a file's first line has this layout."""
     return head.partition(",")[0].strip('" \r\n') == HEADS[0]
 
 
 def read_people(path: Path) -> People:
-    """Everybody in the table, by frame: the number in front of a row, or in its image's name. ForeignError:
-    no such table, a row that does not fit its header, or a frame that comes twice."""
+    """All people in the table, by frame, which is the first cell of a row or the number in its image's name.
+
+    ForeignError: another kind of table, a row that does not fit its header, or a frame given twice.
+    """
     rows = load_rows(path)
     heads = {row[0]: row for row in rows[: len(HEADS)] if row[0] in HEADS}
     if not {"scorer", "bodyparts", "coords"} <= heads.keys():
@@ -67,7 +69,8 @@ def _cells(place: Array, p: float) -> tuple[str, str, str]:
 
 
 def _columns(heads: dict[str, list[str]], path: Path) -> tuple[list[Column], int]:
-    """What each column holds, and how many stand in front of the first: labelled images have two more."""
+    """The content of each column, and the number of columns before the first: labelled images have two
+    more."""
     parts, coords = heads["bodyparts"], heads["coords"]
     whose = heads.get("individuals", [""] * len(parts))
     if not len(parts) == len(coords) == len(whose):

@@ -12,7 +12,7 @@ from tracker.progress import Progress
 from tracker.run.folder import check_file, check_folder, fresh_file, fresh_folder
 from tracker.run.read import RUN_FILES, Record, read_run
 
-PIXELS = "_px"  # what Sports2D wants in the name of a file in pixels
+PIXELS = "_px"  # required by Sports2D in the name of a file in pixels
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Wish:
 
     to     : a name in FORMATS
     height : of the person, metres; or
-    points : x1, y1, x2, y2 in pixels and the metres between them; neither: as the run has it
-    facing : +1 right, -1 left, None as the run has it
+    points : x1, y1, x2, y2 in pixels and the metres between them; without both the run's scale
+    facing : +1 right, -1 left, None for that of the run
     """
 
     to: str
@@ -32,13 +32,13 @@ class Wish:
 
 
 def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress: Progress) -> str:
-    """Write the run as `out`, a folder for OpenPose and a file for the others; returns a line that says so,
-    and what is not in it.
+    """Write the run as `out`, a folder for OpenPose and a file for the others; returns a line with the file's
+    name and what it lacks.
 
     Raises:
         RunError: no complete run in the folder, or one in which the figure was followed in no frame.
-        ForeignError: a format that needs what the run or the wish has not.
-        FolderError: a place that cannot be written, or something is there already.
+        ForeignError: the format needs something that run and wish lack.
+        FolderError: a place that cannot be written, or one that is taken.
     """
     if not FORMATS[wish.to].scaled and (wish.height is not None or wish.points is not None):
         raise ForeignError(f"{wish.to} has no place for a height or a scale, it is in pixels; leave them out")
@@ -61,8 +61,8 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
 
 
 def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress) -> list[str]:
-    """Write the run in every format under its usual name; a line of each, also of one that cannot be written.
-    RunError, FolderError: as `export_run`, before anything is written."""
+    """Write the run in every format under its usual name; returns a line for each, also for those that are
+    not possible. RunError, FolderError: as `export_run`, before anything is written."""
     places = {to: Path(export_name(folder, to)) for to in FORMATS}
     for to, place in places.items():
         if to == "openpose":
@@ -81,15 +81,15 @@ def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress)
 
 
 def export_name(folder: Path, to: str) -> str:
-    """What the file or folder is called unless told."""
+    """The default name of the file or folder."""
     return folder.resolve().name + FORMATS[to].ending
 
 
 @dataclass(frozen=True)
 class Format:
-    """How a format's files end, what writes one and gives what must be said of it, if anything.
+    """Ending and writer of a format's files; the writer returns a remark for the user, if any.
 
-    scaled : whether a scale counts
+    scaled : whether it uses a scale
     people : whether it has names for people's joints only
     """
 

@@ -1,4 +1,4 @@
-"""Any of the files that marks or points are taken from, told apart by what is in them."""
+"""Files with marks or points of any supported program, recognised by their content."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,13 +14,13 @@ from tracker.foreign.people import People, largest
 from tracker.foreign.points import Points
 from tracker.foreign.text_files import ForeignError, load_json, opened
 
-JSON = ("{", "[")  # how it begins
-LONGEST = 1_000_000  # frames of a file; more is damage
+JSON = ("{", "[")  # first characters of JSON
+LONGEST = 1_000_000  # largest number of frames in an undamaged file
 
 
 def read_people(path: Path) -> tuple[str, People]:
-    """Which program's file it is, and everybody in it. ForeignError: none of the formats, one that does not
-    fit it, or nobody in it."""
+    """The program of a file, and all people in it. ForeignError: none of the formats, a malformed file, or
+    nobody in it."""
     program, read = _format(path)
     people = read(path)
     if not any(any(seen) for seen in people.values()):
@@ -31,10 +31,10 @@ def read_people(path: Path) -> tuple[str, People]:
 
 
 def read_points(path: Path, facing: int, figure: Figure = WALKER) -> Points:
-    """The largest and surest person of each frame under our names; what is hidden or estimated is left out.
+    """The largest and surest person of each frame under our names, without hidden and estimated points.
 
-    `facing`, +1 right or -1 left, says which leg is near. ForeignError: as `read_people`, or no point of
-    ours.
+    `facing`, +1 right or -1 left, decides which leg is near. ForeignError: as `read_people`, or no point has
+    a known name.
     """
     _, people = read_people(path)
     found = {}
@@ -55,7 +55,7 @@ def read_points(path: Path, facing: int, figure: Figure = WALKER) -> Points:
 
 
 def is_foreign(path: Path) -> bool:
-    """Whether it looks like another program's file rather than a table of our own."""
+    """Whether a file looks like another program's rather than a table of our own."""
     if path.is_dir():
         return True
     try:

@@ -1,6 +1,6 @@
-"""labelme's JSON: one image a file, points as shapes, people told apart by their group.
+"""labelme's JSON: one image a file, points as shapes, people distinguished by their group.
 
-labelme counts from the picture's top-left corner: the centre of the top-left pixel is (0.5, 0.5) there.
+labelme's origin is the picture's top-left corner: the centre of the top-left pixel is (0.5, 0.5) there.
 """
 
 from collections.abc import Mapping
@@ -15,12 +15,12 @@ HIDDEN_FLAGS = ("hidden", "occluded")
 
 
 def is_labelme(content: Any) -> bool:
-    """Whether parsed JSON is of this layout."""
+    """Whether parsed JSON has this layout."""
     return isinstance(content, Mapping) and isinstance(content.get("shapes"), list)
 
 
 def read_people(path: Path) -> People:
-    """Everybody in the file, or ForeignError; its frame is the number in the image's name, or in the file's
+    """All people in the file, or ForeignError; the frame is the number in the image's name, or in the file's
     own, else 0."""
     content = load_json(path)
     groups: dict[Any, dict[str, Sighting]] = {}

@@ -1,11 +1,10 @@
 """MOT, OpenSim's table of joint angles, with the signs of its gait models (gait2354, gait2392).
 
-Their pelvis is upright here, since nothing is known of its tilt: hip flexion is the thigh's angle from the
-vertical, ahead +; knee flexion is negative; the ankle's angle is that of the line from ankle to toe against
-the shank, toes up +, which is below 0 of a foot that stands flat; lumbar extension is the trunk's lean from
-the vertical, ahead negative, and `trunk_angle` the same with ahead +. Where a scale is known, the pelvis
-stands at the hip, metres. Arms, of a figure that has them, are as in the models with arms (Rajagopal 2016):
-`arm_flex` against the trunk and `elbow_flex`, ahead +.
+The pelvis is upright here, since its tilt is unknown: hip flexion is the thigh's angle from the vertical,
+ahead +; knee flexion is negative; the ankle's angle is that between the line from ankle to toe and the shank,
+toes up +, which is below 0 for a flat foot; lumbar extension is the trunk's lean from the vertical, ahead
+negative, and `trunk_angle` the same with ahead +. With a known scale the pelvis is at the hip, metres. Arms
+are as in the models with arms (Rajagopal 2016): `arm_flex` relative to the trunk and `elbow_flex`, ahead +.
 """
 
 from pathlib import Path
@@ -32,7 +31,7 @@ def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> s
     """Write every tracked frame in the layout of OpenSim.
 
     Returns:
-        What is to be said of frames of the clip that are not in it, or were not measured.
+        A remark on frames of the clip that are left out, or were not measured.
 
     Raises:
         ForeignError: a figure without these angles.
@@ -65,7 +64,7 @@ def write_mot(record: Record, facing: int, scale: Scale | None, path: Path) -> s
 
 
 def _columns(record: Record, facing: int, scale: Scale | None) -> dict[str, Array]:
-    # Seen to face the other way, every angle in the picture's plane turns the other way.
+    # If the figure is declared to face the other way, all angles in the picture's plane change sign.
     sign = facing * record.facing
     degrees = {name: sign * np.degrees(record.angle(name)) for name in record.freedoms}
     columns: dict[str, Array] = {}

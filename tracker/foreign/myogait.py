@@ -8,7 +8,7 @@ import numpy as np
 from tracker.foreign.points import Points, named_points
 from tracker.run.read import Record
 
-VERSION = "0.9.2"  # of myogait, whose layout this is
+VERSION = "0.9.2"  # of myogait whose layout is written
 NAMES = {
     f"{side}_{landmark}": joint.replace("*", side.lower())
     for side in ("LEFT", "RIGHT")
@@ -25,7 +25,7 @@ NAMES = {
 def write_myogait(record: Record, size: tuple[int, int], facing: int, tall: float | None, path: Path) -> None:
     """Write every frame of the clip in the layout of myogait; landmarks of likelihood 0 are left out.
 
-    `size` is (width, height) of a frame in pixels, `facing` +1 right, -1 left, `tall` the person's in metres.
+    `size` is (width, height) of a frame in pixels, `facing` +1 right, -1 left, `tall` the height in metres.
     """
     points, news = named_points(record, NAMES, facing), record.news
     width, height = size

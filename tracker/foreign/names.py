@@ -1,9 +1,10 @@
-"""What other programs' points are called here, in any spelling, and which leg is near.
+"""Our names for other programs' points, in any spelling, and which leg is near.
 
-Points are matched by their names' words (`RKnee`, `right_knee`, `knee_r`): the table is `PARTS` and `SIDES`.
-A figure's own names are taken as they are. The near leg is the right one of somebody who faces right. What
-the figure needs and a file has not is derived: the hip and the neck midway between both hips and both
-shoulders, the head's top above the ears (else the nose), and that is an estimate.
+Points are matched by the words of their names (`RKnee`, `right_knee`, `knee_r`) in `PARTS` and `SIDES`. A
+figure's own names are used unchanged. The near leg is the right one of a person who faces right. Missing
+joints are derived: hip and neck midway between both hips and both shoulders, and the head's top above the
+    ears
+(else the nose), which is an estimate.
 """
 
 import re
@@ -24,13 +25,13 @@ PARTS = {
 SIDES = {"right": "right", "r": "right", "left": "left", "l": "left", "near": "near", "far": "far"}
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
-CROWN = 1.5  # from the neck, in multiples of the way from there to the ears
+CROWN = 1.5  # distance of the head's top from the neck as a multiple of that of the ears
 
 Parts = Mapping[tuple[str, str], Sighting]  # by side ("" for none) and part
 
 
 def parts_of(person: Person, figure: Figure) -> Parts:
-    """Those of a person's points that are named like one of ours, or one that ours are derived from."""
+    """The points of a person whose names match one of ours, or one from which ours are derived."""
     out: dict[tuple[str, str], Sighting] = {}
     for name, point in person.items():
         if name in figure.marks:
@@ -47,8 +48,8 @@ def parts_of(person: Person, figure: Figure) -> Parts:
 
 
 def joints_of(parts: Parts, facing: int, figure: Figure) -> tuple[dict[str, Sighting], list[str]]:
-    """The joints of a figure that faces right (+1) or left (-1), in its order, and the names of those derived
-    rather than seen."""
+    """The joints of a figure that faces right (+1) or left (-1), in its order, and the names of derived
+    ones."""
     seen: dict[str, Sighting] = {}
     for (side, part), point in parts.items():
         name = near_far(f"{side}_{part}" if side else part, facing)
@@ -60,7 +61,7 @@ def joints_of(parts: Parts, facing: int, figure: Figure) -> tuple[dict[str, Sigh
 
 
 def facing_seen(parts: Parts, figure: Figure) -> int:
-    """Which way a figure faces: by its toes, else by its nose, else as `facing_of` has it."""
+    """Which way a figure faces: by its toes, else by its nose, else by `facing_of`."""
     head, nose = _middle(parts, "ear"), parts.get(("", "nose"))
     toes = any(part.endswith("toe") for _, part in parts)
     if not toes and head is not None and nose is not None and nose.x != head.x:
@@ -80,7 +81,7 @@ def _derived(parts: Parts, seen: Mapping[str, Sighting]) -> dict[str, Sighting]:
 
 
 def _middle(parts: Parts, part: str) -> Sighting | None:
-    """Midway between a part's right and left, or the one that is there; as sure as the less sure."""
+    """The middle of a part's right and left point with the lower confidence, or the only one of them."""
     pair = [point for (side, other), point in parts.items() if side and other == part]
     if not pair:
         return None

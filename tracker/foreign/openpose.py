@@ -1,4 +1,4 @@
-"""OpenPose's JSON: one file a frame, all people in it, a point as x, y, confidence; 0, 0, 0 where none."""
+"""OpenPose's JSON: one file a frame with all people, a point as x, y, confidence; 0, 0, 0 for none."""
 
 import json
 import re
@@ -21,14 +21,14 @@ BODY_25 = (
 # The older layout has neither MidHip nor feet.
 COCO_18 = tuple(name for name in BODY_25[:19] if name != "MidHip")
 LAYOUTS = {3 * len(names): names for names in (BODY_25, COCO_18)}
-# The head's top is not among the 25, and no nose is tracked.
+# BODY_25 has no head top, and figtrack tracks no nose.
 NAMES = {"MidHip" if name == "Hip" else name: joint for name, joint in HALPE.items() if name != "Head"}
 OTHERS = ("face", "hand_left", "hand_right")
 FILE = re.compile(r"(.*_)?(\d+)_keypoints\.json")
 
 
 def write_openpose(points: Points, folder: Path, prefix: str) -> None:
-    """PREFIX_000000000000_keypoints.json and so on, one person in each."""
+    """Write PREFIX_000000000000_keypoints.json and so on, with one person in each."""
     for t in range(len(points)):
         one = {"person_id": [-1], "pose_keypoints_2d": _numbers(points, t)}
         one |= {f"{part}_keypoints_2d": [] for part in OTHERS}
@@ -38,17 +38,17 @@ def write_openpose(points: Points, folder: Path, prefix: str) -> None:
 
 
 def holds_frames(folder: Path) -> bool:
-    """Whether the folder holds one frame's file or more, and nothing else."""
+    """Whether the folder holds files of frames and nothing else."""
     return folder.is_dir() and all(FILE.fullmatch(path.name) for path in folder.iterdir())
 
 
 def is_openpose(content: Any) -> bool:
-    """Whether parsed JSON is of this layout."""
+    """Whether parsed JSON has this layout."""
     return isinstance(content, Mapping) and isinstance(content.get("people"), list)
 
 
 def read_people(path: Path) -> People:
-    """Everybody in a file, or in all files of a folder, or ForeignError; the frame is the number in a file's
+    """All people in a file, or in all files of a folder, or ForeignError; the frame is the number in a file's
     name, else 0."""
     if not path.is_dir():
         return {_frame(path): _people(path)}

@@ -1,4 +1,4 @@
-"""People in frames as other programs saw them, before it is said who is ours and which leg is near."""
+"""People in frames as in other programs' files, before one is chosen and near and far leg are named."""
 
 import math
 import re
@@ -14,7 +14,7 @@ class Sighting:
 
     x, y       : pixels, (0, 0) the centre of the top-left one
     confidence : 0 to 1
-    visible    : False where the program says that the point is hidden
+    visible    : False if the program marks the point as hidden
     """
 
     x: float
@@ -23,12 +23,12 @@ class Sighting:
     visible: bool = True
 
 
-Person = Mapping[str, Sighting]  # by the program's own names of points
+Person = Mapping[str, Sighting]  # by the program's names of points
 People = dict[int, list[Person]]  # by frame
 
 
 def sighting(x: object, y: object, confidence: object = 1.0, visible: bool = True) -> Sighting | None:
-    """A point from a file's numbers; None where there is none: not finite, or no confidence in it."""
+    """A point from a file's numbers; None if a number is not finite or the confidence is 0."""
     try:
         numbers = [float(value) for value in (x, y, confidence)]  # type: ignore[arg-type]
     except (TypeError, ValueError):
@@ -39,20 +39,20 @@ def sighting(x: object, y: object, confidence: object = 1.0, visible: bool = Tru
 
 
 def person(points: Mapping[str, Sequence[Any]]) -> Person:
-    """Those of the points that are there; each is given as `sighting` takes it."""
+    """A person from points, each with the arguments of `sighting`; missing points are left out."""
     found = {name: sighting(*numbers) for name, numbers in points.items()}
     return {name: point for name, point in found.items() if point is not None}
 
 
 def triples(names: Sequence[str], numbers: Sequence[Any]) -> dict[str, tuple[Any, Any, Any]]:
-    """Numbers x, y, c, x, y, c, .. by point; ValueError where they are not three a name."""
+    """Numbers x, y, c, x, y, c, .. by point; ValueError if there are not three for each name."""
     if len(numbers) != 3 * len(names):
         raise ValueError(f"{len(names)} points need {3 * len(names)} numbers; got {len(numbers)}")
     return {name: tuple(numbers[3 * i : 3 * i + 3]) for i, name in enumerate(names)}
 
 
 def largest(people: Sequence[Person]) -> int:
-    """Which of the people in a frame is the tallest in the picture and the surest."""
+    """Position of the person in a frame with the greatest height in the picture and confidence."""
     return max(range(len(people)), key=lambda i: _weight(people[i]))
 
 

@@ -1,7 +1,7 @@
-"""Named points of one figure, as other programs hold them, and their way from a run.
+"""Named points of one figure as in other programs, and their conversion from a run.
 
-Other programs say right and left, we say near and far: of someone who faces right the camera sees the right
-side. A point that other programs ask for and the figure has not is put where its neighbour is: both hips at
+Other programs name right and left, figtrack near and far: for a person who faces right, the right side is the
+near one. Points that other programs need and the figure lacks are placed at its nearest joint: both hips at
 the hip, both shoulders at the neck.
 """
 
@@ -16,7 +16,7 @@ from tracker.run.stature import LEGS, along
 from tracker.run.track import likelihood
 
 SIDES = (("R", "right"), ("L", "left"))
-# Of each side's joints; HALPE_26 and BODY_25 agree on these.
+# Names of each side's joints, equal in HALPE_26 and BODY_25.
 LEG_POINTS = {
     f"{letter}{part}": f"{side}_{joint}"
     for letter, side in SIDES
@@ -24,7 +24,7 @@ LEG_POINTS = {
 }
 JOINTS = {"Head": "head_top", "Neck": "neck", "Hip": "hip"} | LEG_POINTS
 HALPE = JOINTS | {"RHip": "hip", "LHip": "hip", "RShoulder": "neck", "LShoulder": "neck"}
-# Of a figure that has them, beside those.
+# Further names for a figure with arms.
 ARMS = {f"{letter}{part}": f"{side}_{part.lower()}" for letter, side in SIDES for part in ("Elbow", "Wrist")}
 
 
@@ -33,8 +33,8 @@ class Points:
     """Named points in T frames.
 
     names      : (J,)
-    places     : (T, J, 2) pixels; NaN where there is none
-    likelihood : (T, J) 0 to 1; 0 where there is none
+    places     : (T, J, 2) pixels; NaN for missing points
+    likelihood : (T, J) 0 to 1; 0 for missing points
     """
 
     names: tuple[str, ...]
@@ -51,19 +51,21 @@ class Points:
 
 
 def side_seen(side: str, facing: int) -> str:
-    """Whether the "right" or "left" side is near or far, of a figure that faces right (+1) or left (-1)."""
+    """Whether the "right" or "left" side of a figure that faces right (+1) or left (-1) is near or far."""
     return "near" if (side == "right") == (facing > 0) else "far"
 
 
 def near_far(joint: str, facing: int) -> str:
-    """Our keypoint for one of the right or the left side; for one of neither, that one."""
+    """Our keypoint for one with a right or left side in its name; other names are unchanged."""
     side, _, part = joint.partition("_")
     return f"{side_seen(side, facing)}_{part}" if side in ("right", "left") else joint
 
 
 def named_points(record: Record, names: Mapping[str, str], facing: int) -> Points:
-    """A run's joints under other names, as `HALPE` gives them, without those that it has not. RunError: it
-    was followed in no frame."""
+    """A run's joints under other names, such as those of `HALPE`; joints that it lacks are left out.
+
+    RunError: the figure was followed in no frame.
+    """
     own = {name: near_far(joint, facing) for name, joint in names.items()}
     kept = {name: joint for name, joint in own.items() if np.isfinite(record.place(joint)).any()}
     columns = [record.names.index(joint) for joint in kept.values()]
@@ -72,21 +74,23 @@ def named_points(record: Record, names: Mapping[str, str], facing: int) -> Point
 
 
 def of_people(record: Record) -> bool:
-    """Whether a run's figure has what people are measured by: hip, knees and ankles."""
+    """Whether a run's figure has hip, knees and ankles, by which people are measured."""
     return {joint for leg in LEGS for joint in leg} <= set(record.names)
 
 
 def leg_pixels(record: Record) -> float:
-    """Pixels of a leg: thigh and shank, the median over legs and frames; of other figures as at the start.
-    RunError: it was followed in no frame."""
+    """Leg length in pixels: thigh and shank, median over legs and frames; for other figures that of the
+    start.
+
+    RunError: the figure was followed in no frame.
+    """
     if not of_people(record):
         return record.unit
     return middle(np.stack([along(record.places, record.names, leg) for leg in LEGS]), record)
 
 
 def middle(numbers: Array, record: Record) -> float:
-    """The median of (..., T) numbers over the frames in which the figure was surely seen; RunError if it was
-    in none."""
+    """The median of (..., T) numbers over the measured frames; RunError if there are none."""
     seen = numbers[..., record.measured & np.isfinite(numbers).all(tuple(range(numbers.ndim - 1)))]
     if not seen.size:
         raise RunError("the figure was followed in no frame of this run; track the clip again")

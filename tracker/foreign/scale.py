@@ -1,8 +1,8 @@
-"""From pixels to metres in the plane in which the figure walks, seen by a camera that stays (`in_scene`).
+"""From pixels to metres in the plane in which the figure walks, with camera motion removed (`in_scene`).
 
-x points the way the figure faces, from where its hip first was; y points up from the floor, which is taken to
-lie under the lower foot, at the median over the frames. How long a pixel is comes from two points a known way
-apart, or from the person's height (`tracker.run.stature`).
+x points the way the figure faces, from the first place of its hip; y points up from the floor, which is the
+median height of the lower foot. The length of a pixel comes from two points with a known distance, or from
+the person's height (`tracker.run.stature`).
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from tracker.run.stature import ANKLE_HEIGHT, stature
 
 @dataclass(frozen=True)
 class Scale:
-    """metre = (facing (x - origin), floor - y) times `pixel`, the length of one in metres."""
+    """metre = (facing (x - origin), floor - y) times `pixel`, the length of a pixel in metres."""
 
     pixel: float
     origin: float
@@ -32,8 +32,8 @@ class Scale:
 
 
 def scale_by_height(record: Record, metres: float, facing: int) -> Scale:
-    """The scale at which the figure is so tall; RunError if it was followed in no frame, ForeignError if it
-    has no trunk and head."""
+    """The scale for a person of this height in metres; RunError if the figure was followed in no frame,
+    ForeignError if it has no trunk and head."""
     tall = _height(record)
     if record.measured.any() and not np.isfinite(tall):
         raise ForeignError("the figure has no head and trunk to be measured by; give two points")
@@ -41,7 +41,7 @@ def scale_by_height(record: Record, metres: float, facing: int) -> Scale:
 
 
 def scale_by_pixels(record: Record, pixels: float, facing: int) -> Scale:
-    """The scale at which so many pixels are a metre; RunError if the figure was followed in no frame."""
+    """The scale from pixels a metre; RunError if the figure was followed in no frame."""
     feet, below = ("near_toe", "far_toe"), 0.0
     if not all(np.isfinite(record.place(name)).any() for name in feet):
         feet, below = ("near_ankle", "far_ankle"), ANKLE_HEIGHT * _height(record)
@@ -51,7 +51,7 @@ def scale_by_pixels(record: Record, pixels: float, facing: int) -> Scale:
 
 
 def scale_by_points(record: Record, points: tuple[float, float, float, float, float], facing: int) -> Scale:
-    """The scale of x1, y1, x2, y2 in pixels and the metres between; ForeignError if they lie together."""
+    """The scale from x1, y1, x2, y2 in pixels and their distance in metres; ForeignError if they coincide."""
     x1, y1, x2, y2, metres = points
     pixels = float(np.hypot(x2 - x1, y2 - y1))
     if not (1.0 <= pixels < np.inf and 0.0 < metres < np.inf):

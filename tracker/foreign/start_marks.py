@@ -1,4 +1,4 @@
-"""A start pose out of another program's file: which frame, which person, and what is to be said of it."""
+"""A start pose from another program's file: the choice of frame and person, with a remark for the user."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from tracker.foreign.people import People, Person, Sighting, largest
 from tracker.foreign.text_files import ForeignError
 from tracker.tables.keypoints import Mark, Marks, read_keypoints
 
-LEAST = 0.1  # confidence below which a point is not taken
-SURE = 0.5  # confidence below which it is taken for an estimate
+LEAST = 0.1  # confidence below which a point is ignored
+SURE = 0.5  # confidence below which it counts as an estimate
 
 
 @dataclass(frozen=True)
 class Taken:
-    """Marks that another program made of one frame.
+    """Marks of one frame from another program.
 
-    told : what was taken, and how, in words
+    told : in words, what was taken and how
     """
 
     frame: int
@@ -33,8 +33,8 @@ class Taken:
 def read_marks(
     path: Path, frame: int | None, facing: int | None, first: int, last: int | None, figure: Figure = WALKER
 ) -> tuple[Marks, str]:
-    """The marks of a table of ours, or those of `read_start`, and what is to be said of these; KeypointsError
-    or ForeignError."""
+    """The marks of a keypoints table, or those of `read_start` with a remark on them; KeypointsError or
+    ForeignError."""
     if not is_foreign(path):
         return read_keypoints(path, figure.marks), ""
     taken = read_start(path, frame, facing, first, last, figure)
@@ -49,13 +49,13 @@ def read_start(
     last: int | None = None,
     figure: Figure = WALKER,
 ) -> Taken:
-    """The marks of one frame of another program's file, told apart by content.
+    """The marks of one frame of another program's file, which is recognised by its content.
 
     Args:
-        frame: None for the best: a whole figure that can be right, its ankles far apart, its points likely.
-            The only frame of a file is taken for whichever is asked for.
-        facing: +1 right, -1 left, None to see it from the points.
-        first, last: frames between which the best is looked for, None for the file's last.
+        frame: None for the best: a plausible whole figure with ankles far apart and likely points. The only
+            frame of a file counts as the one asked for.
+        facing: +1 right, -1 left, None to find it from the points.
+        first, last: range of frames searched for the best, None for the file's last.
 
     Raises:
         ForeignError: none of these formats, nobody in it, or not in this frame.
@@ -107,8 +107,8 @@ def _choose_frame(
 
 
 def _worth(parts: Parts, figure: Figure) -> float:
-    """How far apart the ends of twin legs are, shares of the figure's height, times how likely the least
-    likely point is; below 0 of a figure that is not whole.
+    """Distance of the ends of twin legs as a share of the figure's height, times the lowest confidence of a
+    point; below 0 for an incomplete figure.
     """
     joints, _ = joints_of(parts, 1, figure)
     if not _whole(joints, figure):
@@ -122,7 +122,7 @@ def _worth(parts: Parts, figure: Figure) -> float:
 
 
 def _can_be(parts: Parts, figure: Figure) -> bool:
-    """Whether it is a whole figure that nothing speaks against."""
+    """Whether the figure is complete and plausible."""
     facing = facing_seen(parts, figure)
     joints, _ = joints_of(parts, facing, figure)
     places = {name: (point.x, point.y) for name, point in joints.items()}

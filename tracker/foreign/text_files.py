@@ -1,4 +1,4 @@
-"""Text files of other programs, read with one line on what is wrong with them, and written."""
+"""Text files of other programs, read with one-line errors, and written."""
 
 import csv
 import json
@@ -11,13 +11,13 @@ from tracker.tables.table import ordinary, why
 
 
 class ForeignError(ValueError):
-    """A file of another program that cannot be read, or one that it could not read."""
+    """Another program's file that cannot be read, or one that the program could not read."""
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[TextIO]:
-    """The file as UTF-8 text. ForeignError: no such file, one that cannot be read, or no text; also while it
-    is read."""
+    """The file opened as UTF-8 text. ForeignError, also while it is read: no such file, an unreadable one, or
+    no text."""
     try:
         with ordinary(path).open(newline="", encoding="utf-8-sig") as file:
             yield file
@@ -29,7 +29,7 @@ def opened(path: Path) -> Iterator[TextIO]:
 
 @contextmanager
 def laid_out(path: Path, kind: str, advice: str = "export it again") -> Iterator[None]:
-    """What was loaded is taken apart here; ForeignError if it is not laid out as it should be."""
+    """In this block loaded data are unpacked; errors of a wrong layout become ForeignError."""
     try:
         yield
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
@@ -43,13 +43,13 @@ def load_rows(path: Path, delimiter: str = ",") -> list[list[str]]:
 
 
 def write_rows(path: Path, rows: Iterable[Iterable[object]], delimiter: str = ",") -> None:
-    """A text table as other programs write theirs, with the line ends of Unix."""
+    """Write a text table as other programs do, with Unix line ends."""
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, delimiter=delimiter, lineterminator="\n").writerows(rows)
 
 
 def load_json(path: Path) -> Any:
-    """What a JSON file holds; ForeignError if it is none."""
+    """The content of a JSON file; ForeignError if it is none."""
     with opened(path) as file:
         try:
             return json.load(file)

@@ -1,6 +1,7 @@
 """TRC, the marker table of OpenSim: metres for OpenSim itself, pixels for Sports2D.
 
-Five rows of header, then a row a frame: its number from 1, its time, x, y, z of every marker. What is missing
+Five rows of header, then a row a frame: its number from 1, its time, x, y, z of every marker. A missing
+    marker
 is three times `nan`. In metres x points ahead and y up (`tracker.foreign.scale`), in pixels x right and y
 down; z is 0.
 """
@@ -26,11 +27,11 @@ KEYS = (
     "OrigNumFrames",
 )
 MAGIC = "PathFileType"
-HEADER = 5  # rows
+HEADER = 5  # rows of the header
 
 
 def write_trc(points: Points, times: Array, fps: float, scale: Scale | None, path: Path) -> None:
-    """Markers in metres, or in pixels without a scale; those of likelihood 0 are missing."""
+    """Write markers in metres, or in pixels without a scale; those of likelihood 0 are missing."""
     places, units = (points.known, "px") if scale is None else (scale.to_metres(points.known), "m")
     T, rate, names = len(times), f"{fps:.6f}", points.names
     header = (
@@ -48,12 +49,12 @@ def write_trc(points: Points, times: Array, fps: float, scale: Scale | None, pat
 
 
 def is_trc(head: str) -> bool:
-    """Whether a file begins as this layout does."""
+    """Whether the beginning of a file has this layout."""
     return head.startswith(MAGIC)
 
 
 def read_people(path: Path) -> People:
-    """The markers of a TRC in pixels, one person a row, frames from 0. ForeignError: not that layout, or in
+    """The markers of a TRC file in pixels, one person a row, frames from 0. ForeignError: another layout, or
     metres."""
     rows = load_rows(path, "\t")
     if len(rows) <= HEADER or rows[0][0] != MAGIC:

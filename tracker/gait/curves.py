@@ -1,8 +1,7 @@
-"""Joint angles over the stride, as plots take them: from a foot's strike, at 0 per cent, to its next, at 100.
+"""Joint angles over the stride for plots, from a foot's strike, at 0 per cent, to its next, at 100.
 
-Every stride is read at the same 101 shares of its own length, so strides of any length and frame rate lie
-over each other and have a mean and a standard deviation share by share. What people have is told by norms,
-made from captures by `tests.benchmarks.gait.norms`.
+Every stride is sampled at the same 101 shares of its duration, so that strides of any duration and frame rate
+can be overlaid and averaged. The reference bands come from captures, by `tests.benchmarks.gait.norms`.
 """
 
 from collections.abc import Iterable
@@ -25,11 +24,11 @@ SHARES = np.linspace(0.0, 1.0, 101)
 
 @dataclass(frozen=True)
 class Norm:
-    """An angle over the stride of several people, degrees.
+    """Reference band of an angle over the stride, degrees.
 
-    mean   : (101,) over people, of whom each is the mean of all strides
-    sigma  : (101,) standard deviation of people
-    people : how many
+    mean   : (101,) over people, each represented by the mean of all strides
+    sigma  : (101,) standard deviation between people
+    people : number of people
     """
 
     mean: Array
@@ -38,7 +37,8 @@ class Norm:
 
 
 def legs_of(track: Track, gait: Gait, joint: str) -> dict[str, Drawn]:
-    """Degrees of each leg that has the joint and whole strides; `off` is when the foot leaves, per cent."""
+    """Curves in degrees for each leg with this joint and whole strides; `off` is the foot's leaving, per
+    cent."""
     legs: dict[str, Drawn] = {}
     for side in SIDES:
         freedom = f"{joint}_{side}"
@@ -59,7 +59,7 @@ def legs_of(track: Track, gait: Gait, joint: str) -> dict[str, Drawn]:
 
 
 def norm_of(track: Track, gait: Gait, joint: str) -> Drawn | None:
-    """What people have who walk forwards, or run; None where not enough of them were captured."""
+    """The reference band of people who walk forwards, or run; None if too few of them were captured."""
     norm = read_norms().get(f"{gait.motion}_{joint}")
     if norm is None or goes_backwards(track):
         return None
@@ -67,25 +67,24 @@ def norm_of(track: Track, gait: Gait, joint: str) -> Drawn | None:
 
 
 def tenths(values: Array) -> list[float]:
-    """Numbers to one decimal, as the report's page holds them."""
+    """Numbers to one decimal, as stored in the report's page."""
     return [round(float(value), 1) for value in values]
 
 
 def over_strides(angle: Array, strides: Iterable[Stride], first: int = 0) -> Array:
-    """An angle (T,), from the clip's frame `first` on, over each of some strides within it, (S, 101), in its
-    unit."""
+    """(S, 101) an angle (T,), given from the clip's frame `first` on, over each of S strides, in its unit."""
     frames = first + np.arange(len(angle))
     found = [np.interp(s.strike.at + SHARES * s.frames, frames, angle) for s in strides]
     return np.array(found).reshape(-1, len(SHARES))
 
 
 def spread(curves: Array) -> Array | None:
-    """Standard deviation (101,) of curves (S, 101); None of fewer than two."""
+    """Standard deviation (101,) of curves (S, 101); None for fewer than two."""
     return np.std(curves, axis=0, ddof=1) if len(curves) > 1 else None
 
 
 def read_norms() -> dict[str, Norm]:
-    """The norms that ship, by motion and joint as in "walk_knee"."""
+    """The shipped reference bands, by motion and joint as in "walk_knee"."""
     source = resources.files("tracker.gait") / "norms.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: Norm(row[1:102], row[102:], int(row[0])) for name, row in stored.items()}

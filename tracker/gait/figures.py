@@ -16,28 +16,28 @@ from tracker.gait.values import Measure, Sample, each
 from tracker.run.track import Track
 
 NEEDED = {f"{side}_{joint}" for side in SIDES for joint in ("knee", "ankle")}
-# Joints whose range of motion is told, of either leg and of the trunk.
+# Joints whose range of motion is reported, of both legs and of the trunk.
 LEG_JOINTS = ("hip", "knee", "ankle")
 TRUNK = "torso"
-# Turns that gait analysis looks for: what each is called, and whether the angle is greatest there. The foot
-# is left out: its turns are too many to be told apart.
+# Peaks that gait analysis reports: the name, and whether the angle is greatest there. The foot is left out,
+# as it has too many peaks to distinguish.
 TURNS = {"hip": ("hip extension peak", False), "knee": ("knee flexion peak", True)}
-LEAST_STANCE = 50.0  # per cent of a stride; a foot that walks is on the ground for longer
-BENT, WITHIN = 85.0, 10.0  # degrees of a knee's flexion: between walks and runs, and what is certain
-TOP = 98.0  # per cent of frames: what counts as the most that a knee bends
+LEAST_STANCE = 50.0  # least stance of a walk, per cent of a stride
+BENT, WITHIN = 85.0, 10.0  # knee flexion between walks and runs, and a certain difference, degrees
+TOP = 98.0  # percentile over frames that counts as the largest flexion of a knee
 SLOW = 0.8  # seconds over which the hip's height is averaged
 LABELS = {"walk": -1.0, "run": 1.0}
 
 
 @dataclass(frozen=True)
 class Gait:
-    """What a track tells of the gait; no measures where there is no whole stride.
+    """The gait figures of a track; without a whole stride there are no measures.
 
-    strides  : of either foot
-    rate     : playback speed by which the film's seconds were multiplied
+    strides  : of each foot
+    rate     : playback speed, by which the film's seconds were multiplied
     motion   : "walk" or "run"
-    leg      : metres in a leg length, None where lengths are in leg lengths
-    warnings : what cannot be, and was left out
+    leg      : metres in a leg length, None if lengths are in leg lengths
+    warnings : on impossible values, which were left out
     """
 
     measures: tuple[Measure, ...]
@@ -49,7 +49,7 @@ class Gait:
 
     @property
     def discord(self) -> float:
-        """By how much the legs' stride times differ, as a share: 0 in gait, whatever the limp."""
+        """Relative difference of the legs' stride times, which is 0 in every gait, even with a limp."""
         lasting = [
             np.mean([stride.frames for stride in of_side.sound])
             for of_side in self.strides.values()
@@ -59,7 +59,7 @@ class Gait:
 
     @property
     def left_out(self) -> int:
-        """Strides that were not measured, because the figure was lost in them or their length is odd."""
+        """Number of strides left out because the figure was lost in them or their duration is implausible."""
         return sum(strides.left_out for strides in self.strides.values())
 
     def named(self, name: str) -> Measure | None:
@@ -87,8 +87,8 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
     """The gait figures of a track; None for a figure without legs by the walking figure's names.
 
     Args:
-        rate: playback speed, 0.5 for a film at half speed; its seconds times this are seconds walked.
-        known: of the scale.
+        rate: playback speed, 0.5 for a film at half speed; the film's seconds times this are seconds walked.
+        known: the person's height or the scale.
     """
     if not set(track.figure.joints) >= NEEDED:
         return None
@@ -108,20 +108,20 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
 
 
 def runs(track: Track) -> bool:
-    """Whether the clip shows a run, decided once for it and for both feet; of the walking figure.
+    """Whether the walking figure runs, decided once for the whole clip and both feet.
 
-    Three cues between -1 for a walk and 1 for a run are added up:
+    Three cues between -1 for a walk and 1 for a run are added:
 
-    - how far the knees bend: no capture of a walk bends them by 81 degrees, none of a run by less than 90;
-    - whether the hip is high or low while the feet are apart: the correlation of its height, less the slow
-      part, with the ankles' distance. Who walks vaults over the standing leg; who runs flies meanwhile;
-    - what the motion model says of each frame.
+    - the largest flexion of the knees: below 81 degrees in all captures of walks, over 90 in all of runs;
+    - the correlation of the hip's height, less its slow part, with the distance of the ankles: with the feet
+      apart the hip is low in a walk, and high in the flight of a run;
+    - the motion model's label of each frame.
     """
     return _bend(track) + _bounce(track) + _label(track) > 0.0
 
 
 def _possible(gait: Gait) -> Gait:
-    """Without a stance that no walk has, of which a warning tells."""
+    """The gait figures; an impossible stance of a walk is replaced by a warning."""
     stance = gait.named(STANCE)
     legs = {} if stance is None else {"near": stance.near, "far": stance.far}
     short = [f"{v.mean:.0f} % for the {leg} leg" for leg, v in legs.items() if v and v.mean < LEAST_STANCE]
@@ -145,7 +145,7 @@ def _ranges(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
 
 
 def _turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
-    """When in the stride joints turn, per cent of it."""
+    """Times of the peaks of joint angles in the stride, per cent of it."""
     for joint, (name, greatest) in TURNS.items():
         if found := _of_legs(track, strides, joint, partial(_turn, greatest=greatest)):
             yield Measure.of(name, "% of stride", found)
@@ -154,7 +154,8 @@ def _turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
 def _of_legs(
     track: Track, strides: Mapping[Side, Strides], joint: str, told: Callable[[Track, str, Stride], Sample]
 ) -> dict[Side, list[Sample]]:
-    """A number of every stride by the angle of its leg's joint; none where the figure has not both angles."""
+    """A number for every stride from the angle of its leg's joint; none if the figure lacks one of both
+    angles."""
     freedoms = {side: f"{joint}_{side}" for side in SIDES}
     if not set(freedoms.values()) <= set(track.figure.freedoms):
         return {}
@@ -166,7 +167,7 @@ def _turn(track: Track, freedom: str, stride: Stride, greatest: bool) -> Sample:
     angles = track.q[rows, track.figure.index(freedom)]
     at = track.first + rows.start + int(angles.argmax() if greatest else angles.argmin())
     share = (at - stride.strike.at) / stride.frames
-    # A turn lies anywhere within its frame.
+    # A peak may be anywhere within its frame, hence the variance of a uniform distribution.
     variance = 1.0 / 12.0 + ((1.0 - share) * stride.strike.error) ** 2 + (share * stride.end.error) ** 2
     return Sample(100.0 * share, 1e4 * variance / stride.frames**2)
 
@@ -177,7 +178,7 @@ def _rows(track: Track, stride: Stride) -> slice:
 
 
 def _range(track: Track, freedom: str, stride: Stride) -> Sample:
-    """Greatest less least angle of a stride, degrees."""
+    """Range of an angle in a stride, degrees."""
     k, rows = track.figure.index(freedom), _rows(track, stride)
     angles, variances = np.degrees(track.q[rows, k]), np.degrees(np.degrees(track.cov[rows, k, k]))
     top, bottom = angles.argmax(), angles.argmin()

@@ -1,8 +1,8 @@
-"""Step and stride length and speed, in leg lengths or, where a scale is known, in metres.
+"""Step and stride length and speed, in leg lengths or, with a known scale, in metres.
 
 A foot's place in the scene is the ankle's mean over the part of its stance in which the foot lies flat: the
-difference of two is a step or a stride, whatever the ankle does at the strike and while the heel rises. The
-scene is what a moving camera's shift was measured against, so lengths are as good as that shift.
+difference of two is a step or a stride, independent of the ankle's motion at the strike and while the heel
+rises. A moving camera's shift was measured against the scene, so lengths are as exact as that shift.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -19,23 +19,23 @@ from tracker.gait.values import Measure, Sample
 from tracker.run.stature import stature
 from tracker.run.track import Track
 
-FLAT = (0.2, 0.5)  # of a stance, from the strike
-LENGTHS = 0.015  # share by which a tracked figure's own lengths are off, on rendered films
-STAYS = 0.3  # leg lengths; who makes shorter strides stays in place, as on a treadmill
+FLAT = (0.2, 0.5)  # part of a stance in which the foot is flat, shares from the strike
+LENGTHS = 0.015  # relative error of a tracked figure's lengths on rendered films
+STAYS = 0.3  # stride length below which the figure stays in place, as on a treadmill, leg lengths
 
-# Where a foot was put by when it struck: leg lengths the way the figure goes, and variance.
+# A foot's place along the direction of travel, and its variance, leg lengths, by the time of the strike.
 Footholds = Mapping[float, tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of lengths: the person's height in metres, or pixels a metre; neither: nothing."""
+    """Known scale: the person's height in metres, or pixels a metre, or neither."""
 
     height: float | None = None
     scale: float | None = None
 
     def leg(self, track: Track) -> float | None:
-        """Metres in a leg length; None where nothing is known."""
+        """Metres in a leg length; None without a known scale."""
         if self.scale is not None:
             return track.view.unit / self.scale
         if self.height is None:
@@ -47,8 +47,8 @@ class Known:
 def lengths(
     track: Track, strides: Mapping[Side, Strides], clock: Clock, leg: float | None
 ) -> Iterator[Measure]:
-    """Every measure of length, none of somebody who stays in place; `leg` is metres in a leg length, None to
-    tell them in leg lengths."""
+    """All measures of length, without values for a figure that stays in place; `leg` is metres in a leg
+    length, None for results in leg lengths."""
     holds = {side: _footholds(track, side, strides[side]) for side in SIDES}
     unit, long = ("leg lengths", 1.0) if leg is None else ("m", leg)
 
@@ -91,7 +91,7 @@ def _speed(way: Sample, time: Sample) -> Sample:
 
 
 def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[float, float]]:
-    """Of the strikes that begin or end a measured stride."""
+    """Places of the foot for the strikes that begin or end a measured stride."""
     ankle = track.figure.joints.index(f"{side}_ankle")
     way = 1.0 if track.q[-1, 0] >= track.q[0, 0] else -1.0
     along = way * joints(track.figure, track.q)[:, ankle, 0]
@@ -100,7 +100,7 @@ def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[
         for strike in (stride.strike, stride.end):
             rows = _flat(strike.at - track.first, stride.off.at - stride.strike.at)
             if rows.stop <= len(track) and track.measured[rows].all():
-                # Neighbouring frames err alike: a mean of them is taken to be no surer than one.
+                # Errors of neighbouring frames are correlated, so the mean gets the variance of one frame.
                 by_pose = joint_jacobian(track.figure, track.q[rows])[:, ankle, 0]
                 variances = np.einsum("ti,tij,tj->t", by_pose, track.cov[rows], by_pose)
                 found[strike.at] = float(along[rows].mean()), float(variances.mean())

@@ -1,14 +1,15 @@
-"""When a foot strikes and leaves the ground, to a fraction of a frame.
+"""The moments at which a foot strikes and leaves the ground, to a fraction of a frame.
 
 A strike is near the frame in which the ankle is furthest ahead of the hip, a leaving near the one in which
-the foot's tip is furthest behind it (Zeni, Richards and Higginson, 2008). How far from there the foot meets
-the ground depends on the person and the pace, and the ways of ankle and toe tell it. With P the frames of a
-stride and x those ways at the times t + P WINDOW, less their means over them,
+the foot's tip is furthest behind it (Zeni, Richards and Higginson, 2008). The offset of the contact from that
+frame depends on the person and the pace, and is predicted from the paths of ankle and toe. With P the frames
+of a stride and x those paths at the times t + P WINDOW, less their means over them,
 
     moment = t + P (b + w . x).
 
-b and w are ridge regressions, for walks and runs by themselves, on captures of people whose feet are known in
-space; `tests.benchmarks.gait.learn` makes those that ship. A track without toes has ones of ankles alone.
+b and w are from ridge regressions, separate for walks and runs, on captures with known foot contacts;
+`tests.benchmarks.gait.learn` makes the shipped ones. Tracks without toes have separate weights of ankles
+only.
 """
 
 from collections.abc import Iterator
@@ -23,19 +24,19 @@ from kinematics.sides import Side
 from kinematics.spm import joint_jacobian, joints
 from tracker.run.track import Track, blocks
 
-REACH = 0.2  # leg lengths that the ankle swings at least; less is no stride
-PROMINENCE = 0.4  # of that swing, by which an extreme stands out
-SMOOTH = 0.03  # seconds, of the Gaussian under which extremes are looked for
-WINDOW = np.linspace(-0.1, 0.1, 5)  # of a stride
+REACH = 0.2  # least swing of the ankle in a stride, leg lengths
+PROMINENCE = 0.4  # least prominence of an extreme as a share of that swing
+SMOOTH = 0.03  # standard deviation of the smoothing before the search for extremes, seconds
+WINDOW = np.linspace(-0.1, 0.1, 5)  # times of x, shares of a stride
 STRIKE, OFF = "strike", "off"
 
 
 @dataclass(frozen=True)
 class Event:
-    """A moment in frames with a fraction, and its standard errors.
+    """A moment in fractional frames, and its standard errors.
 
-    error  : its own, of the pose's covariance and of what strides differ by
-    shared : what all of the clip's moments of this kind are early or late by
+    error  : independent error, from the pose's covariance and the variation of strides
+    shared : error common to all of the clip's moments of this kind
     """
 
     at: float
@@ -45,12 +46,12 @@ class Event:
 
 @dataclass(frozen=True)
 class Weights:
-    """Where one kind of moment is, of walks or runs, all in shares of a stride.
+    """The regression of one kind of moment, for walks or runs, in shares of a stride.
 
-    base   : b, how late it is at the mean
-    w      : (C, W) of the ways by channel and time
-    error  : standard deviation of what is left, within a capture
-    shared : that of captures' means
+    base   : b, the mean delay
+    w      : (C, W) weights of the paths by channel and time
+    error  : standard deviation of the residual within a capture
+    shared : standard deviation of the captures' mean residuals
     """
 
     base: float
@@ -61,7 +62,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class Way:
-    """The ankle and, where the figure has one, the toe of a leg, from the hip.
+    """The path of the ankle and, if the figure has one, the toe of a leg, relative to the hip.
 
     places : (T, C) leg lengths: ankle ahead and up, toe ahead and up
     covs   : (T, C, C)
@@ -84,7 +85,7 @@ class Way:
 
     @property
     def back(self) -> "Way":
-        """With time running backwards: who walks backwards then walks forwards."""
+        """The path with time reversed, in which backward walking becomes forward walking."""
         return Way(self.places[::-1], self.covs[::-1])
 
     @property
@@ -92,7 +93,7 @@ class Way:
         return bool(self.places.shape[1] > 2)
 
     def turns(self, fps: float) -> dict[str, NDArray[np.intp]]:
-        """Frames near which the foot strikes and leaves the ground."""
+        """Frames near the strikes and leavings of the foot."""
         ankle, tip = (_smoothed(self.places[:, c], SMOOTH * fps) for c in (0, self.places.shape[1] - 2))
         if len(ankle) < 3 or np.ptp(np.percentile(ankle, (5, 95))) < REACH:
             return {name: np.zeros(0, np.intp) for name in (STRIKE, OFF)}
@@ -102,12 +103,12 @@ class Way:
         }
 
     def around(self, t: int, period: float) -> Array | None:
-        """x at a frame, (C, W); None where the clip does not reach so far."""
+        """(C, W) x at a frame; None if the clip does not contain the whole window."""
         sampled = _sampling(t, period, len(self.places))
         return None if sampled is None else (sampled[1] @ self.places[sampled[0]]).T
 
     def moments(self, turns: NDArray[np.intp], period: float, weights: Weights) -> Iterator[Event]:
-        """The moments near some frames, where the clip reaches far enough around them."""
+        """The moments near these frames, if the clip contains the whole window."""
         for t in turns:
             sampled = _sampling(int(t), period, len(self.places))
             if sampled is not None:
@@ -120,7 +121,7 @@ class Way:
 
 
 def read_weights() -> dict[str, Weights]:
-    """The weights that ship, by the names that `named` gives."""
+    """The shipped weights, by the names from `named`."""
     source = resources.files("tracker.gait") / "moments.npz"
     with resources.as_file(source) as file, np.load(file) as stored:
         return {name: _unpacked(row) for name, row in stored.items()}
@@ -132,7 +133,7 @@ def _unpacked(row: Array) -> Weights:
 
 
 def named(kind: str, runs: bool, toes: bool) -> str:
-    """What the weights of a kind of moment are called."""
+    """The name of the weights for a kind of moment."""
     return f"{'run' if runs else 'walk'}_{kind}_{'toe' if toes else 'ankle'}"
 
 
@@ -153,9 +154,9 @@ def _smoothed(values: Array, sigma: float) -> Array:
 
 
 def _peaks(values: Array, prominence: float) -> NDArray[np.intp]:
-    """Rows at which values (T,) turn down, the middle one where several are alike, that stand out.
+    """Rows of prominent peaks of values (T,); the middle row of a plateau.
 
-    By the prominence they fall on either side, at least, before they are higher than the peak.
+    On both sides of a peak values fall by at least the prominence before they exceed it.
     """
     first = np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
     last = np.append(first[1:], len(values)) - 1

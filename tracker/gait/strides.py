@@ -1,4 +1,4 @@
-"""The strides of a tracked figure: from a foot's strike to its next, when it leaves the ground in between."""
+"""The strides of a tracked figure, each from a foot's strike to its next, with its leaving in between."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -10,13 +10,13 @@ from kinematics.sides import SIDES, Side
 from tracker.gait.moments import OFF, STRIKE, Event, Way, named, read_weights
 from tracker.run.track import Track
 
-ODD = (0.6, 1.6)  # of the median: a stride out of this range has missed a strike or made one up
-BACKWARDS = -0.5  # leg lengths travelled; below, the figure walks backwards
+ODD = (0.6, 1.6)  # range of durations over the median; outside, a strike was missed or is false
+BACKWARDS = -0.5  # travel below which the figure walks backwards, leg lengths
 
 
 @dataclass(frozen=True)
 class Stride:
-    """From one strike of a foot to its next; until `off` it is on the ground."""
+    """From one strike of a foot to its next; the foot is on the ground until `off`."""
 
     strike: Event
     off: Event
@@ -29,11 +29,11 @@ class Stride:
 
 @dataclass(frozen=True)
 class Strides:
-    """The strides of one foot that can be measured, in order, and how many more there were.
+    """The measurable strides of one foot, in order, and the number of others.
 
-    Left out are those in which the figure was lost and those of odd length.
+    Strides in which the figure was lost and those of implausible duration are left out.
 
-    strikes, offs : every moment of this foot, also those of strides that are not whole
+    strikes, offs : all moments of this foot, including those of incomplete strides
     """
 
     sound: tuple[Stride, ...]
@@ -43,7 +43,7 @@ class Strides:
 
 
 def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
-    """The strides of either foot of the walking figure; frames of the clip."""
+    """The strides of both feet of the walking figure, in frames of the clip."""
     events = _events(track, runs)
     found = {side: _joined(*events[side]) for side in SIDES}
     lengths = [s.frames for of_side in found.values() for s in of_side]
@@ -52,18 +52,18 @@ def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
 
 
 def goes_backwards(track: Track) -> bool:
-    """Whether the figure goes where its back is."""
+    """Whether the figure moves against its facing."""
     return bool(len(track) and track.q[-1, 0] - track.q[0, 0] < BACKWARDS)
 
 
 def between(events: Iterable[Event], start: Event, end: Event) -> Event | None:
-    """The one event that lies between two others; None where none does, or several do."""
+    """The single event between two others; None if there is none or several."""
     found = [event for event in events if start.at < event.at < end.at]
     return found[0] if len(found) == 1 else None
 
 
 def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Sequence[Event]]]:
-    """Strikes and leavings of either foot, rows of the track."""
+    """Strikes and leavings of both feet, in rows of the track."""
     weights, fps = read_weights(), 1.0 / float(np.median(np.diff(track.times))) if len(track) > 1 else 1.0
     back = goes_backwards(track)
     ways = {side: Way.of(track, side) for side in SIDES}
@@ -79,7 +79,7 @@ def _events(track: Track, runs: bool) -> dict[Side, tuple[Sequence[Event], Seque
             tuple(way.moments(turns[side][kind], period, weights[named(kind, runs, way.toes)]))
             for kind in (STRIKE, OFF)
         ]
-        if back:  # what was a leaving with time running back is a strike
+        if back:  # with time reversed, a leaving is a strike
             own = [_turned(events, len(track)) for events in reversed(own)]
         found[side] = own[0], own[1]
     return found
@@ -90,7 +90,7 @@ def _turned(events: Sequence[Event], T: int) -> tuple[Event, ...]:
 
 
 def _joined(strikes: Sequence[Event], offs: Sequence[Event]) -> list[Stride]:
-    """Strides between successive strikes of a foot that leaves the ground just once in between."""
+    """Strides between successive strikes with exactly one leaving in between."""
     found = []
     for strike, end in pairwise(strikes):
         off = between(offs, strike, end)

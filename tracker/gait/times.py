@@ -1,4 +1,4 @@
-"""Times and shares of strides: how long they last, and when one foot, both or none is on the ground."""
+"""Times and shares of strides: durations, and when one foot, both or none is on the ground."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ STANCE, SWING, DOUBLE = CONTACT = ("stance share", "swing share", "double suppor
 
 @dataclass(frozen=True)
 class Clock:
-    """Seconds walked by frame of the clip.
+    """Times of frames in seconds walked.
 
     first   : frame of the first moment
     seconds : (T,)
@@ -26,7 +26,7 @@ class Clock:
     seconds: Array
 
     def span(self, start: Event, end: Event) -> Sample:
-        """From one moment to another of the same kind, whose shared errors cancel."""
+        """The time from one moment to another of the same kind; their shared errors cancel."""
         frames = self.first + np.arange(len(self.seconds))
         moments = np.interp([start.at, end.at], frames, self.seconds)
         variance = self.pace**2 * (start.error**2 + end.error**2)
@@ -38,11 +38,11 @@ class Clock:
 
 
 def times(strides: Mapping[Side, Strides], clock: Clock, runs: bool) -> Iterator[Measure]:
-    """Every measure of time, those without a value too."""
+    """All measures of time, including those without a value."""
     stride = Measure.of("stride time", "s", each(strides, lambda s: clock.span(s.strike, s.end)))
     stances = each(strides, _stance)
     yield Measure("cadence", "steps/min", both=_cadence(stride.both))
-    yield Measure(stride.name, stride.unit, stride.near, stride.far, stride.both)  # legs share their strides
+    yield Measure(stride.name, stride.unit, stride.near, stride.far, stride.both)  # of both legs
     of_steps = {side: [clock.span(strike, s.end) for s, strike in steps(strides, side)] for side in SIDES}
     yield Measure.of("step time", "s", of_steps)
     yield Measure.of(STANCE, "%", stances)
@@ -57,8 +57,8 @@ def times(strides: Mapping[Side, Strides], clock: Clock, runs: bool) -> Iterator
 
 
 def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Stride, Event]]:
-    """Each stride in which the other foot strikes once, and that strike: from it to the stride's end is a
-    step."""
+    """Each stride in which the other foot strikes once, and that strike; the step is from there to the
+    stride's end."""
     for stride in strides[side].sound:
         strike = between(strides[OTHER[side]].strikes, stride.strike, stride.end)
         if strike is not None:
@@ -67,14 +67,14 @@ def steps(strides: Mapping[Side, Strides], side: Side) -> Iterator[tuple[Stride,
 
 def _stance(stride: Stride) -> Sample:
     share = (stride.off.at - stride.strike.at) / stride.frames
-    # The strike begins the stance as well as the stride.
+    # The same strike begins stance and stride, so its error enters both.
     begun, ended = (1.0 - share) * stride.strike.error, share * stride.end.error
     variance = (begun**2 + ended**2 + stride.off.error**2) / stride.frames**2
     return Sample(100.0 * share, 1e4 * variance, 100.0 * _shared(stride) / stride.frames)
 
 
 def _shared(stride: Stride) -> float:
-    """Of a time between a strike and a leaving, frames."""
+    """Shared error of a time between a strike and a leaving, frames."""
     return float(np.hypot(stride.strike.shared, stride.off.shared))
 
 

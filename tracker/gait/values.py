@@ -1,8 +1,9 @@
-"""Means over strides with their standard errors, of either leg and of both.
+"""Means over strides with their standard errors, for each leg and for both.
 
-An error adds in quadrature what is off in each stride by itself and what all strides of the clip share.
-The former is how much strides differ, or what is known of each one if that is more. A figure of both legs is
-the mean of theirs, its error that of errors which go together. In symmetry only what is not shared counts.
+A standard error combines in quadrature the independent errors of strides and the error that all strides of
+the clip share. The former is the spread of the strides, or their measurement error if that is larger. A
+figure of both legs is the mean of the two, with fully correlated errors. In symmetry only independent errors
+count.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +17,7 @@ from tracker.gait.strides import Stride, Strides
 
 
 class Sample(NamedTuple):
-    """A number of one stride, its variance, and the standard error that it shares with all others."""
+    """A number of one stride, its variance, and the standard error that all strides share."""
 
     value: float
     variance: float
@@ -28,7 +29,7 @@ Samples = Mapping[Side, Sequence[Sample]]
 
 @dataclass(frozen=True)
 class Value:
-    """A mean, its standard error and what of that all strides share; how many strides or steps it is over."""
+    """A mean, its standard error, the shared part of that, and the number of strides or steps."""
 
     mean: float
     error: float
@@ -37,7 +38,7 @@ class Value:
 
     @property
     def own(self) -> float:
-        """Standard error of what strides do not share."""
+        """The part of the standard error that strides do not share."""
         return float(np.sqrt(max(self.error**2 - self.shared**2, 0.0)))
 
     def plain(self) -> dict[str, float | int]:
@@ -47,9 +48,9 @@ class Value:
 
 @dataclass(frozen=True)
 class Measure:
-    """One gait figure of either leg and of both; None where it was not measured.
+    """One gait figure of each leg and of both; None if it was not measured.
 
-    symmetry : 100 (near - far) / mean of the two, per cent; 0 for legs that do alike
+    symmetry : 100 (near - far) / mean of the two, per cent; 0 for equal legs
     """
 
     name: str
@@ -71,7 +72,7 @@ class Measure:
 
 
 def each(strides: Mapping[Side, Strides], told: Callable[[Stride], Sample]) -> dict[Side, list[Sample]]:
-    """A number of every stride that was measured."""
+    """A number for every measured stride."""
     return {side: [told(stride) for stride in strides[side].sound] for side in SIDES}
 
 

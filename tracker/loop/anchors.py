@@ -1,9 +1,9 @@
-"""Anchors: what a marked frame says on the way, and a new start where it finds the figure elsewhere.
+"""Anchors: further marked frames of a track, and a new start where the marks show the figure elsewhere.
 
-At an anchor the marked joints take the place of the picture. Where they lie is linear in the pose about the
-pose that they make themselves, to be iterated (the iterated extended Kalman filter: Bell and Cathey, 1993);
-joints that are not marked measure nothing. Templates slide off slowly, of which the filter knows nothing: so
-an anchor may also shift the pose and the one before it alike, which leaves the motion as it was.
+At an anchor the marked joints replace the picture as the measurement. It is linearised about the pose of the
+marks and iterated (the iterated extended Kalman filter: Bell and Cathey, 1993); joints that are not marked
+measure nothing. Templates slide slowly, which the filter does not model: so an anchor may also shift the pose
+and the one before it by the same amount, which leaves the velocity unchanged.
 """
 
 from collections.abc import Collection
@@ -24,18 +24,18 @@ from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Tracker
 from tracker.picture.pyramid import Image
 
-# Pixels. Marks repeat to 1.5, but the frames around an anchor are surer of themselves than they are right:
-# with 0.7 the marks between anchors are met better than with 1.5. A joint that is hidden is guessed.
+# Standard deviations of marks, pixels. Marks repeat to 1.5, but frames around an anchor are overconfident:
+# with 0.7 the track is closer to marks between anchors than with 1.5. A hidden joint is a guess.
 SEEN, HIDDEN = 0.7, 6.0
-ALONG = 4.0  # pixels along the limb: cloth hides at which height a hip or knee is
-RIGID = 0.2  # leg lengths along a limb whose length is no freedom: it may point towards the camera
-SLIDE = 0.03  # leg lengths, or log units: how far templates slide from one anchor to the next
-TURN = float(np.radians(3.0))  # the same of an angle
-FAR = 0.25  # leg lengths: with a joint further off, the figure or its legs were taken for others
-SIZE = 0.1  # of the common log scale at a new start: what a walker grows or shrinks in some seconds
-PLACE = 10.0  # leg lengths: of the root at a new start, which may be anywhere in the picture
+ALONG = 4.0  # the same along the limb, since clothes hide the height of a hip or knee, pixels
+RIGID = 0.2  # the same along a limb of fixed length, which may point towards the camera, leg lengths
+SLIDE = 0.03  # slide of templates from one anchor to the next, leg lengths or log units
+TURN = float(np.radians(3.0))  # the same for an angle
+FAR = 0.25  # error of a joint, leg lengths, above which the track was on something else or exchanged the legs
+SIZE = 0.1  # spread of the common log scale at a new start: change of a walker's size in some seconds
+PLACE = 10.0  # spread of the root at a new start, leg lengths: anywhere in the picture
 ITERATIONS = 4
-BLEND = 0.5  # of what an anchor shows into the templates
+BLEND = 0.5  # share of an anchor's pixels in the updated templates
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Anchor:
 
     @classmethod
     def of(cls, figure: Figure, places: Marks, hidden: Collection[str] = ()) -> Self:
-        """Those of named pixels that the figure has; some are of joints that are hidden."""
+        """The named pixels whose joints the figure has; `hidden` names the guessed ones."""
         known = [(j, name) for j, name in enumerate(figure.joints) if name in places]
         return cls(
             np.array([j for j, _ in known], dtype=np.intp),
@@ -65,13 +65,14 @@ class Anchor:
 def passed(
     tracker: Tracker, state: State, anchor: Anchor, image: Image, place: Array | None = None
 ) -> tuple[State, Estimate]:
-    """One frame on, to an anchor: from the belief, or anew if that is far off or the figure was lost.
+    """The step to an anchor, from the belief, or as a new start if it is far off or the figure was lost.
 
-    The camera's `place` in it is found where it is not known.
+    Args:
+        place: of the camera, as in `Tracker.with_scene`.
     """
     proposed = tracker.proposed(state.belief)
     priors = tracker.pose(proposed.states)
-    state = tracker.looked(state, image, priors, place)
+    state = tracker.with_scene(state, image, priors, place)
     here, expected = tracker.shifted(state.shift), priors.mean
     places = here.view.to_pixels(joints(tracker.figure, expected[proposed.best]))
     away = np.hypot(*(anchor.pixels - places[anchor.joint]).T).max(initial=0.0) / tracker.view.unit
@@ -82,7 +83,7 @@ def passed(
 
 
 def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[State, Estimate]:
-    """A new start at an anchor: of what was believed the size is kept, and the templates."""
+    """A new start at an anchor, which keeps only size and templates of the previous state."""
     tracker = tracker.shifted(state.shift)
     slds, size = tracker.slds, tracker.figure.index(SCALE)
     like = tracker.pose(state.belief.merged()).mean
@@ -99,7 +100,7 @@ def anew(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> tuple[
 
 
 def _loosened(tracker: Tracker, belief: Belief) -> Belief:
-    """The belief when templates may have slid."""
+    """The belief, widened as templates may have slid."""
     slide = np.full(len(tracker.offset), SLIDE)
     slide[len(ROOT) : tracker.figure.index(SCALE)] = TURN
     spread = tracker.slds.shift * slide
@@ -108,7 +109,7 @@ def _loosened(tracker: Tracker, belief: Belief) -> Belief:
 
 
 def _marked_pose(tracker: Tracker, anchor: Anchor, like: Array) -> Array:
-    """(D,) the pose that the marks make, its other freedoms those of a pose that is like it."""
+    """(D,) the pose of the marks; freedoms that they do not determine are taken from the pose `like`."""
     figure = tracker.figure
     names = [figure.joints[j] for j in anchor.joint]
     if figure.base not in names:
@@ -119,7 +120,7 @@ def _marked_pose(tracker: Tracker, anchor: Anchor, like: Array) -> Array:
 
 
 def _measured(tracker: Tracker, belief: Belief, anchor: Anchor, q: Array) -> Belief:
-    """The belief given the marks, linearised about poses q (..., D) at first."""
+    """The belief given the marks, with a first linearisation about poses q (..., D)."""
     figure, view, C = tracker.figure, tracker.view, tracker.slds.C
     q = np.broadcast_to(q, (len(belief.cost), len(tracker.offset)))
     for _ in range(ITERATIONS):
@@ -133,13 +134,13 @@ def _measured(tracker: Tracker, belief: Belief, anchor: Anchor, q: Array) -> Bel
 
 
 def _noise(tracker: Tracker, anchor: Anchor, q: Array) -> Array:
-    """(H, 2J, 2J) covariance of the marks, px^2, where poses (H, D) lay the limbs."""
+    """(H, 2J, 2J) covariance of the marks, px^2, for limbs placed by poses (H, D)."""
     figure = tracker.figure
     inner = {link.parent for link in figure.links}
     limb = skeleton(figure, q).direction * np.sign(tracker.view.axes)
     R = np.zeros((len(q), 2 * len(anchor.joint), 2 * len(anchor.joint)))
     for k, (j, seen) in enumerate(zip(anchor.joint, anchor.visible, strict=True)):
-        # The base slides along the first link that starts there, any other joint along the link it ends.
+        # The base slides along the first link that starts there, other joints along the link that ends there.
         link, along = figure.links[max(j - 1, 0)], limb[:, max(j - 1, 0)]
         sd = SEEN if seen else HIDDEN
         if not link.breathes:
@@ -156,10 +157,10 @@ def _noise(tracker: Tracker, anchor: Anchor, q: Array) -> Array:
 def _settled(
     tracker: Tracker, state: State, belief: Belief, anchor: Anchor, image: Image
 ) -> tuple[State, Estimate]:
-    """The state at an anchor, its templates freshened from what the marks show."""
+    """The state at an anchor, with templates updated from the marked limbs."""
     now = tracker.templates_at(tracker.pose(belief.merged()).mean, image, state.curve)
     ends = anchor.joint - 1
-    # A limb whose end is not marked may lie anywhere: of its look nothing new is taken.
+    # A limb whose end is not marked may lie anywhere, so its template is not updated.
     told = ~np.isin(now.link, ends[~anchor.visible]) & (state.templates.known | np.isin(now.link, ends))
     trust = np.where(now.known & told, 1.0, 0.0)
     light = state.templates.light

@@ -1,4 +1,4 @@
-"""The marked frame: what the loop begins with."""
+"""The start of the loop: belief and templates in the marked frame."""
 
 from dataclasses import replace
 
@@ -17,9 +17,9 @@ from tracker.picture.pyramid import Image
 from tracker.picture.tone import tone_curve
 from tracker.registration.templates import Templates
 
-# Errors of the marks: leg lengths of the hip, radians of the angles, log lengths.
+# Standard deviations of the marks: hip, leg lengths; angles, radians; log lengths.
 START_PLACE, START_ANGLE, START_LENGTH = 0.02, float(np.radians(5.0)), 0.01
-GUESSED = 2.0  # times as far off is the angle of a limb whose tip was guessed, or marked near its start
+GUESSED = 2.0  # factor on the error of an angle whose limb has a guessed tip or looks short
 
 
 def begin(
@@ -28,7 +28,7 @@ def begin(
     """Cut the templates from the start frame and start the belief there.
 
     Args:
-        belief: of that frame, where one is known; None takes that of the marks.
+        belief: in that frame, if known; None for that of the marks.
     """
     box = tracker.box(start.q[None])
     curve = tone_curve(image, box, tracker.mode.contrast)
@@ -43,7 +43,7 @@ def begin(
 
 
 def start_belief(tracker: Tracker, start: Start) -> Belief:
-    """What the marks of the start frame say."""
+    """The belief from the marks of the start frame."""
     D, layout = len(start.q), tracker.figure.layout
     noise = np.full(D, START_ANGLE)
     noise[:2] = START_PLACE
@@ -59,7 +59,7 @@ def _templates(tracker: Tracker, start: Start, image: Image, curve: Image) -> Te
     if not tracker.mode.learns:
         return tracker.templates_at(start.q, image, curve)
     layout = tracker.figure.layout
-    # What does not breathe, a foot, is short and nearly as it is at rest: it need not be marked.
+    # A foot, whose length is fixed, is short and near its rest angle: it need not be marked.
     turned = ~layout.turns | ~layout.breathes | start.known[layout.angle]
     turned &= ~_guessed(tracker, start)
     placed = np.array([turned[chain].all() for chain in tracker.figure.chain])
@@ -69,7 +69,7 @@ def _templates(tracker: Tracker, start: Start, image: Image, curve: Image) -> Te
 
 
 def _guessed(tracker: Tracker, start: Start) -> NDArray[np.bool_]:
-    """(L,) whether a link does not show how it looks: foreshortened, or its tip behind another thing."""
+    """(L,) whether a link's appearance is unknown: it is foreshortened, or something hides its tip."""
     figure, bones = tracker.figure, skeleton(tracker.figure, start.q)
     own = covering(figure, bones, bones.tip, np.arange(len(figure.links)), tracker.settings.mark)
     hidden = np.array([link.joint in start.hidden for link in figure.links])

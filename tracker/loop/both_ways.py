@@ -1,9 +1,9 @@
-"""A clip followed one way in time through its anchors, each stretch between two of them both ways.
+"""A clip followed in one direction through its anchors, with both directions between two anchors.
 
-A template that was cut at an anchor slides off the further it goes, so between two anchors the way there and
-the way back are averaged: each counts by how near its own anchor is and how little its pictures cost. Where
-a joint is far apart on the two, the figure was lost on one of them; they are then joined where that costs
-least.
+A template that was cut at an anchor slides more the longer it is followed, so between two anchors the pass
+forth and the pass back are averaged, weighted by the distance from their anchors and by their misfit. Where a
+joint differs much between the two, the figure was lost in one of them; they are then joined at the frame of
+least cost.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -23,14 +23,14 @@ from tracker.picture.pyramid import Image
 
 @dataclass(frozen=True)
 class Passage:
-    """One way through a clip.
+    """A pass through a clip in one direction.
 
-    tracker : that goes this way in time
-    other   : makes the one that goes the other way
+    tracker : runs in this direction
+    other   : makes the tracker that runs in the other direction
     anchors : by frame, the start frame among them
-    way     : +1 ahead, -1 back
-    span    : pictures of the frames from one to another, both included, in that order
-    smooth  : makes of the estimates of a run those given all of it
+    way     : +1 forwards, -1 backwards
+    span    : gives the pictures of the frames from one to another, both included, in that order
+    smooth  : smooths the estimates of a run
     detections : by frame, where joints were detected
     places : by frame, (3, 3) from its pixels to the start frame's, where the camera's path is known
     """
@@ -47,7 +47,7 @@ class Passage:
     def run(
         self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
     ) -> Iterator[Estimate]:
-        """Estimates from the start frame on; `images` are of the frames after it, this way."""
+        """Estimates from the start frame on; `images` are of the frames after it in this direction."""
         last = frame
         yield estimate
         for image in images:
@@ -59,14 +59,14 @@ class Passage:
             yield estimate
 
     def _step(self, tracker: Tracker, before: State, frame: int, image: Image) -> tuple[State, Estimate]:
-        """Follow the figure into the next frame, ahead or back in time."""
+        """Follow the figure into the next frame of either direction."""
         place = self.places.get(frame)
         if frame in self.anchors:
             return passed(tracker, before, self.anchors[frame], image, place)
         return tracker.step(before, image, self.detections.get(frame), place)
 
     def _back(self, frame: int, last: int, state: State, image: Image) -> tuple[Estimate, ...]:
-        """From an anchor back to the one before it: the frames between, in this passage's order."""
+        """The pass from an anchor back to the one before it: the frames between, in this passage's order."""
         other = self.other()
 
         def run() -> Iterator[Estimate]:
@@ -76,12 +76,12 @@ class Passage:
                 there, estimate = self._step(other, there, frame - t * self.way, picture)
                 yield estimate
 
-        # Hypotheses take forty times the memory of the rest.
+        # Hypotheses, which take forty times the memory of the rest, are dropped.
         return tuple(replace(each, belief=NOTHING) for each in self.smooth(other, run()))[-2:0:-1]
 
 
 def prolong(tracker: Tracker, trail: Trail, estimate: Estimate) -> None:
-    """Append a frame; before an anchor the frames since the last are joined with those of the way back."""
+    """Append a frame; at an anchor, first join the frames since the last one with those of the pass back."""
     if back := estimate.back:
         trail.extend(between_anchors(tracker, trail.pop(len(back)), back))
     trail.append(estimate)
@@ -90,7 +90,7 @@ def prolong(tracker: Tracker, trail: Trail, estimate: Estimate) -> None:
 def between_anchors(
     tracker: Tracker, there: Sequence[Estimate], back: Sequence[Estimate]
 ) -> Sequence[Estimate]:
-    """One estimate a frame of those between two anchors, from the way there and the way back."""
+    """One estimate for each frame between two anchors, from the pass forth and the pass back."""
     if not there:
         return ()
     ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
@@ -109,7 +109,7 @@ def between_anchors(
 def _between(a: Estimate, b: Estimate, share: float) -> Estimate:
     """The estimate that has this share of b, with the moments of the mixture of the two.
 
-    Both saw the same pictures, so it is no surer than they are.
+    Both passes used the same pictures, so the result is no more certain than they are.
     """
     apart = b.pose.mean - a.pose.mean
     spread = share * (1.0 - share) * np.outer(apart, apart)

@@ -1,7 +1,7 @@
 """Joints that a pose network detected, as a doubted measurement of the pose.
 
-A detected point z errs about the joint p(q) that it is of by a Student t of FREEDOM degrees in the plane, so
-that one far off pulls little (Lange, Little and Taylor, 1989), in leg lengths:
+The error of a detected point z about its joint p(q) has a Student t of FREEDOM degrees in the plane, so that
+outliers have little influence (Lange, Little and Taylor, 1989), in leg lengths:
 
     -log p(z | q) = (n + 2) / 2 log(1 + |z - p(q)|^2 / (n sigma^2)) + constant
 
@@ -24,10 +24,10 @@ from tracker.registration.field import Likelihood
 from tracker.settings import Settings
 
 FREEDOM = 4.0
-# A step is longest where the linearisation has long ended.
+# The longest step is far beyond the range of the linearisation.
 SEARCH = Search(steps=20, small=1e-4, longest=0.5)
-PULLS = 0.1  # share of the full weight: six standard deviations off
-FARTHEST = 0.5  # leg lengths, radians or log units that a freedom may be off: what no point tells stays
+PULLS = 0.1  # share of the full weight, six standard deviations off, below which a point does not count
+FARTHEST = 0.5  # prior spread of each freedom in a step to the points, leg lengths, radians or log units
 EXCHANGED = 1  # among `Detections.ways`
 
 
@@ -37,7 +37,7 @@ class Detections:
 
     joint  : (J,) positions in `figure.joints`
     pixels : (J, 2) of that frame
-    doubt  : by which the spread of the settings is multiplied
+    doubt  : factor on the spread of the settings
     """
 
     joint: NDArray[np.intp]
@@ -46,7 +46,7 @@ class Detections:
 
     @classmethod
     def of(cls, figure: Figure, names: tuple[str, ...], places: Array) -> Self:
-        """Those of named places (J, 2) that the figure has; NaN where there is none."""
+        """The named places (J, 2) whose joints the figure has; NaN places are left out."""
         known = [
             (figure.joints.index(name), place)
             for name, place in zip(names, places, strict=True)
@@ -58,7 +58,8 @@ class Detections:
         )
 
     def named(self, figure: Figure, other: Figure) -> Self:
-        """The points of a figure's joints as another names them; those that it has not are left out."""
+        """The points of one figure as those of another, by names of joints; joints that it lacks are left
+        out."""
         names = tuple(figure.joints[joint] for joint in self.joint)
         return replace(self.of(other, names, self.pixels), doubt=self.doubt)
 
@@ -70,10 +71,10 @@ class Detections:
 
 @dataclass(frozen=True)
 class Detector:
-    """A pose network as it sees poses of a figure.
+    """The measurement model of a pose network for a figure.
 
     view  : of the frame that the points are of
-    doubt : by which the spread of the settings is multiplied
+    doubt : factor on the spread of the settings
     """
 
     figure: Figure
@@ -82,7 +83,8 @@ class Detector:
     doubt: float = 1.0
 
     def namings(self, found: Detections, priors: Gaussian) -> Likelihood:
-        """The points as each of `Detections.ways` names them, a leading axis, and what that costs.
+        """The likelihood of the points under each of `Detections.ways`, a leading axis, including its prior
+        cost.
 
         Args:
             priors: mean (H, D), cov (H, D, D) over the pose.
@@ -95,11 +97,11 @@ class Detector:
         return Likelihood(q, information, apply(information, q) - gradient, cost)
 
     def agreement(self, found: Detections, q: Array) -> tuple[float, bool]:
-        """How well the points agree with a pose (D,), legs named as fits best.
+        """How well the points agree with a pose (D,) under the best fitting naming of the legs.
 
         Returns:
-            The mean over the points, 1 where each meets its joint, 0 far off or without points; and whether
-            every joint of the figure has a point that pulls at it.
+            The mean match of the points, 1 if each is at its joint, 0 far off or without points; and whether
+            every joint of the figure has a point of enough weight.
         """
         ways = found.ways(self.figure)
         matches = self._matches(self._away(ways, found.pixels, q))
@@ -108,10 +110,10 @@ class Detector:
         return float(matches[best].sum()) / max(len(found.joint), 1), whole
 
     def elsewhere(self, found: Detections, q: Array) -> Array:
-        """(D, D) by how much the covariance of a pose (D,) grows where the points show another.
+        """(D, D) increase of the covariance of a pose (D,) where the points show another pose.
 
-        With the probability p, one less the mean match, the figure is a step d away, where the points show
-        it: the second moment about the pose grows by p d d'. The step is one of Gauss and Newton.
+        With the probability p, one minus the mean match, the figure is where the points show it, a step d
+        away: the second moment about the pose grows by p d d'. The step is a Gauss-Newton step.
         """
         if not len(found.joint):
             return np.zeros((len(q), len(q)))
@@ -127,7 +129,7 @@ class Detector:
         return int(np.argmin(self._cost(away) + self._prices)) == EXCHANGED
 
     def _matches(self, away: Array) -> Array:
-        """(..., J) 1 where a point meets its joint, 0 far off, of (..., J, 2)."""
+        """(..., J) match of points (..., J, 2) away from their joints: 1 at the joint, 0 far off."""
         return np.asarray(1.0 / (1.0 + self._squares(away) / FREEDOM))
 
     @property
@@ -137,15 +139,15 @@ class Detector:
         return np.asarray(-np.log([1.0 - sum(rare), *rare]))
 
     def _cost(self, away: Array) -> Array:
-        """(...) minus the log likelihood of points (..., J, 2) away from their joints, nats."""
+        """(...) minus the log likelihood of points that are (..., J, 2) away from their joints, nats."""
         return np.asarray(0.5 * (FREEDOM + 2.0) * np.log1p(self._squares(away) / FREEDOM).sum(-1))
 
     def _away(self, joint: NDArray[np.intp], pixels: Array, q: Array) -> Array:
-        """(..., J, 2) from points (J, 2) to the joints (..., J) of a pose (D,), leg lengths."""
+        """(..., J, 2) vectors from points (J, 2) to the joints (..., J) of a pose (D,), leg lengths."""
         return np.asarray(joints(self.figure, q)[joint] - self.view.to_body(pixels))
 
     def _squares(self, away: Array) -> Array:
-        """(..., J) squared lengths of (..., J, 2), in units of the spread."""
+        """(..., J) squared lengths of vectors (..., J, 2), in units of the spread."""
         return np.asarray((away**2).sum(-1) / self._spread**2)
 
     @property

@@ -1,4 +1,4 @@
-"""What a frame came to, and what the loop carries to the next."""
+"""The result of a frame, and the state that the loop passes to the next frame."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -20,15 +20,15 @@ NOTHING = Belief(
 
 @dataclass(frozen=True)
 class Estimate:
-    """What one frame came to.
+    """The result of one frame.
 
     pose    : belief over the full pose, mean (D,), cov (D, D)
     s       : most probable switching state
-    belief  : the hypotheses it was merged from
+    belief  : the hypotheses from which `pose` was merged
     shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
-    began   : whether the filter began here, so that nothing links it to the frame before
-    back    : at an anchor, the frames since the one before it as the way back from it has them, oldest first
+    began   : whether the filter started here, without any link to the frame before
+    back    : at an anchor, estimates of the frames since the last anchor by the pass back, oldest first
     """
 
     pose: Gaussian
@@ -45,9 +45,9 @@ class Estimate:
 class State:
     """What the loop carries from frame to frame.
 
-    curve    : (256,) what grey levels become
-    camera   : None where it is taken for still
-    backdrop : None where what lies behind the figure is left out of account
+    curve    : (256,) tone curve of grey levels
+    camera   : None if it is assumed still
+    backdrop : None if the scene behind the figure is not modelled
     outcome  : of the last frame
     """
 
@@ -65,5 +65,5 @@ class State:
 
     @property
     def scenery(self) -> Scenery:
-        """How much the last frame differs from what lies behind the figure."""
+        """How much the last frame differs from the scene behind the figure."""
         return UNSEEN if self.backdrop is None else self.backdrop.scenery

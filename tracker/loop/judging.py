@@ -10,21 +10,21 @@ from tracker.loop.outcome import Outcome
 from tracker.picture.pyramid import within
 from tracker.registration.field import Field, Registration
 
-LEAST_INSIDE = 0.3  # of the joints lie in the picture, or the figure is outside
-LEAST_MATCH = 0.25  # mean robust weight of what is in sight, or it is lost
-DOUBTFUL_MATCH = 0.5  # the same where what lies behind explains the picture better
-BARE = 0.5  # of it shows just what lies behind: it is lost
-DENIED = 16.0  # nats of points far from their joints, or templates that match lie on something else
-LEAST_VISIBLE = 0.3  # of every link is in sight, or the figure is hidden
+LEAST_INSIDE = 0.3  # share of joints in the picture below which the figure is outside
+LEAST_MATCH = 0.25  # mean robust weight of the visible points below which the figure is lost
+DOUBTFUL_MATCH = 0.5  # the same limit where the background explains the picture better
+BARE = 0.5  # share of points that show just the background above which the figure is lost
+DENIED = 16.0  # disagreement with detected points, nats, above which matching templates are on something else
+LEAST_VISIBLE = 0.3  # visible share of each link below which the figure is hidden
 
 
 def judged(
     field: Field, before: Outcome, foreseen: Array, found: Registration, size: tuple[int, ...]
 ) -> Outcome:
-    """The outcome of a frame that templates were laid on.
+    """The outcome of a frame by the match of the templates.
 
     Args:
-        before: of the frame before.
+        before: outcome of the frame before.
         foreseen: (D,) pose in which the figure was expected.
         found: where the templates settled at the best hypothesis.
         size: height and width of the picture.
@@ -35,7 +35,7 @@ def judged(
     gone = found.inside < LEAST_INSIDE or matched < LEAST_MATCH
     doubtful = matched < DOUBTFUL_MATCH or not before.measured
     lost = gone or (doubtful and found.cost > 0.0) or field.scenery.plain(found.pixels[inner]).mean() > BARE
-    # A climb that found nothing may have ended anywhere.
+    # A climb without a match may have ended anywhere.
     if inside(field.figure, field.view, foreseen if lost else found.q, size) < LEAST_INSIDE:
         return Outcome.OUTSIDE
     if lost:
@@ -49,13 +49,13 @@ def judged(
 
 
 def denied(detector: Detector, detections: Detections, q: Array) -> bool:
-    """Whether what was detected lies elsewhere than in a pose (D,); the fewer joints, the farther off."""
+    """Whether the detected points contradict a pose (D,); fewer points must be farther off to do so."""
     agreed = detector.agreement(detections, q)[0]
     return bool(len(detections.joint) * -np.log(max(agreed, 1e-9)) > DENIED)
 
 
 def judged_by_points(detector: Detector, detections: Detections, q: Array, before: Outcome) -> Outcome:
-    """The outcome of a frame in which no template matches but points were detected about a pose (D,)."""
+    """The outcome of a frame without matching templates, by points detected about a pose (D,)."""
     agree, whole = detector.agreement(detections, q)
     if agree < LEAST_MATCH:
         return Outcome.LOST

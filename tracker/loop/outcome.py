@@ -1,10 +1,10 @@
-"""What a frame of a followed clip came to."""
+"""The outcome of a frame of a followed clip."""
 
 from enum import StrEnum
 
 
 class Outcome(StrEnum):
-    """What became of a frame, as pose.csv and reports name it."""
+    """The outcome of a frame, as named in pose.csv and reports."""
 
     OK = "ok"  # the figure was found, every link in view
     HIDDEN = "hidden"  # the figure was found, a link is covered
@@ -14,5 +14,5 @@ class Outcome(StrEnum):
 
     @property
     def measured(self) -> bool:
-        """Whether the picture said where the figure is, or the motion went on alone."""
+        """Whether the picture measured the pose; otherwise the motion model predicted it."""
         return self not in (Outcome.LOST, Outcome.OUTSIDE)

@@ -1,8 +1,8 @@
 """Estimates given the whole clip: the best switching path, and along it the Rauch-Tung-Striebel smoother.
 
-A window of frames is smoothed at a time, back from the hypothesis that is best at its end, and its first part
-is let go, so that memory does not grow with the clip. Hypotheses of LAG frames ago have nearly always one
-common ancestor, and what is seen as much later says nothing more of a pose.
+A window of frames is smoothed at a time, back from the best hypothesis at its end, and its first part is then
+released, so that memory does not grow with the clip. Hypotheses nearly always have a common ancestor LAG
+frames ago, and frames that much later add nothing to a pose.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,13 +17,13 @@ from dynamics.slds import SLDS
 from tracker.loop.estimate import Estimate
 from tracker.loop.tracker import Tracker
 
-LAG = 100  # frames: three strides
+LAG = 100  # frames, three strides
 
 
 def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int = LAG) -> Iterator[Estimate]:
-    """The estimates of a run, each given those after it as well; at least `lag` of them where there are.
+    """The estimates of a run, each given also later ones, at least `lag` of them if there are as many.
 
-    Their beliefs are the one hypothesis of the best path. Nothing is carried over a new beginning.
+    Their beliefs are the single hypothesis of the best path. Smoothing does not cross a new start.
     """
     window: list[Estimate] = []
     for estimate in estimates:
@@ -38,18 +38,18 @@ def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int = LAG) ->
 
 
 def as_first_known(_: Tracker, estimates: Iterable[Estimate]) -> Iterable[Estimate]:
-    """The estimates of a run, each given the frames before it alone."""
+    """The estimates of a run unchanged, each given the frames up to it only."""
     return estimates
 
 
 def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
-    """The first frame of a smoothed run, to go on from against its direction.
+    """The belief in the first frame of a smoothed run, from which to follow in the opposite direction.
 
-    A second-order state holds the pose and the one before it, which the other way is the one after. In which
-    switching state the figure is, is left open.
+    A second-order state holds the pose and the one before it, which is the one after in the other direction.
+    The switching state is left open.
 
     Args:
-        slds: of the run, or of its reverse.
+        slds: model of the run, or its time reversal.
         first: filtered belief in the run's first frame.
         second: smoothed belief in the frame after.
     """
@@ -62,7 +62,7 @@ def turned_belief(slds: SLDS, first: Belief, second: Belief) -> Belief:
 
 
 def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:
-    """Smooth the estimates of a window, each given all of them."""
+    """The estimates of a window, each smoothed given all of them."""
     if not window:
         return []
     slds, h = tracker.slds, window[-1].belief.best
@@ -76,7 +76,7 @@ def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:
 
 
 def _alone(tracker: Tracker, estimate: Estimate, states: Gaussian, h: int) -> Estimate:
-    """The estimate with one of its hypotheses alone, in which the state is this."""
+    """The estimate reduced to hypothesis h, with this Gaussian over the state."""
     s, parent = estimate.belief.s[[h]], estimate.belief.parent[[h]]
     belief = Belief(states[None], np.zeros(1), s, parent)
     return replace(estimate, pose=tracker.pose(states), s=int(s[0]), belief=belief)

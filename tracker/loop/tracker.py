@@ -2,9 +2,10 @@
 
 Pavlović et al. (1999), section 4.2. Each frame every switching state proposes the prior of its best
 predecessor; local registration climbs from each to a measurement; the Kalman filter fuses the two, with that
-frame's own information. A hypothesis costs what its predecessor cost, the switch, and minus the log evidence
-of its measurement: with the likelihood linearised at the mode q* (Laplace), E as of
-`tracker.registration.objective`,
+frame's own information. The cost of a hypothesis is the sum of its predecessor's cost, the cost of the
+switch,
+and minus the log evidence of its measurement: with the likelihood linearised at the mode q* (Laplace), E as
+in `tracker.registration.objective`,
 
     E(q*) + (q* - m)' P^-1 (q* - m) / 2 + log |I + P L| / 2
 
@@ -37,21 +38,21 @@ from tracker.registration.modes import Mode, mode_of
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
 
-ANKLE_KEEP = 0.9  # of an ankle's turn is left a frame later
-BREATH_KEEP = 0.95  # of a link's stretch
-ASTRAY = 0.01  # probability that the figure is elsewhere than foreseen
-WIDER = 30.0  # times the foreseen covariance where it may be then
-PRUNE = 15.0  # nats: priors dearer than the best by this are not tried
-WORTH = 8.0  # nats by which that is dearer than the best at most, to be tried
+ANKLE_KEEP = 0.9  # share of an ankle's angle that is left a frame later
+BREATH_KEEP = 0.95  # the same for a link's stretch
+ASTRAY = 0.01  # probability that the figure is far from its predicted place
+WIDER = 30.0  # factor on the predicted covariance in that case
+PRUNE = 15.0  # cost above the best prior's from which a prior is not tried, nats
+WORTH = 8.0  # the same limit for the case of ASTRAY, nats
 
 
 @dataclass(frozen=True)
 class Tracker:
-    """A figure, where it stands in the picture, a motion model over its freedoms, and settings.
+    """A figure, its view in the picture, a motion model over its freedoms, and settings.
 
     view   : of the scene in the marked frame
-    slds   : speaks of every freedom of the figure
-    offset : (D,) what the model's poses lack: constants that are the figure's own
+    slds   : covers every freedom of the figure
+    offset : (D,) constants of this figure, added to the model's poses
     """
 
     figure: Figure
@@ -68,7 +69,7 @@ class Tracker:
     def templates_at(
         self, q: Array, image: Image, curve: Image, placed: NDArray[np.bool_] | None = None
     ) -> Templates:
-        """Templates as a pose (D,) lays them on a picture, see `tracker.registration.templates.cut`."""
+        """Templates cut from a picture at a pose (D,), see `tracker.registration.templates.cut`."""
         levels = self._levels(image, curve, self.box(q[None]))
         return cut(self.figure, self.view, q, levels, self.settings, placed)
 
@@ -77,11 +78,12 @@ class Tracker:
     ) -> tuple[State, Estimate]:
         """Follow the figure into the next frame.
 
-        What was detected in it narrows the priors that templates climb from. Its camera's `place` is found
-        where it is not known.
+        Args:
+            detections: narrow the priors from which registration climbs.
+            place: of the camera, as in `with_scene`.
         """
         proposed, before = self.proposed(state.belief), state.outcome
-        state = self.looked(state, image, self.pose(proposed.states), place)
+        state = self.with_scene(state, image, self.pose(proposed.states), place)
         here = self.shifted(state.shift)
         if detections is not None:
             proposed = here.detected(proposed, detections)
@@ -99,10 +101,10 @@ class Tracker:
         return state, replace(self.estimate(state), misfit=misfit)
 
     def detected(self, belief: Belief, detections: Detections) -> Belief:
-        """The belief given the points of this frame, of which near and far leg may be exchanged.
+        """The belief given the points of this frame, whose near and far leg may be exchanged.
 
-        Points far from all that was foreseen may be right, or wrong themselves: then the figure as the
-        points have it is a hypothesis beside the others, for the templates to judge.
+        Points far from every prediction may be right or wrong: the pose that they show becomes a further
+        hypothesis, which the templates judge.
         """
         best = belief.at([belief.best])
         wide = Gaussian(best.states.mean, WIDER * best.states.cov)
@@ -113,7 +115,7 @@ class Tracker:
         return (given.at(foreseen) if dear else given).levelled()
 
     def _given(self, belief: Belief, detections: Detections) -> Belief:
-        """Every hypothesis given the points, as any naming has them."""
+        """Every hypothesis given the points, as a mixture over their namings."""
         priors = self.pose(belief.states)
         given = self.conditioned(belief, priors, self._detector.namings(detections, priors))
         costs = enumerate(given.cost)
@@ -122,7 +124,7 @@ class Tracker:
     def _registered(
         self, state: State, image: Image, proposed: Belief, detections: Detections | None
     ) -> tuple[State, Registration]:
-        """The state after the templates were laid on the picture, and where they settled at the best."""
+        """The state after registration, and the registration of the best hypothesis."""
         priors = self.pose(proposed.states)
         levels = self._levels(image, state.curve, self._around(priors))
         field = Field(state.templates, levels, self.figure, self.view, self.settings, state.scenery)
@@ -136,7 +138,7 @@ class Tracker:
         if outcome.measured:
             state = replace(state, belief=fused, templates=self._templates(state.templates, field, best))
         else:
-            # What matches nothing measures nothing.
+            # Without a match there is no measurement.
             state = replace(state, belief=proposed)
         return replace(state, outcome=outcome), best
 
@@ -144,11 +146,11 @@ class Tracker:
         """The priors of the next frame: one for each switching state that is tried."""
         return propose(self.slds, belief, prune=PRUNE, most=self.settings.hypotheses)
 
-    def looked(self, state: State, image: Image, priors: Gaussian, place: Array | None = None) -> State:
-        """What a frame tells of the camera and of what lies behind a figure in one of the poses (H, D).
+    def with_scene(self, state: State, image: Image, priors: Gaussian, place: Array | None = None) -> State:
+        """The state with camera and background updated from a frame; the figure is in a pose of (H, D).
 
         Args:
-            place: the camera's, (3, 3) as `tracker.picture.camera`, None where it is not known.
+            place: of the camera, (3, 3) as in `tracker.picture.camera`; None if the frame is to tell it.
         """
         if state.camera is not None:
             around = self.shifted(state.shift)._around(priors)
@@ -159,7 +161,7 @@ class Tracker:
         return state
 
     def _templates(self, templates: Templates, field: Field, best: Registration) -> Templates:
-        """Freshened by what the frame shows where they settled."""
+        """The templates updated from the frame at the registered pose."""
         if not self.mode.learns:
             return templates
         seen, trust = field.seen(best), best.match * templates.known
@@ -176,9 +178,10 @@ class Tracker:
         return states.through(self.slds.C, self.offset)
 
     def conditioned(self, belief: Belief, priors: Gaussian, told: Likelihood) -> Belief:
-        """Every hypothesis, of pose (H, D), given its own likelihood or the one of all, which it pays for.
+        """Every hypothesis, with pose (H, D), given its own or a common likelihood, and with its cost
+        updated.
 
-        Likelihoods may have a leading axis: then what they make of the belief has it.
+        A leading axis of the likelihoods is one of the result.
         """
         vector = told.vector - told.information @ self.offset
         states = update_information(belief.states, self.slds.C, told.information, vector)
@@ -188,7 +191,7 @@ class Tracker:
         return replace(belief, states=states, cost=belief.cost + told.cost + innovation + spread)
 
     def estimate(self, state: State) -> Estimate:
-        """What a frame came to that left this state."""
+        """The estimate of the frame that ended in this state."""
         belief = state.belief
         s = int(belief.s[belief.best])
         return Estimate(self.pose(belief.merged()), s, state.outcome, belief, state.shift)
@@ -198,11 +201,11 @@ class Tracker:
         return Detector(self.figure, self.view, self.settings)
 
     def _around(self, priors: Gaussian) -> Box:
-        """Pixels that the figure may cover."""
+        """Box of pixels that the figure may cover."""
         return self.box(priors.mean, reach(priors))
 
     def box(self, poses: Array, reach: Array | float = 0.0) -> Box:
-        """Pixels around all of the poses (H, D), and what lies within reach (2,) leg lengths of them."""
+        """Box of pixels around all poses (H, D), enlarged by `reach` (2,) leg lengths."""
         pixels = self.view.to_pixels(joints(self.figure, poses)).reshape(-1, 2)
         margin = self.view.unit * (self.settings.margin + np.asarray(reach))
         (x0, y0), (x1, y1) = pixels.min(0) - margin, pixels.max(0) + margin
@@ -214,10 +217,10 @@ class Tracker:
 
 
 def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
-    """A tracker of this figure with a model of its root and angles; scale and lengths drift by themselves.
+    """A tracker of this figure with a model of its root and angles; scale and lengths drift independently.
 
     Raises:
-        ValueError: the model was learned on other freedoms than the figure has.
+        ValueError: the model's freedoms are not the figure's.
     """
     figure = start.figure
     if slds.names != figure.learned_freedoms:
@@ -227,7 +230,7 @@ def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
         )
     offset = np.zeros(len(figure.freedoms))
     if slds.labels != ("cv",):
-        # Where a joint lies differs between skeletons; models know an angle's deviation only.
+        # Places of joints differ between skeletons, so models apply to an angle's deviation only.
         own = [figure.index(name) for name in figure.offsets("marked")]
         offset[own] = start.q[own]
         if leaning := figure.offsets("lean"):
@@ -237,7 +240,7 @@ def make_tracker(start: Start, slds: SLDS, settings: Settings) -> Tracker:
 
 
 def _with_drifts(slds: SLDS, names: Sequence[str], settings: Settings) -> SLDS:
-    """The model with the freedoms it does not know: ankles, common scale and stretches, in this order."""
+    """The model with further freedoms appended: ankles, common scale and stretches, in this order."""
     ankles, n = names.index(SCALE), len(names)
     stretches = n - ankles - 1
     keep = np.r_[np.full(ankles, ANKLE_KEEP), 1.0, np.full(stretches, BREATH_KEEP)]

@@ -1,4 +1,4 @@
-"""The estimates of a film in columns, which take half the memory of as many objects."""
+"""The estimates of a film stored in columns, which take half the memory of separate objects."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -10,14 +10,14 @@ from dynamics.gaussian import Gaussian
 from tracker.loop.estimate import NOTHING, Estimate
 from tracker.loop.outcome import Outcome
 
-ROOM = 512  # frames at first, then twice as many whenever they are too few
-MOST = 2**17  # that are foreseen at most: containers may announce anything
+ROOM = 512  # initial capacity in frames, doubled whenever it is too small
+MOST = 2**17  # largest capacity reserved in advance, as containers may announce any number of frames
 
 
 class Trail:
     """Estimates frame by frame, without their hypotheses; covariances in single precision.
 
-    Where their number is foreseen, room that is not needed is never touched, and none is copied to grow.
+    If their number is known in advance, unused memory is never touched, and growing copies nothing.
 
     outcome : of every frame
     """
@@ -37,7 +37,7 @@ class Trail:
         return len(self.outcome)
 
     def column(self, name: str) -> NDArray[Any]:
-        """One number of all frames: mean (T, D), cov (T, D, D), s (T,), shift (T, 2) or misfit (T,)."""
+        """A column over all frames: mean (T, D), cov (T, D, D), s (T,), shift (T, 2) or misfit (T,)."""
         return self._columns[name][: len(self)]
 
     def append(self, estimate: Estimate) -> None:
@@ -52,7 +52,7 @@ class Trail:
         self.outcome.append(estimate.outcome)
 
     def pop(self, frames: int) -> list[Estimate]:
-        """The last frames, which are taken off."""
+        """Remove and return the last frames."""
         first = len(self) - frames
         found = [self._row(t) for t in range(first, len(self))]
         del self.outcome[first:]

@@ -30,7 +30,7 @@ VITERBI = "viterbi"
 Batches = Callable[[SLDS, Sequence[Array]], list[list[int]]]
 Spread = Callable[[Callable[[], Infer], Batches], Infer]
 
-# What makes the E-step of each inference, and the batches in which it works.
+# For each inference, the function that makes its E-step, and the one that forms its batches.
 E_STEPS: dict[str, tuple[Callable[[], Infer], Batches]] = {
     VITERBI: (lambda: viterbi_all, batches),
     "gpb2": (lambda: gpb2_all, batches),
@@ -40,11 +40,11 @@ E_STEPS: dict[str, tuple[Callable[[], Infer], Batches]] = {
 
 @dataclass(frozen=True)
 class ESteps:
-    """How the E-steps of learning are done.
+    """The E-steps of learning.
 
     inference : viterbi, gpb2 or variational
-    spread    : makes an E-step one that works elsewhere (`tracker.models.cluster`); None works here
-    tick      : called after each
+    spread    : makes an E-step run on a cluster (`tracker.models.cluster`); None runs it in this process
+    tick      : called after each E-step
     """
 
     inference: str = VITERBI
@@ -52,7 +52,7 @@ class ESteps:
     tick: Callable[[], None] = lambda: None
 
     def begin(self) -> Infer:
-        """A fresh E-step: variational inference keeps its posterior from round to round."""
+        """A new E-step, since variational inference keeps its posterior from round to round."""
         make, own = E_STEPS[self.inference]
         step = make() if self.spread is None else self.spread(make, own)
 
@@ -75,10 +75,10 @@ def learn_motions(
     choose_from: Sequence[int] = (),
     e_steps: ESteps = ESteps(),
 ) -> SLDS:
-    """One model of several motions: each learned by itself, then joined.
+    """One model of several motions, each learned separately and then joined.
 
-    Every sequence is used twice, with near and far side exchanged the second time; subjects count alike;
-    means over a sequence that are a figure's own, as the neck's of the walking one, are taken off.
+    Every sequence is used twice, with near and far side exchanged the second time; subjects count equally;
+    constants of each figure, such as the walking one's neck, are subtracted as means over a sequence.
 
     Args:
         sequences: (subject, label, poses (T, M) in body units of the figure's learned freedoms) each.
@@ -87,7 +87,7 @@ def learn_motions(
         noise: standard deviation added to the angles, radians.
         choose_from: numbers of states to choose from for each motion, by the likelihood of subjects held out
             (`dynamics.learning.selection`); empty takes those of the options.
-        e_steps: of the learning itself; a choice between states is made by approximate Viterbi.
+        e_steps: of the final learning; the choice of the number of states uses approximate Viterbi.
 
     Raises:
         ValueError: no sequences, or unusable ones; a choice between states with fewer than two subjects.
@@ -117,7 +117,7 @@ def learn_hmms(
     figure: Figure = WALKER,
     noise: float = 0.0,
 ) -> HMM:
-    """One model of several motions by hidden Markov models of the angles, the papers' baseline."""
+    """One model of several motions from hidden Markov models of the angles, the papers' baseline."""
     models = [
         learn_hmm(
             [y[:, ANGLES] for y in motion.poses],
@@ -141,17 +141,17 @@ def learn_strides(
     noise: float = 0.0,
     tick: Callable[[], None] = lambda: None,
 ) -> Stride:
-    """One model of several motions by harmonic strides, by the options' rounds and seed.
+    """One model of several motions from harmonic strides; of the options, rounds and seed are used.
 
     Args:
-        tick: is called after each of the rounds of each motion.
+        tick: called after each round of each motion.
 
     Raises:
         ValueError: no sequences, or none of a motion that is long enough.
     """
     models = [
         learn_stride(
-            motion.poses[::2],  # a stride's mirror image is known without learning from it
+            motion.poses[::2],  # without mirror images, which the harmonic stride includes anyway
             motion.subjects[::2],
             names=motion.names,
             travelling=ROOT,
@@ -168,7 +168,7 @@ def learn_strides(
 
 @dataclass(frozen=True)
 class _Motion:
-    """What one motion is learned from: subjects and weights are those of each sequence."""
+    """The data of one motion: poses, and the subject and weight of each sequence."""
 
     name: str
     names: tuple[str, ...]
@@ -178,7 +178,7 @@ class _Motion:
 
 
 def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int], e_steps: ESteps) -> Options:
-    """The simplest candidate that subjects held out do not speak against."""
+    """The simplest candidate that is not clearly worse than the best on subjects held out."""
     best, _ = choose(
         motion.poses,
         motion.subjects,
@@ -208,7 +208,7 @@ def _motion(
 ) -> _Motion:
     names = figure.learned_freedoms
     poses, whose = [], []
-    frames: Counter[tuple[str, str]] = Counter()  # of each label's subjects
+    frames: Counter[tuple[str, str]] = Counter()  # by label and subject
     for subject, label, y in sequences:
         own = centred(y, figure)
         for twin in (own, own[:, figure.exchanged[: len(names)]]):

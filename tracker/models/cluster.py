@@ -1,8 +1,8 @@
-"""Work spread over processes by Dask: of this machine, or of a cluster that a scheduler's address names.
+"""Work distributed over processes by Dask, on this machine or on a cluster with a scheduler's address.
 
-What is sent there and back is pickled, so whoever can reach a scheduler can run what they like on it. All
-users of a machine share its loopback address, so the cluster of this machine speaks TLS with a key of its
-own, made anew each time, and lets nobody in who has not that key.
+Messages are pickled, so anybody who can reach a scheduler can run any code on it. All users of a machine
+share its loopback address, so the cluster of this machine uses TLS with a new key each time, and admits only
+processes that have the key.
 """
 
 import asyncio
@@ -24,15 +24,15 @@ from tracker.models.by_motion import Batches
 if TYPE_CHECKING:
     from distributed import Client, Security
 
-# Dask has memory given back after every array, which makes the arithmetic of an E-step twice as slow.
+# By default Dask returns memory to the system after every array, which makes an E-step twice as slow.
 TRIM = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
-# A process that dies is begun anew. After a while Dask looks whether it is there; one that is not there
-# just then, slow on a busy machine or dead again, is given up, and without the last one work waits for ever.
+# Dask restarts a process that dies. After a while it checks for it; a process that is absent at that moment,
+# slow on a busy machine or dead again, is abandoned, and without the last one the work waits for ever.
 GIVE_UP = "distributed.deploy.lost-worker-timeout"
 NEVER = "1000 days"
 STALL = "distributed.scheduler.no-workers-timeout"
-STALLED = "10 minutes"  # without any process, after which work fails
-# What every user of this machine could read by HTTP, TLS or not.
+STALLED = "10 minutes"  # time without any process after which the work fails
+# Pages that every user of this machine could read by HTTP, with TLS or without.
 PAGES = ("distributed.scheduler.http.routes", "distributed.worker.http.routes")
 PATIENCE = 5  # seconds for a scheduler to answer
 ENDING = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))  # Windows has none
@@ -46,7 +46,7 @@ class ClusterError(ValueError):
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator["Client"]:
-    """So many processes of this machine, one thread each; they end with the block."""
+    """Processes on this machine, `workers` of them with one thread each; they end with the block."""
     import dask
     from distributed import Client, LocalCluster, Security
 
@@ -56,7 +56,7 @@ def local_cluster(workers: int) -> Iterator["Client"]:
             stack.enter_context(
                 dask.config.set({TRIM: None, GIVE_UP: NEVER, STALL: STALLED} | {page: [] for page in PAGES})
             )
-            # A worker that dies is replaced and its work done again: what Dask logs of it helps nobody.
+            # A worker that dies is replaced and its work repeated, so Dask's log of it is of no use.
             cluster = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -75,13 +75,14 @@ def local_cluster(workers: int) -> Iterator["Client"]:
 
 @contextmanager
 def cluster_at(address: str, tls: Path | None = None) -> Iterator["Client"]:
-    """The cluster of a Dask scheduler; `tls` is the PEM file of the certificate and key that it lets in and
-    shows, if any. ClusterError: no scheduler there, one without workers, or no such certificate."""
+    """The cluster of a Dask scheduler; `tls` is a PEM file with the certificate and key of both sides, if
+    any.
+    ClusterError: no scheduler there, one without workers, or no such certificate."""
     from distributed import Client
 
     security = _security(tls)
     try:
-        # Asked beforehand: a Client that was refused may block a later one when it is collected.
+        # Tested beforehand: a Client that was refused may block a later one when it is garbage collected.
         asyncio.run(_reach(address, security))
         client = Client(address, timeout=PATIENCE, security=security)
     except (OSError, ValueError, TypeError, RuntimeError) as error:  # the last two: one side without TLS
@@ -96,13 +97,13 @@ def cluster_at(address: str, tls: Path | None = None) -> Iterator["Client"]:
 
 
 def spread_over(client: "Client", make: Callable[[], Infer], batches: Batches) -> Infer:
-    """The E-step of `make` whose batches go to the processes of a cluster; each keeps what it remembers from
-    call to call.
+    """The E-step of `make` with its batches distributed over a cluster; each batch keeps its state from call
+    to call.
 
-    The batches are those in which the E-step works by itself, so its answer is the same to the last bit
-    where the machines round alike.
+    The batches are those of the E-step in one process, so its result is the same to the last bit if the
+    machines round alike.
     """
-    turns: list[Any] = []  # a Turn each, or the future of one
+    turns: list[Any] = []  # Turns, or futures of them
 
     def infer(slds: SLDS, ys: Sequence[Array]) -> list[Posterior]:
         chosen = batches(slds, ys)
@@ -122,13 +123,13 @@ def spread_over(client: "Client", make: Callable[[], Infer], batches: Batches) -
 
 
 def _ignore_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal; it is for the one that shows the results to answer."""
+    """Ignore Ctrl-C, which reaches every process of a terminal; only the main process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Ctrl-C in this block comes after it: Dask cannot end what is half begun or half ended."""
+    """Delay Ctrl-C until after this block, since Dask cannot be interrupted while it starts or stops."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -147,7 +148,7 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _turn(before: Turn, slds: SLDS, ys: Sequence[Array]) -> Turn:
-    # A copy: should a worker die, its turns are done again from what they began with.
+    # A copy: if a worker dies, its turns are repeated from their original state.
     step = copy.copy(before[1])
     return step(slds, ys), step
 

@@ -1,11 +1,11 @@
-"""Copies of a motion as it is seldom captured: slower and smaller, and begun from a stand.
+"""Copies of a motion in forms that are seldom captured: slower and smaller, and starting from a stand.
 
-Who jogs slowly takes more time for a stride and bends less than who runs, and captures of slow jogs are few.
-A slower copy is the sequence played slower, its angles drawn towards their mean. Which copies, was chosen by
-leaving people out: by a model of the captures that may ship (runs at 2.6 to 3.5 m/s) on joggers that may not.
+People who jog slowly take more time for a stride and bend less than runners, and captures of slow jogs are
+few. A slower copy is the sequence played slower, with angles drawn towards their mean. The copies were chosen
+by testing a model of captures with a free licence (runs at 2.6 to 3.5 m/s) on joggers from others.
 
-Captures of runs begin at speed. Without a stand of its own, each stand and first step before a run is called
-a walk. In a started copy the size of the motion and its speed rise together from 0 to 1.
+Captures of runs begin at full speed. If no run starts from a stand, stands and first steps before a run are
+labelled as walks. In a started copy the amplitude and speed of the motion rise together from 0 to 1.
 """
 
 from collections.abc import Collection, Sequence
@@ -20,18 +20,18 @@ from kinematics.mocap import POSE_COLUMNS
 Labelled = tuple[str, str, Array]
 
 COPIES = ((0.85, 1.0), (0.85, 0.8), (1.0, 0.8))  # speed, size
-# Degrees, as captured.
+# The pose of a stand, degrees, as captured.
 STAND = {"torso": 0.0, "hip_near": 6.0, "hip_far": 6.0, "knee_near": 20.0, "knee_far": 20.0}
-STILL, RISE = 0.4, 0.6  # seconds of a stand, and until the motion is its own
+STILL, RISE = 0.4, 0.6  # seconds of standing, and of the rise to the full motion
 
 
 def with_copies(
     sequences: Sequence[Labelled], slower_too: Collection[str], started_too: Collection[str], fps: float
 ) -> list[Labelled]:
-    """(subject, label, poses) each, those of the labels named followed by their copies, `slower` or
-    `started`.
+    """The sequences (subject, label, poses); those with the given labels are followed by their copies,
+    `slower` or `started`.
 
-    Poses are (T, M), T >= 4, of POSE_COLUMNS and perhaps others behind them.
+    Poses are (T, M), T >= 4, of POSE_COLUMNS and possibly further ones.
     """
     found = []
     for subject, label, y in sequences:
@@ -47,7 +47,7 @@ def slower(y: Array) -> list[Array]:
 
 
 def started(y: Array, fps: float) -> Array:
-    """Poses (T, M), T >= 4, in body units, played from a stand of STILL seconds; as many as y is long for."""
+    """Poses (T, M), T >= 4, in body units, starting from a stand of STILL seconds, up to the end of y."""
     T = len(y)
     seconds = np.arange(T + round((STILL + RISE) * fps)) / fps
     risen = np.clip((seconds - STILL) / RISE, 0.0, 1.0)
@@ -63,7 +63,8 @@ def started(y: Array, fps: float) -> Array:
 
 
 def _copy(y: Array, speed: float, size: float) -> Array:
-    """Played at `speed`, the angles' distance from their mean and the root's travel times `size`."""
+    """The poses played at `speed`, with angles' deviations from their mean and the root's travel times
+    `size`."""
     t = np.arange(len(y))
     played: Array = CubicSpline(t, y)(np.arange(0.0, t[-1] + 1e-9, speed))
     centre: Array = played.mean(0)

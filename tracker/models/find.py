@@ -1,4 +1,4 @@
-"""Which motion model a name means."""
+"""Motion models by name."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,24 +17,24 @@ from tracker.run.track import FREE
 from tracker.settings import Settings
 
 CONSTANT_VELOCITY = "cv"
-FIRST_ROOT_SPEED = (0.06, 0.02)  # leg lengths a frame at 30 fps: a runner's, along and across the ground
-FIRST_ANGLE_SPEED = float(np.radians(4.0))  # a frame at 30 fps
-# Of a figure whose outline is seen: how much larger the noise is, and the share that is each freedom's own.
+FIRST_ROOT_SPEED = (0.06, 0.02)  # prior speed along and up, a runner's, leg lengths a frame at 30 fps
+FIRST_ANGLE_SPEED = float(np.radians(4.0))  # prior speed of angles, radians a frame at 30 fps
+# With an outline: factor on the noise, and share of it that is independent between freedoms.
 SEEN_WIDER, SEEN_OWN = 1.2, 0.4
-# Changes of speed a frame at 30 fps in a motion that no model foresees: radians, and leg lengths of the root.
+# Noise of the free state: changes of speed a frame at 30 fps, in radians, and in leg lengths for the root.
 FREE_ANGLE, FREE_PLACE = float(np.radians(3.0)), 0.02
 
 
 def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, figure: Figure = WALKER) -> SLDS:
-    """The model a user names, at this frame rate, as the tracker uses it.
+    """The model of a name or file, at this frame rate, as the tracker uses it.
 
-    The noise of a learned one is inflated for people it has not seen. At second order one free state of
-    constant velocity joins it, for what it does not foresee.
+    The noise of a learned model is inflated for people it was not learned from. At second order a free state
+    of constant velocity is added for motion that the model does not predict.
 
     Args:
         name: "cv" for constant velocity, a shipped model's name, or a file that ends in .npz.
         fps: frames a second of the clip; `rate` is its playback speed, 1 as filmed.
-        figure: of whose freedoms it is to speak; what ships under its name and this one goes first.
+        figure: whose freedoms the model must have; a shipped model for this figure has precedence.
 
     Raises:
         ModelError: no such model, or a file that cannot be used.
@@ -57,17 +57,18 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
 
 
 def for_seen(learned: SLDS) -> SLDS:
-    """A model of `find_model` for a figure whose outline measures it in most frames.
+    """A model from `find_model` for a figure whose outline is measured in most frames.
 
-    It need not hold the pose by itself, so its noise may be that of people whom it has not seen: larger, and
-    shared less between freedoms, as how one of their joints strays tells less of the next.
+    The model need not hold the pose alone, so its noise can be that of people it was not learned from:
+        larger,
+    and less correlated between freedoms, as one joint's deviation tells less about another's.
     """
     shared = np.where(np.eye(learned.Q.shape[-1], dtype=np.bool_), 1.0, 1.0 - SEEN_OWN)
     return replace(learned, Q=SEEN_WIDER * shared * learned.Q)
 
 
 def switching_model(name: str, fps: float, figure: Figure = WALKER) -> SLDS:
-    """The learned model of this name at this frame rate; raises as `find_model`."""
+    """The learned model with this name at this frame rate; raises as `find_model`."""
     model = motion_model(own_model(name, figure), fps)
     if not isinstance(model, SLDS):
         raise ModelError(
@@ -77,19 +78,20 @@ def switching_model(name: str, fps: float, figure: Figure = WALKER) -> SLDS:
 
 
 def own_model(name: str, figure: Figure) -> str:
-    """The name of the model that ships for a figure under another's name, else that name."""
+    """The name of the figure's own shipped variant of a model, if there is one, else the given name."""
     own = f"{figure.name}-{name}"
     return own if own in shipped() else name
 
 
 def from_a_stand(name: str) -> str:
-    """The name of the model that ships with starts from a stand under another's name, else that name."""
+    """The name of a model's shipped variant with starts from a stand, if there is one, else the given
+    name."""
     started = f"{name}-started"
     return started if started in shipped() and not Path(name).is_file() else name
 
 
 def motion_model(name: str, fps: float = 30.0) -> Model:
-    """A model as it was learned: a file's, or the shipped one of this name whose rate is nearest to `fps`."""
+    """A model unchanged: from a file, or the shipped one of this name with the rate nearest to `fps`."""
     is_file = name.endswith(".npz") or Path(name).is_file()
     return load(name) if is_file else load_shipped(name, fps)
 
@@ -100,7 +102,7 @@ def known_models() -> tuple[str, ...]:
 
 
 def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> SLDS:
-    """Noise is a change of speed a frame: in proportion to the square of a frame's length."""
+    """The noise is a change of speed a frame, proportional to the square of a frame's duration."""
     step = 30.0 / fps
     noise = by_freedom(names, settings.cv_place, np.radians(settings.cv_angle))
     speed = by_freedom(names, 0.0, FIRST_ANGLE_SPEED)
@@ -109,7 +111,7 @@ def _constant_velocity(names: Sequence[str], fps: float, settings: Settings) -> 
 
 
 def _free(learned: SLDS) -> SLDS:
-    """One state of constant velocity that joins a learned model; it starts where any of its states does."""
+    """The free state of constant velocity; its prior covers the starts of all states of the learned model."""
     noise = by_freedom(learned.names, FREE_PLACE, FREE_ANGLE)
     free = constant_velocity(
         learned.names, noise * (30.0 / learned.fps) ** 2, np.zeros(len(noise)), learned.fps
@@ -126,5 +128,5 @@ def _free(learned: SLDS) -> SLDS:
 
 
 def by_freedom(names: Sequence[str], place: float, angle: float) -> Array:
-    """Vector (M,) with one value for the freedoms of the root and another for the angles."""
+    """(M,) vector with one value for the freedoms of the root and another for the angles."""
     return np.where(among(names, ROOT), place, angle)

@@ -1,4 +1,4 @@
-"""From a table of captures to a model's file."""
+"""Learning a model's file from a table of captures or pose tables."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -27,11 +27,11 @@ Data = list[Labelled]
 CAPTURED = (POSE_COLUMNS, (*POSE_COLUMNS, *ARM_COLUMNS))
 ACTIVITIES = ("walk", "run")
 UNLABELLED = "motion"
-STATES = 8  # per activity
+STATES = 8  # default number of states for each activity
 ORDER = 2
-NOISE = 1.0  # degrees
-CHOICE = (1, 2, 4, 6, 8, 12)  # states that `choose` tries, as far as --states goes
-# Settings that only switching states have.
+NOISE = 1.0  # default noise added to captures, degrees
+CHOICE = (1, 2, 4, 6, 8, 12)  # numbers of states that `choose` tries, up to --states
+# Settings that apply to switching states only.
 SWITCHING = ("choose", "pooled", "slower", "started", "restarts")
 
 
@@ -54,12 +54,12 @@ class Further(BaseModel):
 
 
 def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progress) -> str:
-    """Learn and save; gives a line that says from what.
+    """Learn and save a model; returns a line that describes its data.
 
     Raises:
         MotionError: a table or capture that cannot be read.
         ValueError: nothing left to learn from.
-        FolderError: a place that cannot be written, or a model of that name is there already.
+        FolderError: a place that cannot be written, or a model of that name exists.
     """
     with fresh_file(out, overwrite=overwrite, inputs=request.inputs) as aside:
         file = request.settings
@@ -80,7 +80,7 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
 def _read_captures(
     table: Path, request: Request, licences: Sequence[str], progress: Progress
 ) -> tuple[Data, list[str]]:
-    """Subject, label and poses of every sequence of the captures, and their terms of use."""
+    """Subject, label and poses of every sequence of the captures, and their licences."""
     if request.body.learned_freedoms not in CAPTURED:
         raise ValueError(f"captures are of people; learn a {request.body.name} from pose tables")
     arms = request.body.learned_freedoms != POSE_COLUMNS
@@ -94,7 +94,9 @@ def _read_captures(
 
 
 def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]:
-    """The sequences of pose tables: each file is a subject, a gap ends a sequence, no label is a motion."""
+    """The sequences of pose tables: a file is a subject, a gap ends a sequence, rows without a label form
+    one.
+    """
     runs: Data = []
     for path, subject in request.subjects.items():
         if subject in request.excluded:
@@ -177,7 +179,7 @@ def _check_stride(request: Request, further: Further) -> None:
 
 @contextmanager
 def _spread(request: Request) -> Iterator[Spread | None]:
-    """What sends E-steps to a cluster, if the request names one."""
+    """The function that runs E-steps on a cluster, if the request names one."""
     if request.scheduler is None:
         yield None
         return
@@ -188,7 +190,7 @@ def _spread(request: Request) -> Iterator[Spread | None]:
 
 
 def _described(model: Model) -> str:
-    """States of each motion where they differ, and of what kind."""
+    """Kind of the model, and numbers of states of its motions if they differ."""
     if isinstance(model, Stride):
         return counted(len(model.labels), "harmonic stride")
     alike = len(set(Counter(model.labels).values())) == 1

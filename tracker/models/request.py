@@ -1,4 +1,4 @@
-"""What `figtrack learn` is asked; light, so that the command line can read it."""
+"""The options of `figtrack learn`; imports nothing slow, so that the command line can read it."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,7 +18,7 @@ Tls = Annotated[
 
 
 class Learning(StrEnum):
-    """How a model is learned: by which inference, or of which other kind it is."""
+    """How a model is learned: by an inference, or as another kind of model."""
 
     VITERBI = "viterbi"
     GPB2 = "gpb2"
@@ -29,7 +29,7 @@ class Learning(StrEnum):
 
 @dataclass(frozen=True)
 class Request:
-    """What a model is learned from, and how; BadParameter where two options do not go together."""
+    """The data and options of learning; BadParameter if two options cannot be combined."""
 
     poses: Annotated[list[Path] | None, typer.Argument(help="Pose tables, all at --fps.")] = None
     trials: Annotated[
@@ -100,6 +100,6 @@ class Request:
 
     @property
     def inputs(self) -> list[Path | None]:
-        """The files that are read, none of which may be written over; None for none."""
+        """The input files, which may not be overwritten; None for none."""
         figure = Path(self.figure) if Path(self.figure).is_file() else None
         return [self.trials, *(self.poses or ()), self.settings, figure]

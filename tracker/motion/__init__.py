@@ -1,1 +1,1 @@
-"""The motion commands: what a model says of tables of poses, written and drawn."""
+"""The motion commands: labels, forecasts, filled gaps and synthesis, as tables and pictures."""

@@ -1,4 +1,4 @@
-"""What a motion command is asked for; light, so that the command line can read it."""
+"""The options of the motion commands; imports nothing slow, so that the command line can read it."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -23,7 +23,7 @@ class Inference(StrEnum):
 
 
 class Use(StrEnum):
-    """Which columns speak for a motion."""
+    """Which columns are used to label a motion."""
 
     ANGLES = "angles"
     ALL = "all"
@@ -31,8 +31,7 @@ class Use(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """By which model a table is written, with the picture beside it; BadParameter where two options do not
-    go together."""
+    """Model, table and picture of a motion command; BadParameter if two options cannot be combined."""
 
     model: Annotated[str, typer.Option(help="A shipped model, or a file from 'figtrack learn'.")] = "gait"
     fps: Annotated[
@@ -54,18 +53,18 @@ class Task:
 
     @property
     def source(self) -> Path:
-        """The file that the results are named after."""
+        """The file after which the results are named."""
         return Path(self.model)
 
     def places(self, command: str) -> tuple[Path, Path | None]:
-        """The table and the picture that a command writes, None for no picture."""
+        """Paths of the table and the picture that a command writes, None for no picture."""
         table = self.out or Path(f"{self.source.absolute().stem}-{command}.csv")
         return table, None if self.no_plot else self.plot or table.with_suffix(".png")
 
 
 @dataclass(frozen=True, kw_only=True)
 class PosesTask(Task):
-    """What a motion command is asked for whose input is a pose table."""
+    """The options of a motion command with a pose table as input."""
 
     poses: Annotated[
         Path,
@@ -81,7 +80,7 @@ class PosesTask(Task):
 
 @dataclass(frozen=True, kw_only=True)
 class Classify(PosesTask):
-    """What `figtrack classify` is asked for."""
+    """The options of `figtrack classify`."""
 
     inference: Annotated[
         Inference | None,
@@ -102,7 +101,7 @@ class Classify(PosesTask):
 
 @dataclass(frozen=True, kw_only=True)
 class Predict(PosesTask):
-    """What `figtrack predict` is asked for."""
+    """The options of `figtrack predict`."""
 
     horizon: Annotated[int, typer.Option(min=1, max=1000, help="How many frames ahead.")] = 1
     show: Annotated[
@@ -112,7 +111,7 @@ class Predict(PosesTask):
 
 @dataclass(frozen=True, kw_only=True)
 class Interpolate(PosesTask):
-    """What `figtrack interpolate` is asked for."""
+    """The options of `figtrack interpolate`."""
 
     no_recurrent: NoRecurrent = False
     seed: Seed = 0
@@ -124,7 +123,7 @@ class Interpolate(PosesTask):
 
 @dataclass(frozen=True, kw_only=True)
 class Synthesise(Task):
-    """What `figtrack synthesise` is asked for."""
+    """The options of `figtrack synthesise`."""
 
     frames: Annotated[int, typer.Option(min=1, max=100_000, help="How many.")] = 300
     label: Annotated[

@@ -27,16 +27,16 @@ from tracker.tables.poses import PoseSequence, PosesError, pose_cells, read_pose
 from tracker.tables.table import write_table
 
 USUAL_FPS = 30.0
-ANIMATED = 3000  # frames of a clip at most, 100 seconds of a stick figure
+ANIMATED = 3000  # largest number of frames in a clip, 100 seconds of a stick figure
 PICTURES = (".png", ".pdf", ".svg")
-Places = tuple[Path | None, ...]  # of table, picture and perhaps clip, None for what is not wanted
+Places = tuple[Path | None, ...]  # of table, picture and possibly clip, None for an unwanted one
 SD_COLUMNS = tuple(f"{name}_sd" for name in POSE_COLUMNS)
 
 
 def classify_table(task: Classify, overwrite: bool, progress: Progress) -> str:
     """Write the motion of every frame, `seq,frame,label,state` and each motion's probability.
 
-    PosesError, ModelError, FolderError, ValueError: what cannot be read, used or written.
+    PosesError, ModelError, FolderError, ValueError: a file that cannot be read, used or written.
     """
     places = task.places("classify")
     with _fresh(task, places, overwrite) as (table, plot):
@@ -56,8 +56,8 @@ def classify_table(task: Classify, overwrite: bool, progress: Progress) -> str:
 
 
 def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
-    """Write forecasts: row t is that of frame t from the frames up to t - horizon, as a pose table; raises
-    as `classify_table`."""
+    """Write forecasts as a pose table: row t is that of frame t from the frames up to t - horizon; raises as
+    `classify_table`."""
     places = task.places("predict")
     with _fresh(task, places, overwrite) as (table, plot):
         model, sequences, _ = _read(task, progress, task.show)
@@ -77,7 +77,7 @@ def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
 
 
 def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) -> str:
-    """Write the table again with what was not measured filled in; raises as `classify_table`."""
+    """Write the table with unmeasured values filled in; raises as `classify_table`."""
     places = task.places("interpolate")
     with _fresh(task, places, overwrite) as (table, plot):
         model, sequences, fps = _read(task, progress, task.show)
@@ -85,7 +85,7 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
         if with_what.slds is not None and not all(sequence.seen.all() for sequence in sequences):
             noisy = at_table_noise(with_what.slds, sequences, progress)
             with_what = replace(with_what, slds=noisy)
-        # A generator for each, so that its answer does not hang on its neighbours.
+        # A generator for each sequence, so that its result does not depend on the others.
         filled = [
             fill_gaps(with_what, sequence, np.random.default_rng(task.seed))
             for sequence in progress.through("filling gaps", sequences, len(sequences))
@@ -103,8 +103,8 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
 
 
 def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> str:
-    """Write a motion of the model's own (`tracker.motion.free_run`) as the pose table's one sequence, and as
-    a clip; raises as `classify_table`."""
+    """Write a synthesised motion (`tracker.motion.free_run`) as a pose table with one sequence, and as a
+    clip; raises as `classify_table`."""
     named, picture = task.places("synthesise")
     places = named, picture, None if task.no_clip else named.with_suffix(".mp4")
     with _fresh(task, places, overwrite) as (table, plot, film):
@@ -136,8 +136,7 @@ def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> s
 
 @contextmanager
 def _fresh(task: Task, places: Places, overwrite: bool) -> Iterator[list[Any]]:
-    """Names to write to in place of table, picture and perhaps clip, which become these when the block ends
-    well."""
+    """Temporary names for table, picture and possibly clip, which are renamed when the block succeeds."""
     wanted, plot = [place for place in places if place is not None], places[1]
     if len({place.resolve() for place in wanted}) < len(wanted):
         raise FolderError(f"table, plot and clip would be one file, {wanted[0]}; choose another --out")
@@ -200,7 +199,7 @@ def _write_labels(
 def _pose_rows(
     sequences: Sequence[PoseSequence], ys: Sequence[Array], sds: Sequence[Array], *, keep: bool = False
 ) -> Iterator[list[object]]:
-    """Rows of a pose table with deviations; `keep` leaves cells as they were written."""
+    """Rows of a pose table with standard deviations; `keep` leaves given cells as they were written."""
     for sequence, y, sd in zip(sequences, ys, sds, strict=True):
         for t in range(len(y)):
             cells = pose_cells(y[t])

@@ -1,10 +1,11 @@
-"""Gaps of a pose table filled: by a switching model, by the harmonic stride, or by the more probable one.
+"""Filling gaps of a pose table by a switching model, by the harmonic stride, or by the more probable one.
 
-Both explain the angles that were measured around a gap, of frames far enough apart for both to have
-something to bridge (`dynamics.periodic.filling`): frame by frame the switching model is ahead in gait too,
-as it follows measured frames more closely than it bridges missing ones. Where its evidence, that of its
-best path, is the greater, it fills the gap: motion that is not periodic. Where a figure stands and how its
-head is carried is taken off before and put back afterwards, as in `tracker.motion.tasks`.
+Both are compared on the angles measured around a gap, at frames far enough apart that both must bridge the
+time between them (`dynamics.periodic.filling`): frame by frame the switching model would win in gait too, as
+it follows measured frames more closely than it bridges missing ones. If its evidence, that of its best path,
+is
+greater, it fills the gap: the motion is not periodic. The figure's place and the neck's angle are subtracted
+before and added afterwards, as in `tracker.motion.tasks`.
 """
 
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, check_names, check_switc
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
-BY_EVIDENCE = "gait"  # the model's name for which the stride is asked too
+BY_EVIDENCE = "gait"  # name of the model with which the stride is compared
 STRIDE = "stride"
 BY_STRIDE, BY_SWITCHING = "stride", "switching model"
 
@@ -37,9 +38,9 @@ BY_STRIDE, BY_SWITCHING = "stride", "switching model"
 class Filled:
     """A sequence without gaps.
 
-    y, sd : (T, 8) poses, measured numbers as they were, and standard deviations; body units. A place that was
-            never measured stays NaN; so does the deviation of what was measured
-    by    : what filled each gap, BY_STRIDE or BY_SWITCHING
+    y, sd : (T, 8) poses, with measured numbers unchanged, and standard deviations; body units. A place that
+            was never measured stays NaN; so does the deviation of measured numbers
+    by    : the model that filled each gap, BY_STRIDE or BY_SWITCHING
     """
 
     y: Array
@@ -49,7 +50,7 @@ class Filled:
 
 @dataclass(frozen=True)
 class Fillers:
-    """What fills gaps: one of the two, or for each gap the one that its neighbourhood speaks for.
+    """The models that fill gaps: one of the two, or for each gap the one with more evidence around it.
 
     slds      : at the table's frame rate and noise
     fps       : frames a second of the table
@@ -63,7 +64,7 @@ class Fillers:
 
 
 def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
-    """For the model that was asked for by this name; ValueError if it cannot fill gaps."""
+    """The fillers for a model with this name; ValueError if it cannot fill gaps."""
     if isinstance(model, Stride):
         check_switch(recurrent)
         check_names(model.names)
@@ -84,10 +85,10 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Prog
 
 
 def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator) -> Filled:
-    """Every number that was not measured, from what was, before and after.
+    """Fill every unmeasured number from the measured ones before and after.
 
-    PosesError: no number was measured; ValueError: a stride alone, and a gap near which no angle was
-    measured.
+    PosesError: no number was measured; ValueError: only a stride is given, and no angle was measured near a
+    gap.
     """
     first_measured(sequence)
     seen = sequence.seen
@@ -103,9 +104,9 @@ def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator
 
 
 def angles_evidence(slds: SLDS, window: Array, fps: float) -> float:
-    """Log density of the best path through a window's angles (T, 8) as a stride is judged by them, nats.
+    """Log density of the best path through a window's angles (T, 8), comparable with a stride's, nats.
 
-    The noise beyond the model's is the likeliest that a stride tries, too.
+    The added noise is the likeliest among those that are tried for a stride.
     """
     shown = spaced(rootless(window), fps)
     best = -np.inf
@@ -119,7 +120,7 @@ def angles_evidence(slds: SLDS, window: Array, fps: float) -> float:
 
 
 def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussian, tuple[str, ...]]:
-    """Poses (T, 8) and covariances of the frames in gaps, and what filled each gap."""
+    """Poses (T, 8) and covariances of the frames in gaps, and the model that filled each gap."""
     slds, stride = fillers.slds, fillers.stride
     found: list[Filling | None] = []
     if stride is not None:

@@ -1,4 +1,4 @@
-"""A motion of a model's own."""
+"""Synthesis: a motion sampled from a model."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import ANGLES
 from tracker.motion.tasks import check_names, check_switch, whole_pose
 
-TURNED = float(np.radians(360.0))  # no angle of a figure is as large
+TURNED = float(np.radians(360.0))  # larger angles mean that the sample diverged
 
 
 def free_run(
@@ -27,17 +27,17 @@ def free_run(
     noise: float = 1.0,
     recurrent: bool = True,
 ) -> tuple[NDArray[np.intp], list[str], Array]:
-    """States (T,), labels (T) and poses (T, 8) of a motion that was never measured.
+    """States (T,), labels (T) and poses (T, 8) of a sampled motion.
 
-    A harmonic stride makes the gait of one person drawn from its population.
+    A harmonic stride gives the gait of one person drawn from its population.
 
     Args:
-        label: the motion, None to leave that to the model too.
-        noise: times the deviation of what drives it (1999, figure 5).
-        recurrent: of a switching model, see `dynamics.motion.tasks.synthesise`.
+        label: the motion, None to sample that too.
+        noise: factor on the standard deviation of the driving noise (1999, figure 5).
+        recurrent: for a switching model, see `dynamics.motion.tasks.synthesise`.
 
     Raises:
-        ValueError: a model of other freedoms, without dynamics, switch or this motion, or one that runs wild.
+        ValueError: a model of other freedoms, without dynamics or without this motion, or one that diverges.
     """
     if isinstance(model, Stride):
         check_switch(recurrent)
@@ -63,7 +63,7 @@ def free_run(
 
 
 def of_motion(slds: SLDS, label: str | None) -> SLDS:
-    """The states of one motion only, or all of them for None; ValueError if the model has no such motion."""
+    """The model reduced to the states of one motion, None for all; ValueError if it has no such motion."""
     if label is None:
         return slds
     states = _motions(slds.labels, label)
@@ -78,7 +78,7 @@ def of_motion(slds: SLDS, label: str | None) -> SLDS:
 
 
 def _motions(labels: tuple[str, ...], label: str | None) -> NDArray[np.intp]:
-    """Positions of a motion, of all for None."""
+    """Positions of the states of a motion, None for all."""
     states = np.flatnonzero([label in (own, None) for own in labels])
     if not len(states):
         known = ", ".join(dict.fromkeys(labels))

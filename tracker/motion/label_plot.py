@@ -1,4 +1,4 @@
-"""The picture of a classification: a row a sequence, its motions as bars."""
+"""The picture of a classification: a row for each sequence, with its motions as bars."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,11 +13,11 @@ from dynamics.gaussian import Array
 from dynamics.motion.tasks import Labelling
 from tracker.tables.poses import PoseSequence, stretches
 
-Place = Path | IO[bytes]  # that a picture is written to
+Place = Path | IO[bytes]  # destination of a picture
 DPI = 110
-MOST_ROWS = 40  # sequences in one picture
+MOST_ROWS = 40  # largest number of sequences in one picture
 matplotlib.rcParams["text.parse_math"] = False  # names may have a $ in them
-# Green, purple, yellow, sky, red, black; orange and blue are the legs'.
+# Green, purple, yellow, sky blue, red, black; orange and blue are for the legs.
 MOTIONS = ("#009e73", "#9b5fb5", "#e6c700", "#56b4e9", "#c1272d", "#404040")
 
 
@@ -29,8 +29,8 @@ def draw_labels(
     *,
     shares: bool,
 ) -> None:
-    """A row a sequence: the motion of every frame, above it the table's own labels, below it probabilities if
-    these are worth showing (`shares`)."""
+    """Draw a row for each sequence: the motion of every frame, above it the table's own labels, below it
+    probabilities if `shares`."""
     rows = list(zip(sequences, labellings, strict=True))[:MOST_ROWS]
     known = dict.fromkeys(label for _, found in rows for label in found.labels)
     known |= dict.fromkeys(label for sequence, _ in rows for label in sequence.labels if label)
@@ -61,22 +61,22 @@ def draw_labels(
 def bar(
     axes: Any, edges: Array, names: Sequence[str], colour: Mapping[str, str], top: float, height: float
 ) -> None:
-    """A strip of T pieces between T + 1 edges, each in its name's colour; "" is left open."""
+    """Draw a strip of T pieces between T + 1 edges, each in its name's colour; "" is left empty."""
     spans: dict[str, list[tuple[float, float]]] = {}
     for start, stop in stretches(names):
         if names[start]:
             spans.setdefault(names[start], []).append((edges[start], edges[stop] - edges[start]))
-    for name, those in spans.items():  # at once, since each call costs milliseconds
+    for name, those in spans.items():  # one call for each name, since a call takes milliseconds
         axes.broken_barh(those, (top, height), color=colour[name], linewidth=0)
 
 
 def frame_edges(first: int, frames: int) -> Array:
-    """(frames + 1,) where each frame's place on an axis begins, and the last ends."""
+    """(frames + 1,) the edges of the frames on an axis."""
     return np.asarray(first + np.arange(frames + 1) - 0.5, dtype=float)
 
 
 def patches(colour: Mapping[str, str]) -> list[Rectangle]:
-    """The legend's entries, a patch of colour for each label."""
+    """The legend's entries, a coloured patch for each label."""
     return [Rectangle((0, 0), 1, 1, color=shade, label=name) for name, shade in colour.items()]
 
 

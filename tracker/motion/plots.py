@@ -18,13 +18,13 @@ from tracker.motion.sticks import LAYERS, SHADES, SIDES, sticks
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, stretches
 from videos.overlay import INK, as_hex
 
-MOST_FRAMES = 300  # in one picture
-FIGURES = 14  # in a row of stick figures
-SPACING = 1.15  # leg lengths between them
-TALL = 2.15  # leg lengths of picture above the ground, more where the walker leaves it
-# Switching states: bright colours first; orange and blue, the legs', last.
+MOST_FRAMES = 300  # largest number of frames in one picture
+FIGURES = 14  # figures in a row
+SPACING = 1.15  # distance between them, leg lengths
+TALL = 2.15  # height of the picture above the ground, leg lengths; more if the walker exceeds it
+# Colours of switching states: bright ones first; orange and blue, those of the legs, last.
 STATES = [*range(4, 20, 2), *range(5, 20, 2), *range(4)]
-CURVES = (*POSE_COLUMNS[ROOT_COLUMNS:], *POSE_COLUMNS[:ROOT_COLUMNS])  # the root last, if it is shown
+CURVES = (*POSE_COLUMNS[ROOT_COLUMNS:], *POSE_COLUMNS[:ROOT_COLUMNS])  # the root, if shown, is last
 NEUTRAL = "#555555"
 GAP = "#dddddd"
 
@@ -35,8 +35,8 @@ Rows = NDArray[np.intp]
 def draw_forecast(
     sequence: PoseSequence, mean: Array, sd: Array, path: Place, title: str, found: str = "forecast"
 ) -> None:
-    """What was `found` of each frame, (T + H, 8) in body units, NaN where nothing was, beside what was
-    measured there."""
+    """Draw the poses `found` for each frame, (T + H, 8) in body units, NaN for none, beside the measured
+    ones."""
     shown = slice(max(0, len(mean) - MOST_FRAMES), len(mean))
     rows = 3 + _rooted(sequence)
     figure = Figure(figsize=(13.0, 2.3 * rows + 0.7), dpi=DPI, layout="constrained")
@@ -52,7 +52,7 @@ def draw_forecast(
 
 
 def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Place, title: str) -> None:
-    """Measured and filled angles, (T, 8) as `fill.Filled` has them, and the figure across the longest gap."""
+    """Draw measured and filled angles, (T, 8) as in `fill.Filled`, and the figure across the longest gap."""
     start, stop = longest_gap(sequence)
     shown = _window(len(sequence), (start + stop) // 2)
     rows = 3 + _rooted(sequence)
@@ -75,9 +75,9 @@ def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: P
 def draw_synthesis(
     states: Rows, labels: Sequence[str], y: Array, fps: float, path: Place, title: str
 ) -> None:
-    """The figure at the start, in the middle and at the end, the legs' angles, and the switching states.
+    """Draw the figure at the start, in the middle and at the end, the legs' angles, and the switching states.
 
-    Of the states (T,) and poses (T, 8) in body units of each frame, and the motion (K,) of each state.
+    Given are states (T,) and poses (T, 8) in body units for the frames, and labels (K,) of the states.
     """
     T, step = len(y), max(1, round(fps / 10.0))
     span = min(T, FIGURES * step)
@@ -105,7 +105,7 @@ def draw_synthesis(
 
 
 def longest_gap(sequence: PoseSequence) -> tuple[int, int]:
-    """Rows (start, stop) of the longest stretch in which an angle is missing; (0, 0) if none is."""
+    """Rows (start, stop) of the longest interval with a missing angle; (0, 0) if there is none."""
     return max(_stretches(_incomplete(sequence)), key=lambda run: run[1] - run[0], default=(0, 0))
 
 
@@ -132,7 +132,7 @@ def _curves(grid: Any, first: int, measured: Array, mean: Array, sd: Array, show
 
 
 def _within_gaps(sequence: PoseSequence, y: Array, sd: Array) -> tuple[Array, Array]:
-    """What was filled, tied to the measured frames beside it, and its deviations, which are 0 there."""
+    """Filled values joined to the measured frames beside them, and their deviations, which are 0 there."""
     tied = ~sequence.seen
     tied[1:] |= ~sequence.seen[:-1]
     tied[:-1] |= ~sequence.seen[1:]
@@ -153,7 +153,7 @@ def _finish(figure: Any, grid: Any, title: str, found: str, last: list[tuple[Any
 
 
 def stick_row(axes: Any, y: Array, fps: float, frames: Rows, first: int, missing: Flags) -> None:
-    """Figures side by side, each with its frame's number, on grey where not all angles were measured."""
+    """Draw figures side by side, each with its frame number, on grey if not all angles were measured."""
     ends = sticks(y, fps)
     highest = max(TALL, float(ends[frames, ..., 1].max()) + 0.1)
     rim = [patheffects.Stroke(linewidth=5.5, foreground=as_hex(INK)), patheffects.Normal()]
@@ -184,7 +184,7 @@ def _incomplete(sequence: PoseSequence) -> Flags:
 
 
 def _spread(start: int, stop: int) -> Rows:
-    """Up to FIGURES rows, evenly from start to stop - 1."""
+    """Up to FIGURES rows, evenly spaced from start to stop - 1."""
     count = max(1, min(FIGURES, stop - start))
     return np.unique(np.linspace(start, stop - 1, count).round().astype(int))
 
@@ -199,7 +199,7 @@ def _rooted(sequence: PoseSequence) -> bool:
 
 
 def _stretches(flags: Flags) -> list[tuple[int, int]]:
-    """First frame and last + 1 of every run of flags that are set."""
+    """First frame and last + 1 of every run of set flags."""
     return [(start, stop) for start, stop in stretches(flags.tolist()) if flags[start]]
 
 

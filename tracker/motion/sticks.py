@@ -1,5 +1,4 @@
-"""Poses as sticks on a ground that the feet touch, and as a clip, in which the ground passes below the
-walker."""
+"""Poses as stick figures on a ground that the feet touch, and as a clip with moving ground."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,23 +19,23 @@ Image = NDArray[np.uint8]
 
 LAYERS = tuple(link.layer for link in WALKER.links)  # 0: the far leg, 1: the trunk, 2: the near leg
 GROUND_SECONDS = 0.6  # a foot touches the ground at least once in twice this time
-SHADES = {0: FAR, 1: TRUNK, 2: NEAR}  # of each layer
+SHADES = {0: FAR, 1: TRUNK, 2: NEAR}  # colour of each layer
 SIDES = {"near": as_hex(NEAR), "far": as_hex(FAR)}
-SIZE = (640, 360)  # pixels
-UNIT = 115.0  # pixels in a leg length
+SIZE = (640, 360)  # width and height of the clip, pixels
+UNIT = 115.0  # leg length, pixels
 HORIZON, GROUND = 262, 318  # pixel rows
 SKY, EARTH, MARK, POST = (226, 236, 243), (198, 190, 172), (128, 118, 100), (160, 172, 180)
-POSTS = 3  # leg lengths between posts
+POSTS = 3  # distance between posts, leg lengths
 
 
 def sticks(y: Array, fps: float) -> Array:
     """(T, L, 2, 2) start and end of each link of poses (T, 8) in body units, leg lengths, x forward and y
     over the ground.
 
-    A pose's height is relative and a model lets it drift, so the ground is where the lower ankle was lowest
-    within GROUND_SECONDS; where the root was not measured it stands still.
+    A pose's height is relative and drifts in a model, so the ground is the lowest place of the lower ankle
+    within GROUND_SECONDS; without a measured root the figure stays in place.
     """
-    q = np.zeros((len(y), len(WALKER.freedoms)))  # which begin with the columns of a pose table
+    q = np.zeros((len(y), len(WALKER.freedoms)))  # freedoms begin with the columns of a pose table
     q[:, : len(POSE_COLUMNS)] = y
     q[:, :2] = np.nan_to_num(y[:, :2])
     bones = skeleton(WALKER, q)
@@ -46,7 +45,7 @@ def sticks(y: Array, fps: float) -> Array:
 
 
 def write_clip(y: Array, captions: Sequence[str], fps: float, path: Path, progress: Progress) -> None:
-    """An mp4 of poses y (T, 8) in body units, one caption a frame."""
+    """Write an mp4 of poses y (T, 8) in body units, with one caption a frame."""
     frames = zip(sticks(y, fps), np.nan_to_num(y[:, 0]), captions, strict=True)
     with Writer(path, fps, SIZE) as writer:
         for links, travelled, caption in progress.through("drawing the clip", frames, len(y)):
@@ -54,7 +53,7 @@ def write_clip(y: Array, captions: Sequence[str], fps: float, path: Path, progre
 
 
 def _ground(lowest: Array, reach: int) -> Array:
-    """(T,) the running minimum of the lowest point, smoothed as much."""
+    """(T,) the running minimum of the lowest point, smoothed over the same window."""
     low = np.where(np.isfinite(lowest), lowest, np.inf)
     wide = np.pad(low, 2 * reach, mode="edge")
     least = np.lib.stride_tricks.sliding_window_view(wide, 2 * reach + 1).min(1)
@@ -72,7 +71,7 @@ def _frame(links: Array, travelled: float, caption: str) -> Image:
 
 
 def _scenery(travelled: float) -> Image:
-    """Ground with a mark a leg length and numbered posts, as seen after so many leg lengths."""
+    """The ground with a mark every leg length and numbered posts, after `travelled` leg lengths."""
     width, height = SIZE
     canvas = np.empty((height, width, 3), dtype=np.uint8)
     canvas[:HORIZON], canvas[HORIZON:] = SKY, EARTH

@@ -1,4 +1,4 @@
-"""What the motion commands print: a line or two of figures."""
+"""The summaries that the motion commands print: a line or two of figures."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,11 +13,11 @@ from tracker.motion.fill import Filled
 from tracker.progress import counted
 from tracker.tables.poses import PoseSequence
 
-STRIDES = 3.0  # at least so many lie in what their period is measured from
+STRIDES = 3.0  # least number of strides from which the period is measured
 
 
 def label_shares(sequences: Sequence[PoseSequence], found: Sequence[Labelling]) -> list[str]:
-    """How much of each motion was found, and how often the table's own labels say the same."""
+    """Frames of each motion found, and the agreement with the table's own labels."""
     labels = [label for f in found for label in f.label]
     counts = Counter(labels)
     parts = [f"{motion} {100.0 * counts[motion] / len(labels):.1f} %" for motion in found[0].labels]
@@ -35,7 +35,7 @@ def label_shares(sequences: Sequence[PoseSequence], found: Sequence[Labelling]) 
 
 
 def forecast_errors(sequences: Sequence[PoseSequence], means: Sequence[Array], horizon: int) -> str:
-    """How far forecasts were from what was then measured, beside the pose of `horizon` frames before."""
+    """Errors of forecasts from later measurements, beside those of the pose `horizon` frames before."""
     errors, still = [], []
     for sequence, mean in zip(sequences, means, strict=True):
         T = len(sequence)
@@ -56,7 +56,7 @@ def forecast_errors(sequences: Sequence[PoseSequence], means: Sequence[Array], h
 
 
 def filled_cells(sequences: Sequence[PoseSequence], filled: Sequence[Filled]) -> str:
-    """How much was filled, how surely, and what stays empty."""
+    """Numbers of filled cells, their standard deviations, and the cells that stay empty."""
     missing = sum(int((~s.seen).sum()) for s in sequences)
     done = sum(int(np.isfinite(f.sd).sum()) for f in filled)
     frames = sum(int(np.isfinite(f.sd).any(1).sum()) for f in filled)
@@ -75,7 +75,7 @@ def filled_cells(sequences: Sequence[PoseSequence], filled: Sequence[Filled]) ->
 
 
 def free_motion(model: str, labels: Sequence[str], y: Array, fps: float) -> str:
-    """Its motions and the time of a stride; y (T, 8) poses at `fps`."""
+    """The motions of a synthesis and the time of a stride; y (T, 8) poses at `fps`."""
     counts = Counter(labels)
     parts = [f"{motion} {100.0 * count / len(labels):.0f} %" for motion, count in counts.items()]
     text = f"{counted(len(labels), 'frame')} of {model} at {fps:g} a second: {', '.join(parts)}"
@@ -87,7 +87,7 @@ def stride_period(y: Array) -> float | None:
     """Frames a stride takes: the first peak of the autocorrelation of hip_near - hip_far in poses (T, 8)
     without gaps.
 
-    None where nothing repeats, or fewer than STRIDES times.
+    None if nothing repeats, or fewer than STRIDES times.
     """
     apart = y[:, POSE_COLUMNS.index("hip_near")] - y[:, POSE_COLUMNS.index("hip_far")]
     apart = apart - apart.mean()

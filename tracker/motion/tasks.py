@@ -1,9 +1,10 @@
 """The motion tasks on the sequences of a pose table: the papers' classification and prediction.
 
-A model knows neither where a figure stands nor how its head is carried. The neck's mean over a sequence, and
-the place where the root is first measured, are therefore taken off before and put back afterwards. A forecast
-may know nothing of later frames, not even their mean: there the three are constants of the state, with a wide
-prior, and inferred with everything else.
+Models include neither the place of a figure nor the neck's angle. The neck's mean over a sequence, and the
+place where the root is first measured, are therefore subtracted before and added afterwards. A forecast must
+not
+use later frames, not even their mean: there the three are constants of the state with a wide prior, inferred
+with everything else.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +28,7 @@ from tracker.motion.choices import Inference, Use
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence, PosesError
 
-# Standard deviations of what is unknown at a start: leg lengths for the place, radians for the neck.
+# Prior standard deviations of these constants: leg lengths for the place, radians for the neck.
 UNKNOWN_PLACE = {"root_x": 10.0, "root_y": 10.0}
 UNKNOWN_NECK = {"neck": float(np.radians(20.0))}
 SILENT = Progress("quiet")
@@ -54,7 +55,7 @@ def chosen_inference(model: Model, asked: Inference | None) -> Inference:
 
 
 def whole_pose(model: Model, task: str) -> SLDS:
-    """The model, if it has dynamics of all that a pose table holds; else a ValueError."""
+    """The model, if it has dynamics of all columns of a pose table; else a ValueError."""
     if not isinstance(model, SLDS):
         raise ValueError(f"the model is {kind_of(model)}, which cannot {task}; {OTHERWISE}")
     check_names(model.names)
@@ -62,7 +63,7 @@ def whole_pose(model: Model, task: str) -> SLDS:
 
 
 def check_names(names: Sequence[str]) -> None:
-    """ValueError unless a model's freedoms are those that a pose table holds."""
+    """ValueError unless a model's freedoms are those of a pose table."""
     if tuple(names) != POSE_COLUMNS:
         raise ValueError(
             f"the model speaks of {', '.join(names)}; a pose table of {', '.join(POSE_COLUMNS)}; "
@@ -89,8 +90,8 @@ def label_all(
 
     Args:
         inference: one that fits the model, see `chosen_inference`.
-        use: whether the root's travel and height speak for a motion, or the angles alone.
-        pose_weight: of the pose's own term, None for the default; a hidden Markov model has no other term.
+        use: whether the root's travel and height are used too, or the angles only.
+        pose_weight: weight of the pose's likelihood, None for the default; not for a hidden Markov model.
 
     Raises:
         PosesError: a sequence without a measured angle, or without a root where that is used.
@@ -111,11 +112,10 @@ def label_all(
 def forecast_all(
     slds: SLDS, sequences: Sequence[PoseSequence], horizon: int, progress: Progress = SILENT
 ) -> list[Gaussian]:
-    """What each frame was expected to be, `horizon` frames before it: mean (T + horizon, 8) and cov, body
-    units.
+    """Forecasts of each frame from `horizon` frames before it: mean (T + horizon, 8) and cov, body units.
 
-    NaN where no frame was there to go by, and for a place before the root was measured. PosesError: a
-    sequence without a measured number.
+    NaN where no earlier frame exists, and for the place before the root was measured. PosesError: a sequence
+    without a measured number.
     """
     starts = [first_measured(sequence) for sequence in sequences]
     places = [first_place(sequence.y) for sequence in sequences]
@@ -136,7 +136,7 @@ def forecast_all(
 
 
 def _evidence(sequence: PoseSequence, use: Use) -> Array:
-    """The poses that a motion is told by: centred, the root blanked unless it is used."""
+    """The poses used for labelling: centred, with the root set to not measured unless it is used."""
     if not sequence.seen[:, ROOT_COLUMNS:].any():
         raise PosesError(f"sequence {sequence.name!r} has no measured angle; leave it out")
     y = centred(sequence.y)
@@ -161,7 +161,7 @@ def _columns(hmm: HMM, use: Use) -> list[int]:
 
 
 def first_measured(sequence: PoseSequence) -> int:
-    """The first frame of which anything was measured; PosesError if there is none."""
+    """The first frame with a measured number; PosesError if there is none."""
     seen = np.flatnonzero(sequence.seen.any(1))
     if not len(seen):
         raise PosesError(f"sequence {sequence.name!r} has no measured number; leave it out")

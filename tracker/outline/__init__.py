@@ -1,1 +1,1 @@
-"""The figure as a silhouette: gait cycles, the best path through them, every frame's pose on its outline."""
+"""The figure as a silhouette: gait cycles, the best path through them, each frame's pose by its outline."""

@@ -1,14 +1,14 @@
-"""Who walks through a film: paths of bodies that stand out from the scene, found without a mark.
+"""Finding walkers without marks: paths of bodies that stand out from the scene.
 
 Every small map of log odds R is correlated with the mean body of the gait, at many sizes. With m the mean
 silhouette, zero where arms may be, and o the places close around it,
 
     S = WEIGHT (sum R m - AROUND sum max(R, 0) o),
 
-per square leg length: what stands out inside speaks for a body, what stands out around it against. Viterbi
-goes through the best places of every frame. A path may begin and end anywhere; it is worth the sum of S less
-BASE a frame, times its size, and less what its steps and changes of size cost. The best path is taken, its
-places are struck out, and so on.
+per square leg length: foreground inside is evidence for a body, foreground around it against. Viterbi runs
+through the best places of every frame. A path may begin and end anywhere; its score is the sum of S less BASE
+a frame, times its size, less the costs of its steps and changes of size. The best path is taken, its places
+are removed, and the search is repeated.
 """
 
 from dataclasses import dataclass
@@ -28,30 +28,30 @@ from tracker.survey.evidence import NOTHING, UNITS
 DENSITY = 8.0  # places in a leg length
 GRID = Grid((-1.375, 1.25), DENSITY, (21, 23))
 HIP = (10, 11)  # row and column of the hip in it
-SMALLEST, LARGEST, RATIO = 1.0 / 14.0, 0.55, 1.18  # leg lengths, shares of the picture's height
-SHORTEST = 14.0  # pixels of a small picture in a leg that is seen at all
-EVERY = 4  # so manieth phase of a cycle is part of the mean body
-OFTEN = 15.0  # frames a second are looked at
-HALVED = 3.0  # times as wide as it is wanted, a map is halved first
-PLACES = 4  # best ones of a size in a frame
-NUDGES = np.array([[0, 0], [0, 1], [0, -1], [1, 0], [-1, 0]])  # rows and columns by which these are shifted
-LEANS = np.radians([0.0, 25.0])  # of the trunk beyond the cycles'
-AROUND = 0.8  # what stands out around a body costs so much of what it earns inside
-BASE = 8.0  # nats a frame that a body must be better than nothing
-STEP = 0.6  # nats for an eighth of a leg in a thirtieth of a second
-RESIZE = 3.0  # nats for a change to the next size
-FAR = 1.0  # leg lengths in a step at most
-LEAST = 60.0  # nats of a path
-ABOUT = (0.45, 1.35)  # of how large somebody is, as how large they may be found
-APART = 1.4  # leg lengths of the one found first between two people
+SMALLEST, LARGEST, RATIO = 1.0 / 14.0, 0.55, 1.18  # leg lengths, shares of the picture's height; their steps
+SHORTEST = 14.0  # least length of a leg in a small picture, pixels
+EVERY = 4  # every such phase of a cycle is part of the mean body
+OFTEN = 15.0  # frames a second that are searched
+HALVED = 3.0  # ratio of widths from which a map is halved before it is resized
+PLACES = 4  # best places kept for each size in a frame
+NUDGES = np.array([[0, 0], [0, 1], [0, -1], [1, 0], [-1, 0]])  # their shifts that are tried, rows and columns
+LEANS = np.radians([0.0, 25.0])  # leans of the trunk that are tried, beyond the cycles'
+AROUND = 0.8  # weight of foreground around a body relative to that inside
+BASE = 8.0  # score of a frame without a body, nats
+STEP = 0.6  # cost of an eighth of a leg in a thirtieth of a second, nats
+RESIZE = 3.0  # cost of a change to the next size, nats
+FAR = 1.0  # longest step, leg lengths
+LEAST = 60.0  # least score of a path, nats
+ABOUT = (0.45, 1.35)  # range of sizes searched for a person of known size, as factors
+APART = 1.4  # least distance between two people, leg lengths of the one found first
 
 
 @dataclass(frozen=True)
 class Path:
-    """Where a body was seen.
+    """The path of a body.
 
-    first : its first frame; hips, units and score are of this and those after
-    hips  : (n, 2) the film's pixels of each frame
+    first : its first frame; hips, units and score are of this and the following frames
+    hips  : (n, 2) pixels of the film in each frame
     units : (n,) pixels in a leg length
     score : (n,) nats
     """
@@ -67,18 +67,18 @@ class Path:
 
     @property
     def worth(self) -> float:
-        """Score of the whole path as that of a person, nats times leg lengths."""
+        """Total score of the path as one of a person, nats times leg lengths."""
         return float(((self.score - BASE) * self.units).sum())
 
     def part(self, frames: slice) -> "Path":
-        """The path in some of its frames."""
+        """The path reduced to some of its frames."""
         first = self.first + (frames.start or 0)
         return Path(first, self.hips[frames], self.units[frames], self.score[frames])
 
 
 @dataclass(frozen=True)
 class Places:
-    """Where a frame may show a body.
+    """Candidate places of bodies in a frame.
 
     scene : (n, 2) pixels of the first frame
     size  : (n,) position among the sizes
@@ -91,11 +91,11 @@ class Places:
 
 
 def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None) -> list[Path]:
-    """Everybody who is seen, the surest first.
+    """All people in the film, the surest first.
 
     Args:
-        about: the film's pixels in a leg length of who is looked for, None for everybody. Nobody is seen who
-            is smaller than SMALLEST.
+        about: leg length of the person searched for in pixels of the film, None for everybody. People smaller
+            than SMALLEST are not found.
     """
     units, every = _units(stage), max(round(stage.fps / OFTEN), 1)
     if about is not None:
@@ -119,7 +119,8 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None
 
 
 def _path(stage: Stage, first: int, every: int, seen: Array) -> Path:
-    """The path of places in the scene, sizes and scores (n, 4), seen from a frame on in every so manieth."""
+    """The path from places in the scene, sizes and scores (n, 4) in every `every`-th frame from `first`
+    on."""
     last = first + (len(seen) - 1) * every
     last = len(stage) - 1 if last + every >= len(stage) else last
     times = np.arange(first, last + 1)
@@ -129,7 +130,7 @@ def _path(stage: Stage, first: int, every: int, seen: Array) -> Path:
 
 
 def _units(stage: Stage) -> Array:
-    """(S,) leg lengths that are looked for, the film's pixels."""
+    """(S,) leg lengths that are searched, pixels of the film."""
     pixel = stage.up[0, 0]
     height = stage.odds.shape[1] * pixel
     least = max(SMALLEST * height, SHORTEST * pixel)
@@ -139,10 +140,10 @@ def _units(stage: Stage) -> Array:
 
 @dataclass(frozen=True)
 class _Bodies:
-    """Silhouettes of the gait, and the places around them.
+    """Silhouettes of the gait, and of the places around them.
 
-    mean  : (2, h, w) the mean of all, inside and around
-    masks : (2 h w, n) all of them, inside over around, both facings
+    mean  : (2, h, w) means of all silhouettes, inside and around
+    masks : (2 h w, n) all silhouettes, inside above around, in both facings
     """
 
     mean: Planes
@@ -159,9 +160,9 @@ class _Bodies:
         return cls(mean, np.ascontiguousarray(masks.T, dtype=np.float32))
 
     def of_size(self, stage: Stage, unit: float) -> tuple[Kernels, Kernels]:
-        """The mean body with so many of the film's pixels in a leg length, and what lies around it.
+        """Kernels of the mean body with this leg length in pixels of the film, and of the places around it.
 
-        They are for maps with DENSITY places in a leg length.
+        They apply to maps with DENSITY places in a leg length.
         """
         by = unit / stage.up[0, 0] / DENSITY
         h, w = (max(round(n / by), 1) for n in stage.odds.shape[1:])
@@ -191,7 +192,7 @@ def _places(stage: Stage, t: int, sizes: list[tuple[Kernels, Kernels]], bodies: 
     scene, size, score = [], [], []
     for s, means in enumerate(sizes):
         shape = means[0].shape
-        # By halves first, which is fast.
+        # Halving first is fast.
         while image.shape[1] > HALVED * shape[1]:
             half = image.shape[1] // 2, image.shape[0] // 2
             image = np.asarray(cv2.resize(image, half, interpolation=cv2.INTER_AREA), dtype=np.uint8)
@@ -206,7 +207,7 @@ def _places(stage: Stage, t: int, sizes: list[tuple[Kernels, Kernels]], bodies: 
 
 
 def _around(odds: Planes, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Planes:
-    """(..., h w) what a map shows on GRID around hips at these places (...)."""
+    """(..., h w) values of a map on GRID around hips at these places (...)."""
     h, w = GRID.shape
     # As hips may lie one place outside.
     wide = cv2.copyMakeBorder(odds, HIP[0] + 1, h, HIP[1] + 1, w, cv2.BORDER_CONSTANT, value=0.0)
@@ -216,7 +217,7 @@ def _around(odds: Planes, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> 
 
 
 def _best(places: list[Places], units: Array, fps: float, least: float) -> tuple[int, list[int]] | None:
-    """The first frame of the best path, and its place in each; None where no path is worth `least`."""
+    """First frame of the best path, and its place in each frame; None if no path scores `least`."""
     step = STEP * DENSITY * fps / 30.0
     worth = units / np.sqrt(units[0] * units[-1])
     value: list[Array] = []

@@ -1,4 +1,4 @@
-"""Paths of which each value is near 0 and near the one before: a Gaussian chain for every freedom.
+"""A Gaussian chain for every freedom: each value of a path is near 0 and near the value before.
 
 The precision of a path (T,) is tridiagonal, and so its upper Cholesky factor U has a diagonal and one
 off-diagonal. With U d = z the prior of d is the unit Gaussian of z.
@@ -29,8 +29,8 @@ class Chain:
         """The chains of T frames.
 
         Args:
-            spread: (D,) of each value about 0.
-            change: (D,) of its change from frame to frame.
+            spread: (D,) standard deviation of each value about 0.
+            change: (D,) standard deviation of its change from frame to frame.
         """
         sides = np.full((T, 1), 2.0)
         sides[[0, -1]] -= 1.0
@@ -47,7 +47,7 @@ class Chain:
         return np.asarray(_back(self.diagonal, self.above, z))
 
     def slopes(self, slope: Array) -> Array:
-        """(T, D): a slope by d as one by z."""
+        """(T, D): a derivative by d converted to one by z."""
         return np.asarray(_ahead(self.diagonal, self.above, slope))
 
 

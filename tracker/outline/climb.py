@@ -1,10 +1,10 @@
-"""Every frame's pose on its own outline: one climb over a whole film.
+"""Every frame's pose fitted to its outline: one optimisation over a whole film.
 
-With R under the outline of pose q_t summed to s_t(q_t), and d_t = q_t less the pose that the path gave,
+With s_t(q_t) the sum of R under the outline of pose q_t, and d_t = q_t less the pose of the path,
 
     WEIGHT sum_t s_t(q_t) - 1/2 sum_t |d_t / spread|^2 - 1/2 sum_t |(d_t - d_{t-1}) / change|^2,
 
-less what marks and limits cost, is climbed by L-BFGS in the coordinates in which its prior is the unit
+less the costs of marks and limits, is maximised by L-BFGS in the coordinates in which its prior is the unit
 Gaussian.
 """
 
@@ -22,24 +22,24 @@ from tracker.picture.pyramid import Planes
 GRID = Grid((-1.3, 1.2), 32.0, (76, 84))
 WEIGHT = 80.0  # nats for a square leg length of log odds
 ROUNDS = 40
-SMALL_GAIN = 2e-4  # of a round, as a share of the cost: the climb ends
-ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread about the path's
-PLACE = 0.1  # the same of the hip, leg lengths
-SIZE, SIZE_FOUND = 0.035, 0.05  # the same of the log size, marked in a frame or only found
-LENGTH = 0.04  # the same of log lengths
-CHANGE = 1.0 / 3.0  # of a spread by which it may change from frame to frame
-LASTS = 0.1  # the same of lengths
+SMALL_GAIN = 2e-4  # gain of a round, as a share of the cost, that ends the climb
+ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread of angles about the path's
+PLACE = 0.1  # spread of the hip, leg lengths
+SIZE, SIZE_FOUND = 0.035, 0.05  # spread of the log size with a marked frame, without marks
+LENGTH = 0.04  # spread of log lengths
+CHANGE = 1.0 / 3.0  # change from frame to frame as a share of a spread
+LASTS = 0.1  # the same for lengths
 MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH = float(np.radians(9.0)), 0.06, 0.06  # marks against outlines
-GIVE = 0.05  # radians by which a joint passes its limit
+GIVE = 0.05  # spread by which a joint passes its limit, radians
 
 
 @dataclass(frozen=True)
 class Climbed:
-    """Where a climb ended.
+    """Result of the optimisation.
 
     q     : (T, D) poses
     score : (T,) log odds under their outlines, nats times leg lengths squared
-    cost  : minus what was climbed, nats
+    cost  : minus the objective, nats
     """
 
     q: Array
@@ -49,7 +49,7 @@ class Climbed:
 
 @dataclass(frozen=True)
 class Marked:
-    """The pose (D,) marked in a frame, of which `known` (D,) was."""
+    """The marked pose (D,) of a frame, and which of its freedoms are `known` (D,)."""
 
     frame: int
     q: Array
@@ -57,13 +57,13 @@ class Marked:
 
 
 def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = ROUNDS) -> Climbed:
-    """Poses on their outlines.
+    """Fit poses to their outlines.
 
     Args:
         odds: (T, *GRID.shape) log odds around the poses' origin.
-        q: (T, D) poses that the path gave.
-        marked: a pose that is known.
-        rounds: of L-BFGS at most.
+        q: (T, D) poses of the path.
+        marked: the marked pose.
+        rounds: largest number of L-BFGS steps.
     """
     T, D = q.shape
     figure = shape.figure
@@ -90,7 +90,7 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
 
 
 def _by_kind(figure: Figure, angle: float, ankle: float, place: float, size: float, length: float) -> Array:
-    """(D,) one number for each freedom, by its kind."""
+    """(D,) the number for each freedom's kind."""
     kinds = {"ankle": ankle, "root": place, SCALE: size, STRETCH: length, "": angle}
     own = [next(kind for kind in kinds if name.startswith(kind)) for name in figure.freedoms]
     return np.array([kinds[kind] for kind in own])

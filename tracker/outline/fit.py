@@ -21,32 +21,32 @@ from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING
 
-LEAST = 0.3  # log odds under the outline, nats times square leg lengths; a figure in full sight has 1 to 1.5
+LEAST = 0.3  # least log odds under the outline, nats times square leg lengths; 1 to 1.5 in full sight
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
-LASTING = 0.2  # seconds over which a pose stays unlike its phase of the cycle as it was marked
-AROUND = 6  # frames either way of the marked one that tell which leg is near
+LASTING = 0.2  # seconds over which the difference between the marked pose and its cycle decays
+AROUND = 6  # frames before and after the marked one that decide which leg is near
 ALONG = np.linspace(0.1, 0.9, 9)  # places on the axis of a link, shares of its length
-MOSTLY = 0.65  # of them stand out where a link does
-RIGHTLY = 2.2  # log odds, before the film is looked at, that who marks the legs names them rightly
-MARGIN = 10.0  # nats of two climbs that count as one: neighbouring pixels err together
-SMOOTH_LEAN = 3.0  # the same of its lean
+MOSTLY = 0.65  # share of them that must stand out for a link to stand out
+RIGHTLY = 2.2  # prior log odds that marks name the legs correctly
+MARGIN = 10.0  # divisor of differences between fits, since errors of neighbouring pixels are correlated
+SMOOTH_LEAN = 3.0  # frames over which the path's lean is smoothed
 
 
 @dataclass(frozen=True)
 class Outline:
-    """A figure as its outline was seen.
+    """A figure fitted to its outline.
 
-    q      : (T, D) poses, their root beside `hips`
+    q      : (T, D) poses, with the root relative to `hips`
     hips   : (T, 2) pixels of each frame
     units  : (T,) pixels in a leg length
     joints : (T, J, 2) pixels of each frame, as `figure.joints` names them
     score  : (T,) log odds under the outline, nats times leg lengths squared
     shown  : (T, J) whether the link that ends at a joint stands out from the scene
-    spread : (T,) leg lengths by which its joints may be off
+    spread : (T,) standard deviation of its joints, leg lengths
     gait   : "walk" or "run"
-    way    : +1, -1 with time running back in its stride
-    named  : log odds that the legs are named rightly
-    misnamed : probability that the start, from which it goes on, names them wrongly
+    way    : +1, or -1 for a stride that runs backwards in time
+    named  : log odds that the legs are named correctly
+    misnamed : probability that the start marks name them wrongly
     """
 
     q: Array
@@ -68,17 +68,17 @@ class Outline:
 
     @property
     def seen(self) -> NDArray[np.bool_]:
-        """(T,) whether the figure stands out from the scene; nowhere if it does not on the whole."""
+        """(T,) whether the figure stands out from the scene; false throughout if it mostly does not."""
         return _seen(self.score)
 
     def around(self, inner: slice) -> slice:
-        """The frames of `inner` and those before and after it up to the first in which it is not seen."""
+        """The frames of `inner`, extended both ways up to the first frame in which the figure is not seen."""
         unseen = np.flatnonzero(self.score < LEAST)
         before, after = unseen[unseen < inner.start], unseen[unseen >= inner.stop]
         return slice(int(before.max(initial=-1)) + 1, int(after.min(initial=len(self.score))))
 
     def part(self, frames: slice) -> Self:
-        """The outline in some of the frames."""
+        """The outline reduced to some of the frames."""
         rows = ("q", "hips", "units", "joints", "score", "shown", "spread")
         some = {name: getattr(self, name)[frames] for name in rows}
         return replace(self, **some)
@@ -88,9 +88,9 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     """Fit the outline of a figure to every frame.
 
     Args:
-        stage: the film; the figure faces as it says.
-        start: pose in `frame`; where nothing of it is known it tells the place and about the size.
-        rounds: of climbing at most.
+        stage: the film, with the figure's facing.
+        start: pose in `frame`; if none of it is known it gives only the place and the approximate size.
+        rounds: largest number of optimisation steps.
     """
     figure, shape, columns = start.figure, Shape.of(start.figure), columns_of(start.figure)
     hips, units, phase = _gait(stage, start, frame, cycles)
@@ -110,7 +110,7 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     named = looks + agreeing(margin, RIGHTLY)
     if named < 0.0 and margin < RIGHTLY:
         best = climb(odds, shape, ways[1 - better][0], marks, rounds)
-    elif named < 0.0:  # the marks themselves name the other leg
+    elif named < 0.0:  # the fit follows the marks, so the marks themselves name the legs wrongly
         best = replace(best, q=best.q[:, figure.exchanged])
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
@@ -120,7 +120,7 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
 
 
 def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array, Array, Phases]:
-    """Hip (T, 2), pixels in a leg length (T,) and phase in every frame."""
+    """Hip (T, 2), leg length in pixels (T,) and phase in every frame."""
     shape, columns = Shape.of(start.figure), columns_of(start.figure)
     hips, units = walk(stage, shape, cycles, start, frame)
     marked = np.where(start.known[columns], start.q[columns], np.nan)
@@ -131,10 +131,10 @@ def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array
 
 
 def through(figure: Figure, path: Array, marked: Marked, fps: float) -> tuple[Array, float]:
-    """The path (T, D) drawn to the marked angles, the less the further from their frame.
+    """The path (T, D) drawn to the marked angles, with an influence that decays with time from their frame.
 
-    People differ from a mean cycle, who starts off above all, and go on differing for a while. With the path
-    comes how like the cycle the marked angles are, nats.
+    People differ from a mean cycle for a while, above all when they start walking. The second result is the
+    log likelihood of the marked angles under the cycle, nats.
     """
     columns = columns_of(figure)
     off = np.where(marked.known, marked.q - path[marked.frame], 0.0)[columns]
@@ -145,19 +145,19 @@ def through(figure: Figure, path: Array, marked: Marked, fps: float) -> tuple[Ar
 
 
 def agreeing(one: float, other: float) -> float:
-    """Log odds that two statements are both true or both false, of the log odds that each is true."""
+    """Log odds that two statements are both true or both false, from the log odds that each is true."""
     return float(np.logaddexp(0.0, one + other) - np.logaddexp(one, other))
 
 
 def _improbable(log_odds: float) -> float:
-    """Probability that something of these log odds is not so."""
+    """Probability that a statement with these log odds is false."""
     return float(0.5 - 0.5 * np.tanh(0.5 * log_odds))
 
 
 def _as_marked(
     odds: Planes, shape: Shape, ways: list[tuple[Array, float]], marked: Marked
 ) -> tuple[int, float]:
-    """Which of two ways goes on from the marked pose, and its log odds."""
+    """Which of two namings continues the marked pose, and its log odds."""
     first = max(marked.frame - AROUND, 0)
     part = slice(first, marked.frame + AROUND + 1)
     here = replace(marked, frame=marked.frame - first)
@@ -167,7 +167,8 @@ def _as_marked(
 
 
 def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> NDArray[np.bool_]:
-    """(T, J) whether most of the axis of the link that ends at a joint stands out; of the base the trunk."""
+    """(T, J) whether most of the axis of the link that ends at a joint stands out; for the base, the
+    trunk."""
     links = len(shape.figure.links)
     link, along = np.repeat(np.arange(links), len(ALONG)), np.tile(ALONG, links)
     places = surface(skeleton(shape.figure, q), link, along, np.zeros(len(link)))
@@ -177,5 +178,5 @@ def _shown(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> N
 
 
 def _seen(score: Array) -> NDArray[np.bool_]:
-    """(T,) whether the figure stands out from the scene; nowhere if it does not on the whole."""
+    """(T,) whether the figure stands out from the scene; false throughout if it mostly does not."""
     return (score > LEAST) & (np.median(score) > LEAST)

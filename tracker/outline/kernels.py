@@ -1,6 +1,6 @@
-"""What maps show under silhouettes with the hip at every place, by Fourier transforms.
+"""Sums of maps under silhouettes with the hip at every place, by Fourier transforms.
 
-Those of the silhouettes are worked out once for all the maps of a shape.
+The transforms of the silhouettes are computed once for all maps of a shape.
 """
 
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from tracker.picture.pyramid import Planes
 
 @dataclass(frozen=True)
 class Kernels:
-    """Silhouettes that maps of one shape are summed under.
+    """Silhouettes under which maps of one shape are summed.
 
-    spectra : (K, H, W) their Fourier transforms, as OpenCV packs them, as wide as a map and a silhouette
+    spectra : (K, H, W) their Fourier transforms in OpenCV's packing, as wide as a map and a silhouette
     hip     : row and column of the hip in each
     shape   : rows and columns of a map
     """
@@ -27,12 +27,12 @@ class Kernels:
 
     @classmethod
     def of(cls, silhouettes: Planes, hip: tuple[int, int], shape: tuple[int, int]) -> Self:
-        """For maps of a shape, of silhouettes (K, h, w) with the hip at a row and column."""
+        """Kernels of silhouettes (K, h, w), with the hip at this row and column, for maps of this shape."""
         size = tuple(cv2.getOptimalDFTSize(m + n) for m, n in zip(shape, silhouettes.shape[1:], strict=True))
         return cls(np.stack([_spectrum(each, size, (0, 0)) for each in silhouettes]), hip, shape)
 
     def sums(self, values: Planes) -> Planes:
-        """(K, h, w) what a map (h, w) sums to under each silhouette with its hip at every place."""
+        """(K, h, w) sums of a map (h, w) under each silhouette with its hip at every place."""
         h, w = self.shape
         seen = _spectrum(values, self.spectra.shape[1:], self.hip)
         products = (cv2.mulSpectrums(seen, each, 0, conjB=True) for each in self.spectra)
@@ -40,7 +40,7 @@ class Kernels:
 
 
 def _spectrum(values: Planes, size: tuple[int, ...], corner: tuple[int, int]) -> Planes:
-    """The transform of values that begin at a row and column, with nothing around them."""
+    """The transform of values that begin at a row and column, padded with zeros."""
     wide, (row, column), (h, w) = np.zeros(size, np.float32), corner, values.shape
     wide[row : row + h, column : column + w] = values
     return np.asarray(cv2.dft(wide, nonzeroRows=row + h), dtype=np.float32)

@@ -1,6 +1,6 @@
 """A smooth function's minimum by L-BFGS (Liu and Nocedal 1989), without bounds.
 
-The direction is algorithm 7.4 of Nocedal and Wright (2006). SciPy has the method too, but to import it takes
+The direction is algorithm 7.4 of Nocedal and Wright (2006). SciPy has the method too, but importing it takes
 an eighth of a second and 20 MB.
 """
 
@@ -12,15 +12,15 @@ import numpy as np
 
 from kinematics.figure import Array
 
-REMEMBERED = 6  # steps that the curvature is taken from
-ENOUGH = 1e-3  # share of what the slope promises by which a step lowers the cost at least
-HALVINGS = 20  # of a step at most
+REMEMBERED = 6  # latest steps from which the curvature is estimated
+ENOUGH = 1e-3  # least decrease of the cost as a share of the decrease that the slope predicts
+HALVINGS = 20  # largest number of halvings of a step
 
 Cost = Callable[[Array], tuple[float, Array]]
 
 
 class Step(NamedTuple):
-    """A step (N,), the change (N,) of slope over it, and the product of both."""
+    """A step (N,), the change (N,) of the slope over it, and their scalar product."""
 
     way: Array
     change: Array
@@ -28,20 +28,20 @@ class Step(NamedTuple):
 
 
 def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, float]:
-    """A place (N,) of the least cost around, and that cost.
+    """A local minimum (N,), and its cost.
 
     Args:
-        cost: of a place (N,), with its slope (N,) there.
-        x: (N,) where the search begins.
-        rounds: steps at most.
-        small: gain of a round, as a share of the cost, with which the search ends.
+        cost: gives the cost at a point (N,) and its slope (N,).
+        x: (N,) start of the search.
+        rounds: largest number of steps.
+        small: gain of a round, as a share of the cost, that ends the search.
     """
     steps: deque[Step] = deque(maxlen=REMEMBERED)
     value, slope = cost(x)
     for _ in range(rounds):
         way = direction(slope, steps)
         promise = float(slope @ way)
-        # The first step, of which the curvature is not known, is of length 1.
+        # The first step has length 1, since the curvature is not known.
         share = 1.0 if steps else 1.0 / max(float(np.sqrt(-promise)), 1e-9)
         for _ in range(HALVINGS):
             lower, there = cost(x + share * way)
@@ -51,7 +51,7 @@ def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, floa
         else:
             break
         step = Step(share * way, there - slope, float(share * way @ (there - slope)))
-        if step.curvature > 0.0:  # else what is remembered no longer has a minimum
+        if step.curvature > 0.0:  # else the estimated Hessian would not be positive definite
             steps.append(step)
         gain, x, value, slope = value - lower, x + step.way, lower, there
         if gain <= small * max(abs(value), 1.0):
@@ -60,7 +60,7 @@ def lowest(cost: Cost, x: Array, rounds: int, small: float) -> tuple[Array, floa
 
 
 def direction(slope: Array, steps: deque[Step]) -> Array:
-    """Minus the slope (N,) times the inverse Hessian that the last steps tell."""
+    """Minus the slope (N,) times the inverse Hessian estimated from the last steps."""
     way, shares = -slope, []
     for step in reversed(steps):
         shares.append(float(step.way @ way) / step.curvature)

@@ -1,11 +1,11 @@
-"""Which leg is the nearer one: where both cover a place, the picture there looks as that leg does.
+"""Which leg is nearer: where the legs overlap, the picture shows the grey level of the nearer one.
 
-Places on either leg go with its links. How a place looks is known from the frames just before and after in
-which the other leg leaves it free. Where the legs overlap, a pixel x shows a place of each, and
+Places on either leg move with its links. The grey level of a place is known from the frames just before and
+after in which the other leg does not cover it. Where the legs overlap, a pixel x shows a place of each, and
 
-    e = min(|x - look of the far leg's|, MOST) - min(|x - look of the near leg's|, MOST)
+    e = min(|x - grey of the far leg's|, MOST) - min(|x - grey of the near leg's|, MOST)
 
-is positive where the legs are named rightly. What tells is its mean over a film's frames, in standard errors.
+is positive if the legs are named correctly. The evidence is its mean over a film's frames in standard errors.
 """
 
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ from tracker.outline.stage import Stage
 LINKS = ("thigh", "shank")
 ALONG = np.linspace(0.15, 0.95, 9)  # places along a link, shares of its length
 ACROSS = np.linspace(-0.7, 0.7, 5)  # and across it, shares of its half width
-FREE = 0.03  # leg lengths from the other leg's outline
-AROUND = np.exp(-0.5 * (np.arange(-3, 4) / 1.5) ** 2)  # weights of the frames around in a look
-ENOUGH = 0.3  # of that weight must be of frames that show the place
-MOST = 40.0  # grey levels: what differs by more is something else
-SAME = 0.08  # leg lengths between two places that one pixel shows
-FEWEST = 5  # pixels that a frame is heard by
-TOGETHER = 3.0  # neighbouring frames that err together
-NEARER = 1.5  # log odds for a standard error of which leg is in front
+FREE = 0.03  # distance from the other leg's outline beyond which a place is uncovered, leg lengths
+AROUND = np.exp(-0.5 * (np.arange(-3, 4) / 1.5) ** 2)  # weights of neighbouring frames in a grey level
+ENOUGH = 0.3  # share of that weight that frames with the place uncovered must have
+MOST = 40.0  # largest difference that counts, grey levels; more is something else
+SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
+FEWEST = 5  # pixels that a frame needs to count
+TOGETHER = 3.0  # number of neighbouring frames with correlated errors
+NEARER = 1.5  # log odds of a naming for a standard error
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Leg:
     """Places (P,) on a leg in all frames.
 
     place  : (T, P, 2) body coordinates
-    value  : (T, P) grey level that is seen there
-    look   : (T, P) grey level of the leg itself; NaN where no frame around shows it
-    shared : (T, P) whether the other leg lies there too
+    value  : (T, P) grey level in the frame there
+    look   : (T, P) grey level of the leg itself; NaN where no neighbouring frame shows it
+    shared : (T, P) whether the other leg covers the same place
     """
 
     place: Array
@@ -52,23 +52,23 @@ class Leg:
 def nearness(
     shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
 ) -> float:
-    """How surely the leg named near is in front, standard errors; negative where the far one is.
+    """Evidence that the leg named near is in front, standard errors; negative if the far one is.
 
     Args:
         q: (T, D) poses.
-        hips, units: as `Stage.around`.
-        seen: (T,) whether the outline is.
+        hips, units: as in `Stage.around`.
+        seen: (T,) whether the outline is seen.
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
-    frames = [_told(near, far, t) for t in np.flatnonzero(seen).tolist()]
+    frames = [_evidence(near, far, t) for t in np.flatnonzero(seen).tolist()]
     return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]))
 
 
-def in_standard_errors(told: Array) -> float:
-    """The mean of what frames (n,) tell, neighbours of which err together; 0 where they are too few."""
-    if len(told) < TOGETHER:
+def in_standard_errors(evidence: Array) -> float:
+    """The mean of frames' evidence (n,), whose neighbours have correlated errors; 0 if there are too few."""
+    if len(evidence) < TOGETHER:
         return 0.0
-    return float(told.mean() / (told.std() * np.sqrt(TOGETHER / len(told)) + 1e-9))
+    return float(evidence.mean() / (evidence.std() * np.sqrt(TOGETHER / len(evidence)) + 1e-9))
 
 
 def _legs(
@@ -83,17 +83,17 @@ def _legs(
         place = _places(shape, bones, own)
         depth = _depth(shape, bones, other, place)
         value = stage.at(stage.light, hips, units, place)
-        legs.append(Leg(place, value, _looks(value, seen[:, None] & (depth < -FREE)), depth > 0.0))
+        legs.append(Leg(place, value, _greys(value, seen[:, None] & (depth < -FREE)), depth > 0.0))
     return legs[0], legs[1]
 
 
-def _told(near: Leg, far: Leg, t: int) -> Array:
-    """(n,) what each pixel of a frame says for these names, grey levels."""
+def _evidence(near: Leg, far: Leg, t: int) -> Array:
+    """(n,) evidence of each pixel of a frame for these names, grey levels."""
     return np.concatenate([_less_alike(near, far, t), -_less_alike(far, near, t)])
 
 
 def _less_alike(own: Leg, other: Leg, t: int) -> Array:
-    """(n,) by how much the pixels of a leg's shared places in a frame look less like the other leg."""
+    """(n,) by how much less the pixels at a leg's shared places in a frame look like the other leg."""
     places = np.flatnonzero(own.shared[t] & np.isfinite(own.look[t]))
     others = np.flatnonzero(np.isfinite(other.look[t]))
     if not len(places) or not len(others):
@@ -115,7 +115,7 @@ def _places(shape: Shape, bones: Skeleton, links: list[int]) -> Array:
 
 
 def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Array:
-    """(T, P) how deep places (T, P, 2) lie within the outline of some links, leg lengths."""
+    """(T, P) depth of places (T, P, 2) within the outline of some links, leg lengths."""
     deepest = np.full(places.shape[:2], -np.inf)
     for link in links:
         first, last, start, tip, beside = shape.bars[link]
@@ -128,8 +128,8 @@ def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Ar
     return deepest
 
 
-def _looks(value: Array, free: NDArray[np.bool_]) -> Array:
-    """(T, P) mean of the values (T, P) that are free in the frames around; NaN where too few are."""
+def _greys(value: Array, free: NDArray[np.bool_]) -> Array:
+    """(T, P) mean of the uncovered values (T, P) in neighbouring frames; NaN where there are too few."""
     weight = sums_around(free.astype(np.float64), AROUND)
     total = sums_around(np.where(free, value, 0.0), AROUND)
     return np.where(weight > ENOUGH, total / np.maximum(weight, ENOUGH), np.nan)

@@ -1,4 +1,4 @@
-"""A film with nothing known of where others are, so that nobody is fitted to somebody else's outline."""
+"""A film with the places of other people set to unknown, so that a figure is not fitted to them."""
 
 from dataclasses import replace
 
@@ -10,18 +10,18 @@ from tracker.outline.pieces import LATELY, in_scene, line
 from tracker.outline.stage import Stage
 from tracker.survey.evidence import NOTHING
 
-BROAD = 1.0  # leg lengths, of a body's columns
-BESIDE, ABOVE = 0.5, 1.0  # leg lengths beside and above a marked hip in which the path of who is marked lies
+BROAD = 1.0  # width of the columns removed for a body, leg lengths
+BESIDE, ABOVE = 0.5, 1.0  # range beside and above a marked hip in which its path may lie, leg lengths
 
 
 def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[Path]) -> Path | None:
-    """The path of the figure with its hip (2,) in a frame; None where none leads there.
+    """The path of the figure with its hip (2,) in a frame; None if no path leads there.
 
-    Where two people meet, that of who goes the way the stage faces: the other one may be the nearer. A path
-    leads on for LATELY seconds, since who is behind somebody is not seen.
+    Where two people meet, the path in the direction that the figure faces is taken, even if the other is
+    nearer. A path is prolonged by LATELY seconds, since a person behind another is not seen.
 
     Args:
-        unit: pixels in a leg length.
+        unit: leg length in pixels.
     """
     reach, ranked = LATELY * stage.fps, []
     for path in everybody:
@@ -36,12 +36,12 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
 
 
 def without_others(stage: Stage, own: Path, everybody: list[Path]) -> Stage:
-    """The film with nothing known of where others are.
+    """The film with the places of other people set to unknown.
 
     Args:
-        own: path of the one about whom all else stays known.
-        everybody: the paths of all; where `own` tells nothing, who is closer than a leg length to where it
-            leads is left.
+        own: path of the person who stays.
+        everybody: the paths of all people; outside the frames of `own`, bodies within a leg length of its
+            prolongation stay too.
     """
     odds, down = stage.odds.copy(), np.linalg.inv(stage.up)
     columns, place = np.arange(odds.shape[2]), _prolonged(stage, own)
@@ -56,7 +56,7 @@ def without_others(stage: Stage, own: Path, everybody: list[Path]) -> Stage:
 
 
 def _prolonged(stage: Stage, path: Path) -> Array:
-    """(T, 2) the film's pixels of a path in every frame, gone on with as it went before and after it."""
+    """(T, 2) pixels of the film for a path in every frame, continued at its velocity before and after."""
     n, scene = max(round(LATELY * stage.fps), 2), in_scene(stage, path)
     (begin, back), (end, ahead) = line(scene[:n][::-1]), line(scene[-n:])
     before, after = np.arange(path.first, 0, -1), np.arange(1, len(stage) - path.last)

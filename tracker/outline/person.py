@@ -1,4 +1,4 @@
-"""A person found in a film: how they go, which way they face, and the frame to start from."""
+"""A person found in a film: outline, direction of travel, facing and start frame."""
 
 from dataclasses import dataclass, replace
 from itertools import product
@@ -19,31 +19,31 @@ from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 
 SEEN = {"torso": 0.7, "head": 0.35}  # leg lengths; captured hip joints lie higher, the neck's base lower
-LARGER = (1.0, 1.25)  # times as large as the mean body is found best, somebody may be
-BEYOND = 1.0  # seconds before and after a path in which who went along it may be seen as well
-AROUND = 25  # frames either way of the best one that tell which way a person faces
-FEW = 15  # rounds of climbing that tell it
-AHEAD = 0.04  # nats times square leg lengths a frame by which walking ahead is the likelier beforehand
-ALIKE = 0.1  # log lengths by which trunk and legs differ at most there from what they mostly are
-EXPLAINED = 0.8  # of the median log odds under the outline has a frame to start from
-NEARLY = 0.9  # of the farthest that the ankles come apart in such a frame, they are in that to start from
+LARGER = (1.0, 1.25)  # sizes that are tried, as factors on the size at which the mean body fits best
+BEYOND = 1.0  # seconds before and after a path in which its person is searched for too
+AROUND = 25  # frames before and after the best one that decide which way a person faces
+FEW = 15  # rounds of optimisation for that
+AHEAD = 0.04  # prior advantage of walking forwards, nats times square leg lengths a frame
+ALIKE = 0.1  # largest deviation of trunk and legs in a start frame from their medians, log lengths
+EXPLAINED = 0.8  # least log odds under the outline in a start frame as a share of their median
+NEARLY = 0.9  # least distance of the ankles in a start frame as a share of the largest in such frames
 LINES = ("hip", "neck", "head_top"), ("hip", "near_knee", "near_ankle"), ("hip", "far_knee", "far_ankle")
-GOES = 0.5  # leg lengths over the scene from which it has a direction
-SAME = 0.5  # leg lengths between the hips of what is one person found twice
-NEAR = 1.5  # the same of a path that may be theirs
-EDGE = 0.02  # shares of the picture within which no joint of it may lie
+GOES = 0.5  # least travel over the scene that gives a direction, leg lengths
+SAME = 0.5  # largest distance between the hips of one person found twice, leg lengths
+NEAR = 1.5  # the same for a path that may be the person's
+EDGE = 0.02  # margin of the picture in which no joint of a start may lie, shares of its size
 
 
 @dataclass(frozen=True)
 class Person:
-    """Somebody who walks through a film.
+    """A person who walks through a film.
 
-    first   : frame; the outline is of this and those after
-    frame   : to start from
+    first   : first frame of the outline
+    frame   : start frame
     facing  : +1 right, -1 left
-    direction : +1 goes right, -1 left, 0 neither
-    turned  : by how much the other facing explains the picture worse, nats times square leg lengths a frame;
-        infinite where the facing was given
+    direction : of travel, +1 right, -1 left, 0 neither
+    turned  : advantage over the other facing in explaining the picture, nats times square leg lengths a
+        frame; infinite if the facing was given
     outline : in every frame from the first on
     """
 
@@ -64,15 +64,15 @@ class Person:
         return replace(self, first=self.first + frames, frame=self.frame + frames)
 
     def same(self, other: "Person") -> bool:
-        """Whether two of one film are one: where both are seen they are mostly in one place."""
+        """Whether two people of a film are the same: in common frames they are mostly in one place."""
         return self._away(other.first, other.outline.hips) < SAME
 
     def near(self, path: Path) -> bool:
-        """Whether who went along a path may be this one."""
+        """Whether the path may be this person's."""
         return self._away(path.first, path.hips) < NEAR
 
     def _away(self, first: int, hips: Array) -> float:
-        """Median distance from hips (n, 2) from frame `first` on, leg lengths; inf where none is shared."""
+        """Median distance from hips (n, 2) from frame `first` on, leg lengths; inf without common frames."""
         start, stop = max(self.first, first), min(self.last + 1, first + len(hips))
         if start >= stop:
             return np.inf
@@ -82,7 +82,7 @@ class Person:
 
     @property
     def spread(self) -> float:
-        """Leg lengths by which its joints may be off in the frame to start from."""
+        """Standard deviation of its joints in the start frame, leg lengths."""
         return float(self.outline.spread[self.frame - self.first])
 
     @property
@@ -101,12 +101,12 @@ class Person:
 
     @property
     def joints(self) -> Array:
-        """(J, 2) pixels in the frame to start from."""
+        """(J, 2) pixels of its joints in the start frame."""
         return np.asarray(self.outline.joints[self.frame - self.first])
 
 
 def seen_figure() -> Figure:
-    """The walking figure in the proportions that people are marked in on films."""
+    """The walking figure with the proportions that marks on films have."""
     figure = load_figure()
     return figure.with_lengths([SEEN.get(link.name, link.length) for link in figure.links])
 
@@ -114,12 +114,12 @@ def seen_figure() -> Figure:
 def person(
     stage: Stage, figure: Figure, path: Path, cycles: Cycles, facing: int | None = None, alone: bool = True
 ) -> Person | None:
-    """Who went along a path; None who is never in sight as a whole.
+    """The person on a path; None if never seen as a whole.
 
     Args:
         stage: the film.
-        facing: +1 right, -1 left, None to see it.
-        alone: whether nobody else goes through the film, to whom the outline may go over beyond the path.
+        facing: +1 right, -1 left, None to find it.
+        alone: whether there is nobody else in the film to whom the outline could jump beyond the path.
     """
     best = int(np.argmax(path.score))
     ways = (1, -1) if facing is None else (facing,)
@@ -151,14 +151,14 @@ def person(
 def _fits(
     part: Stage, figure: Figure, path: Path, ways: tuple[int, ...], cycles: Cycles
 ) -> tuple[int, float, float]:
-    """Which way somebody faces, how much larger than found, and by how much another facing fits worse."""
+    """The facing of a person, the factor on the size of the path, and the advantage over the other facing."""
     best = int(np.argmax(path.score))
     near = slice(max(best - AROUND, 0), best + AROUND + 1)
     trials = {}
     for facing, larger in product(ways, LARGER):
         faced, start = replace(part.part(near), facing=facing), _start(figure, path, best, facing, larger)
         outline = fitted(faced, start, best - near.start, cycles, FEW)
-        # The same for whatever size is tried, or the largest would be the likeliest.
+        # In pixels, the same for every size that is tried; else the largest size would win.
         ahead = AHEAD * (outline.way > 0) * float(np.median(path.units)) ** 2
         trials[facing, larger] = _explained(faced, outline, figure) + ahead
     better, size = max(trials, key=lambda trial: trials[trial])
@@ -167,7 +167,7 @@ def _fits(
 
 
 def _start(figure: Figure, path: Path, t: int, facing: int, larger: float) -> Start:
-    """Somebody on the path, of whose pose nothing is known."""
+    """The start of a person on the path, whose pose is unknown."""
     x, y = path.hips[t].tolist()
     D = len(figure.freedoms)
     view = View(origin=(x, y), unit=larger * float(np.median(path.units)), facing=facing)
@@ -175,7 +175,7 @@ def _start(figure: Figure, path: Path, t: int, facing: int, larger: float) -> St
 
 
 def _explained(stage: Stage, outline: Outline, figure: Figure) -> float:
-    """Log odds under the outline less those of what stands out around it, a frame, times square pixels."""
+    """Log odds under the outline less those of the foreground around it, a frame, times square pixels."""
     odds = stage.around(outline.hips, outline.units, GRID)
     body, arms = Shape.of(figure).painted(outline.q, GRID)
     worth = odds * body - np.maximum(odds, 0.0) * (1.0 - body - arms)
@@ -191,10 +191,10 @@ def _direction(stage: Stage, outline: Outline) -> int:
 def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> int | None:
     """The frame that shows the figure best among those with the ankles about as far apart as they come.
 
-    If it can be one with limbs as long as they mostly are.
+    Frames in which the limbs have about their usual length are preferred.
 
     Args:
-        sure: frames to be taken first.
+        sure: frames that are preferred.
     """
     size = np.array(stage.odds.shape[:0:-1]) * np.diag(stage.up)[:2]
     shown = np.all((outline.joints > EDGE * size) & (outline.joints < (1.0 - EDGE) * size), axis=(1, 2))
@@ -212,7 +212,7 @@ def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> in
 
 
 def _as_long(outline: Outline, figure: Figure) -> NDArray[np.bool_]:
-    """(T,) whether trunk and legs are about as long as they mostly are: not one of them partly unseen."""
+    """(T,) whether trunk and legs are about as long as in most frames, so that none is partly unseen."""
     at = outline.joints[:, [[figure.joints.index(name) for name in line] for line in LINES]]
     length = np.log(np.hypot(*np.moveaxis(np.diff(at, axis=2), -1, 0)).sum(-1))
     return np.asarray(np.abs(length - np.median(length, axis=0)).max(1) < ALIKE)

@@ -1,9 +1,9 @@
-"""Which phase of which gait cycle every frame of a film shows: the best path through (phase, phase speed).
+"""The phase and the gait cycle that every frame of a film shows: the best path over phase and phase speed.
 
-Silhouettes of the half cycles at several small shifts are compared with the log odds around the hip, all at
-once, as one matrix product a frame. With the legs' names exchanged a pose has the same silhouette, so the
-other half cycle looks the same; only the marked pose tells the two apart. Viterbi goes through every cycle on
-its own, with time ahead and, for who walks backwards, back; the best of all wins.
+Silhouettes of the half cycles at several small shifts are compared with the log odds around the hip, as one
+matrix product a frame. With the legs' names exchanged a pose has the same silhouette, so the other half cycle
+looks the same; only the marked pose distinguishes the two. Viterbi runs through every cycle separately,
+forwards in time and, for walking backwards, also in reverse; the best of all is taken.
 """
 
 from dataclasses import dataclass
@@ -19,30 +19,30 @@ from tracker.outline.viterbi import best_phases
 
 DENSITY = 16.0  # places in a leg length
 GRID = Grid((-1.25, 1.1875), DENSITY, (38, 41))
-COLUMNS_OFF = np.arange(-4, 5, 2)  # shifts that are tried, places
+COLUMNS_OFF = np.arange(-4, 5, 2)  # shifts of the hip that are tried, places
 ROWS_OFF = np.arange(-3, 4)
-SPREAD = (0.12, 0.08)  # of the shift along the way and across it, leg lengths
-LEANS = np.radians([0.0, 30.0])  # beyond the cycle's own that are tried
-LEANING = float(np.radians(15.0))  # spread of a lean beyond the cycle's own
-FASTEST, SLOWEST = 0.37, 2.5  # seconds a stride, slow motion included
+SPREAD = (0.12, 0.08)  # standard deviation of the shift along and up, leg lengths
+LEANS = np.radians([0.0, 30.0])  # leans that are tried, beyond the cycle's own
+LEANING = float(np.radians(15.0))  # standard deviation of a lean beyond the cycle's own
+FASTEST, SLOWEST = 0.37, 2.5  # range of stride times in seconds, slow motion included
 SPEEDS = 16
 FINE = 3  # steps from one phase to the next, at 30 frames a second
-CHANGE = 1.5  # nats for a change to the next phase speed
-TRAVEL = 1.0  # leg lengths over the scene from which who walks ahead does not walk backwards
-SLIP = 1.0  # spread of a step in phase about the phase speed, fine steps
-DIFFERS = float(np.radians(12.0))  # spread of marked angles about a cycle's, by a Student t
-FREEDOM = 4.0  # of it: who starts off, or stops, is in no phase of a cycle
+CHANGE = 1.5  # cost of a change to the next phase speed, nats
+TRAVEL = 1.0  # least travel over the scene that decides between walking forwards and backwards, leg lengths
+SLIP = 1.0  # standard deviation of a step in phase about the phase speed, fine steps
+DIFFERS = float(np.radians(12.0))  # scale of the Student t of marked angles about a cycle's
+FREEDOM = 4.0  # its degrees of freedom; few, as people who start or stop are in no phase of a cycle
 
 
 @dataclass(frozen=True)
 class Phases:
-    """What every frame shows.
+    """The gait cycle and phase of every frame.
 
-    cycle  : which kind of stride
-    way    : +1, -1 with time running back
+    cycle  : kind of stride
+    way    : +1, or -1 for a stride that runs backwards in time
     phase  : (T,) 0 to PHASES
-    shift  : (T, 2) by which the hip lies further ahead and up, leg lengths
-    lean   : (T,) by which the trunk leans further forward than the cycle's, radians
+    shift  : (T, 2) of the hip, ahead and up, leg lengths
+    lean   : (T,) of the trunk, forward beyond the cycle's, radians
     """
 
     cycle: int
@@ -58,9 +58,9 @@ def phases(
     """The best phase of the best cycle for every frame.
 
     Args:
-        hips, units: as `Stage.around`.
-        marked: (8,) angles of COLUMNS in the marked pose; NaN where there is none.
-        frame: that was marked.
+        hips, units: as in `Stage.around`.
+        marked: (8,) angles of COLUMNS in the marked pose; NaN for unknown ones.
+        frame: the marked frame.
     """
     score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     named = likeness(np.nan_to_num(cycles.pose - marked))
@@ -83,13 +83,14 @@ def phases(
 
 
 def likeness(off: Array) -> Array:
-    """(...) nats of angles of COLUMNS (..., 8) that are marked so far off a cycle's, radians."""
+    """(...) log likelihood of marked angles that are (..., 8) radians off a cycle's, nats."""
     square = (off[..., COUNTED] ** 2).sum(-1)
     return np.asarray(-0.5 * (FREEDOM + len(COUNTED)) * np.log1p(square / (FREEDOM * DIFFERS**2)))
 
 
 def _ways(stage: Stage, hips: Array, units: Array) -> tuple[int, ...]:
-    """Which ways time may run: by where the hip goes over the scene, the figure facing where it does."""
+    """Possible directions of time in the stride, by the hip's travel over the scene relative to the
+    facing."""
     scene = stage.in_scene(hips)
     travel = stage.facing * float(scene[-1, 0] - scene[0, 0]) / float(np.median(units))
     return (1, -1) if abs(travel) < TRAVEL else (1,) if travel > 0.0 else (-1,)
@@ -98,7 +99,8 @@ def _ways(stage: Stage, hips: Array, units: Array) -> tuple[int, ...]:
 def _compared(
     stage: Stage, shape: Shape, cycles: Cycles, hips: Array, units: Array, neck: float
 ) -> tuple[Array, Array, Array]:
-    """(T, C, PHASES / 2) nats of each half cycle's silhouettes, at which shift (.., 2), with which lean."""
+    """(T, C, PHASES / 2) score of each half cycle's silhouettes, nats; and the best shift (.., 2) and
+    lean."""
     q = poses(shape.figure, cycles.halves(neck, leans=LEANS))
     body, arms = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
     masks = np.stack([body, arms], axis=1).reshape(len(body), -1)
@@ -125,10 +127,10 @@ def _compared(
 
 
 def _shifted(used: NDArray[np.intp], around: Grid, edge: tuple[int, int]) -> NDArray[np.intp]:
-    """(P, shifts) where places lie in two layers of a wider grid, laid out flat, under every shift.
+    """(P, shifts) flat indices of places in two layers of a wider grid under every shift.
 
     Args:
-        used: (P,) the places in two layers of GRID, laid out flat.
+        used: (P,) flat indices of the places in two layers of GRID.
         edge: columns and rows by which the grid is wider.
     """
     layer, row, column = (each[:, None, None] for each in np.unravel_index(used, (2, *GRID.shape)))

@@ -1,8 +1,8 @@
-"""Pieces of one person's path, parted by what hid the person for a while, made one again.
+"""Joining the pieces of a person's path that are separated because something hid the person.
 
-Two pieces are of one person where, gone on with as each of them went, they meet in the middle of the time
-between them, went about as fast the same way, and were seen about as large. Where two people meet, a path may
-go there with one and back with the other, so paths are first cut where they turn.
+Two pieces belong to one person if, each continued at its velocity, they meet in the middle of the time
+between them, have about the same velocity, and are of about the same size. Where two people meet, a path may
+arrive with one and go back with the other, so paths are first cut where they turn.
 """
 
 import numpy as np
@@ -11,17 +11,17 @@ from kinematics.figure import Array
 from tracker.outline.bodies import Path
 from tracker.outline.stage import Stage
 
-LONGEST = 1.5  # seconds that somebody may be hidden
-NEAR, HIGHER = 0.5, 1.0  # leg lengths along and up by which the two may miss each other
-SPEED = 1.0  # leg lengths a second by which they may have gone differently fast across the picture
-ALIKE = 1.5  # times as large may one be seen as the other
-LATELY = 1.0  # seconds before and after a time without a person that tell how the person went
-TURN = 0.4  # seconds before and after a turn that tell of one
-SLOW = 0.3  # leg lengths a second below which nobody has a direction
+LONGEST = 1.5  # longest time that a person may be hidden, seconds
+NEAR, HIGHER = 0.5, 1.0  # largest distance along and up between two continued pieces, leg lengths
+SPEED = 1.0  # largest difference of their speeds across the picture, leg lengths a second
+ALIKE = 1.5  # largest ratio of their sizes
+LATELY = 1.0  # seconds before and after a gap from which the velocity is measured
+TURN = 0.4  # seconds before and after a turn that show it
+SLOW = 0.3  # speed below which a person has no direction, leg lengths a second
 
 
 def joined(stage: Stage, paths: list[Path]) -> list[Path]:
-    """The paths with those of one person joined, the surest first."""
+    """The paths, with pieces of one person joined, the surest first."""
     found: list[Path] = []
     pieces = [piece for path in paths for piece in _straight(stage, path)]
     for path in sorted(pieces, key=lambda each: each.first):
@@ -35,7 +35,7 @@ def joined(stage: Stage, paths: list[Path]) -> list[Path]:
 
 
 def _one(stage: Stage, before: Path, after: Path) -> bool:
-    """Whether two pieces are of one person."""
+    """Whether two pieces belong to one person."""
     between = after.first - before.last
     if not 0 < between <= LONGEST * stage.fps:
         return False
@@ -49,9 +49,9 @@ def _one(stage: Stage, before: Path, after: Path) -> bool:
 
 
 def line(scene: Array) -> tuple[Array, float]:
-    """Where places (n, 2) lead to in the last frame, and how far along they go in one, whatever a few do.
+    """A robust line through places (n, 2): the place in the last frame, and the motion along in a frame.
 
-    Up and down they go nowhere: hips bob, and whose legs are hidden is seen higher.
+    Vertically there is no motion: hips move up and down, and a person with hidden legs is found higher.
     """
     n = len(scene)
     apart = max(n // 2, 1)
@@ -60,7 +60,7 @@ def line(scene: Array) -> tuple[Array, float]:
 
 
 def _straight(stage: Stage, path: Path) -> list[Path]:
-    """The path, cut where it turns back."""
+    """The path, cut at turns."""
     n = max(round(TURN * stage.fps), 2)
     if len(path.hips) <= 2 * n:
         return [path]
@@ -75,7 +75,7 @@ def _straight(stage: Stage, path: Path) -> list[Path]:
 
 
 def _both(stage: Stage, before: Path, after: Path) -> Path:
-    """Two paths joined to one that is straight over the scene between them."""
+    """Two paths joined to one, with a straight line over the scene between them."""
     between = np.arange(before.last + 1, after.first)
     ends = [in_scene(stage, before)[-1], in_scene(stage, after)[0]]
     x, y = (np.interp(between, [before.last, after.first], [a, b]) for a, b in zip(*ends, strict=True))
@@ -90,5 +90,5 @@ def _both(stage: Stage, before: Path, after: Path) -> Path:
 
 
 def in_scene(stage: Stage, path: Path) -> Array:
-    """(n, 2) the hips where the camera saw them, the first frame's pixels."""
+    """(n, 2) the hips of a path in pixels of the first frame, camera motion removed."""
     return stage.part(slice(path.first, path.last + 1)).in_scene(path.hips)

@@ -1,8 +1,8 @@
-"""Where a figure walks through a film, and how large it is seen: the best path of its mean silhouettes.
+"""Place and size of a walking figure in every frame of a film: the best path of its mean silhouettes.
 
 Log odds are summed under mean silhouettes of a few phases and sizes everywhere in a frame, coarsely. Viterbi
-through (size, row, column) then finds the path over the scene from the marked place on which the sum, less
-what a change of place and size costs, is largest.
+over size, row and column then finds the path over the scene through the marked place for which the sum, less
+the costs of changes of place and size, is largest.
 """
 
 import cv2
@@ -22,15 +22,15 @@ from tracker.survey.evidence import NOTHING, UNITS
 
 DENSITY = 8.0  # places in a leg length
 SIZES_OFF = np.arange(-2, 3)  # sizes that are tried, steps from the marked one
-SIZES = np.log(1.12) * SIZES_OFF  # their logs against it
-EVERY = 10  # so manieth phase of a cycle has a silhouette
-STEP = 0.6  # nats for a step of one place a frame, along the way; half as far across it
-RESIZE = 3.0  # nats for a change to the next size
-REACH = 5  # places a frame at most
-HELD = 12.0  # nats by which the path is held to the marked place, a place away, and four times as many a size
-HELD_FOUND = 0.3  # the same where it was only found
+SIZES = np.log(1.12) * SIZES_OFF  # their logs relative to it
+EVERY = 10  # every such phase of a cycle has a silhouette
+STEP = 0.6  # cost of a step of one place a frame along, or of half a place up or down, nats
+RESIZE = 3.0  # cost of a change to the next size, nats
+REACH = 5  # longest step, places a frame
+HELD = 12.0  # cost of a path one place off the marked place, nats; four times as much for one size
+HELD_FOUND = 0.3  # the same for a start without marks
 SMOOTH = 1.5  # frames over which the path's place is smoothed
-SMOOTH_SIZE, SMOOTH_FOUND = 30.0, 10.0  # the same of its size, marked in a frame or only found
+SMOOTH_SIZE, SMOOTH_FOUND = 30.0, 10.0  # the same for its size, with a marked frame, without marks
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (9, 10)  # row and column of the hip in it
 
@@ -39,14 +39,14 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     """The path of a figure's hip.
 
     Args:
-        start: pose in `frame`; where nothing of it is known it was not marked but found, and is only near.
+        start: pose in `frame`; if none of it is known, it was found without marks and is approximate.
 
     Returns:
-        (T, 2) the hip, the film's pixels of each frame, and (T,) pixels in a leg length.
+        (T, 2) the hip, pixels of the film in each frame, and (T,) leg lengths in pixels.
     """
     unit, marked = start.view.unit, bool(start.known.any())
     maps, corners = _maps(stage, unit)
-    # Then what stands out and is not covered tells the size: it costs as what is covered in vain.
+    # Without marks uncovered foreground has a cost too, like covered background; it determines the size.
     if not marked:
         maps = maps + np.maximum(maps, 0.0)
     score = _sums(maps, _silhouettes(shape, cycles, stage.facing))
@@ -62,9 +62,9 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
 
 
 def _maps(stage: Stage, unit: float) -> tuple[Planes, NDArray[np.intp]]:
-    """(T, h, w) the frames' log odds as they lie in the scene, coarse.
+    """(T, h, w) coarse maps of the frames' log odds, with camera motion removed.
 
-    With them (T, 2) column and row of each one's corner, places of the scene from the first frame's corner.
+    The second result is (T, 2) column and row of each one's corner in the scene.
     """
     by = DENSITY / unit
     h, w = stage.odds.shape[1:]
@@ -83,7 +83,7 @@ def _maps(stage: Stage, unit: float) -> tuple[Planes, NDArray[np.intp]]:
 
 
 def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
-    """(S, P, *GRID.shape) for each size the mean silhouettes of some phases."""
+    """(S, P, *GRID.shape) mean silhouettes of some phases for each size."""
     q = np.repeat(poses(shape.figure, cycles.halves(0.0, EVERY)), len(SIZES), axis=0)
     q[..., shape.figure.index(SCALE)] = SIZES[:, None, None]
     body, _ = shape.painted(q.reshape(-1, q.shape[-1]), GRID)
@@ -91,7 +91,7 @@ def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
 
 
 def _sums(maps: Planes, silhouettes: Planes) -> Planes:
-    """(T, S, h, w) of each size, nats: the best silhouette's sum with its hip at every place."""
+    """(T, S, h, w) the best silhouette's sum with its hip at every place, for each size, nats."""
     S, P, h, w = silhouettes.shape
     kernels = Kernels.of(WEIGHT / DENSITY**2 * silhouettes.reshape(-1, h, w), HIP, maps.shape[1:])
     score = np.empty((len(maps), S, *maps.shape[1:]), np.float32)

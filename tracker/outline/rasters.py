@@ -1,16 +1,16 @@
-"""The inner loop of the outline: log odds under a soft silhouette, and how they change as links move.
+"""The inner loop of the outline: log odds under a soft silhouette, and their derivatives as links move.
 
-A bar as a pose lays it is BAR numbers, leg lengths: x and y of the link's start; x and y of its direction;
+A bar placed by a pose is BAR numbers, leg lengths: x and y of the link's start; x and y of its direction;
 where the bar's axis begins and ends along it; the half width at its beginning and how much wider it is a leg
 length on; half the width of its soft edge. A place u along it and v across lies inside by
 
     s = h(w) - |(u - w, v)|,   w = u clipped to the axis,
 
-and belongs to it by m = SURE times a smooth step of s over the soft edge.
+and is covered to the degree m = SURE times a smooth step of s over the soft edge.
 
-numba checks this file alone before it takes an older compilation from its cache, so all that is compiled
-together stands here. What one function calls of another is put into it: a copy compiled by itself differs in
-the last bits, and would be used in the process that compiles it but not in those that take it from the cache.
+numba checks only this file before it takes an older compilation from its cache, so all that is compiled
+together is here. Called functions are inlined: a separately compiled copy differs in the last bits, and would
+be used in the process that compiles it but not in those that take it from the cache.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ from tracker.picture.pyramid import Planes
 
 BAR = 9
 LEVEL = 1e-3  # sine of a bar's direction below which it counts as level
-SURE = 0.98  # of a place deep within a bar, or a link under another would be felt no more
+SURE = 0.98  # degree deep within a bar; at 1 a link under another would have no influence
 
 COMPILED = compiled(fastmath=True, error_model="numpy")
 INLINED = part(fastmath=True, error_model="numpy", forceinline=True)
@@ -29,18 +29,18 @@ INLINED = part(fastmath=True, error_model="numpy", forceinline=True)
 
 @COMPILED
 def silhouettes(odds: Planes, arms: Planes, corner: Array, step: float, bars: Array, motion: Array) -> Array:
-    """Of T frames, the log odds under the outline and how they change as each bar moves.
+    """The log odds under the outlines of T frames, and their derivatives as each bar moves.
 
     With S = 1 - prod (1 - m) over the links' bars and A that of the arms' zone, the sum over places of
     R S + arms A (1 - S).
 
     Args:
         odds: (T, h, w) R on a grid of body coordinates, y up: row i lies at corner_y - i step.
-        arms: (T, h, w) what R is worth where arms may be.
+        arms: (T, h, w) value of R where arms may be.
         corner: (2,) body coordinates of the grid's first place.
-        step: leg lengths from one place to the next.
+        step: distance from one place to the next, leg lengths.
         bars: (T, L + 1, BAR) of the links and, last, of the arms' zone.
-        motion: (T, L + 1, 5) is overwritten: change with each motion of `kinematics.spm.motions`, per leg
+        motion: (T, L + 1, 5) is overwritten: derivative by each motion of `kinematics.spm.motions`, per leg
             length, radian or log unit, in units of R times leg lengths squared.
 
     Returns:
@@ -55,7 +55,7 @@ def silhouettes(odds: Planes, arms: Planes, corner: Array, step: float, bars: Ar
         for link in range(L):
             a0, a1, b0, b1 = _window(odds.shape[1:], corner, step, bars[t, link])
             i0, i1, j0, j1 = min(i0, a0), max(i1, a1), min(j0, b0), max(j1, b1)
-        # Beyond all bars there is nothing to sum.
+        # Outside all bars there is nothing to sum.
         clear[i0:i1, j0:j1] = 1.0
         beside[i0:i1, j0:j1] = 1.0
         for link in range(L):
@@ -80,7 +80,7 @@ def silhouettes(odds: Planes, arms: Planes, corner: Array, step: float, bars: Ar
 
 @COMPILED
 def painted(shape: tuple[int, int], corner: Array, step: float, bars: Array) -> Planes:
-    """(T, h, w) silhouettes of bars (T, L, BAR) on a grid as of `silhouettes`."""
+    """(T, h, w) silhouettes of bars (T, L, BAR) on a grid as in `silhouettes`."""
     T, L, _ = bars.shape
     found = np.empty((T, shape[0], shape[1]), np.float32)
     clear = np.empty(shape)
@@ -100,7 +100,7 @@ def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
     i0, i1, j0, j1 = _window(clear.shape, corner, step, bar)
     for i in range(i0, i1):
         begin, end = _span(corner[1] - i * step, corner[0], step, bar, j0, j1)
-        # A row by itself, from 0 on, is worked on several places at a time.
+        # Within a row, indexed from 0, the processor handles several places at a time.
         row, left = clear[i, begin:end], corner[0] + begin * step
         for k in range(len(row)):
             _, _, _, _, edge = _within(left + np.int32(k) * step, corner[1] - i * step, bar)
@@ -110,12 +110,12 @@ def _cover(clear: Array, corner: Array, step: float, bar: Array) -> None:
 
 @INLINED
 def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, shared: bool) -> None:
-    """Add to `motion` (5,) what the motions of one bar change.
+    """Add the derivatives by the motions of one bar to `motion` (5,).
 
-    They are: along the link, across it, longer (log), turned, larger (log).
+    The motions are along the link, across it, length (log), turn, size (log).
 
     Args:
-        pull: (h, w) what one more of m is worth; times 1 - m if `shared`.
+        pull: (h, w) derivative of the sum by m; multiplied by 1 - m if `shared`.
     """
     i0, i1, j0, j1 = _window(pull.shape, corner, step, bar)
     slope, soft = bar[7], bar[8]
@@ -131,15 +131,15 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
             if shared:
                 weight /= 1.0 - SURE * (0.5 + 0.25 * edge * (3.0 - edge * edge))
             far = max(far, 1e-9)
-            # s at a fixed place: a bar that moves carries its own s along.
+            # The derivatives are of s at a fixed place, while the bar moves.
             by_u = slope if over == 0.0 else -over / far
             by_v = -v / far
             along -= weight * by_u
             across -= weight * by_v
-            # Longer, the axis' ends move by their own share, and the taper is drawn out.
+            # With the length the ends of the axis move by their share, and the taper becomes flatter.
             longer += weight * (-slope * u if over == 0.0 else nearest * over / far)
             turned -= weight * (u * by_v - v * by_u)
-            # The soft edge grows as well, so s over it changes as if the place came nearer.
+            # The soft edge grows with the size too, so s over its width changes as if the place came nearer.
             larger -= weight * (u * by_u + v * by_v)
     for way, change in enumerate((along, across, longer, turned, larger)):
         motion[way] += change
@@ -147,7 +147,7 @@ def _move(pull: Array, corner: Array, step: float, bar: Array, motion: Array, sh
 
 @part(fastmath=True, error_model="numpy", inline="always")
 def _within(x: float, y: float, bar: Array) -> tuple[float, float, float, float, float]:
-    """A place as a bar sees it: u, v, w, its distance from the axis, and s over the soft edge."""
+    """A place in a bar's coordinates: u, v, w, its distance from the axis, and s over the soft edge."""
     start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
     x, y = x - start_x, y - start_y
     u, v = x * along_x + y * along_y, y * along_x - x * along_y
@@ -172,10 +172,10 @@ def _window(shape: tuple[int, int], corner: Array, step: float, bar: Array) -> t
 
 @INLINED
 def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> tuple[int, int]:
-    """Columns of j0 .. j1 - 1 that are no further across a bar than it reaches, in a row at body height y.
+    """Columns among j0 .. j1 - 1 within the half width of a bar, in a row at body height y.
 
     Args:
-        left: of the grid's first column, body coordinates.
+        left: x of the grid's first column, body coordinates.
     """
     start_x, start_y, along_x, along_y, first, last, half, slope, soft = bar
     if abs(along_y) < LEVEL:
@@ -188,6 +188,6 @@ def _span(y: float, left: float, step: float, bar: Array, j0: int, j1: int) -> t
 
 @part()
 def _clipped(begin: int, end: int, least: int, most: int) -> tuple[int, int]:
-    """What of begin .. end - 1 lies in least .. most - 1; where nothing does, two ends that are alike."""
+    """The part of begin .. end - 1 within least .. most - 1; two equal ends if it is empty."""
     begin = min(max(begin, least), most)
     return begin, max(min(end, most), begin)

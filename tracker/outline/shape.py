@@ -1,9 +1,9 @@
-"""The outline of a figure: each link a tapered, rounded bar, the arms a zone round the trunk.
+"""The outline of a figure: a tapered, rounded bar for each link, and a zone around the trunk for the arms.
 
 The bars are about as wide as the foreground around marked links (`tests/benchmarks/evaluation/widths.py`).
-Lengths scale with the figure's common scale, those along a link with the link's own length. Where arms may be
-they cover ARM_SHARE of the places, so that R is worth log (1 - share + share e^R) there: it costs little
-either way.
+Lengths scale with the figure's common scale, those along a link with the link's own length. Arms cover
+ARM_SHARE of the places in their zone, so that R counts as log (1 - share + share e^R) there: neither
+foreground nor background costs much.
 """
 
 from dataclasses import dataclass
@@ -24,9 +24,9 @@ TRUNK = "torso"
 class Bar(NamedTuple):
     """The outline of one link.
 
-    first, last : where its axis begins and ends, shares of the link's length
+    first, last : ends of its axis, shares of the link's length
     start, tip  : its half widths there, leg lengths
-    beside      : how far it lies from the link's axis, leg lengths, to the left of who looks along the link
+    beside      : distance from the link's axis, leg lengths, to the left when looking along the link
     """
 
     first: float
@@ -48,10 +48,10 @@ ARMS = Bar(-0.35, 0.85, 0.42, 0.25)  # on the trunk
 
 @dataclass(frozen=True)
 class Grid:
-    """Places around a hip in body coordinates, x forward and y up.
+    """A grid of places around a hip in body coordinates, x forward and y up.
 
-    corner  : (2,) of the first one, leg lengths
-    density : of them in a leg length
+    corner  : (2,) the first place, leg lengths
+    density : places in a leg length
     shape   : rows and columns
     """
 
@@ -65,7 +65,7 @@ class Shape:
     """A figure with its outline.
 
     bars : (L + 1, 5) each link's `Bar` and, last, the arms' zone
-    trunk: position of the link that the arms hang on
+    trunk: position of the link from which the arms hang
     """
 
     figure: Figure
@@ -74,7 +74,7 @@ class Shape:
 
     @classmethod
     def of(cls, figure: Figure) -> "Shape":
-        """A figure as wide as people are; ValueError if it has no trunk for arms to hang on."""
+        """The outline of a figure with people's widths; ValueError if it has no trunk for arms."""
         names = [link.name for link in figure.links]
         if TRUNK not in names:
             raise ValueError(f"figure {figure.name!r} has no link {TRUNK!r} for the arms to hang on")
@@ -86,7 +86,7 @@ class Shape:
         return cls(figure, np.array([*found, ARMS]), names.index(TRUNK))
 
     def painted(self, q: Array, grid: Grid) -> tuple[Planes, Planes]:
-        """(N, *grid.shape) silhouettes of poses (N, D), and the arms' zone beside them."""
+        """(N, *grid.shape) silhouettes of poses (N, D), and of the arms' zone."""
         bars, corner = self._laid(skeleton(self.figure, q)), np.asarray(grid.corner)
         body = painted(grid.shape, corner, 1.0 / grid.density, np.ascontiguousarray(bars[:, :-1]))
         arms = painted(grid.shape, corner, 1.0 / grid.density, np.ascontiguousarray(bars[:, -1:]))
@@ -95,13 +95,13 @@ class Shape:
     def under(self, q: Array, odds: Planes, arms: Planes, grid: Grid) -> tuple[Array, Array]:
         """(T,) log odds (T, *grid.shape) under the outlines of poses (T, D), times square leg lengths.
 
-        With them (T, D) their derivative by the pose; `arms` are `arms_worth` of the odds.
+        The second result is their (T, D) derivative by the pose; `arms` are `arms_worth` of the odds.
         """
         bones = skeleton(self.figure, q)
         bars = self._laid(bones)
         moved = np.empty((*bars.shape[:2], 5))
         score = silhouettes(odds, arms, np.asarray(grid.corner), 1.0 / grid.density, bars, moved)
-        # Turned or larger with its link, a bar that lies beside it slides as well.
+        # If its link turns or grows, a bar beside the link's axis slides as well.
         aside = self.bars[:, 4] * bones.size[:, None]
         moved[..., 3] -= aside * moved[..., 0]
         moved[..., 4] += aside * moved[..., 1]
@@ -109,7 +109,7 @@ class Shape:
         return score, np.einsum("tlk,tlkd->td", moved[:, :-1], motions(self.figure, bones))
 
     def _laid(self, bones: Skeleton) -> Array:
-        """(N, L + 1, BAR) bars as poses lay them, see `tracker.outline.rasters`."""
+        """(N, L + 1, BAR) bars placed by poses, see `tracker.outline.rasters`."""
         link = np.append(np.arange(len(self.figure.links)), self.trunk)
         first, last, start, tip, beside = self.bars.T
         length, size = bones.length[:, link], bones.size[:, None]
@@ -123,5 +123,5 @@ class Shape:
 
 
 def arms_worth(odds: Planes) -> Planes:
-    """What log odds are worth where arms may be."""
+    """The value of log odds in the arms' zone."""
     return np.asarray(np.log1p(np.float32(ARM_SHARE) * np.expm1(odds)), dtype=np.float32)

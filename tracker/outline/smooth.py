@@ -1,4 +1,4 @@
-"""Values of frames averaged with those of the frames around."""
+"""Values of frames averaged over neighbouring frames."""
 
 from typing import Literal
 
@@ -7,15 +7,15 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from kinematics.figure import Array
 
-REACH = 4.0  # spreads of a Gaussian beyond which it counts as nothing
+REACH = 4.0  # standard deviations at which a Gaussian is cut off
 
 
 def smooth(values: Array, spread: float) -> Array:
-    """(T, ...) means under a Gaussian; beyond the ends stands the value there.
+    """(T, ...) means weighted by a Gaussian; values are continued beyond the ends.
 
     Args:
         values: (T, ...) of frames.
-        spread: the Gaussian's, frames.
+        spread: standard deviation of the Gaussian, frames.
     """
     reach = round(REACH * spread)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / spread) ** 2)
@@ -23,12 +23,12 @@ def smooth(values: Array, spread: float) -> Array:
 
 
 def sums_around(values: Array, weights: Array, beyond: Literal["edge", "constant"] = "constant") -> Array:
-    """(T, ...) weighted sums of each frame's value and those around it.
+    """(T, ...) weighted sums of each frame's value and its neighbours'.
 
     Args:
         values: (T, ...) of frames.
         weights: (2 R + 1,) from R frames before to R frames after.
-        beyond: what stands beyond the ends, "edge" the value there, "constant" nothing.
+        beyond: values beyond the ends: "edge" the value there, "constant" 0.
     """
     reach = len(weights) // 2
     padded = np.pad(values, [(reach, reach)] + [(0, 0)] * (values.ndim - 1), mode=beyond)

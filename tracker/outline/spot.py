@@ -1,7 +1,7 @@
-"""Who moves on one spot of the picture: on a treadmill, or before a camera that goes along and a bare wall.
+"""People who move on one spot of the picture: on a treadmill, or with a camera that follows past a bare wall.
 
-The trunk of such a person is in every frame where it was, and so becomes part of the scene. The legs stand
-out again and again in the same places, which those of who goes through the picture do not.
+The trunk of such a person is at the same place in every frame, and so becomes part of the scene. The legs
+stand out again and again at the same places, unlike those of people who walk through the picture.
 """
 
 from dataclasses import dataclass
@@ -16,20 +16,20 @@ from tracker.outline.cycles import Cycles, poses
 from tracker.outline.stage import Stage
 from tracker.survey.evidence import NOTHING
 
-OFTEN = 0.2  # share of the frames in which places stand out that legs swing through
-OPENED, CLOSED = 3, 9  # pixels of a small picture: specks that are none, gaps that part nothing
-SHARE = 0.1  # of the largest of them, from which others above or below it count
-WIDTH = 1.1  # leg lengths that they are wide, about
-PART = 0.8  # of the size that they tell: who is smaller and within them is no person but a part of one
+OFTEN = 0.2  # share of frames in which places that legs swing through stand out
+OPENED, CLOSED = 3, 9  # sizes of specks that are removed, gaps that are closed, pixels of a small picture
+SHARE = 0.1  # least size of a region above or below the largest one, as a share of it
+WIDTH = 1.1  # approximate width of the regions, leg lengths
+PART = 0.8  # share of the person's size below which a body within the regions is a part of the person
 
 
 @dataclass(frozen=True)
 class Spot:
-    """Where somebody moves without going through the picture.
+    """The place of a person who moves without travelling through the picture.
 
     frame : in which the legs are farthest apart
     hip   : (2,) pixels
-    unit  : pixels in a leg length, about
+    unit  : approximate leg length in pixels
     """
 
     frame: int
@@ -37,18 +37,18 @@ class Spot:
     unit: float
 
     def joints(self, figure: Figure, cycles: Cycles, facing: int) -> Array:
-        """(J, 2) pixels of a figure in the middle of a step there."""
+        """(J, 2) pixels of a figure there in the middle of a step."""
         (q,) = poses(figure, cycles.pose[:1, 0])
         return np.asarray(self.hip + self.unit * joints(figure, q) * [facing, -1.0])
 
     def shows(self, hips: Array, units: Array) -> bool:
-        """Whether a body (n, 2), (n,), in the pixels of each frame, is a part of who moves here."""
+        """Whether a body with hips (n, 2) and sizes (n,), pixels of each frame, is a part of this person."""
         away = np.median(np.abs(hips - self.hip), axis=0)
         return bool(away.max() < self.unit and np.median(units) < PART * self.unit)
 
 
 def spot(stage: Stage) -> Spot | None:
-    """The largest places that stand out often, with those above and below; None where these are no legs."""
+    """The largest region that often stands out, with those above and below; None if these are no legs."""
     out = stage.odds > NOTHING
     often = (out.mean(0) > OFTEN).astype(np.uint8)
     often = cv2.morphologyEx(often, cv2.MORPH_OPEN, np.ones((OPENED, OPENED)))

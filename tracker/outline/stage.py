@@ -1,4 +1,4 @@
-"""The log odds of a whole film, cut out around a figure: what its outline is laid on."""
+"""The log odds of a whole film, sampled around a figure for fitting its outline."""
 
 from dataclasses import dataclass, replace
 
@@ -19,8 +19,8 @@ class Stage:
 
     odds   : (T, h, w) as `tracker.survey.evidence` stores them
     light  : (T, h, w) lightness of the same pixels
-    up     : (3, 3) from their pixels to the film's
-    places : (T, 3, 3) from the film's pixels of each frame to those of the first
+    up     : (3, 3) map from their pixels to the film's
+    places : (T, 3, 3) map from each frame's pixels of the film to the first frame's
     facing : +1 if the figure faces right, -1 left
     fps    : frames a second
     """
@@ -36,15 +36,15 @@ class Stage:
         return len(self.odds)
 
     def part(self, frames: slice) -> "Stage":
-        """The film's log odds in some of its frames."""
+        """The film's log odds reduced to some of its frames."""
         return replace(self, odds=self.odds[frames], light=self.light[frames], places=self.places[frames])
 
     def around(self, hips: Array, units: Array, grid: Grid) -> Planes:
         """(T, *grid.shape) log odds R, nats.
 
         Args:
-            hips: (T, 2) the film's pixels of each frame.
-            units: (T,) pixels in a leg length.
+            hips: (T, 2) pixels of the film in each frame.
+            units: (T,) leg lengths in pixels.
         """
         down, found = np.linalg.inv(self.up), np.empty((len(self), *grid.shape), np.float32)
         pixels = round(float(np.median(units)) / self.up[0, 0] / grid.density)
@@ -59,11 +59,11 @@ class Stage:
         return found
 
     def at(self, images: Image, hips: Array, units: Array, places: Array, beyond: int | None = None) -> Array:
-        """(T, P) values of the odds or the light, as stored, at places of figures as `around` has them.
+        """(T, P) stored values of the odds or the light at places relative to figures as in `around`.
 
         Args:
             places: (T, P, 2) body coordinates.
-            beyond: value beyond the images, None for the one at their edge.
+            beyond: value outside the images, None for the one at their edge.
         """
         pixels = hips[:, None] + places * units[:, None, None] * np.array([self.facing, -1.0])
         small = (_with_one(pixels) @ np.linalg.inv(self.up)[:2].T).astype(np.float32)
@@ -76,16 +76,16 @@ class Stage:
         return found
 
     def in_scene(self, pixels: Array) -> Array:
-        """(T, 2) pixels of each frame as the first frame's."""
+        """(T, 2) pixels of each frame converted to the first frame's."""
         return np.asarray(np.einsum("tij,tj->ti", self.places[:, :2], _with_one(pixels)))
 
     def in_frames(self, pixels: Array) -> Array:
-        """(T, 2) pixels of the first frame as each frame's own."""
+        """(T, 2) pixels of the first frame converted to each frame's."""
         return np.asarray(np.einsum("tij,tj->ti", np.linalg.inv(self.places)[:, :2], _with_one(pixels)))
 
 
 def blurred(image: Image, size: int) -> Image:
-    """The means over squares of so many pixels; where that is even, pixels at their edges count by half."""
+    """The means over squares of `size` pixels; if it is even, pixels at their edges count half."""
     if size < 2:
         return image
     box = np.full(size + 1 - size % 2, 1.0 / size)

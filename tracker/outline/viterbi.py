@@ -1,7 +1,7 @@
 """Best paths through places and sizes, and through phases and phase speeds (Viterbi 1967).
 
-Every step that is allowed is tried in turn, from all values at once, which lie in a row: so a processor works
-on several at a time. Why what is compiled stands in one file: see `tracker.outline.rasters`.
+Every possible step is tried in turn for all values at once, which are contiguous, so that a processor handles
+several at a time. `tracker.outline.rasters` says why all compiled code is in one file.
 """
 
 import numpy as np
@@ -24,17 +24,17 @@ def best_path(
 
     Args:
         score: (T, S, h, w) nats.
-        corners: (T, 2) where the first column and row of each frame's scores lie in the scene.
-        step: for a step of one column, nats; it grows with the square. A row counts as two columns.
-        resize: for one size up or down, nats.
-        reach: columns in a step at most; half as many rows.
+        corners: (T, 2) first column and row of each frame's scores in the scene.
+        step: cost of a step of one column, nats; it grows with the square. A row counts as two columns.
+        resize: cost of one size up or down, nats.
+        reach: longest step in columns; in rows half of it.
 
     Returns:
         (T, 3) size, row and column in each frame's scores.
     """
     T, S, h, w = score.shape
     across, columns = reach // 2, 2 * reach + 1
-    # The rows of a map lie in one, with nothing to come from between them and at both ends.
+    # The rows of a map are concatenated, with impossible values between them and at both ends.
     W = w + reach
     N = h * W
     value = np.full((S, N), -np.inf)
@@ -42,7 +42,7 @@ def best_path(
         for i in range(h):
             for j in range(w):
                 value[s, i * W + j] = score[0, s, i, j]
-    before = np.empty((T, S, h, w), np.int16)  # the number of a step: its size, columns and rows
+    before = np.empty((T, S, h, w), np.int16)  # number of the step: encodes size, columns and rows
     start = np.zeros(N, np.int32)
     sized, resized = np.full(N + 2 * reach, -np.inf), np.zeros(N + 2 * reach, np.int32)
     moved, column = np.full(N + 2 * across * W, -np.inf), np.zeros(N + 2 * across * W, np.int32)
@@ -89,13 +89,13 @@ def best_path(
 def best_phases(score: Array, speeds: Array, change: float, slip: float) -> tuple[float, NDArray[np.intp]]:
     """The path of the largest sum of `score`, less the costs of its steps.
 
-    A step goes by the speed after it, rounded, or one more or less.
+    A step is the speed after it, rounded, or one more or less.
 
     Args:
-        score: (T, P) nats of every phase; phases go round.
+        score: (T, P) nats of every phase; phases are cyclic.
         speeds: (S,) phases a frame.
-        change: for the next speed up or down, nats.
-        slip: spread of a step about its speed, phases.
+        change: cost of the next speed up or down, nats.
+        slip: standard deviation of a step about its speed, phases.
 
     Returns:
         The sum, and (T, 2) speed and phase.
@@ -151,7 +151,7 @@ def _add(score: Array, value: Array) -> None:
 def _carry(
     value: Array, number: NDArray[np.int32], old: Array, old_number: NDArray[np.int32], cost: float, add: int
 ) -> None:
-    """Where an old value less the cost is better take that, and its number and what is added to it."""
+    """Where an old value less the cost is better, take it, and its number plus `add`."""
     more = np.int32(add)
     for i in range(len(value)):
         found = old[i] - cost

@@ -1,1 +1,1 @@
-"""What a frame shows, before any figure is laid on it."""
+"""A frame on its own: planes, tones, camera, background."""

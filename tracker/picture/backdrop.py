@@ -1,11 +1,11 @@
-"""What lies behind the figure: the scene as it was seen without it, and how far a frame differs from that.
+"""The scene behind the figure, as earlier frames have shown it, and how much a frame differs from it.
 
-A point of the figure that shows just what is seen there without it speaks against the pose that put it
-there, one that differs speaks for it. A whole patch that shows the scene as it was, and not the figure, may
-be covered: the scene is nearer there, a shrub or a post, and such points tell nothing of the pose.
+A point of the figure where the frame shows the scene is evidence against the pose; one where it differs is
+evidence for it. A whole patch that shows the scene instead of the figure may be covered: something of the
+scene is nearer there, a shrub or a post, and such points are no evidence about the pose.
 
-The scene is kept at a coarse step and moves with the camera; what the figure may cover is not taken over, so
-what it has covered from the start stays unknown until it has left.
+The scene is stored at a coarse step and moves with the camera. Places that the figure may cover are not
+updated, so those it covers from the start stay unknown until it has left them.
 """
 
 from dataclasses import dataclass
@@ -19,24 +19,24 @@ from numpy.typing import NDArray
 from tracker.compiled import compiled
 from tracker.picture.pyramid import AS_FILMED, Array, Box, Image, Planes
 
-STEP = 0.03  # leg lengths from one place of the scene to the next
-NOISE = 8.0  # of a match, grey levels
+STEP = 0.03  # distance from one place of the scene to the next, leg lengths
+NOISE = 8.0  # standard deviation of a frame about the scene, grey levels
 ROBUST = 2.5  # Cauchy scale, multiples of the noise
-UNKNOWN = 1.0  # how much a point of the figure differs from what lies behind it, where that is not known
-ALIKE = 0.2  # it differs by less where it shows the scene itself
-MOST = 3.0  # one very different place may be anything
-BLEND = np.float32(0.3)  # of what is seen into the scene, a frame
-AROUND = np.ones((3, 3), np.uint8)  # of places that show the scene together: single ones do by chance
-NEAR = 1  # steps by which the scene may have been moved wrongly
-SOME = 2000  # places that a change of light is taken from
+UNKNOWN = 1.0  # assumed difference of a point of the figure from an unknown scene
+ALIKE = 0.2  # difference below which a point shows the scene itself
+MOST = 3.0  # largest difference that counts for one place
+BLEND = np.float32(0.3)  # share of a frame in the updated scene
+AROUND = np.ones((3, 3), np.uint8)  # places that must show the scene together; single ones do by chance
+NEAR = 1  # error of the scene's shift, steps
+SOME = 2000  # places from which a change of light is measured
 
 
 @dataclass(frozen=True)
 class Scenery:
-    """How much a frame differs from what lies behind the figure.
+    """How much a frame differs from the scene behind the figure.
 
     differs : (h, w) half the robust squared difference, in units of the noise
-    step    : pixels from one place to the next
+    step    : distance from one place to the next, pixels
     """
 
     differs: Planes
@@ -44,15 +44,15 @@ class Scenery:
 
     @cached_property
     def around(self) -> Planes:
-        """(h, w) the most of it at each place and those around."""
+        """(h, w) its maximum over each place and the places around."""
         return np.asarray(cv2.dilate(self.differs, AROUND), dtype=np.float32)
 
     def plain(self, pixels: Array) -> NDArray[np.bool_]:
-        """(P,) at which of (P, 2) pixels the frame is known not to differ."""
+        """(P,) whether the frame is known to show the scene at each of (P, 2) pixels."""
         return np.asarray(self._at(pixels) < ALIKE)
 
     def outstanding(self, pixels: Array) -> NDArray[np.bool_]:
-        """(P,) at which of (P, 2) pixels the frame is known to differ."""
+        """(P,) whether the frame is known to differ from the scene at each of (P, 2) pixels."""
         differs = self._at(pixels)
         return np.asarray((differs >= ALIKE) & (differs != UNKNOWN))
 
@@ -73,7 +73,7 @@ class Backdrop:
     known   : (h, w) whether it has been seen
     place   : (2,) whole steps by which the camera has shifted it since the first frame
     scenery : how the frame differed from it
-    curve   : (256,) what grey levels become
+    curve   : (256,) tone curve of grey levels
     """
 
     scene: Planes
@@ -83,7 +83,7 @@ class Backdrop:
     curve: Image
 
     def follow(self, image: Image, box: Box, shift: Array) -> Self:
-        """Compare the next frame with the scene, and add what it shows of it.
+        """Compare the next frame with the scene, and update the scene from it.
 
         Args:
             image: (H, W, 3) RGB.
@@ -102,7 +102,7 @@ class Backdrop:
         return type(self)(scene, known | seen, (x, y), scenery, self.curve)
 
     def _at(self, x: int, y: int) -> tuple[Planes, NDArray[np.bool_]]:
-        """Scene and what is known of it where the camera has shifted it to."""
+        """The scene, and where it is known, when the camera has shifted it by x, y whole steps."""
         if (x, y) == self.place:
             return self.scene, self.known
         h, w = self.known.shape
@@ -113,7 +113,7 @@ class Backdrop:
 
 
 def first_backdrop(image: Image, box: Box, unit: float, curve: Image = AS_FILMED) -> Backdrop:
-    """What the marked frame shows beside the figure, a leg of which is unit pixels; see `Backdrop.follow`."""
+    """The scene in the marked frame, outside the figure; a leg is `unit` pixels. See `Backdrop.follow`."""
     step = max(round(STEP * unit), 1)
     scene = small(image, step, curve)
     known = np.ones(scene.shape[:2], dtype=bool)
@@ -123,7 +123,7 @@ def first_backdrop(image: Image, box: Box, unit: float, curve: Image = AS_FILMED
 
 
 def small(image: Image, step: int, curve: Image = AS_FILMED) -> Planes:
-    """The frame's Lab grey levels (h, w, 3), one mean for each step by step pixels, through a tone curve."""
+    """The frame's Lab grey levels (h, w, 3) through a tone curve, averaged over squares of `step` pixels."""
     H, W = image.shape[:2]
     whole = cv2.copyMakeBorder(image, 0, -H % step, 0, -W % step, cv2.BORDER_REPLICATE)
     less = cv2.resize(whole, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
@@ -131,7 +131,7 @@ def small(image: Image, step: int, curve: Image = AS_FILMED) -> Planes:
 
 
 def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tuple[slice, slice]) -> Planes:
-    """(h, w) of `Scenery` within an area, elsewhere unknown."""
+    """(h, w) the difference of `Scenery` within an area; unknown elsewhere."""
     differs = np.full(known.shape, UNKNOWN, np.float32)
     if not known.any() or not known[area].size:
         return differs
@@ -146,7 +146,8 @@ def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tupl
 
 @compiled()
 def _nearest(here: Planes, scene: Planes, top: int, left: int, least: Planes) -> None:
-    """Squared distance of each place's colour to the scene's there or a step beside, whichever is less."""
+    """Write to `least` each place's squared distance of colour from the scene there or a step beside, the
+    less of both."""
     last_row, last_column = scene.shape[0] - 1, scene.shape[1] - 1
     for i in range(here.shape[0]):
         for j in range(here.shape[1]):

@@ -1,13 +1,13 @@
-"""A camera that moves: one similarity a frame, shift, turn and size, against the first frame.
+"""The camera's path over a film, as one similarity a frame: shift, rotation and scale.
 
 Corners of a key frame (Shi and Tomasi 1994) are followed into the present frame by pyramidal Lucas-Kanade
 (Bouguet 2001), both pictures small and less their local mean; the similarity is the one on which most of
-them agree (RANSAC), so who walks through the picture is outvoted. Errors do not add up from frame to frame,
-as a key frame is kept until too few of its corners are left; then the frame before the present one takes its
-place.
+them agree (RANSAC), so that people in the picture are outvoted. Errors do not accumulate from frame to frame,
+as a key frame is kept until too few of its corners are left; then the frame before the present one replaces
+it.
 
-A camera is still, its place exactly the identity, until a corner of the picture is seen to move by STILL. A
-scene of few corners, such as a bare wall, shows nothing of the camera, which then stays where it was.
+A camera counts as still, with the identity as its place, until a corner of the picture moves by STILL. A
+scene with few corners, such as a bare wall, does not show the camera's motion; the place then stays the same.
 """
 
 from dataclasses import dataclass, field, replace
@@ -20,32 +20,32 @@ from tracker.picture.corners import sharpest, sharpness
 from tracker.picture.pyramid import Array, Box, Image, Planes
 from tracker.picture.small import reduced, small_size, to_film
 
-SIDE = 320  # pixels of the small picture's longer side at most
+SIDE = 320  # largest length of the small picture's longer side, pixels
 
 # Lengths are pixels of the small picture.
-CELL = 16  # of a grid, no more than one corner in each
-CONTRAST = 3.0  # grey levels a pixel along a corner's weaker direction, root mean square
-WINDOW = 15  # that is compared around a corner
-WAYS = (0, 2)  # halvings of the picture: for short ways, then for long ones
+CELL = 16  # side of a cell of the grid, which has one corner at most
+CONTRAST = 3.0  # least gradient along a corner's weaker direction, root mean square, grey levels a pixel
+WINDOW = 15  # side of the window that is compared around a corner
+WAYS = (0, 2)  # halvings of the picture: for short motions, then for long ones
 ENDS = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.02)  # a corner is followed: steps, pixels
-AGREE = 1.0  # from where the similarity puts a corner
-FEWEST = 30  # corners that a similarity is believed of
-ENOUGH = 60  # of them tell turn and size as well, fewer a shift alone
-SPREAD = 0.125  # standard deviation of them, shares of the picture's width: less may be one walker
-SAME = 0.05  # between where two similarities put a corner of the picture: they are one
-BETTER = 1.02  # times as far apart must a frame be from the key frame where the camera is taken to stay
-OTHER = 24.0  # grey levels: of what differs by more nothing is the same
+AGREE = 1.0  # largest distance of an agreeing corner from its place by the similarity
+FEWEST = 30  # agreeing corners that a similarity needs
+ENOUGH = 60  # corners that rotation and scale need too; fewer give a shift only
+SPREAD = 0.125  # least standard deviation of them, shares of the picture's width; fewer may be one walker
+SAME = 0.05  # distance between the places of a corner below which two similarities count as equal
+BETTER = 1.02  # ratio by which motion must reduce the difference from the key frame, else the camera stays
+OTHER = 24.0  # largest difference of a pixel that counts, grey levels
 KEPT = 0.5  # share of a key frame's corners that must be left
-LEFT = 2.0 / 3.0  # share of them, but no more than ENOUGH, that agree, or another key frame may tell more
-LIGHTER = 4.0  # times as light or dark may the scene become
-STILL = 0.5  # what the noise of video and leaves shift a still scene by
+LEFT = 2.0 / 3.0  # share of them, at most ENOUGH, that must agree, else another key frame is tried
+LIGHTER = 4.0  # largest ratio of contrasts, either way, by which a change of light is made up for
+STILL = 0.5  # largest motion of a still scene by video noise and moving leaves
 
 IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True)
 class Key:
-    """A frame that others are compared with.
+    """A frame with which others are compared.
 
     grey    : (h, w) small, less its local mean
     beside  : (h, w) 255 beside the figure, 0 where it may be
@@ -61,14 +61,14 @@ class Key:
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the camera looks in a frame.
+    """The camera in a frame.
 
     image : (H, W, 3) the frame, RGB
-    box   : (x0, y0, x1, y1) pixels of it around a figure, which moves by itself; None where none is known
-    key   : what the next frame is compared with, None for this one
+    box   : (x0, y0, x1, y1) around a figure, which moves by itself, pixels; None if it is not known
+    key   : the present key frame, None for this frame itself
     small : (3, 3) similarity from the pixels of its small picture to those of the first frame's
-    sure  : whether enough corners told it
-    moves : whether the camera has been seen to move
+    sure  : whether enough corners agreed
+    moves : whether the camera has moved so far
     """
 
     image: Image
@@ -86,15 +86,15 @@ class Camera:
 
     @property
     def shift(self) -> Array:
-        """(2,) pixels by which the scene, amid the frame, lies further right and down than at first."""
+        """(2,) pixels by which the scene, in the middle of the frame, has shifted right and down."""
         middle = np.array([0.5 * self.image.shape[1], 0.5 * self.image.shape[0], 1.0])
         return np.asarray((middle - self.place @ middle)[:2])
 
     def follow(self, image: Image, box: Box | None = None, place: Array | None = None) -> Self:
-        """Find where the camera looks in the next frame, whose picture and box are given.
+        """The camera in the next frame, which has this image and box.
 
         Args:
-            place: of the camera in it, where that is known.
+            place: of the camera in it, if that is known.
         """
         if place is not None:
             up, moves = _up(image), self.moves or not np.array_equal(place, IDENTITY)
@@ -104,14 +104,14 @@ class Camera:
         if small is None and self.key is not None:
             key = self._as_key
             small = _place(key, grey, self.small, FEWEST)
-        if small is None:  # the old key may be recognised when a cover is gone
+        if small is None:  # the old key frame may be recognised again once a cover is gone
             return replace(self, image=image, box=box, key=self.key or key, sure=False)
         moves = self.moves or _farthest(small, grey.shape) > STILL
         return type(self)(image, box, key, small if moves else IDENTITY, True, moves)
 
     @property
     def _as_key(self) -> Key:
-        """The frame with the sharpest corner of every cell that has one, beside the figure."""
+        """The frame as a key frame, with the sharpest corner of every cell outside the figure."""
         grey = _grey(self.image)
         beside = np.full_like(grey, 255)
         if self.box is not None:
@@ -128,19 +128,20 @@ def _size(image: Image) -> tuple[int, int]:
 
 
 def _up(image: Image) -> Array:
-    """(3, 3) from the small picture's pixels to the frame's."""
+    """(3, 3) map from the small picture's pixels to the frame's."""
     return to_film(_size(image), (image.shape[1], image.shape[0]))
 
 
 def _grey(image: Image) -> Image:
-    """The small picture, grey and less its surroundings, or a change of light would look like a way."""
+    """The small picture, grey and less its local mean, or a change of light would look like a motion."""
     grey = cv2.cvtColor(reduced(image, _size(image)), cv2.COLOR_RGB2GRAY)
     around = cv2.boxFilter(grey, -1, (2 * WINDOW + 1, 2 * WINDOW + 1))
     return np.asarray(cv2.addWeighted(grey, 1.0, around, -1.0, 128.0), dtype=np.uint8)
 
 
 def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
-    """From a frame's pixels to those of the first; None where too few corners tell it, or `least` do not."""
+    """Map from a frame's pixels to the first frame's; None if too few corners, or fewer than `least`,
+    agree."""
     if len(key.corners) < FEWEST:
         return None
     grey = _as_bright(grey, key.grey)
@@ -157,18 +158,18 @@ def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
 
 
 def _as_bright(grey: Image, key: Image) -> Image:
-    """A picture with as much contrast as another one's, its light having changed."""
+    """The picture with the contrast of another one, whose light may have been different."""
     spread, wanted = (float(cv2.meanStdDev(each)[1][0, 0]) for each in (grey, key))
     gain = min(max(wanted / max(spread, 1.0), 1.0 / LIGHTER), LIGHTER)
     return np.asarray(cv2.addWeighted(grey, gain, grey, 0.0, 128.0 * (1.0 - gain)), dtype=np.uint8)
 
 
 def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> Array | None:
-    """(3, 3) from a frame's pixels to the key frame's, as `_place`.
+    """(3, 3) map from a frame's pixels to the key frame's, otherwise as `_place`.
 
     Args:
-        way: (3, 3) about from the key frame's to the frame's.
-        halvings: of the picture, from which corners are followed.
+        way: (3, 3) approximate map from the key frame's pixels to the frame's.
+        halvings: of the picture, at which following the corners begins.
     """
     found, status, _ = cv2.calcOpticalFlowPyrLK(
         key.grey,
@@ -198,12 +199,12 @@ def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> Arr
 
 
 def _apart(key: Key, grey: Image, back: Array) -> float:
-    """Mean difference of a frame from the key frame, grey levels, each no more than OTHER.
+    """Mean difference of a frame from the key frame, grey levels, each clipped to OTHER.
 
-    Every other row and column tells it.
+    It is taken over every second row and column.
 
     Args:
-        back: (3, 3) from the frame's pixels to the key frame's.
+        back: (3, 3) map from the frame's pixels to the key frame's.
     """
     before = key.grey[::2, ::2]
     there, shown, size = grey[::2, ::2], key.beside[::2, ::2], before.shape[::-1]
@@ -217,7 +218,7 @@ def _apart(key: Key, grey: Image, back: Array) -> float:
 
 
 def _farthest(place: Array, shape: tuple[int, ...]) -> float:
-    """Pixels by which a similarity moves the corner of a picture that it moves most."""
+    """Largest distance by which a similarity moves a corner of a picture, pixels."""
     h, w = shape[:2]
     corners = np.array([[0.0, 0.0, 1.0], [w, 0.0, 1.0], [0.0, h, 1.0], [w, h, 1.0]]).T
     return float(np.hypot(*(place @ corners - corners)[:2]).max())

@@ -10,13 +10,13 @@ Corners = NDArray[np.float32]
 
 
 def sharpness(image: Image, block: int) -> NDArray[np.float32]:
-    """(h, w) the slope along every pixel's weaker direction, squared, grey levels a pixel.
+    """(h, w) squared gradient along each pixel's weaker direction, grey levels a pixel.
 
     Args:
         image: (h, w) grey levels.
-        block: side of the square around a pixel over which it is the mean.
+        block: side of the square around a pixel over which it is averaged.
     """
-    # OpenCV's derivative is twice the slope.
+    # OpenCV's derivative is twice the gradient.
     return np.asarray(cv2.cornerMinEigenVal(image.astype(np.float32), block) / 4.0, dtype=np.float32)
 
 
@@ -26,7 +26,7 @@ def sharpest(sharp: NDArray[np.float32], cell: int, contrast: float) -> Corners:
     Args:
         sharp: as `sharpness`.
         cell: side of a cell.
-        contrast: the least slope, root mean square, that makes a corner.
+        contrast: least gradient of a corner, root mean square.
     """
     rows, columns = (n // cell for n in sharp.shape)
     grid = sharp[: rows * cell, : columns * cell].reshape(rows, cell, columns, cell)

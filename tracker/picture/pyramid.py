@@ -1,4 +1,4 @@
-"""One frame made ready for registration: colour planes, blurred coarse to fine, and values between pixels."""
+"""A frame prepared for registration: colour planes, blurred coarse to fine, and interpolated values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 Planes = NDArray[np.float32]
 Box = tuple[float, float, float, float]
-FAR = 3.0  # standard deviations that a blur reaches
-LEVELS = 256  # of grey
-AS_FILMED: Image = np.arange(LEVELS, dtype=np.uint8)  # a tone curve that changes nothing
+FAR = 3.0  # standard deviations at which a blur is cut off
+LEVELS = 256  # number of grey levels
+AS_FILMED: Image = np.arange(LEVELS, dtype=np.uint8)  # the tone curve that changes nothing
 
 
 @dataclass(frozen=True)
 class Level:
     """One blurred copy of a part of a frame.
 
-    planes : (h, w, 3) grey levels; at least 4 pixels either way, which a gradient between pixels takes
+    planes : (h, w, 3) grey levels; h and w are at least 4, as interpolated gradients require
     corner : (2,) pixel of the part's top-left corner
     sigma  : blur, pixels
     """
@@ -63,7 +63,7 @@ def sample(level: Level, pixels: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 @compiled()
 def _between(planes: Planes, place: Array, values: Array) -> None:
-    """Bilinear values (P, 3) at (P, 2) pixels of the planes; beyond their edge, those at it."""
+    """Write bilinear values (P, 3) at (P, 2) pixels of the planes; outside, the values at the edge."""
     h, w = planes.shape[:2]
     for p in range(len(place)):
         x, y = min(max(place[p, 0], 0.0), w - 1.001), min(max(place[p, 1], 0.0), h - 1.001)

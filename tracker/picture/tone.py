@@ -1,9 +1,9 @@
-"""A tone curve for hard light and haze: it spreads the grey levels that there are around the figure.
+"""A tone curve for backlight and haze: it spreads the grey levels that occur around the figure.
 
-Against the light dark clothes differ by few grey levels, in haze everything does, and what a match may be off
-by is in grey levels. Between the levels as filmed and as many pixels at each of them (histogram equalisation)
-the curve goes a share of the way. It is worked out once, from the marked frame: one that changed would change
-the figure's looks.
+Against the light dark clothes differ by few grey levels, in haze everything does, while the noise of a match
+is in grey levels. The curve goes part of the way from the filmed levels to equal numbers of pixels at each
+level (histogram equalisation). It is computed once, from the marked frame: a curve that changed would change
+the figure's appearance.
 """
 
 import cv2
@@ -11,16 +11,16 @@ import numpy as np
 
 from tracker.picture.pyramid import LEVELS, Box, Image
 
-SMOOTH = 17  # levels that one is counted with: a flat background is not worth them all
+SMOOTH = 17  # levels over which the histogram is smoothed, so that a flat background does not take the range
 
 
 def tone_curve(image: Image, box: Box, share: float) -> Image:
-    """(256,) the grey level that each becomes.
+    """(256,) new value of each grey level.
 
     Args:
         image: (H, W, 3) RGB.
         box: (x0, y0, x1, y1) pixels around the figure.
-        share: of the way to equal numbers of pixels.
+        share: of the way to histogram equalisation.
     """
     H, W = image.shape[:2]
     x0, y0, x1, y1 = np.clip(box, 0, (W - 1, H - 1, W - 1, H - 1)).astype(int)

@@ -1,1 +1,1 @@
-"""Where templates settle in a frame."""
+"""Registration of templates in a frame."""

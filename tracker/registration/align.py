@@ -5,10 +5,10 @@ that the templates define, by damped Gauss-Newton steps on coarse and then on fi
 
     E(q)  +  (q - m)' P^-1 (q - m) / 2,
 
-E as of `tracker.registration.objective`. In the full mode each link and channel has its own brightness
-offset, every point a robust (Cauchy) weight, nearer links hide farther ones, and the climb leans on the
-prediction; the classic mode (`tracker.registration.modes`) is the papers'. What is handed on is E at the
-mode and E's own linearisation there, so that the filter adds the prior once.
+E as in `tracker.registration.objective`. In the full mode each link and channel has its own brightness
+offset, every point a robust (Cauchy) weight, nearer links hide farther ones, and the climb includes the prior
+of the whole pose; the classic mode (`tracker.registration.modes`) is the papers'. The results are E at the
+mode and the linearisation of E alone there, so that the filter adds the prior once.
 """
 
 import numpy as np
@@ -26,12 +26,12 @@ DAMPING = Damping(
     heaviest=10.0,
     small_step=2e-3,  # well under a tenth of a pixel
     small_gain=1e-2,
-    longest=0.5,  # where the linearisation has long ended
+    longest=0.5,  # far beyond the range of the linearisation
 )
-STEP = 0.1  # leg lengths: within the reach of the coarsest blur
-SPREADS = 2.0  # standard deviations of the root either way
-FARTHEST = np.array([1.5, 0.3])  # leg lengths at most, ahead and up
-SEEN = 0.5  # share of the joints that must lie in the picture
+STEP = 0.1  # grid of the search for the root, leg lengths; within the reach of the coarsest blur
+SPREADS = 2.0  # its range either way, standard deviations of the root
+FARTHEST = np.array([1.5, 0.3])  # its largest range along and up, leg lengths
+SEEN = 0.5  # least share of joints in the picture
 
 
 def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Registration:
@@ -63,25 +63,25 @@ def align(field: Field, priors: Gaussian, starts: Array | None = None) -> Regist
 
 
 def scan(field: Field, poses: Array) -> Array:
-    """(H,) E of poses (H, D) at the coarsest blur, nats; none climbs."""
+    """(H,) E of poses (H, D) at the coarsest blur, nats, without climbing."""
     objective = Objective(field, 0)
     return objective.linearised(objective.compare(poses))[0]
 
 
 def reach(priors: Gaussian) -> Array:
-    """(2,) leg lengths either way in which the root is sought."""
+    """(2,) range either way in which the root is searched, leg lengths."""
     sd = np.sqrt(np.diagonal(priors.cov[:, :2, :2], axis1=1, axis2=2)).max(0)
     return np.asarray(np.minimum(SPREADS * sd, FARTHEST))
 
 
 def sought(field: Field, priors: Gaussian, best: int) -> Array:
-    """(H, D): the priors' means, all shifted to where that of the best fits the picture best."""
+    """(H, D) the priors' means, with the root shift for which the best prior's mean fits the picture best."""
     q, cov = priors.mean[best], priors.cov[best, :2, :2]
     steps = [np.arange(-n, n + 1) * STEP for n in np.floor(reach(priors) / STEP)]
     shifts = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 2)
     poses = np.repeat(q[None], len(shifts), axis=0)
     poses[:, :2] += shifts
-    # What lies out of the picture cannot match badly.
+    # Parts outside the picture cannot match badly, so poses there would win.
     there = field.in_part(field.view.to_pixels(joints(field.figure, poses))).mean(-1) >= SEEN
     if not there.any():
         return priors.mean
@@ -93,7 +93,8 @@ def sought(field: Field, priors: Gaussian, best: int) -> Array:
 
 
 def _climb(objective: Objective, q: Array, lean: tuple[Array, Array]) -> Fit:
-    """Levenberg-Marquardt at one blur, all poses (H, D) side by side, on priors' means and precisions."""
+    """Levenberg-Marquardt at one blur, all poses (H, D) together; `lean` holds the priors' means and
+    precisions."""
     fit, climbs = objective.begin(np.repeat(q, 2, axis=0)), Climbs.begin(len(q), DAMPING)
     for _ in range(objective.field.settings.iterations + 1):
         objective.lay(fit, (climbs.own ^ 1)[climbs.on])

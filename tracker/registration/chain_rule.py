@@ -1,12 +1,13 @@
-"""The chain rule of a pose, compiled: the links that it lays out, and normal equations from theirs.
+"""The chain rule of a pose, compiled: the links that it places, and its normal equations from theirs.
 
-The same as `kinematics.spm.skeleton` and `kinematics.spm.motions`, for loops that lay out a few poses some
-hundred times a second: with M_l how the pose moves link l, and m_l and p_l its sums of weight f f' and of
-weight f residual over what is measured on it,
+It equals `kinematics.spm.skeleton` and `kinematics.spm.motions`, for loops that place a few poses some
+hundred
+times a second: with M_l the motion of link l by the pose, and m_l and p_l its sums of weight f f' and of
+weight f residual over the points measured on it,
 
     information = sum_l M_l' m_l M_l,    gradient = sum_l M_l' p_l.
 
-Climbs by them are compiled as well: Levenberg-Marquardt to templates, Gauss-Newton to points.
+The searches that use them are compiled as well: Levenberg-Marquardt for templates, Gauss-Newton for points.
 """
 
 from typing import Any, NamedTuple
@@ -20,20 +21,20 @@ from kinematics.spm import Skeleton
 from tracker.compiled import compiled, part
 from tracker.registration.records import Climbs, Damping, Laying, Weights
 
-Parts = tuple[Any, ...]  # plain ones, and nothing returned, as in `tracker.registration.kernel`
+Parts = tuple[Any, ...]  # plain tuples as arguments, and no results, as in `tracker.registration.kernel`
 
-LEAST = 1e-9  # added to a diagonal
-LIGHTER = 0.3  # times the damping after a step that helped
-HEAVIER, LEAST_HEAVY = 10.0, 1e-2  # after one that did not: so many times, this at least
+LEAST = 1e-9  # added to the diagonal of a system
+LIGHTER = 0.3  # factor on the damping after a step that lowered the cost
+HEAVIER, LEAST_HEAVY = 10.0, 1e-2  # factor after a step that did not, and the least damping then
 
 COMPILED = compiled(error_model="numpy")
 PART = part(error_model="numpy")
 
 
 class Pins(NamedTuple):
-    """Where joints are said to be.
+    """Measured places of joints.
 
-    joint : (W, J) what each point is of by W namings: 0 the base, i + 1 the tip of link i
+    joint : (W, J) the joint of each point under W namings: 0 the base, i + 1 the tip of link i
     place : (J, 2) body coordinates
     """
 
@@ -42,14 +43,15 @@ class Pins(NamedTuple):
 
 
 class Tail(NamedTuple):
-    """The Student t by which points err: its degrees of freedom, and its spread in leg lengths."""
+    """The Student t of the points' errors: its degrees of freedom, and its scale in leg lengths."""
 
     freedom: float
     spread: float
 
 
 class Search(NamedTuple):
-    """Steps at most; the step that ends a climb, and the longest one, radians, leg lengths or log units."""
+    """Largest number of steps; the step size that ends a search, and the longest step: radians, leg lengths
+    or log units."""
 
     steps: int
     small: float
@@ -57,12 +59,12 @@ class Search(NamedTuple):
 
 
 class Settled(NamedTuple):
-    """Where W namings of the points took H priors, and the points' likelihood there, linearised.
+    """The modes for H priors under W namings of the points, and the points' likelihood linearised there.
 
     q           : (W, H, D)
     information : (W, H, D, D)
     gradient    : (W, H, D) of minus the log likelihood
-    away        : (W, H, J, 2) from the points to their joints, leg lengths
+    away        : (W, H, J, 2) vectors from the points to their joints, leg lengths
     """
 
     q: Array
@@ -72,7 +74,7 @@ class Settled(NamedTuple):
 
 
 def laid_out(tree: Layout, q: Array) -> Skeleton:
-    """The links for poses q (H, D), as of `kinematics.spm.skeleton`."""
+    """The links for poses q (H, D), as by `kinematics.spm.skeleton`."""
     H, L = len(q), len(tree.rest)
     bones = Skeleton(np.empty((H, L, 2)), np.empty((H, L, 2)), np.empty((H, L)), np.empty(H))
     _lay_out(tuple(tree), np.ascontiguousarray(q), tuple(bones))
@@ -91,19 +93,19 @@ def weighed(tree: Layout, fit: Laying, weights: Weights) -> tuple[Array, Array, 
 def descend(
     tree: Layout, fit: Laying, weights: Weights, priors: tuple[Array, Array], climbs: Climbs, damping: Damping
 ) -> None:
-    """Take what was tried where it is better, and lay out what is tried next in its place.
+    """Accept the tried poses that are better, and place the links for the poses to try next.
 
     Args:
-        fit: of 2 H rows, see `Climbs`.
-        priors: means (H, D) and precisions (H, D, D) on which the climbs lean.
+        fit: has 2 H rows, see `Climbs`.
+        priors: means (H, D) and precisions (H, D, D) that the climbs include.
     """
     _descend(tuple(tree), fit, tuple(weights), priors, tuple(climbs), tuple(damping))
 
 
 def settled(tree: Layout, priors: Gaussian, points: Pins, tail: Tail, search: Search) -> Settled:
-    """Climb from each of H priors' means to a mode of its posterior given points, for each of W namings.
+    """Search from each of H priors' means for a mode of its posterior given points, for each of W namings.
 
-    Undamped Gauss-Newton steps, each point with the weight that a Student t gives it where the pose is
+    The steps are undamped Gauss-Newton, each point with the weight that a Student t gives it at the pose
     (Lange, Little and Taylor, 1989).
 
     Args:
@@ -120,7 +122,7 @@ def settled(tree: Layout, priors: Gaussian, points: Pins, tail: Tail, search: Se
 
 @PART
 def _solve(systems: Parts, longest: float, steps: Array) -> None:
-    """Damped systems solved by Cholesky's factors into steps."""
+    """Solve damped systems by Cholesky factors; writes into `steps`."""
     information, slope, damping = systems
     H, D = slope.shape
     root = np.empty((D, D))
@@ -181,7 +183,7 @@ def _weigh(of_tree: Parts, q: Array, bones: Parts, links: Parts, weights: Parts,
 
 @PART
 def _lower(of_tree: Parts, fit: Parts, row: int, weights: Parts, prior: Parts, found: Parts) -> None:
-    """What a climb lowers in one row, E and the prior, and the derivatives, into found (1, ...)."""
+    """Write the cost of one row of a climb, E and the prior, and its derivatives into found (1, ...)."""
     q, start, direction, length, _, moments, pull, lost = fit
     mean, precision = prior
     cost, information, gradient = found
@@ -201,7 +203,7 @@ def _lower(of_tree: Parts, fit: Parts, row: int, weights: Parts, prior: Parts, f
 def _descend(
     of_tree: Parts, fit: Parts, weights: Parts, priors: Parts, climbs: Parts, of_damping: Parts
 ) -> None:
-    """One round of Levenberg-Marquardt of each climb that goes on."""
+    """One round of Levenberg-Marquardt for each unfinished climb."""
     q, start, direction, length, size = fit[:5]
     mean, precision = priors
     own, on, cost, damping = climbs
@@ -237,7 +239,7 @@ def _descend(
 
 @COMPILED
 def _settle(of_tree: Parts, priors: Parts, points: Parts, tail: Parts, search: Parts, found: Parts) -> None:
-    """Gauss-Newton steps of every naming and prior, one by one."""
+    """Gauss-Newton steps for every naming and prior in turn."""
     mean, precision = priors
     joint, place = points
     steps, small, longest = search
@@ -265,7 +267,7 @@ def _settle(of_tree: Parts, priors: Parts, points: Parts, tail: Parts, search: P
 
 @PART
 def _linearise(of_tree: Parts, q: Array, points: Parts, tail: Parts, found: Parts) -> None:
-    """Information, gradient and distances of the points at one pose (1, D) into found."""
+    """Write information, gradient and distances of the points at one pose (1, D) into `found`."""
     joint, place = points
     freedom, spread = tail
     information, gradient, away = found
@@ -295,7 +297,7 @@ def _linearise(of_tree: Parts, q: Array, points: Parts, tail: Parts, found: Part
 
 @COMPILED
 def _lay_out(of_tree: Parts, q: Array, bones: Parts) -> None:
-    """The links into bones: start, direction, length and size."""
+    """Write start, direction, length and size of the links into `bones`."""
     tree = Layout(*of_tree)
     start, direction, length, size = bones
     L = len(tree.rest)
@@ -317,7 +319,7 @@ def _lay_out(of_tree: Parts, q: Array, bones: Parts) -> None:
 
 @PART
 def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
-    """Sums over the links into the pose's information and gradient."""
+    """Add the links' sums up to the pose's information and gradient."""
     tree = Layout(*of_tree)
     start, direction, length = bones
     moments, pull = links
@@ -344,7 +346,8 @@ def _sum_up(of_tree: Parts, bones: Parts, links: Parts, pose: Parts) -> None:
 def _moved(
     tree: Layout, start: Array, direction: Array, length: Array, i: int, M: Array, moving: NDArray[np.intp]
 ) -> int:
-    """How the pose moves link i, into M (5, D); which freedoms do, into `moving`; returns how many."""
+    """Write the motion of link i by the pose into M (5, D), and the freedoms that move it into `moving`;
+    returns their number."""
     dx, dy = direction[i, 0], direction[i, 1]
     M[:, :] = 0.0
     M[0, 0], M[1, 0] = dx, -dy

@@ -1,4 +1,4 @@
-"""What poses are compared with in one frame, and where templates settled in it."""
+"""The data of one frame with which poses are compared, and the result of registration in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -14,14 +14,14 @@ from tracker.picture.pyramid import Level, sample, within
 from tracker.registration.templates import Templates, hiding
 from tracker.settings import Settings
 
-STANDS_OUT = 0.7  # share of a link of an unknown look that must differ from the scene to be learned
+STANDS_OUT = 0.7  # share of a link without a template that must differ from the scene to learn one
 
 
 @dataclass(frozen=True)
 class Likelihood:
-    """What was measured says of the pose, linearised once for each of H priors; any leading axes.
+    """The likelihood of the pose, linearised once for each of H priors; any leading axes.
 
-    q           : (H, D) where: a mode of the posterior
+    q           : (H, D) the point of linearisation, a mode of the posterior
     information : (H, D, D)
     vector      : (H, D) information times the linearised likelihood's own mode
     cost        : (H,) minus the log likelihood at q, nats
@@ -35,17 +35,17 @@ class Likelihood:
 
 @dataclass(frozen=True)
 class Registration(Likelihood):
-    """Where the templates settled in one frame, of one prior or, with a leading axis, of several.
+    """Result of registration in one frame, for one prior or, with a leading axis, for several.
 
     The cost is E (`tracker.registration.objective`), the information its Gauss-Newton matrix, tempered
     J'WJ / sigma^2 and the stiffness of the joints' limits; singular where nothing visible constrains q.
 
     misfit      : mean over the visible points of half the robust squared residual, in units of the noise
-    shown       : share of the points within the outlines in the frame that nothing hides or covers
-    match       : (P,) robust weight of each point without the rim's, 0 where not visible
+    shown       : share of the points within the outlines and the frame that are neither hidden nor covered
+    match       : (P,) robust weight of each point, without the weight of the rim; 0 where not visible
     offset      : (L, 3) brightness offset of each link and channel, grey levels
-    inside      : share of the points that lie in the part of the frame that was looked at
-    pixels      : (P, 2) where the points settled
+    inside      : share of the points that lie in the searched part of the frame
+    pixels      : (P, 2) places of the points
     """
 
     misfit: Array
@@ -61,10 +61,10 @@ class Registration(Likelihood):
 
 @dataclass(frozen=True)
 class Field:
-    """What poses are compared with in one frame.
+    """The data of one frame with which poses are compared.
 
-    levels  : of the frame, coarse to fine, as many as the templates have colours for
-    scenery : how much the frame differs from what lies behind the figure
+    levels  : of the frame, coarse to fine, one for each blur of the templates
+    scenery : how much the frame differs from the scene behind the figure
     """
 
     templates: Templates
@@ -75,18 +75,18 @@ class Field:
     scenery: Scenery = UNSEEN
 
     def seen(self, found: Registration) -> Array:
-        """(levels, P, 3) what the frame shows where the points settled, the offsets of light taken off."""
+        """(levels, P, 3) grey levels of the frame at the registered points, less the brightness offsets."""
         templates = self.templates
         shown = np.stack([sample(level, found.pixels)[0] for level in self.levels])
         offset = np.where(templates.strange[:, None], templates.light, found.offset)
         return np.asarray(shown - offset[templates.link])
 
     def new(self, found: Registration) -> NDArray[np.bool_]:
-        """(P,) which points not known yet the frame shows, on links in full sight."""
+        """(P,) which unknown points the frame shows, on fully visible links."""
         templates, pixels = self.templates, found.pixels
         links = self._in_sight(found) & ~templates.strange
         if templates.strange.any():
-            # A link of an unknown look is where it stands out, if it hangs on one in sight.
+            # A link without a template is located if it stands out and its parent is in sight.
             parents = np.array(self.figure.parents)
             links |= templates.strange & (parents >= 0) & links[parents] & self._standing_out(pixels)
         sought = np.flatnonzero(~templates.known & links[templates.link])
@@ -96,12 +96,12 @@ class Field:
         return new
 
     def in_part(self, pixels: Array) -> NDArray[np.bool_]:
-        """Whether pixels (..., 2) lie in the part of the frame that is looked at."""
+        """Whether pixels (..., 2) lie in the searched part of the frame."""
         level = self.levels[-1]
         return within(pixels - np.asarray(level.corner), level.planes.shape)
 
     def _hidden(self, found: Registration, sought: Index) -> NDArray[np.bool_]:
-        """Whether a nearer link lies over some of the points."""
+        """Whether a nearer link covers each of the chosen points."""
         templates, bones = self.templates, skeleton(self.figure, found.q)
         link = templates.link[sought]
         points = surface(bones, link, templates.along[sought], templates.across[sought])
@@ -113,7 +113,7 @@ class Field:
         return np.asarray(self._share(out, self.templates.weight == 1.0) >= STANDS_OUT)
 
     def _in_sight(self, found: Registration) -> NDArray[np.bool_]:
-        """(L,) whether most of what is known of a link is seen, and matches."""
+        """(L,) whether most known points of a link are seen and match."""
         seen = self.templates.known & (found.match > 0.0)
         match = np.bincount(self.templates.link, found.match * seen, len(self.figure.links))
         number = np.bincount(self.templates.link, seen, len(self.figure.links))
@@ -121,6 +121,6 @@ class Field:
         return np.asarray(fair & (self._share(seen, self.templates.known) > 0.5))
 
     def _share(self, those: NDArray[np.bool_], of: NDArray[np.bool_]) -> Array:
-        """(L,) share of some points of each link."""
+        """(L,) share of the points `of` of each link that are among `those`."""
         link, L = self.templates.link, len(self.figure.links)
         return np.asarray(np.bincount(link, those & of, L) / np.maximum(np.bincount(link, of, L), 1.0))

@@ -1,12 +1,12 @@
-"""The inner loop of registration, compiled: templates laid on a picture, link by link.
+"""The inner loop of registration, compiled: templates compared with a picture, link by link.
 
-For every pose and link it gathers what Gauss-Newton needs of the link's points in the link's own coordinates:
+For every pose and link it sums the Gauss-Newton terms of the link's points in the link's own coordinates:
 a point u along the link and v across it moves by a slide along or across, a stretch, a turn and a growth
 (`kinematics.spm.motions`), so the gradient (g_u, g_v) of a channel there enters as
 
     f = [g_u, g_v, u g_u, u g_v - v g_u, u g_u + v g_v]
 
-and sum w f f', sum w f r over the link's points are all that the chain rule needs.
+and the chain rule needs only sum w f f' and sum w f r over the link's points.
 """
 
 from typing import Any
@@ -19,18 +19,18 @@ from tracker.compiled import compiled, part
 from tracker.registration.records import Array, Laid, Noise, Picture, Points, Row, Shape, Single
 
 Pose = tuple[Array, Array, Array, float]  # start, direction (L, 2), length (L,), size
-WAYS = 5  # in which a link moves as a whole
-TOGETHER = 16  # robust weights whose product is above 1e-308 where each is above 1e-19
+WAYS = 5  # motions of a link as a whole
+TOGETHER = 16  # robust weights, each above 1e-19, whose product stays above 1e-308
 
-# All in one file: the cache of compiled code does not notice that another has changed.
+# All in one file: numba's cache does not notice changes in other files.
 COMPILED = compiled(error_model="numpy", fastmath={"contract"})
 PART = part(error_model="numpy", fastmath={"contract"})
-# Where order does not matter, so that a processor adds up several points at a time.
+# Sums may be reordered, so that a processor adds several points at a time.
 ANY_ORDER = part(error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp", "nnan"})
 
 
 def room(links: tuple[int, ...], P: int) -> Laid:
-    """Room for H poses of L links (H, L) and P points."""
+    """Empty results for H poses of L links (H, L) and P points."""
     H, L = links
     return Laid(
         moments=np.empty((H, L, WAYS, WAYS)),
@@ -53,8 +53,8 @@ def lay(
     rows: NDArray[np.intp],
     laid: Laid,
 ) -> None:
-    """Lay the templates on one level at some of H poses, the rows of `laid` that are filled."""
-    # Plain tuples, and nothing returned: to take a named one or to give back an array compiled code runs
+    """Compare the templates with one level at some of H poses, and fill these rows of `laid`."""
+    # Plain tuples as arguments and no results: for named tuples and returned arrays compiled code calls
     # Python, where an interrupt crashes it.
     _fill(tuple(picture), tuple(bones), tuple(points), tuple(shape), tuple(noise), rows, tuple(laid))
 
@@ -110,9 +110,9 @@ def _fill(
 
 @PART
 def _faded(loss: float, noise: Noise) -> tuple[float, float]:
-    """What a link costs whose points lose so much each on the mean, and its derivative.
+    """Cost of a link from the mean loss of its points, and the derivative.
 
-    A link that matches too badly is out of sight, and to match worse costs no more.
+    A link that matches too badly counts as out of sight: matching worse costs no more.
     """
     full, none = noise.in_sight, noise.out_of_sight
     if loss <= full:
@@ -123,7 +123,7 @@ def _faded(loss: float, noise: Noise) -> tuple[float, float]:
 
 @PART
 def _empty_row(most: int) -> Row:
-    """Room for what the points of one link see, of which there are so many at most."""
+    """Empty row for at most so many points of one link."""
     return Row(
         np.empty(most, np.intp),
         np.empty((3, most)),
@@ -149,7 +149,7 @@ def _look(
     row: Row,
     inside: NDArray[np.bool_],
 ) -> int:
-    """Put what one link's visible points see into the row; returns how many they are."""
+    """Write the comparison at one link's visible points into the row; returns their number."""
     planes = picture.planes
     start, direction, length, size = pose
     rows, columns = planes.shape[0], planes.shape[1]
@@ -181,7 +181,7 @@ def _look(
             row.differs[n], row.clear[n] = picture.differs[r, s], 1.0
             if picture.around[r, s] < picture.unknown:
                 row.around[n] = picture.around[r, s]
-        # Beyond its edge a picture goes on as it ends.
+        # Beyond its edge a picture is continued by its border.
         i, j = min(int(y), rows - 2), min(int(x), columns - 2)
         above, below = max(i - 1, 0), min(i + 2, rows - 1)
         before, after = max(j - 1, 0), min(j + 2, columns - 1)
@@ -193,7 +193,7 @@ def _look(
             a, b = planes[i, j, c], planes[i, j + 1, c]
             d, e = planes[i + 1, j, c], planes[i + 1, j + 1, c]
             row.residual[c, n] = gy * (gx * a + fx * b) + fy * (gx * d + fx * e) - points.colours[p, c]
-            # Central differences at the four neighbours, mixed as their values are.
+            # Central differences at the four neighbours, interpolated like their values.
             right = gy * (gx * (b - planes[i, before, c]) + fx * (planes[i, after, c] - a))
             right += fy * (gx * (e - planes[i + 1, before, c]) + fx * (planes[i + 1, after, c] - d))
             down = gx * (gy * (d - planes[above, j, c]) + fy * (planes[below, j, c] - a))
@@ -208,7 +208,8 @@ def _look(
 def _may_hide(
     pose: Pose, points: Points, shape: Shape, link: int, margin: float, found: NDArray[np.intp]
 ) -> int:
-    """Nearer links that reach into a circle around all of a link's points into found; returns how many."""
+    """Write the nearer links that reach into a circle around a link's points into `found`; returns how
+    many."""
     start, direction, length, size = pose
     least, most, wide = 0.0, 0.0, 0.0
     for p in range(points.first[link], points.first[link + 1]):
@@ -234,7 +235,7 @@ def _may_hide(
 
 @PART
 def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: NDArray[np.intp], margin: float) -> bool:
-    """Whether one of some links lies over a body point."""
+    """Whether one of these nearer links covers a point in body coordinates."""
     start, direction, length, size = pose
     for j in nearer:
         away_x, away_y = x - start[j, 0], y - start[j, 1]
@@ -249,7 +250,7 @@ def _hidden(x: float, y: float, pose: Pose, shape: Shape, nearer: NDArray[np.int
 
 @ANY_ORDER
 def _take_off(residual: Single, low: float, high: float) -> float:
-    """Residuals less their median, within limits, which is returned."""
+    """Subtract from the residuals their median, clipped to limits, which is returned."""
     middle = min(max(float(_middle(residual, np.float32(low), np.float32(high))), low), high)
     less = np.float32(middle)
     for k in range(len(residual)):
@@ -259,16 +260,16 @@ def _take_off(residual: Single, low: float, high: float) -> float:
 
 @ANY_ORDER
 def _middle(values: Single, low: np.float32, high: np.float32) -> np.float32:
-    """The (n // 2)-th smallest of n values, or the limit it is beyond.
+    """The (n // 2)-th smallest of n values, clipped to limits.
 
-    By halving: passes that count are many values at a time, a selection's jumps are not foreseen.
+    Found by bisection: counting processes many values at a time, a selection mispredicts its branches.
     """
     k = len(values) // 2
     if _below(values, low) > k:
         return low
     if _below(values, high) <= k:
         return high
-    while True:  # it lies from low up to high, which is no longer it
+    while True:  # it lies in [low, high)
         middle = np.float32(0.5) * (low + high)
         if middle <= low or middle >= high:
             return low
@@ -295,7 +296,7 @@ def _below(values: Single, limit: np.float32) -> np.int32:
 
 @ANY_ORDER
 def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float]:
-    """Robust weights into match; sums of weight and of weight * rho / 2."""
+    """Write robust weights into `match`; returns the sums of weight and of weight * rho / 2."""
     weight, match, excess = row.place[2, :n], row.match[:n], row.excess[:n]
     r0, r1, r2 = row.residual[0, :n], row.residual[1, :n], row.residual[2, :n]
     robust = noise.scale < np.inf
@@ -313,7 +314,7 @@ def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float]:
         return sum_weight, 0.5 * sum_rho
     k = 0
     while k < n:
-        # One logarithm for many.
+        # One logarithm for the product of many weights.
         w, product, end = weight[k], 1.0, min(k + TOGETHER, n)
         while k < end and weight[k] == w:
             product *= match[k]
@@ -324,15 +325,15 @@ def _doubt(row: Row, n: int, noise: Noise) -> tuple[float, float]:
 
 @PART
 def _uncover(row: Row, n: int, noise: Noise) -> float:
-    """Doubt points that show the scene as it was without the figure: something nearer may cover them.
+    """Lower the weight of points that show the scene as without the figure: something nearer may cover them.
 
-    The likelihood of each is a mixture of the figure's and the scene's, and it matches, and is clear, by the
-    figure's share. Returns by how much that lowers the sum of weight * rho / 2.
+    The likelihood of each is a mixture of the figure's and the scene's; `match` and `clear` are multiplied by
+    the figure's share. Returns the decrease of the sum of weight * rho / 2.
     """
     less, before, prior = 0.0, np.log1p(noise.covered), np.log(noise.covered)
     for k in range(n):
         if row.around[k] < np.inf:
-            # Three channels, of which rho / 2 and what lies bare are the mean.
+            # Both rho / 2 and the scene's loss are means over three channels.
             rho = 0.5 * noise.scale * np.log1p(row.excess[k])
             log_odds = prior + 3.0 * (rho - row.around[k])
             rarer = np.exp(-abs(log_odds))
@@ -345,7 +346,7 @@ def _uncover(row: Row, n: int, noise: Noise) -> float:
 
 @ANY_ORDER
 def _gather(row: Row, n: int, fair: float, moments: Array, pull: Array) -> None:
-    """Sums of w f f' into moments (5, 5) and of w f r into pull (5,); weights count by a share `fair`."""
+    """Add w f f' to moments (5, 5) and w f r to pull (5,) over the points, with weights times `fair`."""
     us, vs, weight, match = row.place[0, :n], row.place[1, :n], row.place[2, :n], row.match[:n]
     for c in range(3):
         along, across, residual = row.along[c, :n], row.across[c, :n], row.residual[c, :n]

@@ -1,4 +1,4 @@
-"""What sets the papers' registration apart from the full one."""
+"""The differences between the papers' registration and the full one."""
 
 from dataclasses import dataclass
 
@@ -8,28 +8,28 @@ from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from tracker.settings import Settings
 
-LIMIT_GIVE = float(np.radians(3.0))  # how sharply a joint stops at its limit
-COARSE = 2  # every so manieth point is looked at where the blur makes neighbours alike
+LIMIT_GIVE = float(np.radians(3.0))  # standard deviation by which a joint passes its limit
+COARSE = 2  # every such point is used on coarse blurs, where neighbours are alike
 
 
 @dataclass(frozen=True)
 class Mode:
-    """How looks are cut, laid on a picture and climbed.
+    """How templates are cut, compared with a picture and registered.
 
-    The defaults are the registration of Pavlović et al. (1999): grey templates of the first frame, plain
-    squares, no prior in the climb but on the lengths, which the papers' figure did not leave free.
+    The defaults are the registration of Pavlović et al. (1999): grey templates of the first frame, squared
+    loss, and a prior in the climb for the lengths only, which the papers' figure kept fixed.
 
-    colour    : whether a picture has Lab's channels; else three times the lightness
+    colour    : whether pictures have Lab channels; else three times the lightness
     contrast  : how far grey levels around the figure are spread
-    rim       : of template beyond a link's outline, leg lengths
-    backdrop  : whether the scene behind the figure is kept
-    learns    : whether looks follow what is seen of them, unknown ones where a link stands out
-    coarse    : every so manieth point is looked at on all but the finest blur
+    rim       : width of the template beyond a link's outline, leg lengths
+    backdrop  : whether the scene behind the figure is modelled
+    learns    : whether templates are updated, and missing ones learned where a link stands out
+    coarse    : every such point is used on all but the finest blur
     robust    : squared scale of the robust loss, in units of the noise; inf for plain squares
     layered   : whether nearer links hide farther ones, and each link has a brightness offset
-    covered   : prior odds that what is seen as it was without the figure covers it
+    covered   : prior odds that something which looks like the scene without the figure covers a point
     stiffness : of joints at their limits, per radian squared
-    posed     : whether the climb leans on the prior of the whole pose, not of the lengths alone
+    posed     : whether the climb includes the prior of the whole pose, not of the lengths only
     """
 
     colour: bool = False
@@ -45,7 +45,7 @@ class Mode:
     posed: bool = False
 
     def precision(self, cov: Array, figure: Figure) -> Array:
-        """(H, D, D) by which a climb leans on priors of covariance (H, D, D)."""
+        """(H, D, D) precision of the prior in a climb, for priors of covariance (H, D, D)."""
         first = 0 if self.posed else figure.layout.scale
         precision = np.zeros_like(cov)
         precision[:, first:, first:] = np.linalg.inv(cov[:, first:, first:])
@@ -53,10 +53,10 @@ class Mode:
 
 
 def mode_of(settings: Settings) -> Mode:
-    """The mode that the settings ask for.
+    """The mode for these settings.
 
-    The full one takes templates in colour that know what hides and covers them, is robust, and leans on the
-    prior.
+    The full one has colour templates, models hidden and covered points, is robust, and includes the prior of
+    the whole pose.
     """
     if settings.mode == "classic":
         return Mode()

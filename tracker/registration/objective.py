@@ -1,23 +1,23 @@
-"""The one function that registration lowers, its slope, its curvature, and what it says between hypotheses.
+"""The one function that registration minimises, with its derivatives; it is also the evidence of hypotheses.
 
 With the visible points p of the template, their weights w_p, tempered by tau, joint limits of stiffness k,
 and x_l the mean over link l of
 
     loss_p  = rho(|I(p(q)) - T_p - o|^2 / (3 sigma^2)) / 2,
 
-or, of a point that the scene may cover, minus the log of the mixture of both likelihoods,
+or, for a point that the scene may cover, minus the log of the mixture of both likelihoods,
 
     E(q) = tau (sum_l W_l fade(x_l) - sum_p w_p behind_p) + k |beyond(q)|^2 / 2,
 
-is minus the tempered log likelihood ratio between the figure and what lies behind it, in nats. W_l is the
-weight of the link's visible points. fade is the identity but for links that match too badly, which are out
-of sight and cost no more for matching worse. behind_p is what the scene costs at the point, or what it
-usually does where that is not known, with log(sigma_scene / sigma) added, as both are densities of grey
-levels. What is hidden or out of the frame adds nothing: what it would show is explained by what hides it.
+is minus the tempered log likelihood ratio between the figure and the background, in nats. W_l is the weight
+of the link's visible points. fade is the identity except for links that match too badly, which count as out
+of sight and cost no more for matching worse. behind_p is the loss of the scene at the point, or its usual
+value where the scene is unknown, with log(sigma_scene / sigma) added, as both are densities of grey levels.
+Points that are hidden or outside the frame add nothing, as the pixels there show something else.
 
-The climb lowers E plus the prior; `Objective.linearised` gives E, which is the evidence of a hypothesis, its
-Gauss-Newton matrix and its derivative. Held fixed in the derivative are what jumps: which points are
-visible, what lies behind them, and the brightness offset o, a median that stays near its optimum, where E is
+The climb minimises E plus the prior; `Objective.linearised` gives E, which is minus the log evidence of a
+hypothesis, its Gauss-Newton matrix and its derivative. The derivative keeps discontinuous terms fixed: which
+points are visible, the scene behind them, and the brightness offset o, a median near its optimum, where E is
 flat in it.
 """
 
@@ -36,12 +36,12 @@ from tracker.registration.modes import mode_of
 from tracker.registration.records import Laid, Laying, Noise, Picture, Points, Shape, Weights
 from tracker.registration.templates import hiding
 
-FEWEST = 6  # points of a link that an offset of light is worked out from
+FEWEST = 6  # least number of a link's points from which a brightness offset is computed
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The templates laid on one level at H poses q (H, D), the links as these lay them."""
+    """The templates compared with one level at H poses q (H, D), and the links at these poses."""
 
     q: Array
     bones: Skeleton
@@ -54,12 +54,12 @@ class Fit:
 
     @property
     def links(self) -> Laying:
-        """What the chain rule takes of it."""
+        """The arrays that the chain rule uses."""
         return self.q, *self.bones, self.laid.moments, self.laid.pull, self.laid.cost
 
 
 class Objective:
-    """E of the poses of one frame's figure, on one of the frame's levels."""
+    """E of poses in one frame, on one level of that frame."""
 
     def __init__(self, field: Field, number: int) -> None:
         figure, settings, mode = field.figure, field.settings, mode_of(field.settings)
@@ -78,23 +78,23 @@ class Objective:
             margin=hiding(field.levels[number], field.view, settings),
             covered=mode.covered,
         )
-        # What a point of weight 1 counts, where each that is looked at stands for others.
+        # Nats for a point of weight 1; on coarse blurs each used point stands for several.
         nats = float(settings.tempering * len(field.templates.link) / len(self.points.along))
         self.weights = Weights(nats, nats / (3.0 * self.noise.variance), *figure.limits, mode.stiffness)
 
     def compare(self, q: Array) -> Fit:
-        """The templates laid on the level at poses (H, D)."""
+        """The templates compared with the level at poses (H, D)."""
         fit = self.begin(q)
         self.lay(fit, np.arange(len(q)))
         return fit
 
     def begin(self, q: Array) -> Fit:
-        """Poses (H, D) with room for what `lay` finds."""
+        """Poses (H, D) with empty results for `lay`."""
         bones = laid_out(self.layout, q)
         return Fit(q, bones, room(bones.length.shape, len(self.points.along)))
 
     def lay(self, fit: Fit, rows: NDArray[np.intp]) -> None:
-        """Lay the templates on the level at some of the poses."""
+        """Compare the templates with the level at some of the poses."""
         lay(self.picture, fit.bones, self.points, self.shape, self.noise, rows, fit.laid)
 
     def linearised(self, fit: Fit) -> tuple[Array, Array, Array]:
@@ -103,7 +103,7 @@ class Objective:
 
 
 def _points(field: Field, number: int, coarse: int) -> Points:
-    """The templates' points with their colours at one blur, of the blurred ones every `coarse`-th."""
+    """The templates' points with their colours at one blur; every `coarse`-th on all but the finest."""
     templates = field.templates
     every = 1 if number == len(templates.colours) - 1 else coarse
     return Points(
@@ -118,10 +118,10 @@ def _points(field: Field, number: int, coarse: int) -> Points:
 
 
 def _picture(field: Field, number: int) -> Picture:
-    """What templates are laid on at one blur, see `Picture` for what tells of the scene."""
+    """The picture and the scene's loss at one blur, see `Picture`."""
     scenery, view, level = field.scenery, field.view, field.levels[number]
     (left, top), (x, y), (axis_x, axis_y) = level.corner, view.origin, view.axes.tolist()
-    # Of densities of grey levels, with one sigma in the figure and another in the scene.
+    # Densities of grey levels with one sigma in the figure and another in the scene.
     against = np.float32(np.log(NOISE / field.settings.noise))
     return Picture(
         planes=level.planes,

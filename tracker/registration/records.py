@@ -1,4 +1,4 @@
-"""What registration's inner loop takes, works on and gives: template points, links, pictures, their sums."""
+"""Arguments, buffers and results of registration's inner loop: template points, links, pictures, sums."""
 
 from typing import NamedTuple, Self
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
-# Of H poses: q (H, D); their links' start, direction, length and size; moments, pull and cost of `Laid`.
+# For H poses: q (H, D); their links' start, direction, length and size; moments, pull and cost of `Laid`.
 Laying = tuple[Array, Array, Array, Array, Array, Array, Array, Array]
 
 
@@ -28,7 +28,7 @@ class Points(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """What of the links hides others: layer, width and taper (L,)."""
+    """The links' parameters for hiding one another: layer, width and taper (L,)."""
 
     layer: NDArray[np.intp]
     width: Array
@@ -36,14 +36,14 @@ class Shape(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """What poses are laid on at one blur.
+    """The data with which poses are compared at one blur.
 
     planes    : (h, w, 3) the level's grey levels
     origin_x, origin_y, axis_x, axis_y : body coordinates to pixels of the planes, origin + axes * point
-    differs   : what the scene without the figure costs at each place of the frame, as half the robust
-                square of `Laid.mean`, with log(its sigma / the figure's)
-    around    : the most of it there and around
-    unknown   : from where on that tells nothing
+    differs   : loss of the scene without the figure at each place of the frame, half a robust square as in
+                `Laid.mean`, with log(its sigma / the figure's)
+    around    : its maximum over each place and the places around
+    unknown   : value of `around` from which on the scene counts as unknown
     step      : pixels from one place to the next
     corner_x, corner_y : the level's corner in the frame, pixels
     """
@@ -62,11 +62,11 @@ class Picture(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """variance of a channel; how far an offset of light may be from the common one, grey levels; scale
-    (squared, in the noise's units) of the robust weight, inf for plain squares; mean loss from which a link
-    is out of sight, and up to which it is in full sight; how few points have no offset of light of their own;
-    whether nearer links hide farther ones, and how far beyond their outline, leg lengths; prior odds that a
-    point is covered by what was seen there without the figure."""
+    """Variance of a channel; largest distance of a brightness offset from the common one, grey levels;
+    squared scale of the robust weight in units of the noise, inf for squared loss; mean loss from which a
+    link is out of sight, and up to which it is in full sight; number of points below which a link has no
+    offset of its own; whether nearer links hide farther ones, and how far beyond their outline, leg lengths;
+    prior odds that something which looks like the scene without the figure covers a point."""
 
     variance: float
     light: float
@@ -80,13 +80,14 @@ class Noise(NamedTuple):
 
 
 class Row(NamedTuple):
-    """What the n visible points of one link see, side by side, so that a processor takes several at a time.
+    """The comparison at the n visible points of one link, in arrays, so that a processor takes several at a
+    time.
 
     point : (n,) position in `Points`; place : (3, n) u, v and weight; residual, along, across : (3, n) by
     channel, the latter slopes along the link and across; excess : (n,) squared residual in units of the
-    robust scale; match : (n,) robust weight; differs, around : (n,) what the scene without the figure costs,
-    there, and at most there and around; the latter is inf where that is not known or too much to tell;
-    clear : (n,) 1 within the outline, less by what the scene may cover, 0 on the rim
+    robust scale; match : (n,) robust weight; differs, around : (n,) as in `Picture`; `around` is inf where it
+    is unknown or too large to matter; clear : (n,) 1 within the outline, less where the scene may cover it, 0
+    on the rim
     """
 
     point: NDArray[np.intp]
@@ -102,13 +103,13 @@ class Row(NamedTuple):
 
 
 class Laid(NamedTuple):
-    """H poses laid on a picture.
+    """Results of the comparison at H poses.
 
     moments  : (H, L, 5, 5) sum of weight * match * f f'
     pull     : (H, L, 5) sum of weight * match * f residual
     cost     : (H,) sum of weight * loss over the visible points, faded link by link, less weight * differs
     mean     : (H,) mean over the visible points of half the robust squared residual, in units of the noise;
-               of what the scene may cover, minus log of the mixture of the two likelihoods
+               minus the log of the mixture of two likelihoods where the scene may cover a point
     shown    : (H,) share of the points within the links' outlines that are visible and not covered
     match    : (H, P) robust weight, 0 where not visible
     offset   : (H, L, 3) grey levels
@@ -126,9 +127,9 @@ class Laid(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """How what is measured of links and joint limits add up to E of `tracker.registration.objective`.
+    """Weights with which the links' sums and joint limits add up to E of `tracker.registration.objective`.
 
-    lost, pulled : nats of a unit of the links' cost, and of their pull and moments
+    lost, pulled : nats for a unit of the links' cost, and of their pull and moments
     low, high    : (D,) the limits
     stiffness    : per radian squared, beyond them
     """
@@ -141,8 +142,8 @@ class Weights(NamedTuple):
 
 
 class Damping(NamedTuple):
-    """Of Levenberg-Marquardt: at first, and beyond which no step helps; a climb ends with a step or gain as
-    small as these, radians or leg lengths and nats; the longest step."""
+    """Parameters of Levenberg-Marquardt: initial and largest damping; step size (radians or leg lengths) and
+    gain (nats) that end a climb; the longest step."""
 
     first: float
     heaviest: float
@@ -152,10 +153,10 @@ class Damping(NamedTuple):
 
 
 class Climbs(NamedTuple):
-    """H climbs side by side, each with two rows of what is laid out: 2 h and 2 h + 1.
+    """H climbs in parallel, each with two rows of the fit: 2 h and 2 h + 1.
 
-    own     : (H,) the row of the best pose so far; the other one, own ^ 1, is tried
-    on      : (H,) whether a climb goes on
+    own     : (H,) row of the best pose so far; the other row, own ^ 1, holds the tried pose
+    on      : (H,) whether a climb is unfinished
     cost    : (H,) of the best pose, nats
     damping : (H,)
     """
@@ -167,6 +168,6 @@ class Climbs(NamedTuple):
 
     @classmethod
     def begin(cls, H: int, damping: Damping) -> Self:
-        """Climbs of which nothing is known yet, that try their even rows first."""
+        """Climbs without a best pose yet, whose even rows are tried first."""
         odd = 2 * np.arange(H) + 1
         return cls(odd, np.ones(H, bool), np.full(H, np.inf), np.full(H, damping.first))

@@ -1,4 +1,4 @@
-"""Templates: the pixels of each link, cut from one frame and one pose, in the link's own coordinates."""
+"""Templates: the pixels of each link, cut from a frame at a pose, in the link's own coordinates."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,23 +14,23 @@ from tracker.picture.pyramid import Level, Planes, sample
 from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
-RIM_WEIGHT = 0.15  # of the rim's pixels against the link's own
-ALIKE = 12.0  # grey levels (root mean square) within which a point looks as it did
-ENOUGH = 5  # places at which a point must look alike to be known
-ELSEWHERE = 0.1  # leg lengths from one such place to the next
-FAIR = 0.2  # mean trust of a link's points from which its offset of light counts
+RIM_WEIGHT = 0.15  # weight of points on the rim; points within the outline have 1
+ALIKE = 12.0  # largest difference between two sightings of a point, root mean square grey levels
+ENOUGH = 5  # places of the scene at which a point must look alike to become known
+ELSEWHERE = 0.1  # least distance between such places, leg lengths
+FAIR = 0.2  # mean trust of a link's points from which its brightness offset counts
 
 
 @dataclass(frozen=True)
 class Templates:
     """P points fixed to links, with their colours at each blur.
 
-    link, along, across : (P,) where each point sits, see `kinematics.spm.surface`
+    link, along, across : (P,) place of each point on its link, see `kinematics.spm.surface`
     weight  : (P,) 1 within the link's outline, less on its rim
     colours : (levels, P, 3) Lab grey levels
-    known   : (P,) whether the point has been seen yet
-    light   : (3,) offset of light of each channel, common to the links, grey levels
-    alike   : (P,) at how many places in a row a point not known yet has looked alike
+    known   : (P,) whether the point's colours are known
+    light   : (3,) brightness offset of each channel, common to the links, grey levels
+    alike   : (P,) number of successive places at which an unknown point has looked alike
     place   : (P, 2) the last of them in the scene, leg lengths
     """
 
@@ -46,7 +46,7 @@ class Templates:
 
     @cached_property
     def strange(self) -> NDArray[np.bool_]:
-        """(L,) links of which nothing is known."""
+        """(L,) whether no point of a link is known."""
         return np.asarray(np.bincount(self.link, self.known) == 0.0)
 
     @property
@@ -55,13 +55,13 @@ class Templates:
         return np.asarray((self.weight == 1.0) & self.known)
 
     def refreshed(self, seen: Array | Planes, trust: Array, blend: float, offset: Array) -> Self:
-        """Blended into what is seen now; points never seen before take it whole.
+        """The templates blended with the present frame; unknown points take its colours entirely.
 
         Args:
-            seen: (levels, P, 3) colours at the settled pose, offsets of light taken off.
+            seen: (levels, P, 3) colours at the registered pose, less the brightness offsets.
             trust: (P,) 0 where the point is hidden, out of the frame or does not match, up to 1.
-            blend: share of what is seen.
-            offset: (L, 3) the offsets of light that were taken off.
+            blend: share of the present frame.
+            offset: (L, 3) the brightness offsets that were subtracted.
         """
         share = np.where(self.known, blend * trust, np.where(trust > 0, 1.0, 0.0))
         colours = self.colours + share[None, :, None] * (seen - self.colours)
@@ -75,14 +75,15 @@ class Templates:
         )
 
     def learned(self, seen: Array | Planes, new: NDArray[np.bool_], place: Array) -> Self:
-        """With what is seen of points that are not known yet: known once alike at some places of the scene.
+        """The templates with sightings of unknown points added: a point that looks alike at enough places is
+        known.
 
-        What lies behind a figure that moves, or hides it, does not stay alike.
+        The background of a moving figure, or something that hides it, does not stay alike.
 
         Args:
-            seen: as of `refreshed`.
-            new: (P,) which of the points not known yet are seen.
-            place: (P, 2) where the points are in the scene, leg lengths.
+            seen: as in `refreshed`.
+            new: (P,) which unknown points are seen.
+            place: (P, 2) places of the points in the scene, leg lengths.
         """
         at = np.flatnonzero(new)
         elsewhere = ((place[at] - self.place[at]) ** 2).sum(axis=-1) > ELSEWHERE**2
@@ -97,7 +98,8 @@ class Templates:
         return replace(self, colours=colours, known=known, alike=alike, place=places)
 
     def completed(self, figure: Figure, reach: float) -> Self:
-        """A link of which nothing is known is taken to look as its twin does, no further off than reach."""
+        """The templates with the colours of a link that is wholly unknown copied from its twin, from points
+        no farther off than `reach`."""
         place = np.stack([self.along * figure.layout.length[self.link], self.across], axis=1)
         colours, known = self.colours.copy(), self.known.copy()
         for i, twin in figure.twins.items():
@@ -119,10 +121,10 @@ def cut(
     settings: Settings,
     placed: NDArray[np.bool_] | None = None,
 ) -> Templates:
-    """Templates of every link as the pose lays them on the frame.
+    """Templates of every link, cut from the frame at a pose.
 
     Args:
-        placed: (L,) whether it is known where each link lies; None for all. Of the others nothing is known.
+        placed: (L,) whether the place of each link is known, None for all; other links stay unknown.
     """
     link, along, across, weight = _grid(figure, settings)
     bones = skeleton(figure, q)

@@ -1,1 +1,1 @@
-"""report.html: the overlays under one slider, angles, gait figures, and how models compare."""
+"""Reports: the film with the figure, angles, gait figures, and comparisons of models and runs."""

@@ -39,7 +39,7 @@ class Walked:
     known: Known
 
     def gait(self, metres: bool) -> Gait:
-        """Its gait figures, lengths in metres or in leg lengths; raises RunError where there are none."""
+        """Its gait figures, with lengths in metres or in leg lengths; RunError if there are none."""
         gait = gait_of(self.track, self.rate, self.known if metres else None)
         if gait is None or not gait.measures:
             raise RunError(
@@ -59,7 +59,7 @@ class Change:
 
     @property
     def by(self) -> Value:
-        """After less before; the errors of two runs have nothing in common."""
+        """After minus before; the errors of two runs are independent."""
         mean, error = self.after.mean - self.before.mean, np.hypot(self.after.error, self.before.error)
         return Value(mean, float(error), min(self.before.count, self.after.count))
 
@@ -71,7 +71,7 @@ class Change:
         return [f"{self.name} {self.unit}", *self._spoken()]
 
     def row(self) -> list[str]:
-        """The change as a row of HTML, the difference in bold where it is sure."""
+        """The change as a row of HTML, in bold if larger than two standard errors."""
         *values, by = map(small_errors, self._spoken())
         name = Markup("{} <small>{}</small>").format(self.name, self.unit)
         return [name, *values, Markup("<b>{}</b>").format(by) if self.sure else by]
@@ -81,8 +81,8 @@ class Change:
 
 
 def compare_runs(before: Path, after: Path, page: Path) -> str:
-    """Write the page of two runs, and give its table as text. RunError: a folder without a complete run, or
-    one without gait figures."""
+    """Write the page of two runs, and return its table as text. RunError: a folder without a complete run, or
+    a run without gait figures."""
     runs = [_walked(folder) for folder in (before, after)]
     metres = all(run.known != Known() for run in runs)
     gaits = [run.gait(metres) for run in runs]
@@ -111,7 +111,7 @@ def _walked(folder: Path) -> Walked:
 
 
 def _changes(before: Gait, after: Gait) -> Iterator[Change]:
-    """Every figure that both have, of each leg where legs have their own."""
+    """Every figure that both runs have, for each leg where legs differ."""
     for measure in before.measures:
         other, unit = after.named(measure.name), unit_of(measure)
         if other is None:
@@ -133,7 +133,7 @@ def _notes(gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked]) -> Itera
 
 
 def _cycles(runs: Sequence[Walked], gaits: Sequence[Gait]) -> Iterator[dict[str, Any]]:
-    """A plot for each leg and joint that both have."""
+    """A plot for each leg and joint that both runs have."""
     drawn = {
         joint: [legs_of(run.track, gait, joint) for run, gait in zip(runs, gaits, strict=True)]
         for joint in LEG_JOINTS

@@ -1,4 +1,4 @@
-"""What a report tells of one run: its facts, curves and stretches, and its gait in a sentence."""
+"""The content of a report on one run: facts, curves, intervals, and its gait in a sentence."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -22,8 +22,8 @@ from tracker.report.html_tables import SIGMAS
 from tracker.run.track import Track
 from tracker.tables.poses import stretches
 
-OWN_SPEED = (0.8, 1.25)  # playback speeds found that pass for real time
-DISCORD = 0.1  # of a stride: legs that differ by more were not followed well
+OWN_SPEED = (0.8, 1.25)  # measured playback speeds that count as real time
+DISCORD = 0.1  # relative difference of the legs' stride times above which the track is unreliable
 WORDS = {
     Outcome.OK: "all in view",
     Outcome.HIDDEN: "a limb is covered",
@@ -31,13 +31,13 @@ WORDS = {
     Outcome.FOUND: "found again",
     Outcome.OUTSIDE: "out of the picture",
 }
-NOTED = 10.0  # per cent of their mean by which the legs differ at least
+NOTED = 10.0  # least difference of the legs that is mentioned, per cent of their mean
 SECOND = {"m/s": "m a second", "leg lengths/s": "leg lengths a second"}
 
 
 @dataclass(frozen=True)
 class Chapter:
-    """One run, as a report tells it.
+    """One run in a report.
 
     name     : of the model
     gait     : None for a figure without legs
@@ -52,7 +52,7 @@ class Chapter:
     @classmethod
     def of(cls, finished: Run) -> Self:
         job = finished.job
-        # A speed that was only found would pull every walker towards the model's own.
+        # A measured speed would pull every walker towards the model's mean pace.
         rate = 1.0 if job.rate is None else job.rate
         gait = gait_of(finished.track, rate, Known(job.height, job.scale))
         warnings = [*finished.warnings, *(() if gait is None else gait.warnings)]
@@ -64,17 +64,17 @@ class Chapter:
 
     @property
     def given(self) -> bool:
-        """Whether the playback speed was given; only then are times multiplied by it."""
+        """Whether the playback speed was given; times are multiplied by it only then."""
         return self.run.job.rate is not None
 
     @property
     def looks_altered(self) -> bool:
-        """Whether the motion looks like slow or quick motion that nobody told of."""
+        """Whether the film looks like slow or fast motion without a given playback speed."""
         return not self.given and not OWN_SPEED[0] <= self.run.rate <= OWN_SPEED[1]
 
     @property
     def camera(self) -> float:
-        """How far the camera moved the background from where it was at the start, at most, pixels."""
+        """Largest shift of the background by the camera since the start, pixels."""
         return float(np.hypot(*self.track.shift.T).max())
 
     def facts(self) -> list[tuple[str, str]]:
@@ -93,7 +93,7 @@ class Chapter:
         return facts if self.gait is None else [*facts, *_walked(self.gait, self.camera)]
 
     def cautions(self) -> list[str]:
-        """What to know before the gait figures are used."""
+        """Warnings about the gait figures."""
         if self.gait is None:
             return []
         said = []
@@ -129,7 +129,7 @@ class Chapter:
         return said
 
     def drawn(self) -> dict[str, Any]:
-        """Curves in degrees, stretches in frames and the figure, as a page holds them."""
+        """Curves in degrees, intervals in frames and the figure, in the form of the page's data."""
         track = self.track
         return {
             "name": self.name,
@@ -163,7 +163,7 @@ class Chapter:
             }
 
     def _cycles(self) -> Iterable[dict[str, Any]]:
-        """Of each joint of the legs: its angle over the stride."""
+        """The angle over the stride of each joint of the legs."""
         if self.gait is not None:
             for joint in LEG_JOINTS:
                 legs = legs_of(self.track, self.gait, joint)
@@ -196,7 +196,7 @@ def headline(chapter: Chapter) -> str:
 
 
 def unusual(chapter: Chapter) -> str:
-    """Legs that differ by more than NOTED and than their errors, and how many warnings there are."""
+    """Figures in which the legs differ by more than NOTED and their errors, and the number of warnings."""
     gait = chapter.gait
     if gait is None or not gait.measures:
         return ""
@@ -214,7 +214,7 @@ def unusual(chapter: Chapter) -> str:
 
 
 def _walked(gait: Gait, camera: float) -> list[tuple[str, str]]:
-    """What gait it is, and what its lengths are told in and measured against."""
+    """The gait, the unit of its lengths, and whether camera motion was subtracted."""
     lengths = "in leg lengths (thigh + shank); --height METRES tells metres"
     if gait.leg is not None:
         lengths = f"in metres; a leg length (thigh + shank) is {gait.leg:.2f} m"
@@ -224,7 +224,7 @@ def _walked(gait: Gait, camera: float) -> list[tuple[str, str]]:
 
 
 def _compared(gait: Gait) -> list[tuple[Measure, Value]]:
-    """Figures with their symmetry, where each leg has two strides; the swing is what the stance leaves."""
+    """Figures with their symmetry, if each leg has two strides; without swing, which follows from stance."""
     found = [(measure, measure.symmetry) for measure in gait.measures if measure.name != SWING]
     return [(measure, by) for measure, by in found if by is not None and by.count > 1]
 

@@ -1,4 +1,4 @@
-"""Several models on one clip: a run's folder each, and the page that sets them side by side."""
+"""Several models on one clip: a run's folder for each, and a page that compares them."""
 
 import json
 from collections.abc import Sequence
@@ -26,19 +26,19 @@ from videos.playable import Playable
 def compare_models(
     job: Job, truth: Marks, models: Sequence[str], folder: Path, progress: Progress, notes: Sequence[str] = ()
 ) -> str:
-    """Follow the clip with every model, write all into `folder`, and give the table as text.
+    """Follow the clip with every model, write all into `folder`, and return the table as text.
 
-    Only frames of the clip, up to `job.stop`, are scored, and none whose marks were themselves anchors.
+    Only frames up to `job.stop` are scored, and none whose marks were used as anchors.
 
     Raises:
-        ValueError: a truth without marked frames after the start that are no anchors, or two models of one
-            name; and whatever `clip.follow` raises.
+        ValueError: no frame of the truth after the start can be scored, or two models have one name; and the
+            exceptions of `clip.follow`.
     """
     figure = load_figure(job.figure)
     jobs = {Path(model).name.removesuffix(".npz"): replace(job, model=model) for model in models}
     if len(jobs) < len(models):
         raise ValueError(f"two of the models {', '.join(models)} have one name; rename a file")
-    # What is wrong with the last model or the truth is said before the work, not after it.
+    # Errors in any model or the truth are raised before the work.
     plans = [prepare(each) for each in jobs.values()]
     start = start_frame(job)
     given = _anchors_of(job, _within(truth, job.stop, figure.scored), start)
@@ -52,7 +52,7 @@ def compare_models(
     seen = look(plans[0], progress)
     chapters: dict[str, Chapter] = {}
     scores: dict[str, Score] = {}
-    films: list[Playable] = []  # one, which all pages share
+    films: list[Playable] = []  # a single one, which all pages share
     for name, each in jobs.items():
         finished = follow(each, progress, seen=seen)
         (folder / name).mkdir()
@@ -77,13 +77,13 @@ def compare_models(
 
 
 def _anchors_of(job: Job, truth: Marks, start: int) -> set[int]:
-    """Frames after the start whose truth is what the tracker was given."""
+    """Frames after the start whose marks the tracker was given as anchors."""
     told = job.marks if job.anchors else {}
     return {frame for frame, marks in truth.items() if frame > start and marks == told.get(frame)}
 
 
 def _within(truth: Marks, last: int | None, scored: Sequence[str]) -> Marks:
-    """Frames up to `last` with a joint that is scored."""
+    """The marks of frames up to `last` that have a scored joint."""
     return {
         frame: marks
         for frame, marks in truth.items()

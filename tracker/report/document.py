@@ -1,4 +1,4 @@
-"""Pages as one document each: style, scripts and data are written into it, and nothing is fetched."""
+"""Pages as single documents: style, scripts and data are embedded, and nothing is fetched."""
 
 import json
 import os
@@ -14,10 +14,10 @@ import numpy as np
 from jinja2 import Environment, FunctionLoader
 from markupsafe import Markup
 
-ROWS = 1000  # of an array that are lists at a time
+ROWS = 1000  # rows of an array that are converted to lists at a time
 COMMON = "report/common"  # style and script of all pages
-STYLES = ("report/style.css",)  # of those that are files
-# A file may show what is in it and the film beside it.
+STYLES = ("report/style.css",)  # further style of pages that are files
+# Content policy of pages that are files: only embedded content and the film beside it.
 POLICY = Markup(
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; "
     "media-src blob: file: 'self'"
@@ -26,19 +26,19 @@ POLICY = Markup(
 
 @dataclass(frozen=True)
 class Document:
-    """A page and what is written into it, files as "room/name" of the tracker's rooms that have pages."""
+    """A page and its embedded files, given as "room/name" in the tracker's packages."""
 
     page: str
     styles: tuple[str, ...]
     scripts: tuple[str, ...] = ()
 
     def compose(self, data: object, nonce: str = "", **shown: Any) -> Iterator[str]:
-        """The page, piece by piece.
+        """The page, in pieces.
 
         Args:
-            data: what its scripts start with, as JSON can hold it but for arrays.
-            nonce: what the page's policy asks of its own style and scripts.
-            shown: what its template names; text that is no Markup is escaped.
+            data: for its scripts, arrays and JSON types.
+            nonce: of its style and scripts for the page's content policy.
+            shown: variables of its template; text that is no Markup is escaped.
         """
         return _PAGES.get_template("report/frame.html").generate(
             page=self.page,
@@ -51,23 +51,23 @@ class Document:
 
 
 def write_page(path: Path, page: Document, data: object, **shown: Any) -> None:
-    """Write a page that is a file, piece by piece: a long clip in it is never in memory."""
-    # A file's name may be no text at all.
+    """Write a page to a file in pieces, so that a long clip in it is never wholly in memory."""
+    # A file's name may be no valid UTF-8.
     with path.open("w", encoding="utf-8", errors="replace") as file:
         file.writelines(page.compose(data, policy=POLICY, **shown))
 
 
 def linked_from(folder: Path, path: Path) -> str:
-    """The address of a file in a page that lies in a folder."""
+    """The relative address of a file for a page in a folder."""
     return quote(os.fsencode(Path(os.path.relpath(path, folder)).as_posix()))
 
 
 def written(data: object) -> Iterator[str]:
-    """Data as JSON, piece by piece: lists take ten times an array's memory, so no long one becomes a list.
+    """Data as JSON, in pieces: lists take ten times an array's memory, so long arrays are converted by parts.
 
     Raises:
         ValueError: a number is not finite.
-        TypeError: JSON holds nothing of some type.
+        TypeError: JSON has no such type.
     """
     if isinstance(data, dict):
         parts: Iterator[Iterator[str]] = (
@@ -97,7 +97,7 @@ def _dumped(value: object) -> str:
 
 
 def _script(data: object) -> Iterator[Markup]:
-    # "</script>" in a file's name would end the element; JSON may spell "<" as it likes.
+    # "</script>" in a file's name would end the element; JSON allows "<" to be escaped.
     return (Markup(piece.replace("<", "\\u003c")) for piece in written(data))
 
 

@@ -1,4 +1,4 @@
-"""The figure of a track drawn on the clip, and in numbers, as a page draws it on the bare film."""
+"""The figure of a track drawn on the clip, and as numbers for pages that draw it on the plain film."""
 
 from collections.abc import Iterator, Sequence
 from itertools import islice
@@ -32,12 +32,12 @@ from videos.playable import Playable, copied, encoded
 from videos.upright import Image
 from videos.writer import Writer
 
-SWAY = 0.5  # seconds to either side over which the way of the view is a mean
-SPAN = 90.0  # per cent of the frames in which every joint is within `reach`
+SWAY = 0.5  # seconds before and after over which the path of the view is averaged
+SPAN = 90.0  # per cent of the frames in which all joints are within `reach`
 
 
 def colours(figure: Figure) -> list[tuple[int, int, int]]:
-    """One colour a link, by its layer: the farthest, those between, the nearest."""
+    """One colour a link by its layer: farthest, between, nearest."""
     palette = {"far": FAR, "trunk": TRUNK, "near": NEAR}
     return [palette[depth] for depth in figure.depth]
 
@@ -60,11 +60,11 @@ def by_layer(figure: Figure) -> list[int]:
 
 
 def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
-    """The frame with the figure drawn on it: limbs, joint ellipses at two sigma, state and frame number."""
+    """The frame with the figure drawn on it: limbs, two-sigma ellipses of joints, state and frame number."""
     t = frame - track.first
     if not 0 <= t < len(track):
         return draw(image, caption=f"{title}frame {frame}: not tracked")
-    now = slice(t, t + 1)  # a copy of the track for each frame would cost as much as the film is long
+    now = slice(t, t + 1)  # one row; converting the whole track for each frame would take quadratic time
     (places,), (covs,) = track.joints(now), track.joint_covs(now)
     figure, shades = track.figure, colours(track.figure)
     ellipses = [Ellipse(places[i + 1], covs[i + 1], shades[i]) for i in by_layer(figure)]
@@ -75,7 +75,7 @@ def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
 
 
 def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
-    """The part of the clip that was followed, with the figure drawn on every frame, from time 0 on."""
+    """Write the followed part of the clip with the figure drawn on every frame, from time 0 on."""
     job, track = finished.job, finished.track
     with Writer(path, finished.fps, finished.size, quick=True) as writer:
         for frame, moment in progress.through(f"{job.video.name} overlay", followed(finished), len(track)):
@@ -83,7 +83,7 @@ def write_overlay(finished: Run, path: Path, progress: Progress) -> None:
 
 
 def write_film(finished: Run, path: Path, progress: Progress) -> Playable:
-    """The part of the clip that was followed, nothing drawn on it: its own packets where browsers play it."""
+    """Write the followed part of the clip unchanged: its own packets if browsers play them, else encoded."""
     job, track, size = finished.job, finished.track, finished.size
     film = None if finished.mended else copied(job.video, path, track.first, track.times, size)
     if film is not None:
@@ -93,23 +93,23 @@ def write_film(finished: Run, path: Path, progress: Progress) -> Playable:
 
 
 def followed(finished: Run) -> Iterator[tuple[Frame, float]]:
-    """The frames that were followed, and when each comes after the first of them, seconds."""
+    """The followed frames, and the time of each after the first of them, seconds."""
     track = finished.track
     frames = islice(Video(finished.job.video), track.first, finished.frames)
     return zip(frames, (track.times - track.times[0]).tolist(), strict=True)
 
 
 def figure_numbers(track: Track) -> dict[str, Any]:
-    """Numbers of T frames, as a page holds them; those of a row a frame in tenths, which is shorter.
+    """Numbers of T frames for a page; arrays with a row a frame are in tenths, which is shorter.
 
-    limbs    : in the order they are drawn, each its color and links [point, link]: from a point to the tip of
-               the link, which is point 1 + link
+    limbs    : in drawing order, each with its color and links [point, link]: from a point to the tip of the
+               link, which is point 1 + link
     ink      : color around them; width: pixels of a limb
-    points   : (T, 2 P) pixels of the film, x and y of the base, of every link's tip, and of where links begin
-               that begin elsewhere
-    ellipses : (T, 3 L) of every link's tip: both radii at two standard deviations, and degrees clockwise
-    centre   : (T, 2) where to look to have the figure's base in the middle
-    reach    : how far from there its joints are, across and up
+    points   : (T, 2 P) pixels of the film, x and y of the base, of every link's tip, and of the starts of
+               links that begin elsewhere
+    ellipses : (T, 3 L) for every link's tip: both radii at two standard deviations, and degrees clockwise
+    centre   : (T, 2) centre of a view that follows the figure's base
+    reach    : distance of joints from there, across and up
     """
     figure, shades = track.figure, colours(track.figure)
     order = by_layer(figure)
@@ -142,7 +142,7 @@ def _drawn(track: Track, rows: slice, others: Sequence[int]) -> tuple[NDArray[np
 
 
 def _starts(figure: Figure) -> tuple[list[int], list[int]]:
-    """The point that each link begins at, and the links that begin within their parent, in their order."""
+    """The point at which each link begins, and the links that begin within their parent, in order."""
     starts: list[int] = []
     others: list[int] = []
     for i, (link, parent) in enumerate(zip(figure.links, figure.parents, strict=True)):
@@ -157,12 +157,12 @@ def _starts(figure: Figure) -> tuple[list[int], list[int]]:
 
 
 def _sight(track: Track, places: Array) -> tuple[Array, Array]:
-    """(T, 2) a calm way along the figure's base, and (2,) how far its joints are from there."""
+    """(T, 2) a smooth path near the figure's base, and (2,) the distance of its joints from there."""
     measured = track.measured if track.measured.any() else np.ones(len(track), bool)
     times, base = track.times, places[:, 0]
     known = [np.interp(times, times[measured], base[measured, k]) for k in range(2)]
     total = np.concatenate([np.zeros((1, 2)), np.cumsum(np.stack(known, axis=-1), axis=0)])
-    # As many frames to either side, fewer near the ends, or the view would lag behind there.
+    # Equal numbers of frames before and after, fewer near the ends, where the view would otherwise lag.
     steps = np.arange(len(track))
     room = np.minimum(steps, steps[::-1])
     near = np.minimum(steps - np.searchsorted(times, times - SWAY), room)

@@ -1,4 +1,4 @@
-"""The tables of a report: how models compare, and the gait figures."""
+"""The tables of a report: comparison of models, and gait figures."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -19,14 +19,14 @@ SCORE_COLUMNS = (
     "leg angles",
 )
 GAIT_COLUMNS = ("", "near leg", "far leg", "both", "symmetry, %")
-SIGMAS = 2.0  # standard errors behind a plus-minus, as the bands and ellipses are two sigma
-# Three decimals show a video's frames, two centimetres; angles and shares are not known to a hundredth.
+SIGMAS = 2.0  # standard errors after a plus-minus, like the two sigma of bands and ellipses
+# Three decimals of seconds resolve frames, two of metres centimetres; angles and shares are less exact.
 PLACES = {"s": 3, "m": 2, "m/s": 2, "leg lengths": 2, "leg lengths/s": 2}
 DASH = "\N{EN DASH}"
 
 
 def table_rows(scores: Mapping[str, Score]) -> list[tuple[str, ...]]:
-    """One row a model, in words; errors in leg lengths."""
+    """One row a model, as text; errors in leg lengths."""
     return [(name, *_score_cells(result)) for name, result in scores.items()]
 
 
@@ -42,7 +42,7 @@ def _score_cells(result: Score) -> Iterator[str]:
 
 
 def in_columns(rows: Sequence[Sequence[str]]) -> str:
-    """Rows of as many cells as lines of text."""
+    """Rows of equally many cells as aligned lines of text."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
@@ -62,22 +62,22 @@ def _gait_row(measure: Measure) -> Sequence[str]:
 
 
 def unit_of(measure: Measure) -> str:
-    """A unit as it is written."""
+    """The unit of a measure as written."""
     return "\N{DEGREE SIGN}" if measure.unit == "deg" else measure.unit
 
 
 def spoken(value: Value | None, unit: str) -> str:
-    """A mean and two standard errors of it, to the places that the unit allows; a dash for none."""
+    """A mean and two standard errors with the decimals of the unit; a dash for none."""
     if value is None:
         return DASH
     places = PLACES.get(unit, 1)
-    # A minus as wide as the plus.
+    # A minus sign as wide as the plus.
     mean = f"{value.mean:.{places}f}".replace("-", "\N{MINUS SIGN}")
     return f"{mean} \N{PLUS-MINUS SIGN} {SIGMAS * value.error:.{places}f}"
 
 
 def small_errors(text: str) -> Markup:
-    """HTML of a figure as `spoken` writes it, its error in small type."""
+    """HTML of a figure from `spoken`, with its error in small type."""
     mean, sign, error = text.partition("\N{PLUS-MINUS SIGN}")
     return Markup("{}<small>{}</small>").format(mean, sign + error) if sign else Markup(mean)
 

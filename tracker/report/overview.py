@@ -1,4 +1,4 @@
-"""The page of a batch: a row a clip, with a picture, its gait in a sentence, its warnings and its report."""
+"""The page of a batch: a row a clip with picture, gait in a sentence, warnings and report."""
 
 import base64
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ WIDTH = 240  # pixels of a row's picture
 class Row:
     """A clip of the batch.
 
-    video : what it is called
-    run   : the folder of its run, None where it failed
-    said  : how it ended, and why where it failed
+    video : its name
+    run   : the folder of its run, None if it failed
+    said  : how it ended, with the reason of a failure
     """
 
     video: str
@@ -33,18 +33,18 @@ class Row:
 
 
 def write_overview(path: Path, place: Path, rows: Sequence[Row]) -> None:
-    """The page, whose links are relative to the folder `place` that it will lie in."""
+    """Write the page, with links relative to the folder `place` in which it will be."""
     shown = [_shown(row, place) for row in rows]
     write_page(path, PAGE, {}, title=place.name, head=MADE, rows=shown)
 
 
 def is_overview(path: Path) -> bool:
-    """Whether a file is such a page."""
+    """Whether a file is a page of a batch."""
     return MADE in path.read_bytes()[:1000].decode("utf-8", errors="replace")
 
 
 def _shown(row: Row, place: Path) -> dict[str, object]:
-    """What the page shows of a row: nothing of a run that failed, or that somebody took away meanwhile."""
+    """The content of a row; without a run that failed or was removed meanwhile."""
     shown: dict[str, object] = {"video": row.video, "said": row.said}
     with suppress(RunError):
         if row.run is not None:
@@ -57,7 +57,7 @@ def _shown(row: Row, place: Path) -> dict[str, object]:
 
 
 def _picture(clip: Path) -> str:
-    """The first frame, small, a JPEG in base64; "" where there is none."""
+    """The first frame as a small JPEG in base64; "" if there is none."""
     try:
         image = next(iter(Video(clip))).image
     except VideoError:

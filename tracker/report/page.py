@@ -1,4 +1,4 @@
-"""report.html, one document with its numbers, pictures and, unless it is large, its film."""
+"""report.html: one document with its numbers, pictures and, unless it is large, its film."""
 
 import base64
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,17 +13,17 @@ from videos.playable import Playable
 
 SCRIPTS = ("plots", "saving", "player", "figure", "page")
 PAGE = Document("report/page.html", STYLES, tuple(f"report/{name}.js" for name in SCRIPTS))
-LARGEST = 60_000_000  # bytes of a film that is written into a page; a larger one is linked
-BLOCK = 3 * 2**18  # bytes turned to base64 at a time: whole groups of three
+LARGEST = 60_000_000  # largest film that is embedded in a page, bytes; a larger one is linked
+BLOCK = 3 * 2**18  # bytes converted to base64 at a time, in whole groups of three
 
 
 def linked(film: Playable) -> bool:
-    """Whether pages link to a film, which then has to stay where it is."""
+    """Whether pages link to a film, which then must stay where it is."""
     return film.path.stat().st_size > LARGEST
 
 
 def write_report(path: Path, chapter: Chapter, film: Playable) -> None:
-    """The page of one run."""
+    """Write the page of one run."""
     _write(path, chapter.run.job.video.name, film, [chapter], warnings=chapter.warnings)
 
 
@@ -36,10 +36,10 @@ def write_comparison(
     failure: Path,
     notes: Sequence[str] = (),
 ) -> None:
-    """The page of several runs of one clip beside the marks, all from the same frame on, by the scores of
-    every chapter by name.
+    """Write the page that compares several runs of one clip, all from the same start frame, with the scores
+    of each chapter by name.
 
-    `failure` is the sheet of frames where the tracks part; notes are said above everything else.
+    `failure` is the sheet of frames where the tracks part; notes come first.
     """
     first = chapters[0].track.first
     errors = [
@@ -73,7 +73,7 @@ def _write(
     errors: Mapping[str, object] | None = None,
     **shown: Any,
 ) -> None:
-    link = linked_from(path.parent, film.path) if linked(film) else None  # a film within the page has none
+    link = linked_from(path.parent, film.path) if linked(film) else None  # an embedded film has none
     about = {"link": link, "start": round(film.start, 6), "size": film.size}
     write_page(
         path,

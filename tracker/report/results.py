@@ -28,10 +28,10 @@ def write_run(
     report: bool = True,
     film: Playable | None = None,
 ) -> Chapter:
-    """Tables, overlay.mp4, gait.json, report.html and, last, run.json; what the report tells.
+    """Write tables, overlay.mp4, gait.json, report.html and, last, run.json; returns the report's content.
 
-    A film too large for the report stays beside it as film.mp4, unless there is a `film` already. `key` tells
-    a batch's job.
+    A film too large for the report stays beside it as film.mp4, unless `film` is given. `key` identifies a
+    job of a batch.
     """
     began = time.perf_counter()
     write_tables(finished.track, folder, finished.frames, finished.fps)

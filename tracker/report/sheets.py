@@ -16,14 +16,14 @@ from videos.frames import Video
 Image = NDArray[np.uint8]
 
 DPI = 130
-SHOWN = 4  # frames at most
-GAP, LABEL = 0.1, 0.5  # inches around pictures, and beside them for what each row is
-CROP = 1.1  # leg lengths of picture kept around the marked figure's hip, to either side
+SHOWN = 4  # largest number of frames
+GAP, LABEL = 0.1, 0.5  # space around pictures, and beside them for the rows' labels, inches
+CROP = 1.1  # width kept on either side of the marked figure's hip, leg lengths
 matplotlib.rcParams["text.parse_math"] = False  # names may have a $ in them
 
 
 def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
-    """Mean error of every marked frame against time, one line a model."""
+    """Plot the mean error of every marked frame against time, one line a model."""
     figure = Figure(figsize=(7.0, 3.2), dpi=DPI, layout="constrained")
     axes = figure.subplots()
     for name, result in scores.items():
@@ -43,7 +43,7 @@ def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
 
 
 def sheet_frames(scores: Mapping[str, Score]) -> list[int]:
-    """Marked frames that show where the tracks part: evenly up to the worst gap between best and worst."""
+    """Marked frames that show how the tracks part: evenly up to the largest difference of best and worst."""
     ranked = sorted(scores.values(), key=lambda result: result.mean_error_leg)
     frames = sorted(ranked[0].frame_errors)
     worst = parting([ranked[0].frame_errors, ranked[-1].frame_errors]) if len(ranked) > 1 else frames[-1]
@@ -54,7 +54,8 @@ def sheet_frames(scores: Mapping[str, Score]) -> list[int]:
 
 
 def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, Score], path: Path) -> None:
-    """Each model's overlay, a row, at the frames where they part, a column."""
+    """Write a picture with a row for each model's overlay and a column for each frame where the tracks
+    part."""
     frames = sheet_frames(scores)
     shown = {frame.index: frame.image for frame in Video(video) if frame.index in frames}
     best = min(scores, key=lambda name: scores[name].mean_error_leg)
@@ -76,7 +77,7 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
 
 
 def _cropped(image: Image, reference: Track, frame: int) -> Image:
-    """The drawn frame around where the reference track has the figure."""
+    """The drawn frame cropped around the figure of the reference track."""
     t = int(np.clip(frame - reference.first, 0, len(reference) - 1))
     places = reference.joints()[t]
     centre, unit = places.mean(axis=0), reference.view.unit

@@ -1,4 +1,4 @@
-"""Who walks through a film, as a table, a line each and a picture."""
+"""The people found in a film, as a table, as lines of text and as a picture."""
 
 from collections.abc import Sequence
 from itertools import islice
@@ -17,7 +17,7 @@ from videos.overlay import Segment, draw
 
 COLUMNS = ("person", "first", "last", "frame", "x0", "y0", "x1", "y1", "facing", "direction", "motion")
 SURENESS = ("score", "margin", "near_leg", "near_sure")
-HEIGHT = 360  # pixels of the picture's tiles
+HEIGHT = 360  # height of the picture's tiles, pixels
 
 
 def write_people(path: Path, people: Sequence[Person]) -> None:
@@ -29,8 +29,8 @@ def write_people(path: Path, people: Sequence[Person]) -> None:
     write_table(path, COLUMNS + SURENESS, rows)
 
 
-def told(people: Sequence[Person], name: str) -> str:
-    """Describe the people found in a line each, as `figtrack find` prints them."""
+def listed(people: Sequence[Person], name: str) -> str:
+    """One line for each person found, as printed by `figtrack find`."""
     if not people:
         return f"nobody walks through {name}"
     lines = []
@@ -46,7 +46,7 @@ def told(people: Sequence[Person], name: str) -> str:
 
 
 def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
-    """One frame a person, the figure drawn on it."""
+    """Write a picture with one frame for each person and the figure drawn on it."""
     tiles = []
     for number, one in enumerate(people, 1):
         image = next(islice(video, one.frame, None)).image
@@ -58,7 +58,7 @@ def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
 
 
 def box(one: Person) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom pixel of the joints in the frame to start from."""
+    """Left, top, right and bottom pixel of the joints in the start frame."""
     corners = np.concatenate([one.joints.min(0), one.joints.max(0)])
     left, top, right, bottom = corners.round().astype(int).tolist()
     return left, top, right, bottom

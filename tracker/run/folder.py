@@ -1,4 +1,4 @@
-"""Folders of results: written under a temporary name and renamed when complete, never half-written."""
+"""Folders of results, written under a temporary name and renamed when complete, so never incomplete."""
 
 import json
 import os
@@ -12,28 +12,28 @@ from stat import S_IMODE
 
 try:
     import fcntl
-except ImportError:  # Windows: there nothing is swept
+except ImportError:  # Windows, where leftovers are not removed
     fcntl = None  # type: ignore[assignment]
 
-# The file that a complete run leaves last, and a key in it that says it is ours.
+# The file that a complete run writes last, and a key by which it is recognised.
 MARKERS = {
     "run.json": "figtrack",
     "compare.json": "models",
     "demo.json": "figtrack",
     "reproduce.json": "figtrack",
 }
-PART, DRAWN = ".part", 8  # how folders aside end, and how many random letters are before that
-LOCK = "lock"  # in a folder aside, held by the process that works there; the system frees it when that dies
+PART, DRAWN = ".part", 8  # ending of temporary folders, and number of random letters before it
+LOCK = "lock"  # file in a temporary folder, locked by its process; the system unlocks it when that ends
 
 
 class FolderError(Exception):
-    """A folder or file that results cannot be written to."""
+    """A folder or file to which results cannot be written."""
 
 
 def holds_run(path: Path) -> bool:
-    """Whether a command of figtrack left its results in this folder."""
+    """Whether this folder holds complete results of a figtrack command."""
     for name, key in MARKERS.items():
-        # Another program's run.json may be missing, binary or no object.
+        # run.json may be missing, or another program's: binary or no JSON object.
         with suppress(OSError, ValueError):
             if (path / name).is_file():
                 news = json.loads((path / name).read_text(encoding="utf-8"))
@@ -50,17 +50,17 @@ def fresh_folder(
     inputs: Iterable[Path | None] = (),
     replaceable: Callable[[Path], bool] = holds_run,
 ) -> Iterator[Path]:
-    """A new folder to write into, which becomes `path` when the block ends well or vanishes if it does not.
+    """A new folder to write into, which becomes `path` when the block succeeds and is removed when it fails.
 
     Args:
         path: the final place; a link is followed.
         overwrite: whether a complete run may be replaced. Anything else is never replaced.
-        inputs: files that the work reads, None for none, which must not lie in the folder that is replaced.
-        replaceable: tells a complete run.
+        inputs: input files, None for none, which must not lie in the folder that is replaced.
+        replaceable: tells whether a folder holds a complete run.
 
     Raises:
-        FolderError: a file in its place, a folder that cannot be written, a complete run without `overwrite`,
-            a folder that holds something else or one of the inputs.
+        FolderError: a file at this place, a folder that cannot be written, a complete run without
+            `overwrite`, a folder that holds something else or one of the inputs.
     """
     place = _real(path)
     _sweep(place)
@@ -69,18 +69,18 @@ def fresh_folder(
     with _workshop(place) as workshop:
         new = workshop / "new"
         yield new
-        check_folder(path, overwrite, replaceable)  # another run may have been quicker
+        check_folder(path, overwrite, replaceable)  # another run may have finished meanwhile
         _exchange(new, place, workshop / "old")
 
 
 @contextmanager
 def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = ()) -> Iterator[Path]:
-    """A name to write to, which becomes `path`, or where that links, when the block ends well or vanishes if
-    it does not.
+    """A temporary name to write to, which becomes `path`, or its link's target, when the block succeeds and
+    is removed when it fails.
 
-    Who may read and write it stays as it was. Not one of the inputs, files that the work reads or None, is
-    replaced. FolderError: a folder, a device or an input in its place, a folder that cannot be written, or a
-    file without `overwrite`.
+    Permissions of a replaced file are kept. Input files (None for none) are never replaced. FolderError: a
+    folder, a device or an input at this place, a folder that cannot be written, or a file without
+    `overwrite`.
     """
     place = _real(path)
     _sweep(place)
@@ -98,9 +98,9 @@ def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = (
 
 @contextmanager
 def swept(paths: Iterable[Path]) -> Iterator[None]:
-    """Other processes make `paths` in this block; what those that are killed leave beside is gone after it.
+    """In this block other processes make `paths`; afterwards temporary folders of killed ones are removed.
 
-    A complete run that was just being replaced comes back.
+    A complete run that was being replaced at that moment is restored.
     """
     places = [_real(path) for path in paths]
     for place in places:
@@ -113,7 +113,7 @@ def swept(paths: Iterable[Path]) -> Iterator[None]:
 
 
 def check_inputs(path: Path, inputs: Iterable[Path | None]) -> None:
-    """FolderError where one of the inputs, or the folder one is in, would be replaced with a folder."""
+    """FolderError if replacing the folder would remove one of the inputs."""
     for kept, what in [
         (Path.cwd(), "the folder you are in"),
         *((each, str(each)) for each in inputs if each is not None),
@@ -123,12 +123,12 @@ def check_inputs(path: Path, inputs: Iterable[Path | None]) -> None:
 
 
 def check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool]) -> None:
-    """FolderError where a folder of results cannot be put, as `fresh_folder` has it."""
+    """FolderError if no folder of results can be put there, by the rules of `fresh_folder`."""
     if not path.exists():
         return
     if not path.is_dir():
         raise FolderError(f"{path} is a file; --out wants a folder, choose another name")
-    if os.path.ismount(path):  # Path.is_mount takes every "." for one
+    if os.path.ismount(path):  # Path.is_mount is true for every "."
         raise FolderError(
             f"{path} is where a disk is mounted and cannot be renamed; choose a folder inside it"
         )
@@ -143,7 +143,7 @@ def check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool
 
 
 def check_file(path: Path, overwrite: bool) -> None:
-    """FolderError where a file cannot be put, as `fresh_file` has it."""
+    """FolderError if no file can be put there, by the rules of `fresh_file`."""
     if path.is_dir():
         raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
     if path.exists() and not path.is_file():
@@ -154,14 +154,13 @@ def check_file(path: Path, overwrite: bool) -> None:
 
 @contextmanager
 def _workshop(place: Path) -> Iterator[Path]:
-    """A hidden folder beside `place` with another in it, "new"; gone afterwards.
-
-    So are the parents made for it that hold nothing.
+    """A hidden folder beside `place` with another in it, "new"; removed afterwards, with empty parents that
+    were made for it.
     """
     made = [parent for parent in place.parents if not parent.exists()]
     workshop = place.parent / f".{place.name}.{secrets.token_hex(DRAWN // 2)}{PART}"
     lock = None
-    try:  # before it is made, or Ctrl-C at that very moment would leave it
+    try:  # begins before the folder is made, or Ctrl-C at that moment would leave it
         try:
             place.parent.mkdir(parents=True, exist_ok=True)
             lock = _locked(workshop)
@@ -174,7 +173,7 @@ def _workshop(place: Path) -> Iterator[Path]:
     finally:
         try:
             _removed(workshop, made)
-        except KeyboardInterrupt:  # what comes within seconds of it does not disturb this
+        except KeyboardInterrupt:  # a second one within seconds is ignored while this cleans up
             _removed(workshop, made)
             raise
         finally:
@@ -183,7 +182,7 @@ def _workshop(place: Path) -> Iterator[Path]:
 
 
 def _removed(workshop: Path, made: list[Path]) -> None:
-    """Remove the folder, and of the parents made for it those that hold nothing."""
+    """Remove the folder, and those of the parents made for it that are empty."""
     shutil.rmtree(workshop, ignore_errors=True)
     for parent in made:
         with suppress(OSError):
@@ -191,14 +190,14 @@ def _removed(workshop: Path, made: list[Path]) -> None:
 
 
 def _locked(workshop: Path) -> int | None:
-    """Make the folder, and hold its lock until what is returned is closed; None where there are no locks."""
+    """Make the folder and lock it until the returned descriptor is closed; None where locks do not exist."""
     while True:
         workshop.mkdir(0o700, exist_ok=True)
         if fcntl is None:
             return None
-        with suppress(FileNotFoundError):  # taken for one that is left over, before it was locked
+        with suppress(FileNotFoundError):  # another process removed it as a leftover before it was locked
             lock = os.open(workshop / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
-            with suppress(OSError):  # a disk without locks, on which nothing is swept
+            with suppress(OSError):  # a file system without locks, on which leftovers are not removed
                 fcntl.flock(lock, fcntl.LOCK_EX)
             if (workshop / LOCK).exists():
                 return lock
@@ -206,14 +205,14 @@ def _locked(workshop: Path) -> int | None:
 
 
 def _sweep(place: Path) -> None:
-    """Remove what processes that were killed have left beside `place`; what they put aside comes back."""
+    """Remove temporary folders of killed processes beside `place`; runs that they had moved are restored."""
     if fcntl is None:
         return
     for workshop in place.parent.glob(f".{escape(place.name)}.{'?' * DRAWN}{PART}"):
         with suppress(OSError):
             lock = os.open(workshop / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails where the process lives
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails while the process runs
                 if (workshop / "old").exists() and not place.exists():
                     (workshop / "old").rename(place)
                 shutil.rmtree(workshop, ignore_errors=True)

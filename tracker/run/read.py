@@ -1,4 +1,4 @@
-"""A run's folder read back: what track.npz and run.json say of a clip, a row a frame."""
+"""A run's folder read back: the contents of track.npz and run.json, a row a frame."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -28,10 +28,10 @@ class RunError(ValueError):
 
 
 class News(BaseModel, allow_inf_nan=False):
-    """What run.json says that others read.
+    """The fields of run.json that other modules read.
 
     size   : width and height of a frame, pixels
-    height : of the person, metres; scale: pixels a metre; None where it was not given
+    height : of the person, metres; scale: pixels a metre; None if not given
     """
 
     figtrack: str
@@ -53,14 +53,14 @@ class News(BaseModel, allow_inf_nan=False):
 class Record:
     """A finished run of T frames from frame 0 on; NaN where the figure was not followed.
 
-    news    : what run.json says
+    news    : fields of run.json
     times   : (T,) seconds
     names   : (J,) joints of the figure
     places  : (T, J, 2) pixels
     covs    : (T, J, 2, 2) px^2
     freedoms: (M,) names of root and angles
     poses   : (T, M) root in leg lengths, angles in radians
-    outcome : (T,) of each frame, None where the figure was not followed
+    outcome : (T,) of each frame, None for frames that were not followed
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
     unit    : pixels in a leg length at the start
     """
@@ -85,11 +85,11 @@ class Record:
 
     @property
     def measured(self) -> NDArray[np.bool_]:
-        """(T,) whether the figure was followed, and neither lost nor out of the picture."""
+        """(T,) whether the figure was followed and neither lost nor outside the picture."""
         return np.array([outcome is not None and outcome.measured for outcome in self.outcome])
 
     def in_scene(self) -> Self:
-        """The run as a camera that stays where it started would have seen it."""
+        """The run in the pixels of a camera that stays where it started."""
         steady = np.zeros_like(self.shift)
         return replace(self, places=self.places - self.shift[:, None], shift=steady)
 
@@ -107,7 +107,7 @@ class Record:
 
 
 def read_news(folder: Path) -> News:
-    """What run.json says; RunError: no complete run in this folder."""
+    """The fields of run.json; RunError: no complete run in this folder."""
     path = folder / "run.json"
     try:
         return News.model_validate_json(ordinary(path).read_bytes())
@@ -146,7 +146,7 @@ def read_run(folder: Path) -> Record:
 
 
 def _padded(values: Array, rows: slice, frames: int, beyond: float = np.nan) -> Array:
-    """Values of some rows among all frames of the clip, in double precision."""
+    """Values of some rows padded to all frames of the clip, in double precision."""
     whole = np.full((frames, *values.shape[1:]), beyond)
     whole[rows] = values
     return whole
@@ -154,7 +154,7 @@ def _padded(values: Array, rows: slice, frames: int, beyond: float = np.nan) -> 
 
 @contextmanager
 def _sound(path: Path) -> Iterator[Path]:
-    """A file that is to be read; RunError if what is in it is not what a run leaves."""
+    """A file to read in this block; RunError if its content is not that of a run."""
     try:
         yield path
     except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
@@ -189,7 +189,7 @@ def _archive(path: Path, names: Sequence[str]) -> tuple[dict[str, Any], dict[str
             header, rows = json.loads(str(track["header"])), {name: track[name] for name in names}
     except OSError:
         raise
-    except Exception as error:  # damaged bytes fail in zipfile, zlib, numpy or json, each in its own ways
+    except Exception as error:  # zipfile, zlib, numpy and json raise many kinds for damaged bytes
         raise ValueError("it is no archive that can be read") from error
     if header["version"] != VERSION:
         raise ValueError(f"it is of version {header['version']}, this program reads {VERSION}")

@@ -1,7 +1,7 @@
-"""Tracks against marked poses: errors in leg lengths, when a track is lost, where two tracks part.
+"""Tracks against marked poses: errors in leg lengths, the loss of a track, the frame where two tracks part.
 
-Errors are over the joints that a figure is scored by (of the walking one head top, neck, hip, knees and
-ankles), in leg lengths (thigh + shank, the mean of the legs in the first marked frame), each at most 1. A
+Errors are over the scored joints of a figure (for the walking one head top, neck, hip, knees and ankles), in
+leg lengths (thigh + shank, the mean of the legs in the first marked frame), each at most 1. A
 track is lost at the first of two marked frames in a row with a mean error over 0.25, not recovered in the
 third where there is one.
 """
@@ -17,15 +17,15 @@ from kinematics.figure_file import WALKER
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark, Marks
 
-LOST_ERROR = 0.25  # leg lengths, mean over a frame
-SWAP_GAIN = 0.1  # leg lengths: by how much exchanged legs must fit better
+LOST_ERROR = 0.25  # mean error of a frame above which a track is lost, leg lengths
+SWAP_GAIN = 0.1  # decrease of the error that shows exchanged legs, leg lengths
 
 Places = Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Score:
-    """One track against the marks; the fields of compare.json.
+    """The scores of one track; the fields of compare.json.
 
     frame_errors : mean error of each marked frame after the start, in their order, leg lengths
     mark_errors  : error of every mark in these frames, leg lengths
@@ -67,8 +67,8 @@ def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
 
 
 def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure = WALKER) -> Score:
-    """Errors of a track in every marked frame after the start frame. ValueError: there is none with a joint
-    that is scored, or no leg marked whole."""
+    """Errors of a track in every marked frame after the start frame. ValueError: no such frame has a scored
+    joint, or no leg is wholly marked."""
     legs, twins = _legs(figure), _twins(figure)
     frames = [frame for frame in sorted(truth) if frame >= start]
     later = [frame for frame in frames if frame > start]
@@ -99,7 +99,7 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
 
 
 def leg_length(truth: Marks, frames: list[int], figure: Figure = WALKER) -> float:
-    """A leg in pixels, mean of the legs that the first possible marked frame shows whole."""
+    """Leg length in pixels, the mean of the wholly marked legs in the first marked frame that has any."""
     legs = _legs(figure)
     for frame in frames:
         marks = truth[frame]
@@ -115,7 +115,7 @@ def leg_length(truth: Marks, frames: list[int], figure: Figure = WALKER) -> floa
 
 
 def parting(errors: list[Mapping[int, float]]) -> int | None:
-    """The first marked frame in which two tracks' errors differ most; None where they share no frame."""
+    """The first marked frame in which two tracks' errors differ most; None if they share no frame."""
     first, second = errors
     common = sorted(set(first) & set(second))
     if not common:
@@ -125,7 +125,7 @@ def parting(errors: list[Mapping[int, float]]) -> int | None:
 
 
 def _legs(figure: Figure) -> list[tuple[str, ...]]:
-    """Joints of each leg, from where it begins."""
+    """Joints of each leg, from its start."""
     return [
         (figure.joints[figure.parents[leg[0]] + 1], *(figure.links[i].joint for i in leg))
         for leg in figure.legs
@@ -162,7 +162,7 @@ def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, twins: Mappin
 
 def _angles(marks: Mapping[str, Mark], found: Places, legs: Sequence[Sequence[str]]) -> list[float]:
     out = []
-    begins = {leg[0] for leg in legs}  # where legs begin is a guess in any frame
+    begins = {leg[0] for leg in legs}  # marks of a leg's start are uncertain in every frame
     for start, end in (link for leg in legs for link in pairwise(leg)):
         if not ({start, end} <= set(marks) and {start, end} <= set(found)):
             continue

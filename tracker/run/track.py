@@ -19,36 +19,36 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPACE = ("x", "y")
-ALL, BLOCK = slice(None), 512  # rows
-WITHIN = 0.1  # leg lengths: what near is
-FREE = "free"  # label of the switching state for motion that the learned ones do not foresee
+ALL, BLOCK = slice(None), 512  # all rows; rows in a block
+WITHIN = 0.1  # radius in the definition of `likelihood`, leg lengths
+FREE = "free"  # label of the switching state for motion that no learned state predicts
 
 
 def blocks(T: int) -> Iterator[slice]:
-    """T rows, some at a time: those whose derivatives by the pose are in memory together."""
+    """T rows in blocks, so that derivatives by the pose are in memory for one block at a time."""
     for t in range(0, T, BLOCK):
         yield slice(t, t + BLOCK)
 
 
 class LibraryError(ImportError):
-    """A library that is no part of a plain installation is not there."""
+    """An optional library is not installed."""
 
 
 @dataclass(frozen=True, repr=False)
 class Track:
     """A figure followed through the frames first .. first + T - 1 of a clip.
 
-    figure, view : with this person's lengths, and where it stood at the start, root in the scene's frame
+    figure, view : with this person's lengths; the view at the start, in which the scene is at rest
     model   : name of the motion model; `labels` (K,) of its switching states
     first   : frame of the first row
     times   : (T,) seconds
     q, cov  : (T, D) and (T, D, D) belief over the pose; covariances in single precision
     s       : (T,) most probable switching state
-    motions : (T,) what each frame shows: a motion of the model, or "free" where none fits
+    motions : (T,) motion of each frame: a label of the model, or "free" if none fits
     outcome : (T,) of each frame
     shift   : (T, 2) pixels by which a moving camera has shifted the scene since the start
-    mark    : leg lengths, standard deviation of a marked joint's place on its links: no frame tells of it
-    misnamed: probability that the legs are named the wrong way round throughout; `cov` is without this doubt
+    mark    : standard deviation of a marked joint's place on its links, leg lengths; no frame measures it
+    misnamed: probability that the legs are named the wrong way round throughout; not included in `cov`
     """
 
     figure: Figure
@@ -78,7 +78,7 @@ class Track:
 
     @cached_property
     def measured(self) -> NDArray[np.bool_]:
-        """(T,) whether the picture said where the figure is; read-only."""
+        """(T,) whether the picture measured the pose; read-only."""
         measured = np.array([outcome.measured for outcome in self.outcome], dtype=bool)
         measured.setflags(write=False)
         return measured
@@ -91,10 +91,11 @@ class Track:
         return self.view.to_pixels(joints(self.figure, self.q[rows])) + self.shift[rows, None]
 
     def joint_covs(self, rows: slice = ALL) -> Array:
-        """(T, J, 2, 2) covariance of each joint in some rows, px^2: the pose's, and that of its mark.
+        """(T, J, 2, 2) covariance of each joint in some rows, px^2: from the pose and from the error of its
+        mark.
 
-        Where the legs may be misnamed, with the probability p, it is the second moment about the place x of
-        the mixture with the joint's twin, N(x', P'): (1 - p) P + p (P' + (x' - x) (x' - x)').
+        If the legs may be misnamed, with the probability p, it is the second moment about the place x of the
+        mixture with the joint's twin, N(x', P'): (1 - p) P + p (P' + (x' - x) (x' - x)').
         """
         q, cov, marked = self.q[rows], self.cov[rows], (self.mark * self.view.unit) ** 2 * np.eye(2)
         out = np.empty((len(q), len(self.figure.joints), 2, 2))
@@ -108,7 +109,8 @@ class Track:
         return out
 
     def sigma(self, k: int) -> Array:
-        """(T,) standard deviation of a freedom; as in `joint_covs` where the legs may be misnamed."""
+        """(T,) standard deviation of a freedom; with the mixture of `joint_covs` if the legs may be
+        misnamed."""
         twin = self.figure.exchanged[k]
         other = self.cov[:, twin, twin] + (self.q[:, twin] - self.q[:, k]) ** 2
         return np.asarray(np.sqrt((1.0 - self.misnamed) * self.cov[:, k, k] + self.misnamed * other))
@@ -135,7 +137,8 @@ class Track:
         return pd.DataFrame(columns, index=frames)
 
     def to_xarray(self) -> "xr.Dataset":
-        """Positions, pixels, and their likelihood as `confidence`, laid out as `movement` 0.15 has its poses.
+        """Positions in pixels, and their likelihood as `confidence`, in the layout of poses in `movement`
+        0.15.
         LibraryError: xarray is not installed."""
         try:
             import xarray as xr
@@ -160,10 +163,10 @@ class Track:
 
 
 def likelihood(covs: Array, leg: float, measured: NDArray[np.bool_]) -> Array:
-    """(T, J) how likely joints lie within r = 0.1 leg lengths of where they are said: 1 - exp(-r^2 / tr S).
+    """(T, J) likelihood of an error of each joint below r = 0.1 leg lengths: 1 - exp(-r^2 / tr S).
 
-    For a round covariance S, (T, J, 2, 2) px^2, that is the probability; 0 where the picture did not say
-    (`measured`). `leg` is pixels in a leg length.
+    For a round covariance S, (T, J, 2, 2) px^2, that is the probability; it is 0 in frames that are not
+    `measured`. `leg` is a leg length in pixels.
     """
     far = (WITHIN * leg) ** 2 / np.maximum(np.trace(covs, axis1=2, axis2=3), 1e-9)
     return np.where(measured[:, None] & np.isfinite(far), -np.expm1(-far), 0.0)

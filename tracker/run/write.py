@@ -14,11 +14,11 @@ from tracker.tables.table import write_table
 FORMAT = "figtrack-track"
 VERSION = 1
 KEYPOINTS = ("frame", "keypoint", "x", "y", "visible", "time_s", "sxx", "sxy", "syy")
-SAID = ("time_s", "state", "label", "outcome")  # beside a pose
+SAID = ("time_s", "state", "label", "outcome")  # further columns of the pose table
 
 
 def write_tables(track: Track, folder: Path, frames: int, fps: float) -> None:
-    """keypoints.csv, pose.csv and track.npz; every frame of the clip has its rows."""
+    """Write keypoints.csv, pose.csv and track.npz, with rows for every frame of the clip."""
     places, covs = track.joints(), track.joint_covs()
     times = whole_times(track.times, track.first, frames, fps)
     write_table(folder / "keypoints.csv", KEYPOINTS, _keypoints(track, places, covs, times))
@@ -81,7 +81,7 @@ def _poses(track: Track, times: Array) -> Iterator[tuple[object, ...]]:
 def whole_times(times: Array, first: int, frames: int, fps: float) -> Array:
     """(frames,) seconds of every frame of a clip, of which those from `first` on were followed at `times`.
 
-    The first is at 0; times between it and those followed, and after these, are taken as even.
+    The first is at 0; times before and after the followed frames are spaced evenly.
     """
     row, end = np.arange(frames), first + len(times)
     known = np.r_[0 : min(first, 1), first:end], np.r_[np.zeros(min(first, 1)), times]

@@ -1,9 +1,9 @@
 """A clothed walker, painted from its joints: tapered tubes of cloth in limb coordinates.
 
 Every part is a tube around a path of joints. A pixel of it has two cloth coordinates, u along the path and
-v across it (-1 back, +1 front), looked up in that part's own texture: so the cloth goes where the limb goes.
-It does not go rigidly. A bending joint stretches u on its one side and gathers it on the other, folds slide
-with the stride, and the trunk turns under the shirt. All pictures face right.
+v across it (-1 back, +1 front), looked up in that part's own texture, so that the cloth moves with the limb,
+but not rigidly: a bending joint stretches u on one side and compresses it on the other, folds slide with the
+stride, and the trunk turns under the shirt. In all pictures the walker faces right.
 """
 
 from dataclasses import dataclass
@@ -38,15 +38,15 @@ ARM = (
     (0.37, 0.05, 0.056),
     (0.48, 0.05, 0.05),
     (0.66, 0.034, 0.034),
-    (0.7, 0.036, 0.034),  # the hand from here on
+    (0.7, 0.036, 0.034),  # from here on the hand
     (0.74, 0.05, 0.04),
     (0.79, 0.044, 0.036),
     (0.84, 0.028, 0.028),
 )
 
-WHITE = np.ones(3, np.float32)  # under parts that bring their own colours
+WHITE = np.ones(3, np.float32)  # base colour of parts whose texture has colours
 SOLE = np.array([176.0, 172.0, 164.0], np.float32)
-# What is drawn later hides what was drawn before; a mark is hidden only by a later rank than its own.
+# Parts drawn later hide earlier ones; a mark is hidden only by parts of a later rank than its own.
 FAR_ARM, FAR_LEG, NEAR_LEG, TRUNK_RANK, NEAR_ARM = range(5)
 MARK_RANKS = dict.fromkeys(("head_top", "neck", "hip"), TRUNK_RANK) | {
     f"{side}_{joint}": rank
@@ -66,7 +66,7 @@ class Part:
 
 
 class Painter:
-    """Paints one walker, moment after moment, at leg_px pixels a leg."""
+    """Paints one walker at successive moments, with leg_px pixels a leg."""
 
     def __init__(self, build: Build, wardrobe: Wardrobe, leg_px: float, shape: tuple[int, int]) -> None:
         self.build = build
@@ -76,8 +76,8 @@ class Painter:
         self.leg = tuple((place, wardrobe.loose * front, wardrobe.loose * back) for place, front, back in LEG)
 
     def parts(self, joints: dict[str, Array], phase: float) -> list[Part]:
-        """Everything to draw at one moment, far to near, of joints (2,) pixels; `phase`, strides walked, is
-        for what sways once a stride."""
+        """All parts to draw at one moment, far to near, from joints (2,) in pixels; `phase` is the number of
+        strides walked, for parts that sway once a stride."""
         sway = float(np.sin(2.0 * np.pi * phase))
         parts = [self._arm(joints, "far", FAR_ARM, -sway)]
         parts += [self._shoe(joints, "far", FAR_LEG), self._leg(joints, "far", FAR_LEG, -sway)]
@@ -93,7 +93,7 @@ class Painter:
         tube = tube_around([hip, knee, ankle], self.leg, px, self.shape, spare=0.1)
         from_knee = (tube.u - self.build.thigh * px) / (0.16 * px)
         near_knee = np.exp(-0.5 * from_knee**2)
-        # A bent knee draws the cloth tight over its front and gathers it behind.
+        # A bent knee stretches the cloth over its front and compresses it behind.
         u = tube.u - 0.05 * px * bend * tube.v * np.tanh(from_knee) * near_knee
         v = tube.v + 0.12 * sway
         cloth = self._cloth(tube, self.wear.denim, u, v + (0.0 if side == "near" else 2.3))
@@ -204,9 +204,9 @@ class Painter:
 
 
 def compose(parts: list[Part], shape: tuple[int, int]) -> Image:
-    """Lay parts over one another, far to near: (H, W, 4), colour times coverage, and coverage.
+    """Compose parts, far to near: (H, W, 4), colour times coverage, and coverage.
 
-    Each part darkens what lies just behind its outline, as close cloth does.
+    Each part darkens the area just behind its outline, like the shadow of close cloth.
     """
     layer = np.zeros((*shape, 4), np.float32)
     for part in parts:
@@ -220,7 +220,7 @@ def compose(parts: list[Part], shape: tuple[int, int]) -> Image:
 
 
 def seen(parts: list[Part], joints: dict[str, Array]) -> dict[str, bool]:
-    """Which marks nothing nearer covers."""
+    """Whether each mark is uncovered by nearer parts."""
     return {
         name: not any(_covers(part, joints[name]) for part in parts if part.rank > rank)
         for name, rank in MARK_RANKS.items()
@@ -235,7 +235,7 @@ def _covers(part: Part, place: Array) -> bool:
 
 
 def _turn(a: Array, b: Array, c: Array) -> float:
-    """By how much a path turns at b, radians, whichever way."""
+    """Angle by which a path turns at b, radians, without sign."""
     before, after = b - a, c - b
     cross = before[0] * after[1] - before[1] * after[0]
     return float(abs(np.arctan2(cross, before @ after)))

@@ -1,6 +1,6 @@
-"""What a rendered walker is made of: textures, the clothes of one person, outlines.
+"""The materials of a rendered walker: textures, the clothes of one person, outlines.
 
-Textures are (256, 256, 3) and hold 1 where the cloth has its plain colour; u runs along a row.
+Textures are (256, 256, 3) and are 1 where the cloth has its plain colour; u runs along a row.
 """
 
 from dataclasses import dataclass
@@ -25,14 +25,14 @@ SHOES = ((52, 46, 44), (92, 44, 42), (118, 72, 46))
 
 @dataclass(frozen=True)
 class Wardrobe:
-    """What one walker wears, and is lit by.
+    """Clothes and lighting of one walker.
 
     skin .. shoes : (3,) plain colours, 0..255
     denim, pattern : textures of trousers and shirt; folds, (256, 256), of both
-    hair_end : how far the hair reaches down, legs from the top of the head; past 0.25 it hangs free
+    hair_end : end of the hair, legs from the top of the head; beyond 0.25 it hangs free
     light : (3,) unit vector to the light: x right, y down, z towards the camera
     loose : width of the trouser legs, 1 as usual
-    far_shade : (3,) share of the light that the far arm and leg get, in the body's own shade
+    far_shade : (3,) share of the light on the far arm and leg, which the body shades
     """
 
     skin: Image
@@ -90,7 +90,7 @@ class Tube:
 
 
 def window_around(points: Array, margin: float, shape: tuple[int, int]) -> tuple[Window, Array]:
-    """The part of a picture of some (H, W) shape around points, and its pixels' (h, w, 2) places."""
+    """The window around points in a picture of this (H, W) shape, and the (h, w, 2) places of its pixels."""
     low = np.floor(points.min(axis=0) - margin).astype(int)
     high = np.ceil(points.max(axis=0) + margin).astype(int) + 1
     x0, y0 = np.maximum(low, 0)
@@ -114,7 +114,7 @@ def tube_around(
         outline: places along the path and reaches to front and back, legs.
         leg_px: pixels a leg.
         shape: height and width of the picture.
-        spare: how far the tube goes on before its round end, legs; for those cut off at a hem.
+        spare: extension of the tube before its round end, legs; for tubes that are cut off at a hem.
     """
     stations, fronts, backs = np.array(outline).T * leg_px
     window, at = window_around(np.stack(path), 0.2 * leg_px, shape)
@@ -147,7 +147,7 @@ def tube_around(
 
 
 def value_noise(rng: np.random.Generator, shape: tuple[int, int], scales: tuple[float, ...]) -> Image:
-    """Smooth noise of mean 0 and deviation 1: one octave of random blobs per scale, in pixels."""
+    """Smooth noise with mean 0 and standard deviation 1: one octave of random blobs per scale, in pixels."""
     total = np.zeros(shape, np.float32)
     for scale in scales:
         coarse = rng.standard_normal([max(2, round(n / scale)) + 1 for n in shape]).astype(np.float32)
@@ -156,8 +156,8 @@ def value_noise(rng: np.random.Generator, shape: tuple[int, int], scales: tuple[
 
 
 def look_up(texture: Image, x: Array, y: Array) -> Image:
-    """The texture, repeated without end, at places x and y of one shape, pixels."""
-    if x.size == 0:  # a part beyond the picture's edge
+    """The periodic texture at places x and y of one shape, pixels."""
+    if x.size == 0:  # a part outside the picture
         return np.zeros((*x.shape, *texture.shape[2:]), np.float32)
     maps = x.astype(np.float32) % texture.shape[1], y.astype(np.float32) % texture.shape[0]
     return np.asarray(cv2.remap(texture, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP), np.float32)

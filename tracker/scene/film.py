@@ -1,9 +1,9 @@
 """A rendered walk whose poses are known: for `figtrack demo`, the README, and tests.
 
-A walker of `scene.steps`, painted by `scene.body`, in the street of `scene.street`, then through what a
-camera does: the light changes, the shutter is open for half a frame, the lens is a little soft, the sensor is
-noisy, and the picture is compressed. The walk is planar and seen square from the side by a still camera, so
-that a limb keeps its length in pixels in every frame; what is hard is in the picture, not in the geometry.
+A walker of `scene.steps`, painted by `scene.body` in the street of `scene.street`, is filmed by a simulated
+camera: the light changes, the shutter is open for half a frame, the lens is a little soft, the sensor is
+noisy, and the picture is compressed. The walk is planar and filmed square from the side by a still camera, so
+that a limb keeps its length in pixels; the difficulties are in the picture, not in the geometry.
 
 A rendered walk tests correctness. It does not say how well real footage is followed.
 """
@@ -24,27 +24,27 @@ Picture = NDArray[np.uint8]
 
 KEYPOINTS = tuple(MARK_RANKS)
 ARM_JOINTS = ("near_elbow", "near_wrist", "far_elbow", "far_wrist")
-SHUTTER = (-2, 0, 2)  # moments averaged into one frame, of STEPS: open for about half of it
-MARGIN = 0.55  # of a leg, kept free beside the hip at both ends: half a step, and the arms
+SHUTTER = (-2, 0, 2)  # of STEPS moments a frame, those that are averaged: about half of the frame
+MARGIN = 0.55  # margin beside the hip at both ends, for half a step and the arms, legs
 FPS = 30.0
-STRIDES = (31.0, 37.0)  # frames
-SHRUBS = ((0.25, 0.35), (0.6, 0.75))  # where they hide the legs, as shares of the way
-NOISE = 3.2  # of the sensor, grey levels
-QUALITY = 60  # JPEG
+STRIDES = (31.0, 37.0)  # range of a stride's duration, frames
+SHRUBS = ((0.25, 0.35), (0.6, 0.75))  # ranges of the shrubs' places, shares of the way
+NOISE = 3.2  # noise of the sensor, grey levels
+QUALITY = 60  # JPEG quality
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A rendered walk and the truth about it.
+    """A rendered walk with its true poses.
 
     images : T pictures (H, W, 3) uint8 RGB, the compressed ones
     joints : (T, 2) pixels for each keypoint; x right, y down, (0, 0) the centre of the top-left pixel
-    arms   : the same of elbows and wrists
-    visible: (T,) bool for each keypoint: no nearer limb covers it
+    arms   : the same for elbows and wrists
+    visible: (T,) bool for each keypoint, true if no nearer limb covers it
     pose   : (T, 8) root_x, root_y, torso, neck, hip_near, knee_near, hip_far, knee_far; the root in leg
              lengths from the hip's place in frame 0, x forward and y up; angles in radians, lean forward,
              thigh ahead and knee flexion positive, neck relative to the torso
-    leg_px : thigh + shank, pixels
+    leg_px : leg length (thigh + shank), pixels
     facing : +1 walks to the right, -1 to the left
     fps    : frames per second
     """
@@ -69,12 +69,12 @@ def render(
 ) -> Scene:
     """Render one person's walk along a street; the same seed gives the same pictures.
 
-    Seeds differ in the person, the clothes, the walk, the street, the light and the way the walker faces.
+    Seeds differ in the person, the clothes, the walk, the street, the light and the facing.
 
     Args:
         frames: T, FPS a second.
         size: width and height of the pictures, pixels. The walker is about half as tall as the picture.
-        shrubs: whether the walker passes behind some.
+        shrubs: whether the walker passes behind shrubs.
         advance: called after every picture.
 
     Raises:
@@ -84,7 +84,7 @@ def render(
     build = random_build(rng)
     facing = int(rng.choice([-1, 1]))
     width, height = size
-    stature = 1.0 + build.ankle + build.torso + build.neck  # of the figure that stands straight, legs
+    stature = 1.0 + build.ankle + build.torso + build.neck  # height of the figure standing straight, legs
     leg_px = height * rng.uniform(0.475, 0.525) / stature
 
     half_shutter = max(SHUTTER)
@@ -141,8 +141,7 @@ def render(
 
 
 def compress(images: Sequence[Picture], quality: int = QUALITY) -> list[Picture]:
-    """What is left of (H, W, 3) uint8 RGB pictures after JPEG compression, quality 1 to 100, each for
-    itself."""
+    """(H, W, 3) uint8 RGB pictures after JPEG compression, each separately, with quality 1 to 100."""
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]
     squeezed = []
     for image in images:
@@ -161,24 +160,24 @@ def truth_table(scene: Scene) -> list[tuple[int, str, float, float, int]]:
 
 
 def in_pixels(places: dict[str, Array], leg_px: float, start: Array) -> dict[str, Array]:
-    """Body units, y up from the floor, to pixels of a picture in which the walker faces right."""
+    """Convert body units, y up from the floor, to pixels of a picture in which the walker faces right."""
     return {name: start + leg_px * np.array([1.0, -1.0]) * at for name, at in places.items()}
 
 
 def under(cover: Image, places: Array) -> NDArray[np.bool_]:
-    """Whether (T,) the image `cover` of what stands in front hides each of the places (T, 2), pixels."""
+    """(T,) whether the foreground image `cover` hides each of the places (T, 2), pixels."""
     rows = np.clip(np.round(places[:, 1]).astype(int), 0, cover.shape[0] - 1)
     columns = np.clip(np.round(places[:, 0]).astype(int), 0, cover.shape[1] - 1)
     return np.asarray(cover[rows, columns] > 0.5)
 
 
 def shadow_on(alpha: Image, floor: float, slant: Array) -> Image:
-    """How much light the walker leaves on the ground: the outline laid down towards the camera, softened."""
-    # Of a place y above the floor the shadow falls slant[1] as far below it, slant[0] as far aside.
+    """Share of light left on the ground by the walker's shadow, the softened outline projected on it."""
+    # The shadow of a place y above the floor lies slant[1] y below the floor and slant[0] y aside.
     flipped = np.array([[1.0, -slant[0], slant[0] * floor], [0.0, -slant[1], floor * (1.0 + slant[1])]])
     laid = cv2.warpAffine(alpha, flipped, alpha.shape[::-1], flags=cv2.INTER_LINEAR)
     cast = 0.45 * cv2.GaussianBlur(laid, (0, 0), 1.7, sigmaY=0.9)
-    # Where a sole meets the ground it is darkest, however thin the shoe's own shadow.
+    # The shadow is darkest where a sole meets the ground, however thin the shoe's own shadow is.
     soles = np.where(np.abs(np.arange(len(alpha)) - floor + 1.5) <= 2.5, 1.0, 0.0)[:, None] * alpha
     touch = 0.9 * cv2.GaussianBlur(soles.astype(np.float32), (0, 0), 3.5, sigmaY=1.8)
     dark = np.maximum(cast, touch) + 0.3 * np.minimum(cast, touch)
@@ -186,14 +185,15 @@ def shadow_on(alpha: Image, floor: float, slant: Array) -> Image:
 
 
 def develop(picture: Image, rng: np.random.Generator, noise: float = NOISE) -> Picture:
-    """Lens and sensor; noise in grey levels."""
+    """The picture after lens and sensor; noise in grey levels."""
     soft = cv2.GaussianBlur(np.ascontiguousarray(picture), (0, 0), 0.65)
     noisy = soft + noise * rng.standard_normal(soft.shape, dtype=np.float32)
     return np.asarray(np.clip(np.round(noisy), 0.0, 255.0), np.uint8)
 
 
 def _expose(painter: Painter, gait: Gait, start: Array) -> tuple[Image, dict[str, bool]]:
-    """The walker's layer averaged over the shutter's moments, and which marks show at the middle one."""
+    """The walker's layer averaged over the shutter's moments, and which marks are visible at the middle
+    one."""
     places = in_pixels(joint_places(painter.build, gait), painter.leg_px, start)
     layer = np.zeros((*painter.shape, 4), np.float32)
     visible: dict[str, bool] = {}

@@ -1,23 +1,23 @@
-"""A walk in body units: joint angles from Fourier series, the floor decides the rest.
+"""A walk in body units: joint angles from Fourier series, the hip's path from contact with the floor.
 
 Every angle is a Fourier series over one stride, phase 0 at the near heel strike:
 
     angle(phase) = mean + sum_h  c_h cos(2 pi h phase) + s_h sin(2 pi h phase)
 
-The coefficients below are ours: the curves that textbooks of gait draw for healthy adults (Perry and
-Burnfield, *Gait Analysis*; Winter, *The Biomechanics and Motor Control of Human Gait*) set down from
-memory at a dozen phases, expanded, and moved by a degree or two until the hip travels evenly over a
-planted foot; no recording went into them.
+The coefficients below are our own: curves as in textbooks of gait for healthy adults (Perry and Burnfield,
+*Gait Analysis*; Winter, *The Biomechanics and Motor Control of Human Gait*), written from memory at a dozen
+phases, expanded, and adjusted by a degree or two until the hip travels evenly over a planted foot. No
+recording was used.
 
-The floor decides the rest. With h_leg the height that a leg's hip would have over its flat foot, the hip
-is carried at
+The floor determines the rest. With h_leg the height that a leg's hip would have over its flat foot, the hip
+is at the height
 
     y = log(sum over legs exp(k h_leg)) / k
 
-which is the longer leg, rounded where the weight changes legs. The derivatives of y by h_leg are each
-leg's share of the weight; the hip moves forward by that share of each foot's backward motion, so that a
-foot which bears the weight stays where it is. The foot tips as far as its ankle's height over the floor
-lets it: up on the heel at the strike, flat, up on the toe at push-off.
+which is that of the longer leg, smoothed where the weight changes legs. The derivative of y by h_leg is the
+leg's share of the weight; the hip moves forward by that share of each foot's backward motion, so that a foot
+that bears the weight stays in place. The foot tips as far as the height of its ankle allows: on the heel at
+the strike, flat, on the toe at push-off.
 
 Lengths are in legs (thigh + shank), proportions after Drillis and Contini as in Winter, table 4.1.
 """
@@ -31,18 +31,18 @@ from scipy.ndimage import gaussian_filter1d
 Array = NDArray[np.float64]
 Series = tuple[float, tuple[tuple[float, float], ...]]
 
-STEPS = 12  # of the walk's own time grid, per frame
+STEPS = 12  # moments of the walk's time grid in a frame
 
-# Degrees: mean, then (c_h, s_h). Thigh from hanging: 25 at the strike, -17 at push-off, 31 late in swing.
+# Degrees: mean, then (c_h, s_h). Thigh: 25 ahead of the vertical at the strike, -17 at push-off, 31 in swing.
 HIP: Series = (8.6, ((22.0, -5.0), (-5.4, -3.6), (-1.0, 0.5)))
 # Flexion: 5 at the strike, a wave of 18 under load, 7 again before push-off, 63 in swing.
 KNEE: Series = (23.0, ((-2.9, -19.9), (-15.6, 5.4), (0.2, 3.2), (0.5, -0.3)))
-# What the foot would do without a floor, toe up positive: 18 at the strike, far down through push-off.
+# Pitch of the foot without a floor, toe up positive: 18 at the strike, far down through push-off.
 FOOT: Series = (-19.3, ((35.1, 15.5), (0.8, -16.9), (-4.6, -2.5)))
-# Lean, twice a stride: furthest forward just after each strike.
+# Lean, with two periods a stride: furthest forward just after each strike.
 TORSO: Series = (4.0, ((0.0, 0.0), (1.0, 1.1)))
 NECK: Series = (9.0, ((0.0, 0.0), (-0.9, -0.6)))
-# The near arm: with the far leg. Upper arm from hanging, elbow flexion.
+# The near arm, in phase with the far leg: upper arm from the vertical, elbow flexion.
 ARM: Series = (-6.0, ((-19.0, 3.0), (1.0, 0.5)))
 ELBOW: Series = (24.0, ((-9.0, 2.0), (1.0, 0.0)))
 
@@ -53,8 +53,8 @@ WEIGHT_SHARPNESS = 80.0  # k of the equation above, per leg length
 class Build:
     """One person's lengths, in legs (thigh + shank = 1).
 
-    ankle: height of the ankle over the sole; heel and toe: how far the sole reaches behind and ahead of it
-    toe_height: of the toe's mark over the sole
+    ankle: height of the ankle over the sole; heel and toe: extent of the sole behind and ahead of it
+    toe_height: height of the toe's mark over the sole
     """
 
     thigh: float
@@ -73,9 +73,9 @@ class Build:
 class Gait:
     """A walk at S moments in time, body units: x forward, y up from the floor, angles in radians.
 
-    pose : (S, 8) root_x, root_y, torso, neck, hip_near, knee_near, hip_far, knee_far; root_x from the first
+    pose : (S, 8) root_x, root_y, torso, neck, hip_near, knee_near, hip_far, knee_far; root_x starts at 0
     foot  : (S, 2) pitch of the near and the far foot, toe up positive
-    arms  : (S, 4) near upper arm from hanging and elbow flexion, then the far arm's
+    arms  : (S, 4) near upper arm from the vertical and elbow flexion, then the far arm's
     phase : (S,) strides walked by the near leg
     """
 
@@ -97,11 +97,11 @@ def random_build(rng: np.random.Generator) -> Build:
 
 
 def walk(build: Build, steps: int, stride: float, rng: np.random.Generator) -> Gait:
-    """One person's walk from a random phase of the stride on, `steps` moments, STEPS to a frame, `stride` its
-    mean period in moments.
+    """One person's walk of `steps` moments, STEPS a frame, from a random phase of the stride on; `stride` is
+    the mean period in moments.
 
-    Persons differ in the size and the mean of every angle and between their legs; each cycle differs a little
-    from the last, in time and in size.
+    People differ in amplitude and mean of every angle and between their legs; successive cycles differ a
+    little in time and amplitude.
     """
     phase = rng.uniform() + np.arange(steps) / stride + 0.012 * _wander(steps, stride, rng)
     far_phase = phase + 0.5 + rng.normal(0.0, 0.006)
@@ -120,14 +120,14 @@ def walk(build: Build, steps: int, stride: float, rng: np.random.Generator) -> G
     shanks = thighs - [knee_near, knee_far]
     ankle_x = build.thigh * np.sin(thighs) + build.shank * np.sin(shanks)
     drop = build.thigh * np.cos(thighs) + build.shank * np.cos(shanks)
-    height = drop + build.ankle  # (2, S) hip over the floor, were this leg's foot flat on it
+    height = drop + build.ankle  # (2, S) height of the hip over the floor if this leg's foot were flat on it
     root_y = np.logaddexp(*(WEIGHT_SHARPNESS * height)) / WEIGHT_SHARPNESS
     share = np.exp(WEIGHT_SHARPNESS * (height - root_y))
     foot = _foot_pitch(build, root_y - drop, np.array([phase, far_phase]))
     on_heel = np.diff(ankle_x + _ahead(-build.heel, build, foot))
     on_toe = np.diff(ankle_x + _ahead(build.toe, build, foot))
     advance = -(share[:, 1:] * np.where(foot[:, 1:] > 0.0, on_heel, on_toe)).sum(axis=0)
-    # A foot that lands carries at once and a body does not jerk: two thirds of a frame to take over.
+    # A landing foot takes the weight within two thirds of a frame, so that the body does not jerk.
     root_x = np.concatenate([[0.0], np.cumsum(gaussian_filter1d(advance, STEPS / 1.5, mode="nearest"))])
 
     pose = np.stack([root_x, root_y, torso, neck, hip_near, knee_near, hip_far, knee_far], axis=1)
@@ -141,7 +141,7 @@ def joint_places(build: Build, gait: Gait) -> dict[str, Array]:
     """
 
     def beyond(start: Array, length: float, angle: Array) -> Array:
-        """A place at a length from start, along an angle from hanging, forward positive."""
+        """A place at a length from start, at an angle from the downward vertical, forward positive."""
         return start + length * np.stack([np.sin(angle), -np.cos(angle)], axis=1)
 
     _, _, torso, neck, *legs = gait.pose.T
@@ -179,12 +179,12 @@ def _wander(steps: int, stride: float, rng: np.random.Generator) -> Array:
 
 
 def _ahead(sole: float, build: Build, pitch: Array) -> Array:
-    """How far ahead of the ankle a place on the sole is, the foot tipped by pitch."""
+    """Distance ahead of the ankle of a place on the sole of a foot with this pitch."""
     return np.asarray(sole * np.cos(pitch) + build.ankle * np.sin(pitch))
 
 
 def _foot_pitch(build: Build, ankle_height: Array, phase: Array) -> Array:
-    """What the foot wants, within what the floor allows: neither toe nor heel below it."""
+    """The foot's pitch without a floor, limited so that neither toe nor heel is below the floor."""
     wanted = _series(FOOT, phase, np.ones_like(phase))
     to_toe = np.hypot(build.toe, build.ankle)
     to_heel = np.hypot(build.heel, build.ankle)

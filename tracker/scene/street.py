@@ -1,7 +1,7 @@
-"""The street behind a rendered walk, and the light that moves over it.
+"""The street behind a rendered walk, and the changing light on it.
 
 House fronts, hedges and a pavement in rough perspective, drawn once per scene at twice its size. Some of the
-clutter at leg height has the trousers' own colour, so that an outline alone does not find a leg.
+objects at leg height have the trousers' colour, so that an outline alone does not find a leg.
 """
 
 from collections.abc import Sequence
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from tracker.scene.cloth import Image, value_noise
 
-WALL_FOOT = 0.69  # where the houses stand on the pavement, of the picture's height
-FLOOR = 0.865  # where the walker's soles are
-FINE = 2  # the street is drawn this many times larger, then averaged down
+WALL_FOOT = 0.69  # row where the houses meet the pavement, share of the picture's height
+FLOOR = 0.865  # row of the walker's soles
+FINE = 2  # factor by which the street is drawn larger before it is averaged down
 
-SHRUB_WIDTH = (0.12, 0.16)  # of the picture's height; the walker's leg is about 0.26
+SHRUB_WIDTH = (0.12, 0.16)  # shares of the picture's height; the walker's leg is about 0.26
 SHRUB_HEIGHT = (0.28, 0.34)
 
 WALLS = ((168, 104, 84), (190, 178, 156), (150, 150, 148), (206, 190, 150), (122, 96, 84), (168, 182, 184))
@@ -24,8 +24,8 @@ DOORS = ((64, 92, 78), (110, 44, 40), (46, 58, 84), (92, 72, 52))
 
 
 def street(size: tuple[int, int], echo: Image, rng: np.random.Generator) -> Image:
-    """(H, W, 3), 0..255: a street of this width and height without people; some of the clutter shares its
-    `echo`, a colour (3,), with the walker."""
+    """(H, W, 3), 0..255: a street of this width and height without people; some objects have the walker's
+    colour `echo` (3,)."""
     width, height = size[0] * FINE, size[1] * FINE
     foot = round(WALL_FOOT * height)
     canvas = np.zeros((height, width, 3), np.float32)
@@ -45,8 +45,7 @@ def street(size: tuple[int, int], echo: Image, rng: np.random.Generator) -> Imag
 
 
 def foreground(size: tuple[int, int], centres: Sequence[float], rng: np.random.Generator) -> Image:
-    """What stands between the walker and the camera: a shrub in a planter about each of the centres, x in
-    pixels.
+    """The foreground in front of the walker: a shrub in a planter about each of the centres, x in pixels.
 
     (H, W, 4): colour 0..255 times cover, and cover 0..1.
     """
@@ -58,9 +57,9 @@ def foreground(size: tuple[int, int], centres: Sequence[float], rng: np.random.G
 
 
 def light_fields(size: tuple[int, int], frames: int, rng: np.random.Generator) -> NDArray[np.float32]:
-    """How bright each place is in each frame, (T, h, w), a coarse grid over the picture, around 1.
+    """(T, h, w) brightness of each place in each frame, around 1, on a coarse grid over the picture.
 
-    Three things change: everything together (a cloud, the camera's exposure), the difference between left
+    Three components change: overall brightness (clouds, the camera's exposure), the difference between left
     and right, and a slanted band of shadow that moves across.
     """
     columns, rows = max(2, size[0] // 8), max(2, size[1] // 8)
@@ -163,7 +162,8 @@ def _pavement(canvas: Image, foot: int, rng: np.random.Generator) -> None:
 
 
 def _clutter(canvas: Image, foot: int, echo: Image, rng: np.random.Generator) -> None:
-    """A box at leg height against the wall: a bin, a crate, a low gate, in the walker's own colour or not."""
+    """A box at leg height against the wall, such as a bin, crate or low gate, sometimes in the walker's
+    colour."""
     height, width = canvas.shape[:2]
     x = int(rng.integers(0, width))
     wide, high = int(rng.uniform(0.04, 0.13) * height), int(rng.uniform(0.1, 0.24) * height)

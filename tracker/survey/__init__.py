@@ -1,1 +1,1 @@
-"""The film as a whole, before anything is followed: camera, scene, and what stands before it."""
+"""The film as a whole, before anything is followed: camera, scene and foreground."""

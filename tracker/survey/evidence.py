@@ -1,16 +1,16 @@
-"""Log odds that something stands before the scene, place by place.
+"""Log odds of foreground, pixel by pixel.
 
-A pixel x (Lab) shows either something else, of which any colour is as likely, or the scene within its spread,
-or the scene in a shadow, darker by a factor that is not known:
+A pixel x (Lab) shows either foreground, for which all colours are equally likely, or the scene within its
+spread, or the scene in a shadow, darker by an unknown factor:
 
-    R = log p(x | something) - log (p(x | scene) + shaded p(x | scene in a shadow)),
+    R = log p(x | foreground) - log (p(x | scene) + shaded p(x | scene in a shadow)),
 
-cut at +-MOST, as neighbouring pixels err together and one alone proves little. Where the scene is not known R
-is 0. A change of light common to the picture is taken off first. In the dark and in haze colours come closer
-to each other, those of clothes and the scene's alike. Chroma shrinks with the light in a shadow, but for what
-another light, as the sky's, adds. Dark grey clothes look like a shadow, and clothes may have the scene's own
-colours: how likely either is beforehand is said by what is expected of the film. Where a share a of what
-stands before the scene looks like it, R is worth log ((1 - a) exp R + a).
+clipped at +-MOST, as errors of neighbouring pixels are correlated. Where the scene is unknown R is 0. A
+change of light common to the picture is removed first. In the dark and in haze all colours, of clothes and
+scene, are closer to each other. Chroma shrinks with the light in a shadow, except for what another light,
+such as the sky's, adds. Dark grey clothes look like a shadow, and clothes may have the scene's own colours:
+`Expected` has the prior probabilities of both. If a share a of the foreground looks like the scene, R counts
+as log ((1 - a) exp R + a).
 """
 
 from dataclasses import dataclass
@@ -23,27 +23,27 @@ from tracker.compiled import compiled
 from tracker.picture.pyramid import Array, Image, Planes
 from tracker.survey.mosaic import FULL, NOISE, Scene, apart
 
-MOST = 2.5  # nats
-UNITS = 50.0  # steps that a nat is stored as
-NOTHING = 128  # what log odds of 0 are stored as
-CHROMAS = 50.0  # of a and b each that clothes and skin may have in full light
+MOST = 2.5  # largest log odds of a pixel, nats
+UNITS = 50.0  # stored steps for a nat
+NOTHING = 128  # stored value of log odds of 0
+CHROMAS = 50.0  # range of a and of b of clothes and skin in full light
 FEWEST = 5.0  # the same in the dark
-GREY = 6.0  # spread of the chroma of what is about grey
+GREY = 6.0  # standard deviation of the chroma of grey clothes
 ALL_GREY = 0.999  # share of grey clothes in a film without colours
-DARKER = 5.0  # times as much shadow is expected there
-DARKEST = 0.4  # of the light is left in a shadow
-TINT = 10.0  # spread of its chroma without any light left
-NONE = 1e-30  # as good as no share
-SOME = 17  # a change of light is taken from every so manieth row
+DARKER = 5.0  # factor on the expected share of shadow in such a film
+DARKEST = 0.4  # least share of the light in a shadow
+TINT = 10.0  # standard deviation of the chroma in total shadow
+NONE = 1e-30  # least share, so that its logarithm exists
+SOME = 17  # a change of light is measured on every such row
 
 
 @dataclass(frozen=True)
 class Expected:
-    """What a film may show besides its scene.
+    """Prior shares of what a film may show besides its scene.
 
-    grey   : share of clothes that are about grey, others having any colour
-    shaded : share of the places of the scene that lie in a new shadow
-    alike  : share of what stands before the scene that cannot be told from it
+    grey   : share of clothes that are about grey; others may have any colour
+    shaded : share of the scene that lies in a new shadow
+    alike  : share of the foreground that looks like the scene
     """
 
     grey: float = 0.0
@@ -64,8 +64,8 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
 
     Args:
         image: (h, w, 3) Lab, uint8.
-        place: (3, 3) from its pixels to those of the first frame.
-        expected: what it may show.
+        place: (3, 3) map from its pixels to those of the first frame.
+        expected: prior shares of grey clothes, shadow and hidden foreground.
     """
     h, w = image.shape[:2]
     way = place.copy()
@@ -76,7 +76,7 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
     light = (np.median(apart, axis=0) if len(apart) else np.zeros(3)).astype(np.float32)
     chroma, shaded = GREY * scene.contrast, expected.shaded
-    if scene.colourless:  # clothes have the chroma of the scene, and all that is darker may be a shadow
+    if scene.colourless:  # clothes have no chroma either, and any darker place may be a shadow
         chroma, shaded = float(NOISE[1]), min(DARKER * expected.shaded, 1.0)
     colours = _colours(scene, ALL_GREY if scene.colourless else expected.grey, chroma)
     odds = _odds(image, lab, spread, known, light, colours, chroma, shaded)
@@ -84,11 +84,11 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
 
 
 def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
-    """(2, 256) log densities at each lightness of what has any chroma, and of what is grey at chroma 0.
+    """(2, 256) log densities of foreground at each lightness: of any colour, and of grey at chroma 0.
 
     Args:
-        grey: share of what is about grey.
-        chroma: spread of its chroma.
+        grey: share of grey foreground.
+        chroma: standard deviation of its chroma.
     """
     lightness = -np.log(FULL * scene.contrast)
     any_chroma = np.maximum(CHROMAS * apart(np.arange(256.0), scene.contrast), FEWEST)
@@ -98,13 +98,14 @@ def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
 
 
 def _worth(alike: float) -> Image:
-    """(256,) what log odds are worth where this share of what stands before the scene looks like it."""
+    """(256,) table of stored log odds for a film in which this share of the foreground looks like the
+    scene."""
     odds = (np.arange(256) - NOTHING) / UNITS
     return np.asarray(np.rint(NOTHING + UNITS * np.log((1.0 - alike) * np.exp(odds) + alike)), dtype=np.uint8)
 
 
 def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
-    """What a frame of this size would show of a mosaic's planes."""
+    """A mosaic's planes resampled to a frame of this size."""
     if planes.shape[1::-1] == size and np.array_equal(way, np.eye(3)):
         return planes
     how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
@@ -137,7 +138,7 @@ def _odds(
             x0, x1, x2 = float(image[i, j, 0]), image[i, j, 1] - 128.0, image[i, j, 2] - 128.0
             away = ((x0 - b0) / s0) ** 2 + ((x1 - b1) / s1) ** 2 + ((x2 - b2) / s2) ** 2
             scene = -0.5 * away - np.log(s0 * s1 * s2) - 3.0 * half
-            # Most places show the scene as it is, and no shadow can lower R further.
+            # Most pixels show the scene unshaded, where a shadow cannot lower R further.
             if scene > enough[image[i, j, 0]]:
                 found[i, j] = NOTHING - UNITS * MOST
                 continue

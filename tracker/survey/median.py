@@ -1,4 +1,4 @@
-"""Medians of many pictures by a sorting network: each comparison is one minimum of whole pictures."""
+"""Pixelwise medians of many pictures by a sorting network, whose comparisons act on whole pictures."""
 
 from collections.abc import Iterator
 
@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from tracker.picture.pyramid import Image
 
-BEYOND = 255  # sorts behind all that is seen
+BEYOND = 255  # value of missing pixels, which sort last
 
 
 def medians(values: Image, number: NDArray[np.intp]) -> Image:
     """(h, w, c): the lower median of the first `number` (h, w) in order of (T, h, w, c), at least one.
 
-    The values are put in order in place; those that do not count must be BEYOND.
+    The values are sorted in place; missing ones must be BEYOND.
     """
     for i, j in comparisons(len(values)):
         low = np.minimum(values[i], values[j])
@@ -24,7 +24,8 @@ def medians(values: Image, number: NDArray[np.intp]) -> Image:
 
 
 def comparisons(count: int) -> Iterator[tuple[int, int]]:
-    """Pairs (i, j), i < j, whose exchange where out of order sorts `count` values.
+    """Pairs (i, j), i < j, of a network that sorts `count` values by exchanging each pair that is out of
+    order.
 
     Batcher's merge exchange: Knuth (1998), section 5.2.2, algorithm M.
     """

@@ -1,9 +1,9 @@
-"""The scene without who walks through it: the median of the frames, each laid where the camera saw it.
+"""The scene without the people who walk through it: the median of the frames, aligned by the camera's path.
 
-A place that the figure covers in less than half of the frames shows its median as it is without the figure.
-What the median is worth is its spread: the median absolute deviation of the frames from it, the slopes of
-the picture, along which a small error of the camera's path changes grey levels, and what coding and unsteady
-light leave, which is less where the film has little contrast or the place is dark.
+A place that people cover in less than half of the frames has the median of the empty scene. The spread about
+the median combines the median absolute deviation of the frames, the gradient of the picture, along which a
+small error of the camera's path changes grey levels, and noise of coding and unsteady light, which is less
+where the film has little contrast or the place is dark.
 """
 
 from collections.abc import Sequence
@@ -17,27 +17,27 @@ from tracker.picture.pyramid import Array, Image, Planes
 from tracker.survey.median import BEYOND, medians
 
 FEWEST = 5  # frames that must show a place
-NOISE = np.array([5.0, 2.5, 2.5], np.float32)  # spread of L, a and b that coding and light leave, grey levels
-LEAST = 1.0  # the same at least
+NOISE = np.array([5.0, 2.5, 2.5], np.float32)  # noise of coding and light in L, a and b, grey levels
+LEAST = 1.0  # least value of it
 FULL = 170.0  # grey levels from the darkest to the brightest of a film with full contrast
-FLATTEST = 0.1  # the least contrast that is told, as a share of that
-DARK = 60.0  # lightness below which colours come together
+FLATTEST = 0.1  # least contrast that is distinguished, as a share of that
+DARK = 60.0  # lightness below which colours are closer to each other
 SLIP = 0.3  # error of the camera's path, pixels of the small picture
-SIGMA = 1.4826  # standard deviations in the median of a Gaussian's absolute values
-GREY, HARDLY = 128, 3  # chroma as stored of what has no colour, and what coding adds to it
-SOME = 3  # so manieth row and column tells whether a film has colours
-AT_ONCE = 24 * 2**20  # bytes of pictures whose medians are taken together
-LARGEST = 6.0  # times a picture's area: where the camera goes further, its last frames stay unknown
+SIGMA = 1.4826  # standard deviation of a Gaussian over its median absolute deviation
+GREY, HARDLY = 128, 3  # stored chroma of grey, and its error by coding
+SOME = 3  # every such row and column is checked for colours
+AT_ONCE = 24 * 2**20  # size of the pictures whose medians are taken together, bytes
+LARGEST = 6.0  # largest area of the mosaic in pictures; the scene beyond it stays unknown
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A mosaic of a film without who walks through it.
+    """A mosaic of a film without the people who walk through it.
 
     lab    : (h, w, 3) grey levels
-    spread : (h, w, 3) standard deviation of a frame that shows the scene from it, grey levels
+    spread : (h, w, 3) standard deviation of a frame about it, grey levels
     known  : (h, w) whether enough frames show it
-    corner : (2,) of its top-left pixel, pixels of the first frame
+    corner : (2,) its top-left pixel, in pixels of the first frame
     colourless : whether the film is black and white
     contrast   : from its darkest to its brightest as a share of a film's with full contrast, at most 1
     """
@@ -51,11 +51,11 @@ class Scene:
 
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
-    """The scene that small pictures show.
+    """The scene from small pictures.
 
     Args:
         images: (h, w, 3) Lab, uint8.
-        places: (3, 3) for each, from its pixels to those of the first frame.
+        places: for each the (3, 3) map from its pixels to those of the first frame.
     """
     corner, (width, height) = _frame(images[0].shape, places)
     rows = max(AT_ONCE // (3 * len(images) * width), 1)
@@ -99,12 +99,12 @@ def _medians(
 
 
 def apart(light: Array | Planes, contrast: float) -> Array:
-    """How far colours are apart at a lightness, as a share of that in full light and contrast."""
+    """Distance of colours at a lightness, as a share of that in full light and contrast."""
     return np.clip(light / DARK, 0.0, contrast)
 
 
 def _contrast(images: Sequence[Image]) -> float:
-    """From the darkest to the brightest of the film, as a share of FULL."""
+    """Range from the darkest to the brightest of the film, as a share of FULL."""
     low, high = np.percentile([image[::3, ::3, 0] for image in images[::5]], [0.1, 99.9])
     return float(np.clip((high - low) / FULL, FLATTEST, 1.0))
 

@@ -1,6 +1,6 @@
 """A film surveyed: camera and scene in a first pass, the log odds of every frame in a second one.
 
-Small pictures are held from the first pass for the second; those of a long film are read again.
+Small pictures are kept from the first pass for the second; those of a long film are read again.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,20 +16,20 @@ from tracker.picture.small import reduced, small_size, to_film
 from tracker.survey.evidence import USUAL, Expected, evidence
 from tracker.survey.mosaic import Scene, scene_of
 
-VIEWS = 60  # pictures that the scene is the median of, at most
-HELD = 64 * 2**20  # bytes of small pictures that are held
+VIEWS = 60  # largest number of pictures in the median of the scene
+HELD = 64 * 2**20  # largest size of small pictures kept in memory, bytes
 
 
 @dataclass(frozen=True)
 class Survey:
-    """What a film shows as a whole.
+    """The survey of a film.
 
     size   : width and height of the small pictures
-    up     : (3, 3) from their pixels to the film's
-    places : (T, 3, 3) from the pixels of each frame to those of the first, the film's own pixels
+    up     : (3, 3) map from their pixels to the film's
+    places : (T, 3, 3) map from each frame's pixels of the film to the first frame's
     scene  : in pixels of the small pictures
-    sure   : (T,) whether enough corners told the camera's place
-    held   : the T small pictures in Lab, none where they are more than HELD bytes
+    sure   : (T,) whether enough corners agreed on the camera's place
+    held   : the T small pictures in Lab; none if they exceed HELD bytes
     """
 
     size: tuple[int, int]
@@ -43,8 +43,8 @@ class Survey:
         """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`.
 
         Args:
-            images: as surveyed, which are gone through only where no small pictures are held.
-            expected: what they may show.
+            images: as surveyed; read only if no small pictures are held.
+            expected: prior shares of grey clothes, shadow and hidden foreground.
         """
         down = np.linalg.inv(self.up)
         labs = self.held or (_lab(image, self.size) for image in images)
@@ -57,8 +57,8 @@ def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:
 
     Args:
         images: RGB, in order, at least one.
-        by: pixels of the film that a pixel of its small pictures is to span.
-        frames: about how many images there are, 0 if that is not known.
+        by: number of the film's pixels along the side of a pixel of the small pictures.
+        frames: approximate number of images, 0 if unknown.
     """
     views: list[Image] = []
     held: list[Image] = []

@@ -1,4 +1,4 @@
-"""The keypoints table of marked joints. Pixels, (0, 0) the centre of the top-left one."""
+"""The keypoints table of marked joints; in pixels, (0, 0) is the centre of the top-left one."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from tracker.tables.table import Layout, write_table
 
 KEYPOINTS = WALKER.marks
 COLUMNS = ("frame", "keypoint", "x", "y")
-FARTHEST = 1e6  # pixels; no picture is as large
-LAST = 10**8  # frame; no clip is as long
+FARTHEST = 1e6  # largest coordinate, pixels; no picture is so large
+LAST = 10**8  # largest frame number; no clip is so long
 
 
 class KeypointsError(ValueError):
@@ -42,7 +42,7 @@ Marks = dict[int, dict[str, Mark]]
 def read_keypoints(path: str | Path, names: tuple[str, ...] = KEYPOINTS) -> Marks:
     """Marks of every frame in a table `frame,keypoint,x,y[,visible]`; rows without a position are left out.
 
-    KeypointsError: no such file, not such a table, an unknown joint, or a cell that is no finite number.
+    KeypointsError: no such file, not a keypoints table, an unknown joint, or a cell that is no finite number.
     """
     marks: Marks = {}
     for where, row in LAYOUT.rows(path):
@@ -63,7 +63,7 @@ def write_marks(path: Path, marks: Marks) -> None:
 
 
 def points(marks: Mapping[str, Mark]) -> dict[str, tuple[float, float]]:
-    """Pixel positions of the marks alone, by joint."""
+    """Pixel positions of the marks, by joint."""
     return {name: (mark.x, mark.y) for name, mark in marks.items()}
 
 

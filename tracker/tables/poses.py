@@ -1,4 +1,4 @@
-"""The pose table: `seq,frame,` root in leg lengths, angles in degrees, and what may stand beside them."""
+"""The pose table: `seq,frame,` root in leg lengths, angles in degrees, and further columns."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
 from tracker.tables.table import Layout, finite, write_table
 
-ROOT_COLUMNS = 2  # root_x and root_y, which some uses can do without
-BESIDE = ("label", "time_s")  # columns that are read beside the pose
-NO_MOTION = ("cv", "free")  # labels by which `track` says that neither model nor outline knows the motion
-LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a slip of the pen
-GAP = 10_000  # frames that may be left out in a row: minutes of which nothing is known
-LARGEST = 1e9  # in any cell; beyond, numbers swamp one another
-TURNS = 3600.0  # degrees: beyond, an angle is refused
-RADIANS = 3.2  # degrees: no figure that moves keeps every angle below, in radians every figure does
-MOVED = 0.2  # leg lengths that say so, and
-MANY = 15  # measured frames that say so
+ROOT_COLUMNS = 2  # root_x and root_y, which are optional for some uses
+BESIDE = ("label", "time_s")  # further columns that are read
+NO_MOTION = ("cv", "free")  # labels of `track` for frames whose motion is not known
+LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a mistake in the table
+GAP = 10_000  # largest number of missing frames in a row, some minutes
+LARGEST = 1e9  # magnitude of any cell; sums with larger numbers lose their digits
+TURNS = 3600.0  # degrees: larger angles are refused
+RADIANS = 3.2  # if all angles are smaller than so many degrees, they probably are radians,
+MOVED = 0.2  # provided that the root moved by so many leg lengths, or
+MANY = 15  # that so many frames were measured
 
 # Pose in body units, label, seconds, and the pose's cells as written.
 Row = tuple[Array, str, float, tuple[str, ...]]
@@ -35,7 +35,7 @@ class PosesError(ValueError):
 
 
 def layout_of(columns: Sequence[str]) -> Layout:
-    """The table of poses that have these columns."""
+    """The layout of a table of poses with these columns."""
     return Layout(
         error=PosesError,
         name="pose table",
@@ -52,12 +52,12 @@ def layout_of(columns: Sequence[str]) -> Layout:
 class PoseSequence:
     """One sequence of a pose table.
 
-    name   : its `seq`, "0" where the table has none
+    name   : its `seq`, "0" if the table has none
     first  : frame of the first row
-    y      : (T, M) in body units, angles in radians; NaN where nothing was given
+    y      : (T, M) in body units, angles in radians; NaN for empty cells
     labels : (T,) of each frame, "" where no motion was given
-    cells  : (T,) each frame's M cells as written, "" where nothing was given
-    fps    : frames a second by the column time_s, None where there is none
+    cells  : (T,) each frame's M cells as written, "" for empty ones
+    fps    : frames a second by the column time_s, None without it
     """
 
     name: str
@@ -82,16 +82,16 @@ class PoseSequence:
 
 
 def stretches(values: Sequence[object]) -> list[tuple[int, int]]:
-    """First frame and last + 1 of every run of one value."""
+    """First row and last + 1 of every run of equal values."""
     cuts = [0, *(t for t in range(1, len(values)) if values[t] != values[t - 1]), len(values)]
     return list(pairwise(cuts))
 
 
 def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
-    """Every sequence of a figure's pose table, in the order of the file; frames left out become rows of NaN.
+    """All sequences of a figure's pose table, in the order of the file; missing frames become rows of NaN.
 
-    PosesError: no such file, not such a table, a cell that is no number, a frame given twice, or a sequence
-    whose rows stand in two places.
+    PosesError: no such file, not a pose table, a cell that is no number, a frame given twice, or a sequence
+    whose rows are not contiguous.
     """
     rows: Rows = {}
     columns = figure.learned_freedoms
@@ -104,19 +104,19 @@ def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
 
 
 def pose_cells(y: Array) -> list[str]:
-    """The cells of a pose in body units, the root first; an empty one for NaN."""
+    """The cells of a pose in body units, the root first; empty for NaN."""
     numbers = [*y[:ROOT_COLUMNS], *np.degrees(y[ROOT_COLUMNS:])]
     places = [5] * ROOT_COLUMNS + [4] * (len(y) - ROOT_COLUMNS)
     return [f"{v:.{n}f}" if np.isfinite(v) else "" for v, n in zip(numbers, places, strict=True)]
 
 
 def write_poses(path: Path, rows: Iterable[Sequence[object]], further: Sequence[str] = ()) -> None:
-    """A pose table from rows of seq, frame, the pose's 8 cells and those of `further` columns."""
+    """Write a pose table from rows of seq, frame, the pose's 8 cells and those of `further` columns."""
     write_table(path, ("seq", "frame", *POSE_COLUMNS, *further), rows)
 
 
 def suspicions(sequences: Sequence[PoseSequence], fps: float) -> list[str]:
-    """What looks wrong with a table that can be read: angles in radians, another frame rate than `fps`."""
+    """Warnings about a readable table: angles that look like radians, a frame rate other than `fps`."""
     said = []
     small = [sequence.name for sequence in sequences if _in_radians(sequence)]
     if small:

@@ -1,4 +1,4 @@
-"""CSV tables with a header: one reader, which says in one line what is wrong with a table, and one writer."""
+"""CSV tables with a header: one reader, with one-line errors, and one writer."""
 
 import csv
 import errno
@@ -7,21 +7,21 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-SEPARATORS = {";": "semicolons", "\t": "tabs"}  # what spreadsheets write where commas are for decimals
+SEPARATORS = {";": "semicolons", "\t": "tabs"}  # written by spreadsheets in locales with decimal commas
 
 
 @dataclass(frozen=True)
 class Layout:
-    """A kind of table: what it must have, and the words for one that has not.
+    """A kind of table: its columns, and the wording of its errors.
 
-    error  : raised of whatever is wrong
+    error  : type of the exceptions
     name   : of such a table, as in "no pose table"
     header : the usual one
-    needed : columns without which it is no such table
-    known  : columns that are read; none may stand there twice
-    absent : what is said of a file that is not there, {path}
-    misfit : what is said of a row with too many cells, {cells} for {columns}; "" to leave those unread
-    whole  : whether a row with too few cells is a misfit too; if not, the missing ones are empty
+    needed : required columns
+    known  : columns that are read; none may occur twice
+    absent : message for a missing file, {path}
+    misfit : message for a row with too many cells, {cells} for {columns}; "" to ignore surplus cells
+    whole  : whether a row with too few cells is an error too; otherwise the missing ones are empty
     """
 
     error: type[ValueError]
@@ -34,11 +34,11 @@ class Layout:
     whole: bool = False
 
     def rows(self, path: str | Path) -> Iterator[tuple[str, dict[str, str]]]:
-        """Where each row stands, as in "poses.csv line 2", and its cells by column; rows of empty cells are
-        left out.
+        """The place of each row, as in "poses.csv line 2", and its cells by column, without empty rows.
 
         Raises:
-            ValueError, as `error`: no such file, not such a table, or a row that does not fit its header.
+            ValueError, as `error`: no such file, another kind of table, or a row that does not fit the
+            header.
         """
         try:
             lines = read_lines(path)
@@ -56,8 +56,8 @@ class Layout:
             ) from error
 
     def number(self, text: str, column: str, where: str, most: float, *, empty: bool = False) -> float:
-        """The number in a cell, at most so large either way; NaN in one that may be and is `empty`. Raises
-        `error`."""
+        """The number in a cell, of magnitude `most` at most; NaN for an empty cell if `empty` allows it.
+        Raises `error`."""
         value = finite(text)
         if math.isnan(value) and (text or not empty):
             wanted = "a finite number or empty" if empty else "a finite number"
@@ -68,7 +68,7 @@ class Layout:
         return value
 
     def frame(self, text: str, where: str, most: float) -> int:
-        """The number of a frame; raises as `number`."""
+        """The frame number in a cell; raises as `number`."""
         value = self.number(text, "frame", where, most)
         if value < 0 or value != int(value):
             raise self.error(f"{where}: frame must be a whole number from 0; got {text!r}")
@@ -96,46 +96,48 @@ class Layout:
 
 
 def read_lines(path: str | Path) -> Iterator[tuple[int, list[str]]]:
-    """Line number and cells, without spaces around them, of every row that is not empty, the header's first.
-    OSError, UnicodeDecodeError, csv.Error: what cannot be read."""
+    """Line number and stripped cells of every row that is not empty, beginning with the header.
+
+    OSError, UnicodeDecodeError, csv.Error: a file that cannot be read.
+    """
     with ordinary(Path(path)).open(newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         for row in reader:
             cells = [cell.strip() for cell in row]
             if any("\0" in cell for cell in cells):
-                raise csv.Error(f"line {reader.line_num} contains NUL")  # as Python's older readers say
+                raise csv.Error(f"line {reader.line_num} contains NUL")  # like older versions of Python
             if any(cells):
                 yield reader.line_num, cells
 
 
 def read_text(path: Path) -> str:
-    """A UTF-8 file's text, without the mark that some editors put first; raises as `ordinary`."""
+    """A UTF-8 file's text without a byte order mark; raises as `ordinary`."""
     return ordinary(path).read_text(encoding="utf-8-sig")
 
 
 def ordinary(path: Path) -> Path:
-    """The path itself; OSError for a pipe or device, which may have no end."""
+    """The path unchanged; OSError for a pipe or device, which may have no end."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "no ordinary file", str(path))
     return path
 
 
 def by_column(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
-    """A row's cells by the names of their columns; "" where the row has ended."""
+    """A row's cells by the names of their columns; "" for missing ones."""
     return dict.fromkeys(header, "") | dict(zip(header, cells, strict=False))
 
 
 def finite(text: str) -> float:
-    """The number in a cell; NaN where it is none, or infinite."""
+    """The number in a cell; NaN if it is no number or infinite."""
     try:
-        value = float(text.replace("_", "?"))  # Python reads 1_0 as ten
+        value = float(text.replace("_", "?"))  # Python would read 1_0 as ten
     except ValueError:
         return math.nan
     return value if math.isfinite(value) else math.nan
 
 
 def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """A UTF-8 table with commas; of a file's name what is no text is written out."""
+    """Write a UTF-8 table with commas; bytes of file names that are no UTF-8 are escaped."""
     with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.writer(file)
         writer.writerow(header)
@@ -143,7 +145,7 @@ def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[objec
 
 
 def why(error: Exception) -> str:
-    """What kept a text file from being read, without what Python adds."""
+    """Why a text file could not be read, without Python's additions."""
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start} is no UTF-8"
     return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -95,9 +95,9 @@ def claims(results: Results) -> Iterator[Claim]:
         share = 100.0 * rms(mine) / rms(best.all)
         worst = max(100.0 * error / best.each_person[name] for name, error in people(mine).items())
         yield Claim(f"one frame ahead, {label}", rms(mine), target, unit="°")
-        yield Claim(f"share of constant velocity's, {label}", share, SHARE, unit="%")
+        yield Claim(f"error over constant velocity's, {label}", share, SHARE, unit="%")
         yield Claim(
-            "the same of the person with most, at the person's own best", worst, PERSON_SHARE, unit="%"
+            "the largest of a person, constant velocity tuned to the person", worst, PERSON_SHARE, unit="%"
         )
 
 

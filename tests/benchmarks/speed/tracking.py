@@ -169,7 +169,7 @@ def _field(job: Job, settings: Settings) -> tuple[Field, Gaussian]:
     tracker, images = plan.tracker, [frame.image for frame in islice(Video(job.video), 2)]
     state, _ = begin(tracker, plan.start, images[0])
     priors = tracker.pose(state.belief.states)[:1]
-    state = tracker.looked(state, images[1], priors)
+    state = tracker.with_scene(state, images[1], priors)
     levels = tracker._levels(images[1], state.curve, tracker.box(priors.mean))
     return Field(state.templates, levels, plan.start.figure, tracker.view, settings, state.scenery), priors
 

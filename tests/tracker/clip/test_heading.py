@@ -9,7 +9,7 @@ from tests.tracker.clips import FPS, write_video
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
-from tracker.clip.plan import heading, prepare, untold
+from tracker.clip.plan import facing_unknown, heading, prepare
 from tracker.clip.start import facing_at, marked_start
 from tracker.progress import Progress
 from tracker.settings import Settings
@@ -64,8 +64,8 @@ def test_a_figure_faces_the_way_it_goes_whichever_way_its_start_was_taken(taken,
 )
 def test_without_all_toes_or_the_bend_of_both_legs_the_facing_is_untold(missing, want, clip, marks):
     job = Job(clip.video, without(marks, missing), model="cv")
-    assert untold(job, WALKER) == want
-    assert not untold(replace(job, facing=1), WALKER)
+    assert facing_unknown(job, WALKER) == want
+    assert not facing_unknown(replace(job, facing=1), WALKER)
 
 
 def test_a_job_whose_marks_lack_the_feet_faces_as_the_film_shows(clip, marks, mirrored, tmp_path):

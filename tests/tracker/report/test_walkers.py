@@ -7,7 +7,7 @@ import pytest
 from tests.tracker.clips import read_csv, write_video
 from tests.tracker.outline.films import MIDDLE, UNIT, a_walk
 from tracker.clip.naming import nearer
-from tracker.report.walkers import COLUMNS, HEIGHT, SURENESS, box, told, write_people, write_picture
+from tracker.report.walkers import COLUMNS, HEIGHT, SURENESS, box, listed, write_people, write_picture
 from videos.frames import Video
 
 
@@ -38,12 +38,12 @@ def test_the_table_has_a_row_a_person_with_box_ways_and_how_sure_they_are(two, t
 def test_nobody_is_a_table_without_rows_and_a_line(tmp_path):
     write_people(tmp_path / "p.csv", [])
     assert (tmp_path / "p.csv").read_text(encoding="utf-8").splitlines() == [",".join(COLUMNS + SURENESS)]
-    assert told([], "film.mp4") == "nobody walks through film.mp4"
+    assert listed([], "film.mp4") == "nobody walks through film.mp4"
 
 
 def test_a_line_says_when_how_and_which_leg_and_what_is_not_sure(two):
     last = len(a_walk().q) - 1
-    one, other = told(two, "film.mp4").splitlines()
+    one, other = listed(two, "film.mp4").splitlines()
     assert one == (
         f"person 1: frames 0 to {last}, walk, faces right; "
         f"in frame {MIDDLE} the nearer leg is {nearer(two[0])}"
@@ -56,7 +56,7 @@ def test_a_line_says_when_how_and_which_leg_and_what_is_not_sure(two):
 
 @pytest.mark.parametrize(("direction", "words"), [(1, "walk,"), (0, "walk,"), (-1, "walk backwards,")])
 def test_only_who_goes_against_the_facing_walks_backwards(direction, words):
-    assert words in told([a_walk().person(direction=direction)], "film.mp4")
+    assert words in listed([a_walk().person(direction=direction)], "film.mp4")
 
 
 def test_the_picture_shows_each_in_the_frame_to_start_from(tmp_path):

@@ -1,5 +1,5 @@
 /* The figure of a frame: as it is marked there, or what its marking begins with. */
-const followed = new Map(); // as it was followed, of frames that were marked since
+const followed = new Map(); // the tracked joints of frames that were marked since
 
 /** What a frame that is not marked begins with: the figure as followed, or as marked in the nearest frame. */
 function begun() {

@@ -1,10 +1,10 @@
 /* The film: the frame that is shown, the slider, play. Frames in passing come small; where it stops, whole. */
 const SLOW = 0.25; // of the film's speed
 
-let heading = 0; // the frame that was asked for last
-let passing = false; // whether it is only passed
+let heading = 0; // the last requested frame
+let passing = false; // whether it is only shown in passing
 let reading = false;
-let stale = false; // what is being read is no longer wanted
+let stale = false; // whether the frame being read is no longer wanted
 let playing = null;
 
 /** Show a frame; of those that are asked for while one is read, only the last comes. */
@@ -28,7 +28,7 @@ async function read(index, small) {
   } catch (error) {
     pause();
     if (heading === index) heading = $("frame").value = $("slider").value = shown.index;
-    shown.small = false; // a frame that cannot be read is not asked for again
+    shown.small = false; // a frame that cannot be read is not requested again
     say(error.message, "wrong");
   } finally {
     stale = false;
@@ -42,12 +42,12 @@ function turnTo(frame) {
   $("slider").disabled = !frame.count;
   $("slider").max = (frame.count ?? 1) - 1;
   $("frame").value = frame.index;
-  $("slider").value = heading; // who drags it may be farther than the frame that has just been read
+  $("slider").value = heading; // the user may have dragged it farther than the frame just read
   $("picture").setAttribute("aria-label", `Frame ${frame.index} of ${opening.video}`);
   $("count").textContent = frame.count ? `/ ${frame.count - 1}` : "";
   $("back1").disabled = $("back10").disabled = frame.index === 0;
   if (!same) arrived();
-  else if (!frame.small) judge(); // in passing it was not
+  else if (!frame.small) judge(); // not done in passing
 }
 
 function play() {

@@ -2,7 +2,7 @@
    centre of its top-left one being 0, 0. */
 const CLOSEST = 40;
 const REACH = { mouse: 9, pen: 12, touch: 22 };
-const DEPTH = { far: 0, trunk: 1, near: 2 }; // what is nearer is drawn over what is farther
+const DEPTH = { far: 0, trunk: 1, near: 2 }; // nearer limbs are drawn over farther ones
 const STILL = { mouse: 3, pen: 5, touch: 8 };
 
 class Picture {

@@ -1,7 +1,7 @@
 /* What goes to the server and comes back: judgements, frames, the table. */
 const GONE = `figtrack ${opening.command} does not answer any more: what is not saved yet is on this page only. Start it again and mark it there.`;
 const PAUSE = 120; // ms without a change before marks are judged
-const LOOK = 300; // ms between looks at how far following has come
+const LOOK = 300; // ms between requests for the progress of following
 
 async function judge() {
   const mine = ++asked;
@@ -25,14 +25,14 @@ function unsaved() {
 /** Send what changed, and let the page know what is saved. */
 async function send(what, more) {
   const frames = marks.changed();
-  clearTimeout(timer); // the server may be gone before it is asked
+  clearTimeout(timer); // the server may have ended by then
   say("Saving …");
-  const sent = facing; // which may be another when the answer comes
+  const sent = facing; // facing may change before the answer
   const said = sent === savedFacing ? null : sent;
   const reply = await ask(what, { frames, facing: said, frame: shown.index, ...more });
   pending ||= unsaved() > 0;
   marks.keep(frames);
-  if (!opening.run) savedFacing = sent; // a run has another only once it is followed again
+  if (!opening.run) savedFacing = sent; // a run's facing changes only when it is followed again
   return reply;
 }
 

@@ -1,12 +1,12 @@
-// A card for each film of the folder, drawn anew from what the server tells, once a second.
+// A card for each film of the folder, updated from the server about once a second.
 
 const GONE = "figtrack app has ended; start it again in the terminal";
-const EVERY = 700; // milliseconds between looks at what is at work
+const EVERY = 700; // milliseconds between requests for the state
 const PAGES = ["annotate", "correct"]; // commands that open a page of their own
 const cards = new Map();
 const $ = (selector, root = document) => root.querySelector(selector);
 
-// Leave a list as it is where it would become the same: a choice in it stays, unless something new comes first.
+// Leave an unchanged list as it is: a choice in it stays, unless a new entry comes first.
 function choices(select, options) {
   const key = JSON.stringify(options);
   if (select.dataset.options === key) return;
@@ -38,7 +38,7 @@ function request(card, name, command) {
   };
 }
 
-// What a command is about at the moment, in words.
+// The present activity of a command, in words.
 function doing({ command, task, said }) {
   const address = PAGES.includes(command) && said.join(" ").match(/http:\/\/\S+/)?.[0];
   if (address) return ["Its page is open: ", element("a", { href: address, target: "_blank", rel: "noopener" }, "show it")];

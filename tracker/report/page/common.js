@@ -1,4 +1,4 @@
-// What the scripts of every page begin with: the page's data, and elements.
+// The beginning of every page's scripts: the page's data, and functions for elements.
 
 const opening = JSON.parse(document.querySelector("#data").textContent);
 const SVG = new DOMParser().parseFromString("<svg></svg>", "text/html").querySelector("svg").namespaceURI; // no address in the page

@@ -1,8 +1,8 @@
-// The film, and the figure on it: vectors in the film's own pixels, drawn for the frame that is in sight.
+// The film with the figure on it: vectors in the film's own pixels, drawn for the current frame.
 
 const UNSEEN = ["hidden", "lost", "outside"]; // outcomes in which limbs are predicted
-const THIN = 1.5; // pixels of a limb at least
-const NEARER = 1.2; // how much more than a figure's reach is in sight from near
+const THIN = 1.5; // least width of a limb, pixels
+const NEARER = 1.2; // size of the enlarged view relative to the figure's reach
 
 /** Where a video finds the film: beside the page, or within it. */
 function filmSource(link) {
@@ -19,7 +19,7 @@ function filmSource(link) {
   return URL.createObjectURL(new Blob(parts, { type: "video/mp4" }));
 }
 
-// What each frame has, of stretches from one frame to another.
+// The value of each frame, from intervals of frames.
 const everyFrame = (stretches) => stretches.flatMap(([start, end, value]) => Array(end - start).fill(value));
 
 const pixels = (tenths) => tenths.map((number) => number / 10);
@@ -37,7 +37,7 @@ class Drawing {
     new ResizeObserver(() => this.look()).observe(this.screen);
   }
 
-  // A dark and a coloured path for each limb; gives what to call with a frame's places.
+  // A dark and a coloured path for each limb; returns a function that draws a frame's places.
   layer(name, outline) {
     const group = shape("g", { class: name });
     const tells = this.numbers.limbs.map(({ color, links }) => {
@@ -52,7 +52,7 @@ class Drawing {
     return (at) => tells.forEach((tell) => tell(at));
   }
 
-  // The figure of a frame; of none, where the film shows one that was not followed.
+  // The figure of a frame; none if the film shows a frame that was not followed.
   draw(frame) {
     if (frame === this.frame) return;
     this.frame = frame;
@@ -85,7 +85,7 @@ class Drawing {
     this.look();
   }
 
-  // Film and figure moved and enlarged alike. The film's (0, 0) is the middle of its first pixel.
+  // Move and enlarge film and figure together. The film's (0, 0) is the middle of its first pixel.
   look() {
     const [W, H] = this.size;
     const [across, up] = this.numbers.reach;

@@ -1,4 +1,4 @@
-// Slider, keys, plots and clips, all at one frame.
+// Slider, keys, plots and clips, all showing the same frame.
 
 const find = (selector) => document.querySelector(selector);
 const all = (selector) => [...document.querySelectorAll(selector)];
@@ -27,7 +27,7 @@ function told(frame) {
   slider.setAttribute("aria-valuetext", `frame ${first + frame}, ${times[frame].toFixed(2)} seconds`);
   where.replaceChildren(
     `frame ${first + frame}`, element("span", { class: "total" }, ` of ${first + times.length - 1}`), ` \u00b7 ${times[frame].toFixed(2)} s`);
-  // A page is turned when the cursor leaves it: drawing it anew for every frame would stutter.
+  // The next part is shown when the cursor leaves the present one: redrawing for every frame would stutter.
   if (span && (times[frame] < axis.shown[0] || times[frame] > axis.shown[1])) axis.span(span, frame);
   axis.point(frame);
   for (const tell of tellers) tell(frame);
@@ -87,7 +87,7 @@ document.addEventListener("keydown", (event) => {
   }
 });
 
-// A button that was clicked would keep the space bar to itself.
+// A clicked button would receive the space bar.
 document.addEventListener("click", (event) => {
   if (event.detail) event.target.closest("button")?.blur();
 });
@@ -103,7 +103,7 @@ for (const chart of all(".plots .chart")) {
   });
 }
 
-// Long clips are looked at a few seconds at a time.
+// Long clips are shown a few seconds at a time.
 const [LONG, LONGER] = [12, 40];
 const seconds = axis.whole[1] - axis.whole[0];
 if (seconds > LONG) {

@@ -1,8 +1,8 @@
-// The clips under one slider: what they show is a frame, never a time between two.
+// The clips under one slider: they show a frame, never a time between two.
 
 class Player {
-  // `start` is when the clips show the first frame. `told` is called with every frame that is asked for or played, `seen`
-  // with the number of a clip and the frame that it has in sight: -1 before the first one, as many as there are after the last.
+  // `start` is when the clips show the first frame. `told` is called with every requested or played frame, `seen`
+  // with the number of a clip and the frame that it shows: -1 before the first one, their number after the last.
   constructor(videos, times, start, { told, seen }) {
     Object.assign(this, { videos, times, start, told, seen, frame: 0, playing: false });
     const steps = times.slice(1).map((time, t) => time - times[t]);
@@ -14,7 +14,7 @@ class Player {
   watch(video, i) {
     video.addEventListener("loadedmetadata", () => this.seek(video));
     video.addEventListener("ended", () => this.pause(this.times.length - 1));
-    // Not every browser has a callback for each picture, and one that has may leave a picture out.
+    // Not every browser has a callback for each picture, and those that have one may skip pictures.
     // At its very end a clip shows its last picture.
     video.addEventListener("seeked", () => {
       if (!this.playing) this.seen(i, this.at(Math.min(video.currentTime, video.duration - 2 * this.slack)));
@@ -27,7 +27,7 @@ class Player {
     next();
   }
 
-  // The first clip leads; those that have fallen behind it or run ahead are set to its time.
+  // The first clip leads; clips behind or ahead of it are set to its time.
   look(i, frame) {
     this.seen(i, frame);
     const [lead, ...others] = this.videos;
@@ -43,7 +43,7 @@ class Player {
     this.told(this.frame);
   }
 
-  // The middle of a frame: half a step in, rounding cannot fall into its neighbour.
+  // The middle of a frame, so that rounding cannot reach its neighbour.
   middle(frame) {
     if (this.times.length === 1) return this.times[0];
     return (this.times[frame] + (this.times[frame + 1] ?? this.end)) / 2;
@@ -63,14 +63,14 @@ class Player {
   }
 
   async play() {
-    // Half a frame before its end, not every browser takes a clip for ended and starts it anew.
+    // Not every browser treats a clip half a frame before its end as ended and restarts it.
     if (this.frame === this.times.length - 1) this.show(0);
     this.playing = true;
     this.told(this.frame);
     await Promise.all(this.videos.map((video) => video.play())).catch(() => this.pause());
   }
 
-  // At a frame, the one in sight unless told.
+  // Go to a frame, by default the current one.
   pause(frame = this.frame) {
     if (!this.playing) return;
     this.playing = false;
@@ -78,7 +78,7 @@ class Player {
     this.show(frame);
   }
 
-  // The frame in sight at a time of the clips.
+  // The frame shown at a time of the clips.
   at(seconds) {
     const now = seconds - this.start + this.slack;
     return now >= this.end ? this.times.length : this.times.findLastIndex((time) => time <= now);

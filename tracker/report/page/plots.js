@@ -23,7 +23,7 @@ const ERRORS = [0.05, 0.1, 0.2, 0.25, 0.5];
 const SHARES = Array.from({ length: 101 }, (_, share) => share); // of a stride, per cent
 const SECONDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600];
 
-// The seconds that all charts of a page show, and where in them the cursor stands.
+// The range of seconds that all charts of a page show, and the cursor's place in it.
 class Axis {
   constructor(times) {
     Object.assign(this, { times, charts: [], rulers: [], roots: [] });
@@ -39,7 +39,7 @@ class Axis {
     return this.edges[below] + (frame - below) * (this.edges[below + 1] - this.edges[below]);
   }
 
-  // The frame nearest to a share of what is shown.
+  // The frame nearest to a share of the shown range.
   frameAt(share) {
     const seconds = this.shown[0] + share * (this.shown[1] - this.shown[0]);
     return this.times.reduce(
@@ -128,7 +128,7 @@ class Chart {
 
 const path = (points) => `M${points.map(([x, y]) => `${x.toFixed(4)},${(-y).toFixed(4)}`).join("L")}`;
 
-// The least and the greatest of what is sure, with its bands, and a little room.
+// The range of reliable values with their bands, and a margin.
 function reach(curves, sure) {
   let [low, high] = [0, 0];
   for (const { mean, sigma } of curves) {
@@ -169,7 +169,7 @@ function anglePanel(axis, panel, chapter, sure) {
   return { box: element("div", { class: "panel" }, head, chart.box), tell };
 }
 
-// Of a joint: the angle over the strides of either leg, or of one leg before and after.
+// A joint's angle over the strides of both legs, or of one leg before and after.
 function cyclePanel({ title, legs, norm }) {
   const axis = new Axis(SHARES);
   const curves = Object.entries(legs);
@@ -193,7 +193,7 @@ function cyclePanel({ title, legs, norm }) {
   );
 }
 
-// Stretches, each in a tone by what it is called.
+// Intervals, each in the tone of its name.
 function strip(axis, name, stretches, tone) {
   const chart = new Chart(axis, 0, 1);
   for (const [start, end, called] of stretches) chart.stretch(start, end, { style: toned(tone(called)) });
@@ -223,7 +223,7 @@ function floorStrips(axis, chapter) {
     .map((side) => strip(axis, side, chapter.floor[side], () => TONES[side]));
 }
 
-// All plots of a chapter; gives what to call with a frame to have its numbers told.
+// All plots of a chapter; returns a function that shows the numbers of a frame.
 function drawChapter(axis, chapter, root) {
   const sure = chapter.times.map(() => true);
   for (const [start, end, name] of chapter.outcomes) if (UNSURE.includes(name)) sure.fill(false, start, end);

@@ -1,8 +1,8 @@
-// What is drawn and tabulated, saved as files: pictures as they stand on the page, numbers as they were drawn from.
+// Saving plots and tables as files: pictures as on the page, and the numbers behind them.
 
 const STYLED = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "vector-effect"];
 const SCALE = 2; // pixels of a PNG to one of the page
-const EDGE = 16; // pixels on the right, into which the last number of an axis reaches
+const EDGE = 16; // margin on the right for the last number of an axis, pixels
 
 function download(name, content, kind) {
   const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type: kind }));
@@ -11,7 +11,7 @@ function download(name, content, kind) {
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
 
-// A chart as it looks, for a picture that has no style sheet.
+// A chart with its computed styles, for a picture without a style sheet.
 function styledCopy(chart, box) {
   const copy = chart.cloneNode(true);
   const { left, top, width, height } = chart.getBoundingClientRect();
@@ -92,7 +92,7 @@ function cycleRows(cycles) {
   return [["percent", ...columns.map(([name]) => name)], ...SHARES.map((share) => [share, ...columns.map(([, values]) => values[share])])];
 }
 
-// A table's rows: what is measured and its unit, then each number and, in a column of its own, what follows its plus-minus.
+// A table's rows: the measure and its unit, then each number and, in a separate column, its error.
 function tableRows(table) {
   const [head, ...body] = [...table.rows].map((row) => [...row.cells].map((cell) => cell.textContent.trim()));
   const number = (words) => words.replace("\u2212", "-").replace("\u2013", "");
@@ -104,7 +104,7 @@ function tableRows(table) {
   return [["figure", "unit", ...head.slice(1).flatMap((name) => [name, `${name} plus-minus`])], ...rows];
 }
 
-// Buttons that save what is drawn in `root`, if anything is, and `rows`, called for when they are wanted.
+// Buttons that save the plots in `root`, if there are any, and `rows`, a function called on demand.
 function savers(name, rows, root) {
   const saver = (kind, save) => button(save, { title: `Save as ${kind}` }, kind);
   const pictures = root
