@@ -210,8 +210,9 @@ def test_an_export_is_read_back_to_the_hundredth_of_a_pixel(clip, tmp_path, monk
 
 
 def test_without_templates_and_points_there_is_nothing_to_follow(clip):
-    said = refused("track", clip.video, "--keypoints", clip.keypoints, "--no-templates")
-    assert "give --measure FILE" in said
+    said = figtrack("track", clip.video, "--keypoints", clip.keypoints, "--no-templates")
+    assert said.exit_code == 2
+    assert "give --measure FILE" in said.stderr
 
 
 def test_results_do_not_replace_the_folder_that_holds_the_points(clip, true_points, tmp_path):

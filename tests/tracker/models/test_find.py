@@ -141,6 +141,7 @@ def test_a_playback_speed_counts_before_anybody_is_looked_for(monkeypatch, tmp_p
     """Filmed at 480 frames a second, played at 120, a clip has a model."""
     monkeypatch.setattr("tracker.clip.asked.Video", lambda path: SimpleNamespace(fps=480.0))
     monkeypatch.setattr("tracker.clip.found.surveyed", lambda *_: None)
+    monkeypatch.setattr("tracker.clip.found.pictures", lambda *_: ["a frame"])
     with pytest.raises(ValueError, match="cannot be had at 480"):
         asked(Following(), tmp_path / "a.mp4", None, None, Progress("quiet"))
     with pytest.raises(FoundError, match="nobody was found"):
