@@ -11,6 +11,7 @@ scene with few corners, such as a bare wall, does not show the camera's motion; 
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import cv2
@@ -78,13 +79,13 @@ class Camera:
     sure: bool = True
     moves: bool = False
 
-    @property
+    @cached_property
     def place(self) -> Array:
         """(3, 3) similarity from the frame's pixels to those of the first frame."""
         up = _up(self.image)
         return up @ self.small @ np.linalg.inv(up) if self.moves else IDENTITY
 
-    @property
+    @cached_property
     def shift(self) -> Array:
         """(2,) pixels by which the scene, in the middle of the frame, has shifted right and down."""
         middle = np.array([0.5 * self.image.shape[1], 0.5 * self.image.shape[0], 1.0])
@@ -99,17 +100,16 @@ class Camera:
         if place is not None:
             up, moves = _up(image), self.moves or not np.array_equal(place, IDENTITY)
             return type(self)(image, box, None, np.linalg.inv(up) @ place @ up, True, moves)
-        grey, key = _grey(image), self.key or self._as_key
+        grey, key = _grey(image), self.key or self._as_key()
         small = _place(key, grey, self.small, min(ENOUGH, LEFT * len(key.corners)))
         if small is None and self.key is not None:
-            key = self._as_key
+            key = self._as_key()
             small = _place(key, grey, self.small, FEWEST)
         if small is None:  # the old key frame may be recognised again once a cover is gone
             return replace(self, image=image, box=box, key=self.key or key, sure=False)
         moves = self.moves or _farthest(small, grey.shape) > STILL
         return type(self)(image, box, key, small if moves else IDENTITY, True, moves)
 
-    @property
     def _as_key(self) -> Key:
         """The frame as a key frame, with the sharpest corner of every cell outside the figure."""
         grey = _grey(self.image)
