@@ -66,8 +66,7 @@ class Moments:
 
 
 def learn(
-    ys: Sequence[Array],
-    people: Sequence[str],
+    walks: Sequence[tuple[str, Array]],
     *,
     names: Sequence[str],
     travelling: Sequence[str],
@@ -80,8 +79,8 @@ def learn(
     """Learn the harmonic stride of one motion.
 
     Args:
-        ys: sequences (T, M) in body units (leg lengths, radians), all measured.
-        people: the person of each sequence; people count equally.
+        walks: person and sequence (T, M) in body units (leg lengths, radians), all measured; people count
+            equally.
         names: the M freedoms; `travelling` those whose place is arbitrary.
         twins: (M,) each one's twin on the other side; the first that has one gives the first phase.
         tick: called after each of the rounds of EM.
@@ -89,7 +88,7 @@ def learn(
     Raises:
         ValueError: no sequence of LEAST seconds.
     """
-    pieces = _pieces(ys, people, fps)
+    pieces = _pieces(walks, fps)
     if not pieces:
         raise ValueError(f"no sequence of {label!r} lasts {LEAST} seconds; a stride needs longer ones")
     stride, begun = _first(pieces, tuple(names), tuple(travelling), twins, fps, label)
@@ -178,9 +177,9 @@ def _end(fit: Fit) -> tuple[float, float, float]:
     return float(fit.start + fit.z[shift]), float(fit.z[speed]), float(fit.z[shift + 1] * bend)
 
 
-def _pieces(ys: Sequence[Array], people: Sequence[str], fps: float) -> list[Piece]:
+def _pieces(walks: Sequence[tuple[str, Array]], fps: float) -> list[Piece]:
     found = []
-    for y, person in zip(ys, people, strict=True):
+    for person, y in walks:
         for part in np.array_split(y, max(1, int(np.ceil(len(y) / (LONGEST * fps))))):
             if len(part) >= LEAST * fps:
                 t = np.arange(len(part)) / fps

@@ -151,8 +151,8 @@ def learn_strides(
     """
     models = [
         learn_stride(
-            motion.poses[::2],  # without mirror images, which the harmonic stride includes anyway
-            motion.subjects[::2],
+            # Without mirror images, which the harmonic stride includes anyway.
+            list(zip(motion.subjects[::2], motion.poses[::2], strict=True)),
             names=motion.names,
             travelling=ROOT,
             twins=figure.exchanged[: len(motion.names)],

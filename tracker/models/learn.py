@@ -1,7 +1,7 @@
 """Learning a model's file from a table of captures or pose tables."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -30,6 +30,7 @@ UNLABELLED = "motion"
 STATES = 8  # default number of states for each activity
 ORDER = 2
 NOISE = 1.0  # default noise added to captures, degrees
+NAMED = 20  # most subjects that a message names
 CHOICE = (1, 2, 4, 6, 8, 12)  # numbers of states that `choose` tries, up to --states
 # Settings that apply to switching states only.
 SWITCHING = ("choose", "pooled", "slower", "started", "restarts")
@@ -85,7 +86,9 @@ def _read_captures(
         raise ValueError(f"captures are of people; learn a {request.body.name} from pose tables")
     arms = request.body.learned_freedoms != POSE_COLUMNS
     labels = request.labels or ACTIVITIES
-    trials = [trial for trial in read_trials(table) if _wanted(trial, request, labels, licences)]
+    every = read_trials(table)
+    _warn_of_unknown(request, [trial.subject for trial in every], progress)
+    trials = [trial for trial in every if _wanted(trial, request, labels, licences)]
     data: Data = []
     for trial in progress.through("reading captures", trials, len(trials)):
         data += [(s.subject, s.label, s.y) for s in sequences(trial, request.fps, curves=True, arms=arms)]
@@ -98,6 +101,7 @@ def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]
     one.
     """
     runs: Data = []
+    _warn_of_unknown(request, request.subjects.values(), progress)
     for path, subject in request.subjects.items():
         if subject in request.excluded:
             continue
@@ -118,6 +122,14 @@ def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]
     )
     _check_labels(data, wanted, names, advice)
     return data, ["those of the tables"]
+
+
+def _warn_of_unknown(request: Request, subjects: Iterable[str], progress: Progress) -> None:
+    """Warn of subjects to leave out who are in none of the tables."""
+    known = sorted(set(subjects))
+    if unknown := [name for name in request.excluded if name not in known]:
+        there = ", ".join(known[:NAMED]) + (" and others" if len(known) > NAMED else "")
+        progress.warn(f"--exclude-subjects: no subject is called {', '.join(unknown)}; there are {there}")
 
 
 def _wanted(trial: Trial, request: Request, labels: Sequence[str], licences: Sequence[str]) -> bool:

@@ -15,8 +15,9 @@ from kinematics.mocap import POSE_COLUMNS
 from tracker.tables.table import Layout, finite, write_table
 
 ROOT_COLUMNS = 2  # root_x and root_y, which are optional for some uses
-BESIDE = ("label", "time_s")  # further columns that are read
+BESIDE = ("label", "time_s", "outcome")  # further columns that are read
 NO_MOTION = ("cv", "free")  # labels of `track` for frames whose motion is not known
+UNSEEN = ("lost", "outside")  # outcomes of `track` for frames that did not show the pose
 LONGEST = 1_000_000  # frames from a sequence's first to its last; more is a mistake in the table
 GAP = 10_000  # largest number of missing frames in a row, some minutes
 LARGEST = 1e9  # magnitude of any cell; sums with larger numbers lose their digits
@@ -25,8 +26,8 @@ RADIANS = 3.2  # if all angles are smaller than so many degrees, they probably a
 MOVED = 0.2  # provided that the root moved by so many leg lengths, or
 MANY = 15  # that so many frames were measured
 
-# Pose in body units, label, seconds, and the pose's cells as written.
-Row = tuple[Array, str, float, tuple[str, ...]]
+# Pose in body units, label, seconds, the pose's cells as written, and whether the frame showed it.
+Row = tuple[Array, str, float, tuple[str, ...], bool]
 Rows = dict[str, dict[int, Row]]
 
 
@@ -57,6 +58,7 @@ class PoseSequence:
     y      : (T, M) in body units, angles in radians; NaN for empty cells
     labels : (T,) of each frame, "" where no motion was given
     cells  : (T,) each frame's M cells as written, "" for empty ones
+    shown  : (T,) whether the frame showed the pose, as far as an outcome tells
     fps    : frames a second by the column time_s, None without it
     """
 
@@ -65,6 +67,7 @@ class PoseSequence:
     y: Array
     labels: tuple[str, ...]
     cells: tuple[tuple[str, ...], ...]
+    shown: tuple[bool, ...]
     fps: float | None
 
     def __len__(self) -> int:
@@ -76,8 +79,9 @@ class PoseSequence:
         return np.isfinite(self.y)
 
     def runs(self) -> list[tuple[str, Array]]:
-        """Label and poses of every stretch of one label without a gap."""
-        kinds = list(zip(self.labels, (bool(row.all()) for row in self.seen), strict=True))
+        """Label and poses of every stretch of one label without a gap or an unseen pose."""
+        whole = self.seen.all(1) & np.array(self.shown)
+        kinds = list(zip(self.labels, whole.tolist(), strict=True))
         return [(kinds[a][0], self.y[a:b]) for a, b in stretches(kinds) if kinds[a][1]]
 
 
@@ -151,7 +155,8 @@ def _read_row(rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout
     cells, label = zip(given, columns, largest, strict=True), row.get("label", "")
     pose = np.array([layout.number(text, name, where, most, empty=True) for text, name, most in cells])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
-    frames[frame] = pose, "" if label in NO_MOTION else label, finite(row.get("time_s", "")), given
+    shown, time = row.get("outcome") not in UNSEEN, finite(row.get("time_s", ""))
+    frames[frame] = pose, "" if label in NO_MOTION else label, time, given, shown
 
 
 def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSequence:
@@ -168,9 +173,10 @@ def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSeq
                 "frames may be left out, correct the numbers or give the rest a seq of its own"
             )
     pose, *_ = frames[first]
-    gap = np.full(len(pose), np.nan), "", np.nan, ("",) * len(pose)
-    poses, labels, times, cells = zip(*(frames.get(t, gap) for t in range(first, last + 1)), strict=True)
-    return PoseSequence(name, first, np.stack(poses), labels, cells, _fps(np.array(times)))
+    gap = np.full(len(pose), np.nan), "", np.nan, ("",) * len(pose), False
+    rows = (frames.get(t, gap) for t in range(first, last + 1))
+    poses, labels, times, cells, shown = zip(*rows, strict=True)
+    return PoseSequence(name, first, np.stack(poses), labels, cells, shown, _fps(np.array(times)))
 
 
 def _fps(times: Array) -> float | None:

@@ -90,8 +90,8 @@ def test_the_mirror_image_of_a_piece_teaches_the_same(people):
 def test_people_count_alike_however_much_there_is_of_them(rng):
     stride = little(rng)
     ys = [noisy(stride, drawn(stride, 40, rng)[1], rng) for _ in range(3)]
-    once = learn(ys, "abc", rounds=2, **LEARNT)
-    often = learn([*ys, ys[0], ys[0]], "abcaa", rounds=2, **LEARNT)
+    once = learn([*zip("abc", ys, strict=True)], rounds=2, **LEARNT)
+    often = learn([*zip("abcaa", [*ys, ys[0], ys[0]], strict=True)], rounds=2, **LEARNT)
     assert_allclose(often.mean, once.mean, atol=1e-9)
     assert_allclose(often.slow, once.slow, atol=1e-9)
 
@@ -100,7 +100,7 @@ def test_what_people_have_in_common_is_learned(rng):
     stride = little(rng, drift=0.05)
     ys = [noisy(stride, drawn(stride, 70, rng)[1], rng) for _ in range(8)]
     ticks = []
-    got = learn(ys, "abcdefgh", rounds=4, tick=lambda: ticks.append(1), **LEARNT)
+    got = learn([*zip("abcdefgh", ys, strict=True)], rounds=4, tick=lambda: ticks.append(1), **LEARNT)
     assert len(ticks) == 4
     assert (got.labels, got.names, got.fps) == (("walk",), NAMES, FPS)
     assert got.mean[0, -2] == pytest.approx(6.0, abs=0.5)
@@ -119,4 +119,4 @@ def test_the_first_phase_is_that_of_the_best_sinusoid(rng):
 
 def test_sequences_too_short_for_a_stride_are_refused(rng):
     with pytest.raises(ValueError, match=r"no sequence of 'walk' lasts 0\.6 seconds"):
-        learn([np.zeros((10, 4))], "a", rounds=1, **LEARNT)
+        learn([("a", np.zeros((10, 4)))], rounds=1, **LEARNT)

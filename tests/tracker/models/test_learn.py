@@ -112,6 +112,7 @@ def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
     file = settings(tmp_path, 'licences = ["CREDIT", "none"]\nrounds = 1\n')
     result = figtrack(*learn(trials, tmp_path / "m.npz", *more, settings=file))
     assert result.exit_code == 0, result.output
+    assert "--exclude-subjects: no subject is called s9; there are s0, s1" in result.stderr
     assert (
         "2 states, order 1, 25 frames a second, from 1 sequence of subjects s0; terms: credit"
         in result.stdout
@@ -227,5 +228,7 @@ def test_pose_tables_of_one_name_in_two_folders_are_two_subjects(tmp_path, monke
         write_table(Path(name) / "pose.csv", rows, HEADER)
     words = ["learn", "anna-track/pose.csv", "ben-track/pose.csv", "--states", 1]
     assert "of subjects anna-track/pose, ben-track/pose;" in figtrack(*words, "--out", "both.npz").stdout
+    all_of_them = figtrack(*words, "--exclude-subjects", "pose", "--out", "all.npz")
+    assert "no subject is called pose; there are anna-track/pose, ben-track/pose" in all_of_them.stderr
     one = figtrack(*words, "--exclude-subjects", "ben-track/pose", "--out", "one.npz")
     assert "from 1 sequence of subjects anna-track/pose;" in one.stdout

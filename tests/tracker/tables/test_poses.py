@@ -60,6 +60,14 @@ def test_a_run_ends_at_a_gap_at_an_empty_cell_and_at_another_label(tmp_path):
     assert [(label, len(y)) for label, y in second.runs()] == [("walk", 1)]
 
 
+def test_a_run_ends_where_the_tracker_did_not_see_the_pose(tmp_path):
+    outcomes = ("ok", "hidden", "lost", "found", "outside", "")
+    rows = [f"{row(t)},{outcome}" for t, outcome in enumerate(outcomes)]
+    (sequence,) = read_poses(table(tmp_path, *rows, header=f"{HEADER},outcome"))
+    assert [len(y) for _, y in sequence.runs()] == [2, 1, 1]
+    assert sequence.seen.all()
+
+
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
