@@ -3,6 +3,8 @@
 import asyncio
 import os
 import signal
+import subprocess
+import sys
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
@@ -22,6 +24,7 @@ from tracker.models.cluster import ClusterError, _uninterrupted, cluster_at, loc
 
 pytestmark = pytest.mark.whole
 
+NOBODY = 65534  # a user who owns nothing
 LENGTHS = [*range(3, 12)] * 9  # sequences enough for several batches of every inference
 
 
@@ -134,6 +137,48 @@ def test_nobody_else_on_this_machine_gets_in_to_its_processes():
         pages = client.cluster.dashboard_link.removesuffix("status")
         with pytest.raises(HTTPError, match="404"):
             urlopen(f"{pages}info/main/workers.html")
+
+
+# What another user can try with Python alone: to be let in, and to read the keys of a process.
+INTRUDER = """
+import os, socket, ssl, sys
+"loaded before that is forbidden".encode("idna")
+os.setgroups([])
+os.setuid(int(sys.argv[3]))
+way = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+way.check_hostname, way.verify_mode = False, ssl.CERT_NONE
+for door in sys.argv[1].split(","):
+    host, port = door.split(":")
+    for secured in (False, True):
+        try:
+            with socket.create_connection((host, int(port)), timeout=1) as bare:
+                with way.wrap_socket(bare) if secured else bare as line:
+                    print("let in" if line.recv(1) else "shut out")
+        except OSError:
+            print("shut out")
+for pid in sys.argv[2].split(","):
+    for secret in ("environ", "mem"):
+        try:
+            open(f"/proc/{pid}/{secret}", "rb").close()
+            print("read", secret)
+        except OSError:
+            print("shut out")
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can become another user")
+@pytest.mark.parametrize("secured", [True, False], ids=["with TLS", "were it without"])
+def test_another_user_of_this_machine_neither_gets_in_nor_reads_a_key(secured, monkeypatch):
+    if not secured:
+        monkeypatch.setattr(Security, "temporary", Security)
+    with local_cluster(1) as client:
+        processes = client.scheduler_info()["workers"]
+        doors = [client.cluster.scheduler_address, *processes, *(p["nanny"] for p in processes.values())]
+        bare = ",".join(door.partition("://")[2] for door in doors)
+        pids = ",".join(map(str, [os.getpid(), *client.run(os.getpid).values()]))
+        words = [sys.executable, "-I", "-c", INTRUDER, bare, pids, str(NOBODY)]
+        said = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert said == ["shut out" if secured else "let in", "shut out"] * 3 + ["shut out"] * 4
 
 
 def test_a_cluster_with_a_certificate_is_asked_with_it(tmp_path, rng):
