@@ -7,7 +7,7 @@ import numpy as np
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
 from tracker.clip.pictures import pictures
-from tracker.clip.staged import Surveyed, surveyed
+from tracker.clip.staged import Surveyed, every, surveyed
 from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
@@ -23,7 +23,7 @@ from tracker.survey.evidence import AS_THE_SCENE, FULL_OF_SHADOWS, GREY_CLOTHES,
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
-WINDOW = 600  # frames that are searched together, which bounds memory
+WINDOW = 600  # surveyed frames that are searched together, which bounds memory
 TURNED = 0.07  # least advantage of the better facing, nats times square leg lengths a frame
 DOUBTED = 0.08  # spread of joints, leg lengths; no correct start on 200 rendered films had a larger one
 CLEARLY = 0.1  # advantage of the better facing above which a person is not searched for again
@@ -45,7 +45,7 @@ def people(
     """
     tell_unkept(progress)
     while True:
-        last = first + WINDOW - 1 if stop is None else min(first + WINDOW - 1, stop)
+        last = _last(video, first, stop)
         film = surveyed(video, first, last, 1.0, progress)
         if film is None:
             return []
@@ -60,8 +60,14 @@ def people(
             seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
         seen = _whole(seen, film, spot(stage))
         if seen:
-            return [_legs_named(one.later(first), video) for one in seen]
-        first += len(film.survey.places)
+            return [_legs_named(one.in_film(first, film.every), video) for one in seen]
+        first = last + 1
+
+
+def _last(video: Video, first: int, stop: int | None) -> int:
+    """The last frame that is searched together with frame `first`."""
+    last = first + WINDOW * every(video) - 1
+    return last if stop is None else min(last, stop)
 
 
 def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = None) -> list[Person]:
@@ -158,14 +164,13 @@ def _numbered(number: int, everybody: list[Person], listed: list[Person] | None)
 def _nobody(how: Following, video: Video) -> FoundError:
     """The error if nobody walks through the film, with rough joints of a person who moves on the spot."""
     first = how.from_ or 0
-    last = first + WINDOW - 1 if how.stop is None else min(first + WINDOW - 1, how.stop)
-    film = surveyed(video, first, last, 1.0, Progress("quiet"))
+    film = surveyed(video, first, _last(video, first, how.stop), 1.0, Progress("quiet"))
     if film is None and not any(True for _ in pictures(video, first, first)):
         return FoundError(f"{video.path.name} ends before frame {first}; choose an earlier --from")
     place = film and spot(film.stage(1))
     if not place:
         return FoundError("nobody was found who walks through the film; mark the joints of one frame")
-    figure, frame = seen_figure(), first + place.frame
+    figure, frame = seen_figure(), first + place.frame * every(video)
     joints = place.joints(figure, Cycles.load(), towards(how.facing) or 1)
     return FoundError(
         "nobody goes through the film, but somebody may move on the spot, as on a treadmill or before a "

@@ -8,7 +8,7 @@ from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from tracker.clip.plan import Plan, Seen
-from tracker.clip.staged import POINT, detections, surveyed
+from tracker.clip.staged import POINT, detections, every, surveyed
 from tracker.clip.start import marked_start
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
@@ -19,11 +19,12 @@ from tracker.outline.others import path_of, without_others
 from tracker.outline.person import seen_figure
 from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
+from tracker.outline.smooth import finer
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
 from tracker.survey.evidence import SOME_GREY
 
-REACH = 600  # frames before and after the marked one, which bounds memory
+REACH = 600  # surveyed frames before and after the marked one, which bounds memory
 LEG = 40.0  # largest length of a leg in the small pictures, pixels
 EXCHANGE = 0.01  # least probability of an outline with exchanged legs
 MOST = 0.49  # largest probability of an outline with exchanged legs
@@ -66,19 +67,21 @@ def look(plan: Plan, progress: Progress) -> Seen:
     if found := plan.job.found:
         return Seen({t: of.named(shown, figure) for t, of in found.points.items()}, gait=found.gait)
     video, start, frame, stop = plan.video, _shown(plan, shown), plan.frame, plan.job.stop
-    first = max(frame - REACH, plan.job.first)
-    last = frame + REACH if stop is None else min(frame + REACH, stop)
+    step = every(video)
+    before = min(REACH, (frame - plan.job.first) // step)
+    first, last = frame - before * step, frame + REACH * step
+    last = last if stop is None else min(last, stop)
     film = surveyed(video, first, last, start.view.unit / LEG, progress)
-    if film is None or frame - first >= len(film.survey.places):
+    if film is None or before >= len(film.survey.places):
         return Seen({})
     # A marked person is certainly there, so what is as dark as a shadow may be clothes.
     cycles, stage = Cycles.load(), film.stage(start.view.facing, SOME_GREY)
     del film  # frees its small pictures
-    stage = _alone(stage, start, frame - first, cycles)
-    outline = fitted(stage, start, frame - first, cycles)
+    stage = _alone(stage, start, before, cycles)
+    outline = fitted(stage, start, before, cycles).finer(step)
     points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
-    to_start = np.linalg.inv(stage.places[frame - first])
-    places = {t: to_start @ place for t, place in enumerate(stage.places, first)}
+    to_start = np.linalg.inv(stage.places[before])
+    places = {t: to_start @ place for t, place in enumerate(finer(stage.places, step), first)}
     return Seen(points, outline.wrong, outline.gait, outline.misnamed, places)
 
 

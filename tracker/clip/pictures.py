@@ -13,9 +13,9 @@ HELD = 32 * 2**20  # bytes of pictures that are kept in memory
 BLOCK = 4  # factor on HELD while going back, since each block is decoded from a key frame on
 
 
-def pictures(video: Video, first: int, last: int) -> Iterator[Image]:
-    """The pictures of frames first .. last of a video, read from its beginning."""
-    return (frame.image for frame in islice(video, first, last + 1))
+def pictures(video: Video, first: int, last: int, every: int = 1) -> Iterator[Image]:
+    """The pictures of every `every`-th of frames first .. last of a video, read from its beginning."""
+    return (frame.image for frame in islice(video, first, last + 1, every))
 
 
 class Reel:

@@ -19,16 +19,19 @@ from videos.frames import Video
 POINT = 0.05  # least spread of an outline's joint, leg lengths
 TOGETHER = 3.0  # factor on the spread, since errors of successive frames are correlated
 MOST = 3.0  # largest spread as a multiple of POINT, if the figure stands out from the scene
+OFTEN = 60.0  # surveyed frames a second, about, if a film has more,
+ENOUGH = 100  # and so many surveyed frames altogether
 FEWEST = 20  # frames; in fewer a walker covers many places in half of them
 
 
 @dataclass(frozen=True)
 class Surveyed:
-    """Frames `first` to `last` of a film, and their survey."""
+    """Every `every`-th of the frames `first` to `last` of a film, and their survey."""
 
     video: Video
     first: int
     last: int
+    every: int
     survey: Survey
     progress: Progress
 
@@ -41,28 +44,37 @@ class Surveyed:
         """
         T, (w, h) = len(self.survey.places), self.survey.size
         odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # two, so that either can be freed
-        seen = self.survey.seen(pictures(self.video, self.first, self.last), expected)
+        seen = self.survey.seen(pictures(self.video, self.first, self.last, self.every), expected)
         for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
             odds[t], light[t] = shown
-        return Stage(odds, light, self.survey.up, self.survey.places, facing, self.video.fps)
+        fps = self.video.fps / self.every
+        return Stage(odds, light, self.survey.up, self.survey.places, facing, fps)
+
+
+def every(video: Video) -> int:
+    """Of how many frames of a film one is surveyed: at a high frame rate not all are needed."""
+    step = round(video.fps / OFTEN)
+    return max(step if video.count_hint is None else min(step, video.count_hint // ENOUGH), 1)
 
 
 def surveyed(video: Video, first: int, last: int, by: float, progress: Progress) -> Surveyed | None:
-    """Survey some frames of a film; None if they are too few to know the scene.
+    """Survey a part of a film; None if they are too few to know the scene.
 
     Args:
         by: least number of the film's pixels along the side of a pixel of the small pictures.
     """
-    total = None if video.count_hint is None else min(last + 1, video.count_hint) - first
+    step = every(video)
+    total = None if video.count_hint is None else -((first - min(last + 1, video.count_hint)) // step)
     if total is not None and total <= 0:
         return None
-    images = progress.through(f"{video.path.name} surveyed", pictures(video, first, last), total)
+    images = pictures(video, first, last, step)
+    images = progress.through(f"{video.path.name} surveyed", images, total)
     begin = next(images, None)  # None if the film is shorter than it announces
     if begin is None:
         return None
     by = max(max(video.width, video.height) / SIDE, by)
     found = survey(chain([begin], images), by, total or 0)
-    return Surveyed(video, first, last, found, progress) if len(found.places) >= FEWEST else None
+    return Surveyed(video, first, last, step, found, progress) if len(found.places) >= FEWEST else None
 
 
 def detections(outline: Outline, first: int, video: Video) -> dict[int, Detections]:

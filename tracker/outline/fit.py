@@ -16,7 +16,7 @@ from tracker.outline.near import NEARER, nearness
 from tracker.outline.phase import Phases, likeness, phases
 from tracker.outline.place import walk
 from tracker.outline.shape import Shape
-from tracker.outline.smooth import smooth
+from tracker.outline.smooth import finer, smooth
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING
@@ -29,6 +29,7 @@ ALONG = np.linspace(0.1, 0.9, 9)  # places on the axis of a link, shares of its 
 MOSTLY = 0.65  # share of them that must stand out for a link to stand out
 RIGHTLY = 2.2  # prior log odds that marks name the legs correctly
 MARGIN = 10.0  # divisor of differences between fits, since errors of neighbouring pixels are correlated
+ROWS = ("q", "hips", "units", "joints", "score", "shown", "spread")  # what an outline has of every frame
 SMOOTH_LEAN = 3.0  # frames over which the path's lean is smoothed
 
 
@@ -79,9 +80,12 @@ class Outline:
 
     def part(self, frames: slice) -> Self:
         """The outline reduced to some of the frames."""
-        rows = ("q", "hips", "units", "joints", "score", "shown", "spread")
-        some = {name: getattr(self, name)[frames] for name in rows}
-        return replace(self, **some)
+        return replace(self, **{name: getattr(self, name)[frames] for name in ROWS})
+
+    def finer(self, every: int) -> Self:
+        """The outline at `every` times the frame rate; what lies between unlike frames is not shown."""
+        rows = {name: finer(getattr(self, name), every) for name in ROWS}
+        return replace(self, **rows | {"shown": rows["shown"] == 1.0})
 
 
 def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int = ROUNDS) -> Outline:

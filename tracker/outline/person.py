@@ -59,9 +59,10 @@ class Person:
     def last(self) -> int:
         return self.first + len(self.outline.q) - 1
 
-    def later(self, frames: int) -> Self:
-        """The person in a film that begins so many frames earlier."""
-        return replace(self, first=self.first + frames, frame=self.frame + frames)
+    def in_film(self, first: int, every: int) -> Self:
+        """The person in the film of whose frames every `every`-th one from `first` on was searched."""
+        begin, frame = (first + every * t for t in (self.first, self.frame))
+        return replace(self, first=begin, frame=frame, outline=self.outline.finer(every))
 
     def same(self, other: "Person") -> bool:
         """Whether two people of a film are the same: in common frames they are mostly in one place."""

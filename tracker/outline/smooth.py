@@ -1,4 +1,4 @@
-"""Values of frames averaged over neighbouring frames."""
+"""Values of frames averaged over neighbouring frames, or interpolated between frames."""
 
 from typing import Literal
 
@@ -33,3 +33,11 @@ def sums_around(values: Array, weights: Array, beyond: Literal["edge", "constant
     reach = len(weights) // 2
     padded = np.pad(values, [(reach, reach)] + [(0, 0)] * (values.ndim - 1), mode=beyond)
     return np.asarray(sliding_window_view(padded, len(weights), axis=0) @ weights)
+
+
+def finer(values: Array, every: int) -> Array:
+    """(every (T - 1) + 1, ...) values at `every` times the frame rate, interpolated linearly."""
+    rows, between = np.divmod(np.arange(every * (len(values) - 1) + 1), every)
+    share = (between / every).reshape(-1, *[1] * (values.ndim - 1))
+    following = values[np.minimum(rows + 1, len(values) - 1)]
+    return np.asarray(values[rows] * (1.0 - share) + following * share)

@@ -63,6 +63,19 @@ def test_a_start_is_what_was_found(found, walk, video):
     assert set(start.points) == set(range(len(walk.q)))
 
 
+def test_of_a_high_frame_rate_some_frames_are_searched_and_the_person_is_known_in_all(tmp_path, monkeypatch):
+    walk = film(np.random.default_rng(20), frames=64)
+    monkeypatch.setattr(staged_module, "OFTEN", 15.0)  # of the film's 30 frames a second
+    monkeypatch.setattr(staged_module, "ENOUGH", 32)
+    video = as_video(walk.images, tmp_path)
+    monkeypatch.setattr(found_module, "WINDOW", 20)  # surveyed frames: 40 of the film
+    (one,) = people(video, QUIET)
+    assert (one.first, one.last) == (0, 38)
+    away = np.hypot(*(one.outline.joints - walk.joints[:39]).transpose(2, 0, 1))
+    assert away.mean() < 0.08 * UNIT
+    assert set(start_of([one], Following(), video).points) == set(range(39))
+
+
 @pytest.mark.whole
 def test_two_people_who_cross_are_each_seen_throughout(tmp_path):
     one = film(np.random.default_rng(20), frames=60)

@@ -12,7 +12,7 @@ from tests.tracker.clips import write_table, write_video
 from tests.tracker.outline import films
 from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
-from tracker.clip import outlines
+from tracker.clip import outlines, staged
 from tracker.clip.follow import follow, motions_of
 from tracker.clip.job import Job
 from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look, outlined
@@ -100,6 +100,26 @@ def test_where_the_camera_looks_is_told_from_the_marked_frame_on(tmp_path):
     assert_allclose([places[t] for t in sorted(places)], truth, atol=0.6)
 
 
+def test_of_a_high_frame_rate_some_frames_are_surveyed_and_the_outline_is_known_in_all(tmp_path, monkeypatch):
+    walk = film(np.random.default_rng(20), frames=64, camera=(0.5, -0.2, 0.0, 0.0))
+    monkeypatch.setattr(staged, "OFTEN", 15.0)  # of the film's 30 frames a second
+    monkeypatch.setattr(staged, "ENOUGH", 32)
+    surveyed, survey = [], staged.survey
+
+    def counted(images, *rest):
+        surveyed.append(survey(images, *rest))
+        return surveyed[-1]
+
+    monkeypatch.setattr(staged, "survey", counted)
+    seen = as_seen(prepare(written(tmp_path, walk.images, walk.joints, 31)))
+    assert len(surveyed[0].places) == 32
+    assert sorted(seen.points) == sorted(seen.places) == list(range(1, 64))
+    away = [np.hypot(*(each.pixels - walk.joints[t][each.joint]).T) for t, each in seen.points.items()]
+    assert np.mean(np.concatenate(away)) < 0.07 * UNIT
+    truth = np.linalg.inv(walk.places[31]) @ walk.places[1:]
+    assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=0.6)
+
+
 def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
     grey = (105.0, 112.0, 98.0)  # 0.7 of the scene's light
     monkeypatch.setattr(films, "LEGS", {"near": grey, "far": grey})
@@ -116,6 +136,14 @@ def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
     assert np.mean(away) < 0.07
 
 
+@pytest.mark.parametrize(
+    ("fps", "count", "step"),
+    [(30, 999, 1), (89, 999, 1), (120, 999, 2), (240, 250, 2), (1000, 99, 1), (240, None, 4)],
+)
+def test_at_a_high_frame_rate_one_of_several_frames_is_surveyed_but_never_too_few(fps, count, step):
+    assert staged.every(SimpleNamespace(fps=fps, count_hint=count)) == step
+
+
 @pytest.fixture
 def as_if(monkeypatch):
     """Have every film's outline seen alike: which frames show it, and how sure the legs' names are."""
@@ -125,7 +153,7 @@ def as_if(monkeypatch):
             times = np.arange(len(stage))
             joints = np.broadcast_to(start.view.origin, (len(times), len(WALKER.joints), 2))
             shown = np.ones(joints.shape[:2], bool)
-            return SimpleNamespace(
+            found = SimpleNamespace(
                 joints=joints,
                 shown=shown,
                 seen=seen(times),
@@ -134,6 +162,8 @@ def as_if(monkeypatch):
                 misnamed=misnamed,
                 gait="walk",
             )
+            found.finer = lambda every: found
+            return found
 
         monkeypatch.setattr(outlines, "fitted", fitted)
 

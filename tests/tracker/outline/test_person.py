@@ -105,13 +105,13 @@ def test_who_steps_on_the_spot_goes_nowhere(walk, rng):
 
 def test_who_is_mostly_in_one_place_is_one_person_and_who_only_passes_is_not(walk):
     one = walk.person()
-    again = walk.part(slice(6, 20)).person(frame=3).later(6)
+    again = walk.part(slice(6, 20)).person(frame=3).in_film(6, 1)
     assert one.same(again)
     assert again.same(one)
     assert one.same(walk.shifted(10).person())
     assert not one.same(walk.shifted(30).person())
     assert not one.same(walk.mirrored().person())  # the two meet in the middle
-    assert not one.same(again.later(one.last))
+    assert not one.same(again.in_film(one.last, 1))
 
 
 def test_a_facing_that_is_given_is_taken(walk, rng):
@@ -122,9 +122,21 @@ def test_a_facing_that_is_given_is_taken(walk, rng):
 
 def test_a_person_of_a_later_part_of_a_film_has_its_own_frames(walk):
     one = walk.person(frame=5)
-    later = one.later(600)
+    later = one.in_film(600, 1)
     assert (later.first, later.last, later.frame) == (600, 600 + one.last, 605)
     np.testing.assert_array_equal(later.joints, one.joints)
+
+
+def test_a_person_of_every_third_frame_is_known_between_them(walk):
+    one = walk.person(frame=5)
+    shown = one.outline.shown.copy()
+    shown[7, 2] = False
+    one = replace(one, first=2, outline=replace(one.outline, shown=shown))
+    all_frames = one.in_film(600, 3)
+    assert (all_frames.first, all_frames.last, all_frames.frame) == (606, 600 + 3 * one.last, 615)
+    np.testing.assert_array_equal(all_frames.joints, one.joints)
+    np.testing.assert_allclose(all_frames.outline.hips[4], one.outline.hips[[1, 1, 2]].mean(0))
+    assert np.flatnonzero(~all_frames.outline.shown[:, 2]).tolist() == [19, 20, 21, 22, 23]
 
 
 def test_exchanged_legs_are_the_same_figure_with_other_names(walk):

@@ -3,7 +3,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.ndimage import convolve1d, gaussian_filter1d
 
-from tracker.outline.smooth import smooth, sums_around
+from tracker.outline.smooth import finer, smooth, sums_around
 
 
 @pytest.mark.parametrize("shape", [(30,), (30, 2), (3, 2), (1,)])
@@ -16,3 +16,13 @@ def test_frames_are_smoothed_as_scipy_does(shape, spread, rng):
 def test_beyond_the_ends_there_is_nothing_to_sum(rng):
     values, weights = rng.normal(size=(9, 4)), np.array([0.2, 0.5, 1.0, 0.5, 0.2])
     assert_allclose(sums_around(values, weights), convolve1d(values, weights, axis=0, mode="constant"))
+
+
+@pytest.mark.parametrize("every", [1, 2, 5])
+@pytest.mark.parametrize("shape", [(8,), (8, 2, 3), (1, 2)])
+def test_between_frames_values_are_interpolated_as_numpy_does(every, shape, rng):
+    values = rng.normal(size=shape)
+    at = np.arange(every * (len(values) - 1) + 1) / every
+    wanted = [np.interp(at, np.arange(len(values)), each) for each in values.reshape(len(values), -1).T]
+    assert_allclose(finer(values, every), np.stack(wanted, axis=1).reshape(-1, *shape[1:]), atol=1e-12)
+    assert np.array_equal(finer(values, every)[::every], values)

@@ -15,7 +15,7 @@ from videos.frames import Video
 def two():
     """One who walks to the right, and one who goes backwards, faces left, and whose legs look alike."""
     walk = a_walk()
-    return [walk.person(), walk.mirrored().person(frame=5, named=0.5, turned=0.123).later(7)]
+    return [walk.person(), walk.mirrored().person(frame=5, named=0.5, turned=0.123).in_film(7, 1)]
 
 
 def test_the_table_has_a_row_a_person_with_box_ways_and_how_sure_they_are(two, tmp_path):
