@@ -1,6 +1,7 @@
 """People who walk through a film, and a start without marks."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -60,6 +61,8 @@ def people(
             seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
         seen = _whole(seen, film, spot(stage))
         if seen:
+            rows = 0 if last == stop else len(stage)
+            seen = [replace(one, goes_on=one.last == rows - 1) for one in seen]
             return [_legs_named(one.in_film(first, film.every), video) for one in seen]
         first = last + 1
 

@@ -14,9 +14,10 @@ import numpy as np
 from kinematics.figure import Array, Figure
 from tracker.clip.job import Following, Found, Nearer
 from tracker.clip.outlines import look, outlined
+from tracker.clip.part import EDGE, seen_whole
 from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare
-from tracker.clip.staged import detections
+from tracker.clip.staged import detections, every
 from tracker.loop.begin import begin
 from tracker.outline.near import NEARER, in_standard_errors
 from tracker.outline.person import Person
@@ -54,8 +55,10 @@ def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
 
 def start_from(one: Person, video: Video, told: str) -> Found:
     """The start from a person; `told` says whether the near leg is "sure", "unsure" or "given"."""
-    points = detections(one.outline, one.first, video)
-    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, points, one.outline.gait)
+    outline, first = one.outline, one.first
+    points, edge = detections(outline, first, video), slice(-EDGE * every(video), None)
+    onward = seen_whole(one.figure, outline, one.facing, first, edge) if one.goes_on else None
+    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, points, outline.gait, onward)
 
 
 def borne_out(one: Person, video: Video) -> Person:
@@ -68,6 +71,7 @@ def borne_out(one: Person, video: Video) -> Person:
 
 def _misfits(one: Person, video: Video) -> Array:
     """(n, 2) misfit of templates in the frames around the start, with legs named as found and exchanged."""
+    one = replace(one, goes_on=False)  # what is near the start decides
     starts = [start_from(each, video, "unsure") for each in (one, one.exchanged)]
     jobs = [Following().job(video.path, start, FEW) for start in starts]
     plans = [outlined(plan, look(plan, Progress("quiet"))) for plan in map(prepare, jobs)]

@@ -1,5 +1,6 @@
 """The joints of a figure's outline in every frame: the film surveyed, the outline fitted, then followed."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -7,25 +8,18 @@ import numpy as np
 from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
+from tracker.clip.part import Part, Pose, part_around
 from tracker.clip.plan import Plan, Seen
-from tracker.clip.staged import POINT, detections, every, surveyed
+from tracker.clip.staged import POINT, detections
 from tracker.clip.start import marked_start
+from tracker.loop.detections import Detections
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
-from tracker.outline.bodies import paths
-from tracker.outline.cycles import Cycles
-from tracker.outline.fit import fitted
-from tracker.outline.others import path_of, without_others
 from tracker.outline.person import seen_figure
-from tracker.outline.pieces import joined
-from tracker.outline.shape import Shape
-from tracker.outline.smooth import finer
-from tracker.outline.stage import Stage
 from tracker.progress import Progress
-from tracker.survey.evidence import SOME_GREY
 
-REACH = 600  # surveyed frames before and after the marked one, which bounds memory
-LEG = 40.0  # largest length of a leg in the small pictures, pixels
+REACH = 600  # surveyed frames before and after the marked one in the first part of the film
+SHARED = 60  # surveyed frames that two neighbouring parts have in common
 EXCHANGE = 0.01  # least probability of an outline with exchanged legs
 MOST = 0.49  # largest probability of an outline with exchanged legs
 ONE_LEG = 0.002  # probability that an outline has both legs of a frame in one place
@@ -63,26 +57,64 @@ def look(plan: Plan, progress: Progress) -> Seen:
     wanted = plan.start.figure.outline and settings.outline and settings.templates and settings.mode == "full"
     if not wanted or plan.measured is not None:
         return Seen({})
-    figure, shown = plan.start.figure, load_figure(plan.start.figure.outline)
+    shown = load_figure(plan.start.figure.outline)
     if found := plan.job.found:
-        return Seen({t: of.named(shown, figure) for t, of in found.points.items()}, gait=found.gait)
-    video, start, frame, stop = plan.video, _shown(plan, shown), plan.frame, plan.job.stop
-    step = every(video)
-    before = min(REACH, (frame - plan.job.first) // step)
-    first, last = frame - before * step, frame + REACH * step
-    last = last if stop is None else min(last, stop)
-    film = surveyed(video, first, last, start.view.unit / LEG, progress)
-    if film is None or before >= len(film.survey.places):
+        seen = Seen(_named(found.points, shown, plan), gait=found.gait)
+        return _beyond(seen, found.onward, 1, plan, progress)
+    part = _part(plan, (plan.frame, _shown(plan, shown)), (REACH, REACH), progress)
+    if part is None:
         return Seen({})
-    # A marked person is certainly there, so what is as dark as a shadow may be clothes.
-    cycles, stage = Cycles.load(), film.stage(start.view.facing, SOME_GREY)
-    del film  # frees its small pictures
-    stage = _alone(stage, start, before, cycles)
-    outline = fitted(stage, start, before, cycles).finer(step)
-    points = {t: of.named(shown, figure) for t, of in detections(outline, first, video).items()}
-    to_start = np.linalg.inv(stage.places[before])
-    places = {t: to_start @ place for t, place in enumerate(finer(stage.places, step), first)}
-    return Seen(points, outline.wrong, outline.gait, outline.misnamed, places)
+    outline = part.outline
+    points = _named(detections(outline, part.first, plan.video), shown, plan)
+    seen = Seen(points, outline.wrong, outline.gait, outline.misnamed, part.places)
+    seen = _beyond(seen, part.after, 1, plan, progress)
+    return _beyond(seen, part.before, -1, plan, progress)
+
+
+def _part(plan: Plan, pose: Pose, around: tuple[int, int], progress: Progress) -> Part | None:
+    return part_around(plan.video, pose, around, (plan.job.first, plan.job.stop), progress)
+
+
+def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Progress) -> Seen:
+    """What is seen, with the parts of the film beyond, as far as the figure is seen in them.
+
+    Args:
+        onward: from which the next part starts, None for no part.
+        way: +1 for later parts, -1 for earlier ones.
+    """
+    far = 2 * REACH - SHARED
+    while onward is not None:
+        part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress)
+        if part is None:
+            break
+        seen = _joined(seen, part, onward, plan)
+        onward = part.after if way > 0 else part.before
+    return seen
+
+
+def _joined(seen: Seen, part: Part, pose: Pose, plan: Plan) -> Seen:
+    """What is seen, with what a part shows in other frames; legs keep the names of the pose it started
+    from."""
+    frame, start = pose
+    figure, outline = start.figure, part.outline
+    q = outline.q[frame - part.first]
+    if np.abs(q[figure.exchanged] - start.q).sum() < np.abs(q - start.q).sum():
+        outline = outline.exchanged(figure)
+    points = _named(detections(outline, part.first, plan.video), figure, plan)
+    places = {}
+    if frame in seen.places:
+        places = {t: seen.places[frame] @ place for t, place in part.places.items()}
+    return replace(
+        seen,
+        points=points | dict(seen.points),
+        wrong=max(seen.wrong, outline.wrong),
+        places=places | dict(seen.places),
+    )
+
+
+def _named(points: Mapping[int, Detections], shown: Figure, plan: Plan) -> dict[int, Detections]:
+    """The points of the figure that is shown as those of the figure that is followed."""
+    return {t: of.named(shown, plan.start.figure) for t, of in points.items()}
 
 
 def _shown(plan: Plan, shown: Figure) -> Start:
@@ -99,11 +131,3 @@ def _shown(plan: Plan, shown: Figure) -> Start:
         (1.0 - USUAL) * link.length + USUAL * usual.get(link.name, link.length) for link in figure.links
     ]
     return replace(start, figure=figure.with_lengths(lengths))
-
-
-def _alone(stage: Stage, start: Start, frame: int, cycles: Cycles) -> Stage:
-    """The film with the places of other people set to unknown, if there are any."""
-    hip, unit = np.asarray(start.view.origin), start.view.unit
-    everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, unit))
-    own = path_of(stage, hip, unit, frame, everybody)
-    return stage if own is None else without_others(stage, own, everybody)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kinematics.figure import SCALE, Array, Figure
 from kinematics.recover import Start
-from kinematics.spm import joints, skeleton, surface
+from kinematics.spm import View, joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
 from tracker.outline.cycles import NECK, TRUNK, Cycles, at_phases, columns_of, poses
 from tracker.outline.doubt import spread
@@ -81,6 +81,25 @@ class Outline:
     def part(self, frames: slice) -> Self:
         """The outline reduced to some of the frames."""
         return replace(self, **{name: getattr(self, name)[frames] for name in ROWS})
+
+    def exchanged(self, figure: Figure) -> Self:
+        """The same outline with the figure's near and far leg exchanged."""
+        twins = figure.joint_twins
+        return replace(
+            self,
+            q=self.q[:, figure.exchanged],
+            joints=self.joints[:, twins],
+            shown=self.shown[:, twins],
+            named=-self.named,
+        )
+
+    def start(self, figure: Figure, facing: int, t: int) -> Start:
+        """The pose in row t as one to start from, all of it known."""
+        q, unit = self.q[t].copy(), float(self.units[t])
+        x, y = (self.hips[t] + unit * np.array([facing, -1.0]) * q[:2]).tolist()
+        view = View(origin=(x, y), unit=unit * float(np.exp(q[figure.index(SCALE)])), facing=facing)
+        q[:2] = q[figure.index(SCALE)] = 0.0
+        return Start(figure, view, q, np.ones(len(q), bool))
 
     def finer(self, every: int) -> Self:
         """The outline at `every` times the frame rate; what lies between unlike frames is not shown."""

@@ -45,6 +45,7 @@ class Person:
     turned  : advantage over the other facing in explaining the picture, nats times square leg lengths a
         frame; infinite if the facing was given
     outline : in every frame from the first on
+    goes_on : whether it goes on beyond the frames that were searched
     """
 
     figure: Figure
@@ -54,6 +55,7 @@ class Person:
     direction: int
     turned: float
     outline: Outline
+    goes_on: bool = False
 
     @property
     def last(self) -> int:
@@ -89,16 +91,7 @@ class Person:
     @property
     def exchanged(self) -> Self:
         """The same person with near and far leg exchanged."""
-        outline = self.outline
-        twins = self.figure.joint_twins
-        other = replace(
-            outline,
-            joints=outline.joints[:, twins],
-            shown=outline.shown[:, twins],
-            q=outline.q[:, self.figure.exchanged],
-            named=-outline.named,
-        )
-        return replace(self, outline=other)
+        return replace(self, outline=self.outline.exchanged(self.figure))
 
     @property
     def joints(self) -> Array:

@@ -17,7 +17,7 @@ from kinematics.figure_file import WALKER
 from kinematics.recover import PoseError, Start, start_pose
 from kinematics.spm import skeleton, surface
 from tests.benchmarks.evaluation.cases import QUIET, Array, first_whole, marks_of
-from tracker.clip.outlines import LEG
+from tracker.clip.part import LEG
 from tracker.clip.staged import surveyed
 from tracker.clip.start import facing_at
 from tracker.outline.stage import Stage

@@ -19,7 +19,7 @@ from dynamics.gaussian import Gaussian
 from tests.benchmarks.rivals import lucas_kanade
 from tests.benchmarks.rivals.body import body_at
 from tracker.clip import follow as clip
-from tracker.clip import outlines
+from tracker.clip import outlines, part
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.plan import prepare
@@ -44,7 +44,7 @@ SPACINGS = (0.044, 0.031, 0.022, 0.0156)  # leg lengths; 0.022 is the default
 
 # Where a stage's work is done: what is inside another's counts for the inner one.
 STAGES = {
-    "survey": (outlines, "surveyed"),
+    "survey": (part, "surveyed"),
     "outline": (outlines, "look"),
     "pyramid": (track, "pyramid"),
     "camera": (Camera, "follow"),

@@ -14,6 +14,7 @@ from tracker.clip.asked import asked
 from tracker.clip.found import AGAIN, DOUBTED, TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
+from tracker.clip.outlines import look
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
 from tracker.clip.start import FoundError
@@ -74,6 +75,18 @@ def test_of_a_high_frame_rate_some_frames_are_searched_and_the_person_is_known_i
     away = np.hypot(*(one.outline.joints - walk.joints[:39]).transpose(2, 0, 1))
     assert away.mean() < 0.08 * UNIT
     assert set(start_of([one], Following(), video).points) == set(range(39))
+
+
+def test_who_goes_on_beyond_the_frames_that_are_searched_is_seen_there_too(tmp_path, monkeypatch):
+    video = as_video(film(np.random.default_rng(20), frames=64).images, tmp_path)
+    monkeypatch.setattr(found_module, "WINDOW", 40)
+    (one,) = people(video, QUIET)
+    start = start_of([one], Following(), video)
+    assert (one.last, one.goes_on, max(start.points)) == (39, True, 39)
+    assert sorted(look(prepare(Following().job(video.path, start)), QUIET).points) == list(range(64))
+    (same,) = people(video, QUIET, stop=39)
+    assert (same.last, same.goes_on) == (39, False)
+    assert start_of([same], Following(), video).onward is None
 
 
 @pytest.mark.whole

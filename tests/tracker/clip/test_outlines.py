@@ -12,7 +12,7 @@ from tests.tracker.clips import write_table, write_video
 from tests.tracker.outline import films
 from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
-from tracker.clip import outlines, staged
+from tracker.clip import outlines, part, staged
 from tracker.clip.follow import follow, motions_of
 from tracker.clip.job import Job
 from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look, outlined
@@ -120,6 +120,59 @@ def test_of_a_high_frame_rate_some_frames_are_surveyed_and_the_outline_is_known_
     assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=0.6)
 
 
+@pytest.fixture
+def in_parts(monkeypatch):
+    """Survey at most 41 frames together; how often a part was surveyed is counted."""
+    monkeypatch.setattr(outlines, "REACH", 20)
+    monkeypatch.setattr(outlines, "SHARED", 20)
+    monkeypatch.setattr(part, "EDGE", 6)
+    surveyed, survey = [], part.surveyed
+
+    def counted(*words):
+        surveyed.append(words[1:3])
+        return survey(*words)
+
+    monkeypatch.setattr(part, "surveyed", counted)
+    return surveyed
+
+
+@pytest.fixture(scope="module")
+def long_walk():
+    return film(np.random.default_rng(20), frames=90, camera=(1.2, -0.2, 0.0, 0.0))
+
+
+def test_the_outline_is_known_beyond_the_first_part_of_a_film_both_ways(tmp_path, in_parts, long_walk):
+    seen = as_seen(prepare(written(tmp_path, long_walk.images, long_walk.joints, 45)))
+    assert in_parts[0] == (25, 65)
+    assert {first < 25 for first, _ in in_parts[1:]} == {False, True}
+    assert sorted(seen.places) == list(range(90))
+    assert set(range(5, 85)) <= set(seen.points)  # nearer the ends the walker is partly out of sight
+    away = [np.hypot(*(each.pixels - long_walk.joints[t][each.joint]).T) for t, each in seen.points.items()]
+    assert np.mean(np.concatenate(away)) < 0.07 * UNIT
+    truth = np.linalg.inv(long_walk.places[45]) @ long_walk.places
+    assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=1.0)
+
+
+def test_no_part_is_surveyed_beyond_the_frames_that_are_followed(tmp_path, in_parts, long_walk):
+    job = written(tmp_path, long_walk.images, long_walk.joints, 45)
+    look(prepare(replace(job, from_=30, stop=60)), QUIET)
+    assert in_parts == [(30, 60)]
+
+
+def test_legs_keep_their_names_in_the_parts_beyond(tmp_path, in_parts, long_walk, monkeypatch):
+    fit, fits = part.fitted, []
+
+    def exchanged(*words):
+        fits.append(fit(*words))
+        return fits[-1] if len(fits) == 1 else fits[-1].exchanged(WALKER)
+
+    monkeypatch.setattr(part, "fitted", exchanged)
+    seen = as_seen(prepare(written(tmp_path, long_walk.images, long_walk.joints, 45)))
+    away = [np.hypot(*(each.pixels - long_walk.joints[t][each.joint]).T) for t, each in seen.points.items()]
+    assert np.mean(np.concatenate(away)) < 0.07 * UNIT
+    assert len(fits) > 1
+
+
 def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
     grey = (105.0, 112.0, 98.0)  # 0.7 of the scene's light
     monkeypatch.setattr(films, "LEGS", {"near": grey, "far": grey})
@@ -154,6 +207,7 @@ def as_if(monkeypatch):
             joints = np.broadcast_to(start.view.origin, (len(times), len(WALKER.joints), 2))
             shown = np.ones(joints.shape[:2], bool)
             found = SimpleNamespace(
+                q=np.zeros((len(times), len(WALKER.freedoms))),
                 joints=joints,
                 shown=shown,
                 seen=seen(times),
@@ -165,7 +219,7 @@ def as_if(monkeypatch):
             found.finer = lambda every: found
             return found
 
-        monkeypatch.setattr(outlines, "fitted", fitted)
+        monkeypatch.setattr(part, "fitted", fitted)
 
     return fit
 
@@ -229,10 +283,11 @@ def test_a_learned_model_is_held_less_tightly_where_the_outline_is_seen(model, w
     assert_array_equal(seen.tracker.slds.Q[:, :n, :n], seen.slds.Q[:, :n, :n])
 
 
-def test_frames_beyond_reach_of_the_marked_one_have_no_points(plan, as_if, monkeypatch):
-    as_if()
+def test_beyond_a_part_at_whose_edges_the_figure_is_not_seen_there_are_no_points(plan, as_if, monkeypatch):
+    as_if(seen=lambda t: (t > 3) & (t < 19))
     monkeypatch.setattr(outlines, "REACH", 11)
-    assert sorted(as_seen(plan).points) == list(range(MIDDLE - 11, MIDDLE + 12))
+    monkeypatch.setattr(part, "EDGE", 3)
+    assert sorted(as_seen(plan).points) == list(range(MIDDLE - 7, MIDDLE + 8))
 
 
 def test_frames_after_the_last_asked_for_or_in_which_the_outline_is_not_seen_have_no_points(plan, as_if):
@@ -272,14 +327,14 @@ def test_a_film_in_which_nobody_stands_out_leaves_the_plan_as_it_is(plan, as_if)
 
 @pytest.mark.parametrize("change", [{"outline": False}, {"templates": False}, {"mode": "classic"}])
 def test_settings_that_want_no_outline_leave_the_plan_as_it_is(change, plan, monkeypatch):
-    monkeypatch.setattr(outlines, "surveyed", None)  # not even looked at
+    monkeypatch.setattr(part, "surveyed", None)  # not even looked at
     settings = plan.tracker.settings.model_copy(update=change)
     other = replace(plan, tracker=replace(plan.tracker, settings=settings))
     assert as_seen(other) is other
 
 
 def test_points_that_are_given_stay(plan, monkeypatch):
-    monkeypatch.setattr(outlines, "surveyed", None)
+    monkeypatch.setattr(part, "surveyed", None)
     given = replace(plan, measured=object())
     assert as_seen(given) is given
 

@@ -7,6 +7,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from scipy.special import expit
 
+from kinematics.figure import SCALE
+from kinematics.spm import joints
 from tests.tracker.outline.films import FEW, FPS, MIDDLE, WALKER, film
 from tracker.outline.climb import Marked
 from tracker.outline.cycles import NECK, columns_of
@@ -51,6 +53,15 @@ def test_the_head_is_held_at_the_marked_angle_to_the_trunk(walk, stage, found):
     bowed[neck] += np.radians(25.0)
     more = fit(walk, stage, replace(start, q=bowed)).q[:, neck] - found.q[:, neck]
     assert np.all(more > np.radians(2.0))
+
+
+def test_a_fitted_pose_is_a_start_in_the_same_place(walk, found):
+    start = found.start(WALKER, walk.facing, 20)
+    axes = start.view.unit * np.array([walk.facing, -1.0])
+    places = start.view.origin + axes * joints(WALKER, start.q)
+    np.testing.assert_allclose(places, found.joints[20], atol=1e-9)
+    assert start.known.all()
+    assert start.q[WALKER.index(SCALE)] == 0.0
 
 
 def test_a_mark_near_an_end_is_as_good_and_a_figure_may_face_left(walk, rng):

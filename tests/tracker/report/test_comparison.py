@@ -10,7 +10,7 @@ from dynamics.slds import constant_velocity
 from dynamics.store import ModelError, save
 from kinematics.mocap import POSE_COLUMNS
 from tests.tracker.clips import RUN_FILES, figtrack, read_csv, read_json, refused, write_table, write_video
-from tracker.clip import outlines
+from tracker.clip import part
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.progress import Progress
@@ -63,7 +63,7 @@ def test_a_comparison_leaves_a_run_a_model_and_one_page(done):
 
 def test_the_film_is_surveyed_once_whatever_the_number_of_models(job, clip, tmp_path, monkeypatch):
     looked = []
-    monkeypatch.setattr(outlines, "surveyed", lambda *words: looked.append(words))
+    monkeypatch.setattr(part, "surveyed", lambda *words: looked.append(words))
     compare_models(replace(job, stop=4), read_keypoints(clip.keypoints), MODELS, tmp_path, Progress("quiet"))
     assert len(looked) == 1
 

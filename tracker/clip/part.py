@@ -1,0 +1,102 @@
+"""The outline in one part of a film, surveyed by itself, which bounds memory; and the parts beyond it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinematics.figure import Array, Figure
+from kinematics.recover import Start
+from tracker.clip.staged import every, surveyed
+from tracker.outline.bodies import paths
+from tracker.outline.cycles import Cycles
+from tracker.outline.fit import Outline, fitted
+from tracker.outline.others import path_of, without_others
+from tracker.outline.pieces import joined
+from tracker.outline.shape import Shape
+from tracker.outline.smooth import finer
+from tracker.outline.stage import Stage
+from tracker.progress import Progress
+from tracker.survey.evidence import SOME_GREY
+from videos.frames import Video
+
+LEG = 40.0  # largest length of a leg in the small pictures, pixels
+EDGE = 30  # surveyed frames at an end, one of which must show the whole figure for a part beyond
+
+Pose = tuple[int, Start]  # a frame and the pose in it
+
+
+@dataclass(frozen=True)
+class Part:
+    """The outline in a part of a film.
+
+    first   : its first frame
+    outline : in every frame from the first on
+    places  : by frame, (3, 3) map from its pixels to those of the frame of the part's start pose
+    before, after : poses from which parts of the film before and after this one start, None for none
+    """
+
+    first: int
+    outline: Outline
+    places: dict[int, Array]
+    before: Pose | None
+    after: Pose | None
+
+
+def part_around(
+    video: Video,
+    pose: Pose,
+    around: tuple[int, int],
+    within: tuple[int, int | None],
+    progress: Progress,
+) -> Part | None:
+    """The part of a film around a frame whose pose is known; None if the film is too short.
+
+    Args:
+        around: surveyed frames before and after that frame.
+        within: first and last frame to be followed, None for the film's last.
+    """
+    (frame, start), (begin, stop), step = pose, within, every(video)
+    before = min(around[0], (frame - begin) // step)
+    first, last = frame - before * step, frame + around[1] * step
+    last = last if stop is None else min(last, stop)
+    film = surveyed(video, first, last, start.view.unit / LEG, progress)
+    if film is None or before >= len(film.survey.places):
+        return None
+    # A known person is certainly there, so what is as dark as a shadow may be clothes.
+    cycles, stage = Cycles.load(), film.stage(start.view.facing, SOME_GREY)
+    ended = len(stage) < (last - first) // step + 1 or last == stop
+    del film  # frees its small pictures
+    stage = _alone(stage, start, before, cycles)
+    outline = fitted(stage, start, before, cycles).finer(step)
+    to_start = np.linalg.inv(stage.places[before])
+    places = {t: to_start @ place for t, place in enumerate(finer(stage.places, step), first)}
+    facing, edge = start.view.facing, EDGE * step
+    return Part(
+        first,
+        outline,
+        places,
+        None if first < begin + step else seen_whole(start.figure, outline, facing, first, slice(edge)),
+        None if ended else seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
+    )
+
+
+def seen_whole(figure: Figure, outline: Outline, facing: int, first: int, some: slice) -> Pose | None:
+    """The pose in the frame that shows the whole figure best among some rows of an outline, if any does.
+
+    Args:
+        first: frame of the outline's first row.
+    """
+    rows = np.arange(len(outline.q))[some]
+    rows = rows[outline.seen[rows] & outline.shown[rows].all(1)]
+    if not len(rows):
+        return None
+    t = int(rows[outline.score[rows].argmax()])
+    return first + t, outline.start(figure, facing, t)
+
+
+def _alone(stage: Stage, start: Start, frame: int, cycles: Cycles) -> Stage:
+    """The film with the places of other people set to unknown, if there are any."""
+    hip, unit = np.asarray(start.view.origin), start.view.unit
+    everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, unit))
+    own = path_of(stage, hip, unit, frame, everybody)
+    return stage if own is None else without_others(stage, own, everybody)
