@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinematics.figure import Figure
+from kinematics.figure import Array, Figure
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
+from tracker.clip.lazily import Lazily, together
 from tracker.clip.part import Part, Pose, part_around
 from tracker.clip.plan import Plan, Seen
 from tracker.clip.staged import POINT, detections
@@ -15,6 +16,7 @@ from tracker.clip.start import marked_start
 from tracker.loop.detections import Detections
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
+from tracker.outline.fit import Outline
 from tracker.outline.person import seen_figure
 from tracker.progress import Progress
 
@@ -82,39 +84,36 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         onward: from which the next part starts, None for no part.
         way: +1 for later parts, -1 for earlier ones.
     """
-    far = 2 * REACH - SHARED
+    points, places, wrong, far = [seen.points], [seen.places], seen.wrong, 2 * REACH - SHARED
     while onward is not None:
         part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress)
         if part is None:
             break
-        seen = _joined(seen, part, onward, plan)
+        frame, start = onward
+        outline = _as_named(part.outline, frame - part.first, start)
+        wrong = max(wrong, outline.wrong)
+        points.append(_named(detections(outline, part.first, plan.video), start.figure, plan))
+        if frame in places[-1]:
+            places.append(_placed(part.places, places[-1][frame]))
         onward = part.after if way > 0 else part.before
-    return seen
+    return replace(seen, points=together(points), places=together(places), wrong=wrong)
 
 
-def _joined(seen: Seen, part: Part, pose: Pose, plan: Plan) -> Seen:
-    """What is seen, with what a part shows in other frames; legs keep the names of the pose it started
-    from."""
-    frame, start = pose
-    figure, outline = start.figure, part.outline
-    q = outline.q[frame - part.first]
-    if np.abs(q[figure.exchanged] - start.q).sum() < np.abs(q - start.q).sum():
-        outline = outline.exchanged(figure)
-    points = _named(detections(outline, part.first, plan.video), figure, plan)
-    places = {}
-    if frame in seen.places:
-        places = {t: seen.places[frame] @ place for t, place in part.places.items()}
-    return replace(
-        seen,
-        points=points | dict(seen.points),
-        wrong=max(seen.wrong, outline.wrong),
-        places=places | dict(seen.places),
-    )
+def _as_named(outline: Outline, t: int, start: Start) -> Outline:
+    """The outline with the legs called as in the pose that it started from in row t."""
+    other = start.figure.exchanged
+    misnamed = np.abs(outline.q[t, other] - start.q).sum() < np.abs(outline.q[t] - start.q).sum()
+    return outline.exchanged(start.figure) if misnamed else outline
 
 
-def _named(points: Mapping[int, Detections], shown: Figure, plan: Plan) -> dict[int, Detections]:
+def _placed(places: Mapping[int, Array], to: Array) -> Mapping[int, Array]:
+    """The maps of frames followed by another one."""
+    return Lazily(places.keys(), lambda t: np.asarray(to @ places[t]))
+
+
+def _named(points: Mapping[int, Detections], shown: Figure, plan: Plan) -> Mapping[int, Detections]:
     """The points of the figure that is shown as those of the figure that is followed."""
-    return {t: of.named(shown, plan.start.figure) for t, of in points.items()}
+    return Lazily(points.keys(), lambda t: points[t].named(shown, plan.start.figure))
 
 
 def _shown(plan: Plan, shown: Figure) -> Start:

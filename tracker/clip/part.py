@@ -1,11 +1,13 @@
 """The outline in one part of a film, surveyed by itself, which bounds memory; and the parts beyond it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from kinematics.figure import Array, Figure
 from kinematics.recover import Start
+from tracker.clip.lazily import Lazily
 from tracker.clip.staged import every, surveyed
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
@@ -37,7 +39,7 @@ class Part:
 
     first: int
     outline: Outline
-    places: dict[int, Array]
+    places: Mapping[int, Array]
     before: Pose | None
     after: Pose | None
 
@@ -68,13 +70,12 @@ def part_around(
     del film  # frees its small pictures
     stage = _alone(stage, start, before, cycles)
     outline = fitted(stage, start, before, cycles).finer(step)
-    to_start = np.linalg.inv(stage.places[before])
-    places = {t: to_start @ place for t, place in enumerate(finer(stage.places, step), first)}
+    to_start = np.linalg.inv(stage.places[before]) @ finer(stage.places, step)
     facing, edge = start.view.facing, EDGE * step
     return Part(
         first,
         outline,
-        places,
+        Lazily(range(first, first + len(to_start)), lambda t: to_start[t - first]),
         None if first < begin + step else seen_whole(start.figure, outline, facing, first, slice(edge)),
         None if ended else seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
     )

@@ -1,10 +1,12 @@
 """A part of a film surveyed for outlines, and the joints of an outline as points."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
+from tracker.clip.lazily import Lazily
 from tracker.clip.pictures import pictures
 from tracker.loop.detections import Detections
 from tracker.outline.fit import Outline
@@ -77,16 +79,19 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
     return Surveyed(video, first, last, step, found, progress) if len(found.places) >= FEWEST else None
 
 
-def detections(outline: Outline, first: int, video: Video) -> dict[int, Detections]:
+def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detections]:
     """By frame, the outline's joints that lie in the picture and stand out from the scene.
 
     Args:
         first: frame number of the outline's first row.
     """
-    number, found = np.arange(outline.joints.shape[1]), {}
-    for t in np.flatnonzero(outline.seen).tolist():
-        inside = within(outline.joints[t], (video.height, video.width)) & outline.shown[t]
-        if inside.any():
-            doubt = min(max(TOGETHER * float(outline.spread[t]) / POINT, 1.0), MOST)
-            found[first + t] = Detections(number[inside], outline.joints[t][inside], doubt)
-    return found
+    joints, spread = outline.joints, outline.spread
+    number = np.arange(joints.shape[1])
+    inside = within(joints, (video.height, video.width)) & outline.shown & outline.seen[:, None]
+
+    def of(frame: int) -> Detections:
+        t = frame - first
+        doubt = min(max(TOGETHER * float(spread[t]) / POINT, 1.0), MOST)
+        return Detections(number[inside[t]], joints[t, inside[t]], doubt)
+
+    return Lazily(frozenset((first + np.flatnonzero(inside.any(1))).tolist()), of)
