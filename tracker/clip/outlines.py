@@ -16,7 +16,6 @@ from tracker.clip.start import marked_start
 from tracker.loop.detections import Detections
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
-from tracker.outline.fit import Outline
 from tracker.outline.person import seen_figure
 from tracker.progress import Progress
 
@@ -90,20 +89,21 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         if part is None:
             break
         frame, start = onward
-        outline = _as_named(part.outline, frame - part.first, start)
-        wrong = max(wrong, outline.wrong)
-        points.append(_named(detections(outline, part.first, plan.video), start.figure, plan))
+        part = _as_named(part, onward)
+        wrong = max(wrong, part.outline.wrong)
+        points.append(_named(detections(part.outline, part.first, plan.video), start.figure, plan))
         if frame in places[-1]:
             places.append(_placed(part.places, places[-1][frame]))
         onward = part.after if way > 0 else part.before
     return replace(seen, points=together(points), places=together(places), wrong=wrong)
 
 
-def _as_named(outline: Outline, t: int, start: Start) -> Outline:
-    """The outline with the legs called as in the pose that it started from in row t."""
-    other = start.figure.exchanged
-    misnamed = np.abs(outline.q[t, other] - start.q).sum() < np.abs(outline.q[t] - start.q).sum()
-    return outline.exchanged(start.figure) if misnamed else outline
+def _as_named(part: Part, pose: Pose) -> Part:
+    """The part with the legs called as in the pose that it started from."""
+    frame, start = pose
+    q = part.outline.q[frame - part.first]
+    exchanged = np.abs(q[start.figure.exchanged] - start.q).sum() < np.abs(q - start.q).sum()
+    return part.exchanged(start.figure) if exchanged else part
 
 
 def _placed(places: Mapping[int, Array], to: Array) -> Mapping[int, Array]:

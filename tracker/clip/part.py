@@ -1,7 +1,8 @@
 """The outline in one part of a film, surveyed by itself, which bounds memory; and the parts beyond it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -42,6 +43,14 @@ class Part:
     places: Mapping[int, Array]
     before: Pose | None
     after: Pose | None
+
+    def exchanged(self, figure: Figure) -> Self:
+        """The part with the figure's near and far leg exchanged."""
+        before, after = (
+            pose and (pose[0], replace(pose[1], q=pose[1].q[figure.exchanged]))
+            for pose in (self.before, self.after)
+        )
+        return replace(self, outline=self.outline.exchanged(figure), before=before, after=after)
 
 
 def part_around(

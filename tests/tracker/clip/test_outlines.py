@@ -164,13 +164,15 @@ def test_legs_keep_their_names_in_the_parts_beyond(tmp_path, in_parts, long_walk
 
     def exchanged(*words):
         fits.append(fit(*words))
-        return fits[-1] if len(fits) == 1 else fits[-1].exchanged(WALKER)
+        other = replace(fits[-1].exchanged(WALKER), named=fits[-1].named)
+        return fits[-1] if len(fits) == 1 else other
 
     monkeypatch.setattr(part, "fitted", exchanged)
     seen = as_seen(prepare(written(tmp_path, long_walk.images, long_walk.joints, 45)))
-    away = [np.hypot(*(each.pixels - long_walk.joints[t][each.joint]).T) for t, each in seen.points.items()]
-    assert np.mean(np.concatenate(away)) < 0.07 * UNIT
-    assert len(fits) > 1
+    away = {t: np.hypot(*(of.pixels - long_walk.joints[t][of.joint]).T) for t, of in seen.points.items()}
+    assert max(each.mean() for each in away.values()) < 0.2 * UNIT
+    assert len(fits) >= 5  # two or more in a row on each side
+    assert seen.tracker.settings.exchange == MOST
 
 
 def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
