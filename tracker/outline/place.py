@@ -25,7 +25,7 @@ SIZES_OFF = np.arange(-2, 3)  # sizes that are tried, steps from the marked one
 SIZES = np.log(1.12) * SIZES_OFF  # their logs relative to it
 EVERY = 10  # every such phase of a cycle has a silhouette
 STEP = 0.6  # cost of a step of one place a frame along, or of half a place up or down, nats
-RESIZE = 8.0  # cost of a change to the next size, nats
+RESIZE, RESIZE_FOUND = 3.0, 8.0  # cost of a change to the next size, nats, with a marked frame, without marks
 REACH = 5  # longest step, places a frame
 HELD = 12.0  # cost of a path one place off the marked place, nats; four times as much for one size
 HELD_FOUND = 0.3  # the same for a start without marks
@@ -55,7 +55,7 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
     score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * np.abs(SIZES_OFF)[:, None, None])
-    path = best_path(score, corners, STEP, RESIZE, REACH)
+    path = best_path(score, corners, STEP, RESIZE if marked else RESIZE_FOUND, REACH)
     places = smooth((path[:, [2, 1]] + corners).astype(np.float64), SMOOTH)
     size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE if marked else SMOOTH_FOUND)
     return stage.in_frames(places * unit / DENSITY), unit * np.exp(size - (size[frame] if marked else 0.0))
