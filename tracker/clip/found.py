@@ -61,8 +61,8 @@ def people(
             seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
         seen = _whole(seen, film, spot(stage))
         if seen:
-            rows = 0 if last == stop else len(stage)
-            seen = [replace(one, goes_on=one.last == rows - 1) for one in seen]
+            more, end = last != stop, len(stage) - 1
+            seen = [replace(one, goes_on=more and one.last == end) for one in seen]
             return [_legs_named(one.in_film(first, film.every), video) for one in seen]
         first = last + 1
 

@@ -49,6 +49,17 @@ def as_seen(plan):
     return outlined(plan, look(plan, QUIET))
 
 
+def away(points, walk):
+    """By frame, the distances of its points from the walker's joints, leg lengths."""
+    return {
+        t: np.hypot(*(of.pixels - walk.joints[t][of.joint]).T) / walk.units[t] for t, of in points.items()
+    }
+
+
+def mean_away(points, walk):
+    return np.mean(np.concatenate([*away(points, walk).values()]))
+
+
 @pytest.fixture(scope="module")
 def plan(job):
     return prepare(job)
@@ -61,12 +72,8 @@ def found(plan):
 
 def test_the_points_of_every_frame_are_the_walkers_joints(found):
     walk = a_walk()
-    away = [
-        np.hypot(*(each.pixels - walk.joints[t][each.joint]).T) / walk.units[t]
-        for t, each in found.points.items()
-    ]
     assert sorted(found.points) == list(range(len(walk.images)))
-    assert np.mean(np.concatenate(away)) < 0.07
+    assert mean_away(found.points, walk) < 0.07
     assert found.gait == ""  # constant velocity has no label for it
     settings = found.tracker.settings
     assert (settings.point, settings.one_leg) == (POINT, ONE_LEG)
@@ -86,9 +93,9 @@ def test_who_comes_the_other_way_and_passes_in_front_is_not_taken_for_the_marked
     one = film(np.random.default_rng(20), frames=60)
     job = written(tmp_path, one.behind(one.mirrored()).images, one.joints, 5)
     points = as_seen(prepare(job)).points
-    away = [np.hypot(*(each.pixels - one.joints[t][each.joint]).T) / UNIT for t, each in points.items()]
-    assert np.median(np.concatenate(away)) < 0.07
-    assert max(each.mean() for each in away) < 0.4
+    found = away(points, one).values()
+    assert np.median(np.concatenate([*found])) < 0.07
+    assert max(each.mean() for each in found) < 0.4
     assert max(points) > 55
 
 
@@ -114,8 +121,7 @@ def test_of_a_high_frame_rate_some_frames_are_surveyed_and_the_outline_is_known_
     seen = as_seen(prepare(written(tmp_path, walk.images, walk.joints, 31)))
     assert len(surveyed[0].places) == 32
     assert sorted(seen.points) == sorted(seen.places) == list(range(1, 64))
-    away = [np.hypot(*(each.pixels - walk.joints[t][each.joint]).T) for t, each in seen.points.items()]
-    assert np.mean(np.concatenate(away)) < 0.07 * UNIT
+    assert mean_away(seen.points, walk) < 0.07
     truth = np.linalg.inv(walk.places[31]) @ walk.places[1:]
     assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=0.6)
 
@@ -147,8 +153,7 @@ def test_the_outline_is_known_beyond_the_first_part_of_a_film_both_ways(tmp_path
     assert {first < 25 for first, _ in in_parts[1:]} == {False, True}
     assert sorted(seen.places) == list(range(90))
     assert set(range(5, 85)) <= set(seen.points)  # nearer the ends the walker is partly out of sight
-    away = [np.hypot(*(each.pixels - long_walk.joints[t][each.joint]).T) for t, each in seen.points.items()]
-    assert np.mean(np.concatenate(away)) < 0.07 * UNIT
+    assert mean_away(seen.points, long_walk) < 0.07
     truth = np.linalg.inv(long_walk.places[45]) @ long_walk.places
     assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=1.0)
 
@@ -169,8 +174,7 @@ def test_legs_keep_their_names_in_the_parts_beyond(tmp_path, in_parts, long_walk
 
     monkeypatch.setattr(part, "fitted", exchanged)
     seen = as_seen(prepare(written(tmp_path, long_walk.images, long_walk.joints, 45)))
-    away = {t: np.hypot(*(of.pixels - long_walk.joints[t][of.joint]).T) for t, of in seen.points.items()}
-    assert max(each.mean() for each in away.values()) < 0.2 * UNIT
+    assert max(each.mean() for each in away(seen.points, long_walk).values()) < 0.2
     assert len(fits) >= 5  # two or more in a row on each side
     assert seen.tracker.settings.exchange == MOST
 
@@ -181,14 +185,14 @@ def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
     walk = film(np.random.default_rng(20), alike=True)
     job = written(tmp_path, walk.images, walk.joints)
     ankles = [WALKER.joints.index(f"{side}_ankle") for side in ("near", "far")]
-    away = [
+    apart = [
         np.hypot(*(each.pixels[i] - walk.joints[t][joint])) / UNIT
         for t, each in as_seen(prepare(job)).points.items()
         for i, joint in enumerate(each.joint)
         if joint in ankles
     ]
-    assert len(away) > 0.9 * len(ankles) * len(walk.images)
-    assert np.mean(away) < 0.07
+    assert len(apart) > 0.9 * len(ankles) * len(walk.images)
+    assert np.mean(apart) < 0.07
 
 
 @pytest.mark.parametrize(

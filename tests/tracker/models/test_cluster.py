@@ -123,14 +123,18 @@ def reached(address, security):
         return False
 
 
+def doors_of(client):
+    """The addresses of the scheduler, of a worker and of the process that watches it."""
+    workers = client.scheduler_info()["workers"]
+    doors = [client.cluster.scheduler_address, *workers, *(each["nanny"] for each in workers.values())]
+    assert len(doors) == 3
+    return doors
+
+
 def test_nobody_else_on_this_machine_gets_in_to_its_processes():
     others = [Security(), Security.temporary()]  # a user without a key, and one with another batch's
     with local_cluster(1) as client:
-        processes = client.scheduler_info()["workers"]
-        doors = [client.cluster.scheduler_address, *processes]
-        doors += [process["nanny"] for process in processes.values()]
-        assert len(doors) == 3
-        for door in doors:
+        for door in doors_of(client):
             bare = door.partition("://")[2]
             assert reached(door, client.security)
             assert not any(reached(f"{way}://{bare}", who) for way in ("tcp", "tls") for who in others)
@@ -172,9 +176,7 @@ def test_another_user_of_this_machine_neither_gets_in_nor_reads_a_key(secured, m
     if not secured:
         monkeypatch.setattr(Security, "temporary", Security)
     with local_cluster(1) as client:
-        processes = client.scheduler_info()["workers"]
-        doors = [client.cluster.scheduler_address, *processes, *(p["nanny"] for p in processes.values())]
-        bare = ",".join(door.partition("://")[2] for door in doors)
+        bare = ",".join(door.partition("://")[2] for door in doors_of(client))
         pids = ",".join(map(str, [os.getpid(), *client.run(os.getpid).values()]))
         words = [sys.executable, "-I", "-c", INTRUDER, bare, pids, str(NOBODY)]
         said = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
