@@ -252,7 +252,7 @@ def test_a_start_misleads_unless_all_is_right_or_a_warning_is_given_of_the_leg(
     spread, moved, facing, told, wrong
 ):
     marks = {name: Mark(mark.x + moved, mark.y) for name, mark in row(spread).items()}
-    found = Found(0, marks, facing, Nearer.AHEAD, told, {}, "walk")
+    found = Found(0, marks, facing, Nearer.AHEAD, told)
     start = judged(a_film(a=row(60.0)), found)
     assert start.wrong_though_sure is wrong
     assert (start.placed, start.facing) == (moved == 0.0, facing == 1)

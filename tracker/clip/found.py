@@ -1,7 +1,6 @@
 """People who walk through a film, and a start without marks."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -61,8 +60,6 @@ def people(
             seen = [one if _clear(one) else _clearer(one, again) for one in seen] if seen else again
         seen = _whole(seen, film, spot(stage))
         if seen:
-            more, end = last != stop, len(stage) - 1
-            seen = [replace(one, goes_on=more and one.last == end) for one in seen]
             return [_legs_named(one.in_film(first, film.every), video) for one in seen]
         first = last + 1
 
@@ -149,7 +146,7 @@ def start_of(
     if near is not None and near is not nearer(one):
         one = one.exchanged
     told = "given" if near is not None else "sure" if sure_of_leg(one) else "unsure"
-    return start_from(one, video, told)
+    return start_from(one, told)
 
 
 def _numbered(number: int, everybody: list[Person], listed: list[Person] | None) -> Person:

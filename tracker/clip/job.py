@@ -14,8 +14,6 @@ from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 if TYPE_CHECKING:
-    from kinematics.recover import Start
-    from tracker.loop.detections import Detections
     from tracker.settings import Settings
     from tracker.tables.keypoints import Mark, Marks
 
@@ -183,9 +181,6 @@ class Found:
     facing   : +1 right, -1 left
     nearer   : where the leg named near is in this frame
     near_leg : whether that is "sure", "unsure" or "given"
-    points   : the outline's joints by frame
-    gait     : "walk" or "run", by the outline
-    onward   : a later frame and the pose there, if the outline goes on beyond the frames that were searched
     """
 
     frame: int
@@ -193,9 +188,6 @@ class Found:
     facing: int
     nearer: Nearer
     near_leg: str
-    points: "Mapping[int, Detections]"
-    gait: str
-    onward: "tuple[int, Start] | None" = None
 
 
 @dataclass(frozen=True)

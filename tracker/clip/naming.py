@@ -13,16 +13,13 @@ import numpy as np
 
 from kinematics.figure import Array, Figure
 from tracker.clip.job import Following, Found, Nearer
-from tracker.clip.outlines import look, outlined
-from tracker.clip.part import EDGE, seen_whole
+from tracker.clip.outlines import as_seen, outlined
 from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare
-from tracker.clip.staged import detections, every
 from tracker.loop.begin import begin
 from tracker.outline.near import NEARER, in_standard_errors
 from tracker.outline.person import Person
 from tracker.picture.pyramid import Image
-from tracker.progress import Progress
 from tracker.settings import Settings
 from tracker.tables.keypoints import Mark
 from videos.frames import Video
@@ -53,12 +50,9 @@ def marked(figure: Figure, joints: Array) -> dict[str, Mark]:
     return {name: Mark(x, y) for name, (x, y) in zip(figure.joints, joints.round(2).tolist(), strict=True)}
 
 
-def start_from(one: Person, video: Video, told: str) -> Found:
+def start_from(one: Person, told: str) -> Found:
     """The start from a person; `told` says whether the near leg is "sure", "unsure" or "given"."""
-    outline, first = one.outline, one.first
-    points, edge = detections(outline, first, video), slice(-EDGE * every(video), None)
-    onward = seen_whole(one.figure, outline, one.facing, first, edge) if one.goes_on else None
-    return Found(one.frame, marks_of(one), one.facing, nearer(one), told, points, outline.gait, onward)
+    return Found(one.frame, marks_of(one), one.facing, nearer(one), told)
 
 
 def borne_out(one: Person, video: Video) -> Person:
@@ -71,10 +65,7 @@ def borne_out(one: Person, video: Video) -> Person:
 
 def _misfits(one: Person, video: Video) -> Array:
     """(n, 2) misfit of templates in the frames around the start, with legs named as found and exchanged."""
-    one = replace(one, goes_on=False)  # what is near the start decides
-    starts = [start_from(each, video, "unsure") for each in (one, one.exchanged)]
-    jobs = [Following().job(video.path, start, FEW) for start in starts]
-    plans = [outlined(plan, look(plan, Progress("quiet"))) for plan in map(prepare, jobs)]
+    plans = [_as_if_sure(each, video) for each in (one, one.exchanged)]
     around = round(AROUND * video.fps)
     reel = Reel(video, one.frame + around)
     images = reel.ahead()
@@ -83,6 +74,12 @@ def _misfits(one: Person, video: Video) -> Array:
     if one.frame > 0:
         found += _one_way(plans, -1, marked, reel.span(one.frame - 1, max(one.frame - around, 0)))
     return np.array(found).reshape(-1, 2)
+
+
+def _as_if_sure(one: Person, video: Video) -> Plan:
+    """The plan to follow a person whose legs count as named correctly."""
+    plan = prepare(Following().job(video.path, start_from(one, "unsure"), FEW))
+    return outlined(plan, replace(as_seen(one.outline, one.first, plan), wrong=0.0))
 
 
 def _one_way(plans: list[Plan], way: int, start: Image, images: Iterable[Image]) -> list[list[float]]:

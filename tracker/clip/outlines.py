@@ -13,9 +13,9 @@ from tracker.clip.part import Part, Pose, part_around
 from tracker.clip.plan import Plan, Seen
 from tracker.clip.staged import POINT, detections
 from tracker.clip.start import marked_start
-from tracker.loop.detections import Detections
 from tracker.loop.tracker import make_tracker
 from tracker.models.find import CONSTANT_VELOCITY, for_seen
+from tracker.outline.fit import Outline
 from tracker.outline.person import seen_figure
 from tracker.progress import Progress
 
@@ -43,7 +43,7 @@ def outlined(plan: Plan, seen: Seen) -> Plan:
         points=seen.points,
         places=seen.places,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
-        misnamed=seen.misnamed if seen.misnamed > DOUBTED else 0.0,
+        misnamed=seen.misnamed if seen.misnamed > DOUBTED and plan.job.found is None else 0.0,
         tracker=make_tracker(plan.start, slds, settings),
     )
 
@@ -59,17 +59,24 @@ def look(plan: Plan, progress: Progress) -> Seen:
     if not wanted or plan.measured is not None:
         return Seen({})
     shown = load_figure(plan.start.figure.outline)
-    if found := plan.job.found:
-        seen = Seen(_named(found.points, shown, plan), gait=found.gait)
-        return _beyond(seen, found.onward, 1, plan, progress)
     part = _part(plan, (plan.frame, _shown(plan, shown)), (REACH, REACH), progress)
     if part is None:
         return Seen({})
-    outline = part.outline
-    points = _named(detections(outline, part.first, plan.video), shown, plan)
-    seen = Seen(points, outline.wrong, outline.gait, outline.misnamed, part.places)
+    seen = replace(as_seen(part.outline, part.first, plan), places=part.places)
     seen = _beyond(seen, part.after, 1, plan, progress)
     return _beyond(seen, part.before, -1, plan, progress)
+
+
+def as_seen(outline: Outline, first: int, plan: Plan) -> Seen:
+    """An outline in terms of the figure that is followed.
+
+    Args:
+        first: frame of the outline's first row.
+    """
+    figure = plan.start.figure
+    shown, points = load_figure(figure.outline), detections(outline, first, plan.video)
+    named = Lazily(points.keys(), lambda t: points[t].named(shown, figure))
+    return Seen(named, outline.wrong, outline.gait, outline.misnamed)
 
 
 def _part(plan: Plan, pose: Pose, around: tuple[int, int], progress: Progress) -> Part | None:
@@ -88,12 +95,11 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress)
         if part is None:
             break
-        frame, start = onward
         part = _as_named(part, onward)
         wrong = max(wrong, part.outline.wrong)
-        points.append(_named(detections(part.outline, part.first, plan.video), start.figure, plan))
-        if frame in places[-1]:
-            places.append(_placed(part.places, places[-1][frame]))
+        points.append(as_seen(part.outline, part.first, plan).points)
+        if onward[0] in places[-1]:
+            places.append(_placed(part.places, places[-1][onward[0]]))
         onward = part.after if way > 0 else part.before
     return replace(seen, points=together(points), places=together(places), wrong=wrong)
 
@@ -109,11 +115,6 @@ def _as_named(part: Part, pose: Pose) -> Part:
 def _placed(places: Mapping[int, Array], to: Array) -> Mapping[int, Array]:
     """The maps of frames followed by another one."""
     return Lazily(places.keys(), lambda t: np.asarray(to @ places[t]))
-
-
-def _named(points: Mapping[int, Detections], shown: Figure, plan: Plan) -> Mapping[int, Detections]:
-    """The points of the figure that is shown as those of the figure that is followed."""
-    return Lazily(points.keys(), lambda t: points[t].named(shown, plan.start.figure))
 
 
 def _shown(plan: Plan, shown: Figure) -> Start:

@@ -19,7 +19,7 @@ from tracker.outline.shape import Shape
 from tracker.outline.smooth import finer
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
-from tracker.survey.evidence import SOME_GREY
+from tracker.survey.evidence import SOMEBODY
 from videos.frames import Video
 
 LEG = 40.0  # largest length of a leg in the small pictures, pixels
@@ -73,8 +73,8 @@ def part_around(
     film = surveyed(video, first, last, start.view.unit / LEG, progress)
     if film is None or before >= len(film.survey.places):
         return None
-    # A known person is certainly there, so what is as dark as a shadow may be clothes.
-    cycles, stage = Cycles.load(), film.stage(start.view.facing, SOME_GREY)
+    # A known person is certainly there, so what is as dark as a shadow or like the scene may be clothes.
+    cycles, stage = Cycles.load(), film.stage(start.view.facing, SOMEBODY)
     ended = len(stage) < (last - first) // step + 1 or last == stop
     del film  # frees its small pictures
     stage = _alone(stage, start, before, cycles)

@@ -45,7 +45,6 @@ class Person:
     turned  : advantage over the other facing in explaining the picture, nats times square leg lengths a
         frame; infinite if the facing was given
     outline : in every frame from the first on
-    goes_on : whether it goes on beyond the frames that were searched
     """
 
     figure: Figure
@@ -55,7 +54,6 @@ class Person:
     direction: int
     turned: float
     outline: Outline
-    goes_on: bool = False
 
     @property
     def last(self) -> int:

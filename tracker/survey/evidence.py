@@ -52,7 +52,7 @@ class Expected:
 
 
 USUAL = Expected()
-SOME_GREY = Expected(grey=0.3)
+SOMEBODY = Expected(grey=0.3, alike=0.1)
 GREY_CLOTHES = Expected(grey=0.5)
 AS_THE_SCENE = Expected(grey=0.5, alike=0.25)
 HARDLY_SHADOWS = Expected(grey=0.5, shaded=0.002, alike=0.25)

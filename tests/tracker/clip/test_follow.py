@@ -313,7 +313,7 @@ def test_a_figure_taken_to_face_the_wrong_way_is_told_of_facing(job):
 @pytest.mark.parametrize(("asked", "want"), [(0.03, FOUND), (0.08, 0.08)])
 def test_joints_that_nobody_marked_are_less_sure_than_marked_ones(job, asked, want):
     settings = Settings(mark=asked)
-    found = Found(0, job.marks[0], 1, Nearer.AHEAD, "sure", {}, "walk")
+    found = Found(0, job.marks[0], 1, Nearer.AHEAD, "sure")
     assert prepare(replace(job, settings=settings)).tracker.settings.mark == asked
     assert prepare(replace(job, settings=settings, found=found)).tracker.settings.mark == want
 

@@ -44,11 +44,10 @@ def test_legs_that_look_the_same_stay_unsure(tmp_path):
     assert not sure_of_leg(heard)
 
 
-def test_a_start_has_the_marks_and_the_points_of_its_person(video):
+def test_a_start_has_the_marks_of_its_person():
     one = a_walk().person(MIDDLE)
-    start = start_from(one, video, "unsure")
+    start = start_from(one, "unsure")
     assert (start.frame, start.facing, start.near_leg) == (MIDDLE, 1, "unsure")
     assert start.marks == marks_of(one)
     for name, place in zip(WALKER.joints, a_walk().joints[MIDDLE], strict=True):
         assert (start.marks[name].x, start.marks[name].y) == pytest.approx(place, abs=0.006)
-    assert set(start.points) == set(range(len(a_walk().q)))

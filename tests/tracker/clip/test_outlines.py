@@ -14,7 +14,7 @@ from tests.tracker.outline.films import MIDDLE, SIZE, UNIT, WALKER, a_walk, film
 from tests.tracker.tracks import random_track
 from tracker.clip import outlines, part, staged
 from tracker.clip.follow import follow, motions_of
-from tracker.clip.job import Job
+from tracker.clip.job import Found, Job, Nearer
 from tracker.clip.outlines import DOUBTED, EXCHANGE, MOST, ONE_LEG, POINT, look, outlined
 from tracker.clip.plan import prepare
 from tracker.clip.staged import FEWEST
@@ -256,10 +256,14 @@ def test_the_state_is_the_motion_where_the_model_has_one_or_no_frame_shows_the_f
     assert motions_of(plan, replace(track, labels=("stroll", "stroll")), 1.0) == ("stroll",) * 3
 
 
-@pytest.mark.parametrize(("misnamed", "told"), [(0.9 * DOUBTED, False), (1.1 * DOUBTED, True)])
-def test_legs_that_are_probably_exchanged_in_the_marks_are_told(misnamed, told, job, as_if):
+@pytest.mark.parametrize(
+    ("misnamed", "found", "told"),
+    [(0.9 * DOUBTED, False, False), (1.1 * DOUBTED, False, True), (1.1 * DOUBTED, True, False)],
+)
+def test_legs_that_are_probably_exchanged_in_the_marks_are_told(misnamed, found, told, job, as_if):
     as_if(misnamed=misnamed)
-    finished = follow(replace(job, stop=20), QUIET)
+    start = Found(MIDDLE, job.marks[MIDDLE], 1, Nearer.AHEAD, "sure") if found else None
+    finished = follow(replace(job, stop=20, found=start), QUIET)
     assert any("exchange near and far in the marks" in said for said in finished.warnings) == told
     assert finished.track.misnamed == (misnamed if told else 0.0)
 
