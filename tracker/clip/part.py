@@ -85,12 +85,12 @@ def part_around(
         first,
         outline,
         Lazily(range(first, first + len(to_start)), lambda t: to_start[t - first]),
-        None if first < begin + step else seen_whole(start.figure, outline, facing, first, slice(edge)),
-        None if ended else seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
+        None if first < begin + step else _seen_whole(start.figure, outline, facing, first, slice(edge)),
+        None if ended else _seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
     )
 
 
-def seen_whole(figure: Figure, outline: Outline, facing: int, first: int, some: slice) -> Pose | None:
+def _seen_whole(figure: Figure, outline: Outline, facing: int, first: int, some: slice) -> Pose | None:
     """The pose in the frame that shows the whole figure best among some rows of an outline, if any does.
 
     Args:
