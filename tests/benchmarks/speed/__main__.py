@@ -7,6 +7,7 @@ VIDEO has its NAME.keypoints.csv beside it. About ten minutes; nothing else shou
 
 import argparse
 import os
+from importlib.util import find_spec
 from pathlib import Path
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
@@ -17,6 +18,8 @@ from tests.benchmarks.speed.command import command  # noqa: E402
 from tests.benchmarks.speed.measure import STATES, em_rounds, filters  # noqa: E402
 from tests.benchmarks.speed.page import Measured, page  # noqa: E402
 
+RIVALS = "filterpy", "hmmlearn", "pykalman"
+
 
 def main() -> None:
     """Measure everything and write the page."""
@@ -24,6 +27,8 @@ def main() -> None:
     parser.add_argument("video", type=Path, help="a marked clip")
     parser.add_argument("out", type=Path, help="the page, Markdown; a picture goes beside it")
     asked = parser.parse_args()
+    if missing := [name for name in RIVALS if find_spec(name) is None]:
+        parser.error(f"{', '.join(missing)} not installed; install the extra 'bench'")
     job = tracking.job_of(asked.video)
     used = command(asked.video)  # first: what the others need is not given back
     measured = Measured(
