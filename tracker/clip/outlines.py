@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinematics.figure import Array, Figure
+from kinematics.figure import Array
 from kinematics.figure_file import load_figure
 from kinematics.recover import Start
 from tracker.clip.lazily import Lazily, together
@@ -58,8 +58,7 @@ def look(plan: Plan, progress: Progress) -> Seen:
     wanted = plan.start.figure.outline and settings.outline and settings.templates and settings.mode == "full"
     if not wanted or plan.measured is not None:
         return Seen({})
-    shown = load_figure(plan.start.figure.outline)
-    part = _part(plan, (plan.frame, _shown(plan, shown)), (REACH, REACH), progress)
+    part = _part(plan, (plan.frame, _shown(plan)), (REACH, REACH), progress)
     if part is None:
         return Seen({})
     seen = replace(as_seen(part.outline, part.first, plan), places=part.places)
@@ -117,9 +116,9 @@ def _placed(places: Mapping[int, Array], to: Array) -> Mapping[int, Array]:
     return Lazily(places.keys(), lambda t: np.asarray(to @ places[t]))
 
 
-def _shown(plan: Plan, shown: Figure) -> Start:
+def _shown(plan: Plan) -> Start:
     """The start pose in terms of the figure whose outline is fitted."""
-    start = plan.start
+    start, shown = plan.start, load_figure(plan.start.figure.outline)
     if start.figure.joints != shown.joints:
         marks = plan.job.marks[plan.frame]
         own = {name: mark for name, mark in marks.items() if name in shown.marks}

@@ -82,6 +82,8 @@ def test_who_goes_on_beyond_the_frames_that_are_searched_is_seen_there_too(tmp_p
     assert one.last == 39
     start = start_of([one], Following(), video)
     assert sorted(look(prepare(Following().job(video.path, start)), QUIET).points) == list(range(64))
+    (same,) = people(video, QUIET, stop=39)
+    assert same.last == 39
 
 
 @pytest.mark.whole

@@ -11,6 +11,7 @@ from tracker.survey.evidence import (
     DARKEST,
     FEWEST,
     FULL_OF_SHADOWS,
+    GREY_CLOTHES,
     HARDLY_SHADOWS,
     MOST,
     NOTHING,
@@ -72,7 +73,9 @@ def written_out(image, scene, light, expected=USUAL):
 
 
 @pytest.mark.parametrize(("colourless", "contrast"), [(False, 1.0), (True, 1.0), (False, 0.3)])
-@pytest.mark.parametrize("expected", [USUAL, SOMEBODY, AS_THE_SCENE, HARDLY_SHADOWS, FULL_OF_SHADOWS])
+@pytest.mark.parametrize(
+    "expected", [USUAL, SOMEBODY, GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS, FULL_OF_SHADOWS]
+)
 def test_log_odds_are_what_the_densities_say(expected, colourless, contrast, rng):
     scene = replace(some_scene(rng), colourless=colourless, contrast=contrast)
     image = some_image(scene, rng)
