@@ -163,5 +163,5 @@ def doubted(path: Path) -> bool:
 def test_legs_that_are_exchanged_in_the_marks_are_told_and_right_ones_are_not_doubted(
     clips: list[Path], tracks: Tracks
 ) -> None:
-    assert sum(track.misnamed > 0.0 for track in tracks[LEARNED].values()) <= 1
-    assert sum(doubted(path) for path in clips) >= 10
+    assert not any(track.misnamed > 0.0 for track in tracks[LEARNED].values())
+    assert sum(doubted(path) for path in clips) >= 11

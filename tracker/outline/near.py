@@ -6,6 +6,7 @@ after in which the other leg does not cover it. Where the legs overlap, a pixel 
     e = min(|x - grey of the far leg's|, MOST) - min(|x - grey of the near leg's|, MOST)
 
 is positive if the legs are named correctly. The evidence is its mean over a film's frames in standard errors.
+Frames around which something hides one leg do not count: there the outline lays it on the other one.
 """
 
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from kinematics.spm import Skeleton, skeleton, surface
 from tracker.outline.shape import Shape
 from tracker.outline.smooth import sums_around
 from tracker.outline.stage import Stage
+from tracker.survey.evidence import NOTHING
 
 LINKS = ("thigh", "shank")
 ALONG = np.linspace(0.15, 0.95, 9)  # places along a link, shares of its length
@@ -26,9 +28,11 @@ ACROSS = np.linspace(-0.7, 0.7, 5)  # and across it, shares of its half width
 FREE = 0.03  # distance from the other leg's outline beyond which a place is uncovered, leg lengths
 AROUND = np.exp(-0.5 * (np.arange(-3, 4) / 1.5) ** 2)  # weights of neighbouring frames in a grey level
 ENOUGH = 0.3  # share of that weight that frames with the place uncovered must have
-MOST = 40.0  # largest difference that counts, grey levels; more is something else
+MOST = 20.0  # largest difference that counts, grey levels; more is something else
 SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
 FEWEST = 5  # pixels that a frame needs to count
+HIDDEN = 0.4  # share of a link's places that stand out from the scene below which something hides it
+AROUND_HIDDEN = np.ones(5)  # the frames around a hidden one that do not count either
 TOGETHER = 3.0  # number of neighbouring frames with correlated errors
 NEARER = 1.5  # log odds of a naming for a standard error
 
@@ -40,13 +44,15 @@ class Leg:
     place  : (T, P, 2) body coordinates
     value  : (T, P) grey level in the frame there
     look   : (T, P) grey level of the leg itself; NaN where no neighbouring frame shows it
-    shared : (T, P) whether the other leg covers the same place
+    shared : (T, P) whether the other leg covers the same place, which stands out from the scene
+    hidden : (T,) whether most of a link does not stand out from the scene
     """
 
     place: Array
     value: Array
     look: Array
     shared: NDArray[np.bool_]
+    hidden: NDArray[np.bool_]
 
 
 def nearness(
@@ -60,7 +66,8 @@ def nearness(
         seen: (T,) whether the outline is seen.
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
-    frames = [_evidence(near, far, t) for t in np.flatnonzero(seen).tolist()]
+    whole = seen & (sums_around(np.float64(near.hidden | far.hidden), AROUND_HIDDEN) == 0.0)
+    frames = [_evidence(near, far, t) for t in np.flatnonzero(whole).tolist()]
     return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]))
 
 
@@ -83,7 +90,10 @@ def _legs(
         place = _places(shape, bones, own)
         depth = _depth(shape, bones, other, place)
         value = stage.at(stage.light, hips, units, place)
-        legs.append(Leg(place, value, _greys(value, seen[:, None] & (depth < -FREE)), depth > 0.0))
+        out = seen[:, None] & (stage.at(stage.odds, hips, units, place, NOTHING) > NOTHING)
+        look = _greys(value, out & (depth < -FREE))
+        hidden = out.reshape(len(q), len(own), -1).mean(-1).min(-1) < HIDDEN
+        legs.append(Leg(place, value, look, out & (depth > 0.0), hidden))
     return legs[0], legs[1]
 
 

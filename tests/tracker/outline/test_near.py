@@ -5,6 +5,7 @@ import pytest
 
 from tests.tracker.outline.films import SHAPE, WALKER, film
 from tracker.outline.near import nearness
+from tracker.survey.evidence import NOTHING
 
 
 def told(film, stage, *, q=None, seen=None):
@@ -41,3 +42,20 @@ def test_frames_in_which_nothing_is_seen_are_not_heard(walk, stage):
     spoiled = stage.light.copy()
     spoiled[18:] = 255 - spoiled[18:]  # beyond the frames that tell a look
     assert told(walk, replace(stage, light=spoiled), seen=seen) == told(walk, stage, seen=seen) != 0.0
+
+
+def test_what_stands_before_the_legs_is_not_heard(walk, stage):
+    rows = slice(int(stage.odds.shape[1] * 0.75), None)  # below the knees
+    odds, spoiled = stage.odds.copy(), stage.light.copy()
+    odds[:10, rows.start - 2 :] = 0
+    spoiled[:10, rows] = 255 - spoiled[:10, rows]
+    hidden = replace(stage, odds=odds)
+    assert told(walk, replace(hidden, light=spoiled)) == told(walk, hidden) > 4.0
+    assert told(walk, replace(stage, light=spoiled)) != told(walk, stage)
+
+
+@pytest.mark.parametrize(("every", "heard"), [(5, False), (6, True)])
+def test_two_frames_before_and_after_one_that_hides_a_leg_are_not_heard(every, heard, walk, stage):
+    odds = stage.odds.copy()
+    odds[::every] = NOTHING
+    assert (told(walk, replace(stage, odds=odds)) != 0.0) is heard
