@@ -66,7 +66,7 @@ def nearness(
         seen: (T,) whether the outline is seen.
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
-    whole = seen & (sums_around(np.float64(near.hidden | far.hidden), AROUND_HIDDEN) == 0.0)
+    whole = seen & (sums_around((near.hidden | far.hidden).astype(np.float64), AROUND_HIDDEN) == 0.0)
     frames = [_evidence(near, far, t) for t in np.flatnonzero(whole).tolist()]
     return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]))
 
