@@ -31,7 +31,8 @@ HIP = (10, 11)  # row and column of the hip in it
 SMALLEST, LARGEST, RATIO = 1.0 / 14.0, 0.55, 1.18  # leg lengths, shares of the picture's height; their steps
 SHORTEST = 14.0  # least length of a leg in a small picture, pixels
 EVERY = 4  # every such phase of a cycle is part of the mean body
-OFTEN = 15.0  # frames a second that are searched
+OFTEN = 15.0  # frames a second that are searched for everybody
+OFTEN_ABOUT = 7.5  # the same about a person of known size
 HALVED = 3.0  # ratio of widths from which a map is halved before it is resized
 PLACES = 4  # best places kept for each size in a frame
 NUDGES = np.array([[0, 0], [0, 1], [0, -1], [1, 0], [-1, 0]])  # their shifts that are tried, rows and columns
@@ -97,12 +98,12 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None
         about: leg length of the person searched for in pixels of the film, None for everybody. People smaller
             than SMALLEST are not found.
     """
-    units, every = _units(stage), max(round(stage.fps / OFTEN), 1)
+    units, often = _units(stage), OFTEN
     if about is not None:
-        units = units[(units > ABOUT[0] * about) & (units < ABOUT[1] * about)]
+        units, often = units[(units > ABOUT[0] * about) & (units < ABOUT[1] * about)], OFTEN_ABOUT
     if not len(units):
         return []
-    bodies = _Bodies.of(shape, cycles)
+    bodies, every = _Bodies.of(shape, cycles), max(round(stage.fps / often), 1)
     sizes = [bodies.of_size(stage, unit) for unit in units.tolist()]
     places = [_places(stage, t, sizes, bodies) for t in range(0, len(stage), every)]
     found = []

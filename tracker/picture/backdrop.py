@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tracker.compiled import compiled
 from tracker.picture.pyramid import AS_FILMED, Array, Box, Image, Planes
+from tracker.picture.small import reduced
 
 STEP = 0.03  # distance from one place of the scene to the next, leg lengths
 NOISE = 8.0  # standard deviation of a frame about the scene, grey levels
@@ -123,11 +124,15 @@ def first_backdrop(image: Image, box: Box, unit: float, curve: Image = AS_FILMED
 
 
 def small(image: Image, step: int, curve: Image = AS_FILMED) -> Planes:
-    """The frame's Lab grey levels (h, w, 3) through a tone curve, averaged over squares of `step` pixels."""
-    H, W = image.shape[:2]
-    whole = cv2.copyMakeBorder(image, 0, -H % step, 0, -W % step, cv2.BORDER_REPLICATE)
-    less = cv2.resize(whole, None, fx=1.0 / step, fy=1.0 / step, interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.cvtColor(cv2.LUT(less, curve), cv2.COLOR_RGB2Lab), dtype=np.float32)
+    """The frame's Lab grey levels (h, w, 3) through a tone curve, averaged over squares of `step` pixels.
+
+    Squares that reach beyond the frame have the values of those beside them.
+    """
+    h, w = (max(side // step, 1) for side in image.shape[:2])
+    less = cv2.LUT(reduced(image[: h * step, : w * step], (w, h)), curve)
+    below, beside = int(image.shape[0] > h * step), int(image.shape[1] > w * step)
+    whole = cv2.copyMakeBorder(less, 0, below, 0, beside, cv2.BORDER_REPLICATE)
+    return np.asarray(cv2.cvtColor(whole, cv2.COLOR_RGB2Lab), dtype=np.float32)
 
 
 def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tuple[slice, slice]) -> Planes:
