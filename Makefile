@@ -117,7 +117,7 @@ $(VENV)/installed-dev: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(call install,".[dev]")
 
 $(VENV)/installed-bench: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(call install,".[dev,bench]")
+	$(call install,".[bench]")
 
 .venv-rivals/installed:
 	$(PYTHON) -m venv .venv-rivals
