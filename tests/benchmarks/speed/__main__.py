@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.speed VIDEO docs/speed.md
 
-VIDEO has its NAME.keypoints.csv beside it. About ten minutes; nothing else should run.
+VIDEO has its NAME.keypoints.csv beside it. About half an hour; nothing else should run.
 """
 
 import argparse
