@@ -81,7 +81,7 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
         chroma, shaded = float(NOISE[1]), min(DARKER * expected.shaded, 1.0)
     colours = _colours(scene, ALL_GREY if scene.colourless else expected.grey, chroma)
     odds = _odds(image, lab, spread, known, light, colours, chroma, shaded)
-    return np.asarray(odds if expected.alike == 0.0 else _worth(expected.alike)[odds])
+    return np.asarray(cv2.LUT(odds, _worth(expected.alike)), dtype=np.uint8)
 
 
 def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
