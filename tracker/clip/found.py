@@ -19,7 +19,7 @@ from tracker.outline.shape import Shape
 from tracker.outline.spot import Spot, spot
 from tracker.outline.stage import Stage
 from tracker.progress import Progress
-from tracker.survey.evidence import AS_THE_SCENE, FULL_OF_SHADOWS, GREY_CLOTHES, HARDLY_SHADOWS
+from tracker.survey.evidence import AS_THE_SCENE, FULL_OF_SHADOWS, GREY_CLOTHES, HARDLY_SHADOWS, SOMEBODY
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
@@ -27,7 +27,8 @@ WINDOW = 600  # surveyed frames that are searched together, which bounds memory
 TURNED = 0.07  # least advantage of the better facing, nats times square leg lengths a frame
 DOUBTED = 0.08  # spread of joints, leg lengths; no correct start on 200 rendered films had a larger one
 CLEARLY = 0.1  # advantage of the better facing above which a person is not searched for again
-AGAIN = GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
+NARROW = 0.05  # spread of joints below which that is so, leg lengths
+AGAIN = SOMEBODY, GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
 MOSTLY = 0.5  # share of frames that must show the camera's path; else it may follow a person
 
 
@@ -36,8 +37,8 @@ def people(
 ) -> list[Person]:
     """The people in the first part of a film in which anybody walks, the surest first.
 
-    If a person is not seen clearly, dark grey clothes may have been taken for shadow: the film is searched
-    again with such clothes expected, and then also with hardly any shadow.
+    If a person is not seen clearly, clothes may have been taken for the scene or its shadow: the film is
+    searched again with that expected.
 
     Args:
         first, stop: the first and last frame of the search, None for the film's last.
@@ -99,7 +100,7 @@ def _whole(seen: list[Person], film: Surveyed, place: Spot | None) -> list[Perso
 
 def _clear(one: Person) -> bool:
     """Whether the person is so clear that another search is unnecessary."""
-    return one.turned >= CLEARLY and not _doubted(one)
+    return one.turned >= CLEARLY and one.spread < NARROW and not _doubted(one)
 
 
 def _clearer(one: Person, again: list[Person]) -> Person:
@@ -108,9 +109,10 @@ def _clearer(one: Person, again: list[Person]) -> Person:
     A person whose legs were missed looks smaller.
     """
 
-    def clear(seen: Person) -> tuple[bool, bool, float]:
+    def clear(seen: Person) -> tuple[bool, bool, bool, float]:
         sure, turned = not _doubted(seen), seen.turned >= CLEARLY
-        return sure, turned, seen.turned if turned or not sure else float(np.median(seen.outline.units))
+        by = seen.turned if turned or not sure else float(np.median(seen.outline.units))
+        return sure, turned, _clear(seen), by
 
     return max([one, *filter(one.same, again)], key=clear)
 

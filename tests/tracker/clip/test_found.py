@@ -11,7 +11,7 @@ from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
 from tracker.clip.asked import asked
-from tracker.clip.found import AGAIN, DOUBTED, TURNED, people, start_of
+from tracker.clip.found import AGAIN, DOUBTED, NARROW, TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.outlines import look
@@ -127,7 +127,12 @@ def expected(monkeypatch):
 
 @pytest.mark.parametrize(
     ("turned", "looks"),
-    [((0.01, 0.3), 2), ((0.08, 0.02, 0.2), 3), ((0.01, 0.02, 0.01, 0.03), 4), ((0.05, 0.04, 0.02, 0.01), 4)],
+    [
+        ((0.01, 0.3), 2),
+        ((0.08, 0.02, 0.2), 3),
+        ((0.01, 0.02, 0.01, 0.01, 0.03), 5),
+        ((0.05, 0.04, 0.02, 0.01, 0.01), 5),
+    ],
 )
 def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shadows_expected(
     turned, looks, walk, video, expected, monkeypatch
@@ -148,10 +153,21 @@ def test_of_looks_that_are_not_clear_that_counts_which_shows_most_of_the_person(
     larger = walk.person(turned=0.08, frame=2)
     larger = replace(larger, outline=replace(larger.outline, units=1.2 * larger.outline.units))
     doubted = replace(larger, turned=0.9 * TURNED, frame=3)
-    looks = iter([one, doubted, larger, one])
+    looks = iter([one, doubted, larger, one, one])
     monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
     (found,) = people(video, QUIET)
     assert (found.frame, found.turned) == (2, 0.08)
+
+
+def test_of_a_person_whose_joints_are_spread_the_look_that_is_clear_counts(walk, video, monkeypatch):
+    spread = walk.person(turned=0.3, frame=1)
+    spread = replace(
+        spread, outline=replace(spread.outline, spread=np.full(len(walk.q), 0.5 * (NARROW + DOUBTED)))
+    )
+    looks = iter([spread, walk.person(turned=0.2, frame=2)])
+    monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
+    (found,) = people(video, QUIET)
+    assert (found.frame, found.turned) == (2, 0.2)
 
 
 @pytest.fixture
@@ -165,7 +181,7 @@ def test_a_film_without_colours_is_looked_through_again_where_nobody_is_seen(
 ):
     def before(_, facing, those=None):
         assert those is None
-        return [walk.person()] if len(expected) == 5 else []
+        return [walk.person()] if len(expected) == 6 else []
 
     monkeypatch.setattr(found_module, "_before", before)
     assert len(people(grey, QUIET)) == 1
