@@ -70,8 +70,7 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
     h, w = image.shape[:2]
     way = place.copy()
     way[:2, 2] -= scene.corner
-    lab = _seen(scene.lab, way, (w, h), cv2.INTER_LINEAR)
-    spread = _seen(scene.spread, way, (w, h), cv2.INTER_NEAREST)
+    lab, spread = (_seen(planes, way, (w, h)) for planes in (scene.lab, scene.spread))
     nearest = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
     known = np.asarray(cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest), np.uint8)
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
@@ -105,11 +104,11 @@ def _worth(alike: float) -> Image:
     return np.asarray(np.rint(NOTHING + UNITS * np.log((1.0 - alike) * np.exp(odds) + alike)), dtype=np.uint8)
 
 
-def _seen(planes: Planes, way: Array, size: tuple[int, int], between: int) -> Planes:
+def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
     """A mosaic's planes resampled to a frame of this size."""
     if planes.shape[1::-1] == size and np.array_equal(way, np.eye(3)):
         return planes
-    how = between | cv2.WARP_INVERSE_MAP
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return np.asarray(cv2.warpAffine(planes, way[:2], size, flags=how, borderMode=cv2.BORDER_REPLICATE))
 
 
