@@ -1,12 +1,12 @@
 """What the Makefile installs."""
 
 import shlex
-import subprocess
 import tomllib
 
 import pytest
 
 from tests.handbook.blocks import ROOT
+from tests.handbook.stage import run_process
 
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
 
@@ -15,13 +15,7 @@ EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["option
     ("target", "wanted"), [("installed", "."), ("installed-dev", ".[dev]"), ("installed-bench", ".[bench]")]
 )
 def test_an_environment_is_installed_by_commands_that_name_the_project_and_an_extra(target, wanted):
-    told = subprocess.run(
-        ["make", "--dry-run", "--always-make", f".venv/{target}"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    told = run_process(["make", "--dry-run", "--always-make", f".venv/{target}"], cwd=ROOT)
     words = shlex.split(told)
     named = [words[i + 1] for i, word in enumerate(words) if word == "--editable"]
     assert named == [wanted, wanted]  # by uv, or else by pip

@@ -45,7 +45,7 @@ class Leg:
     value  : (T, P) grey level in the frame there
     look   : (T, P) grey level of the leg itself; NaN where no neighbouring frame shows it
     shared : (T, P) whether the other leg covers the same place, which stands out from the scene
-    hidden : (T,) whether most of a link does not stand out from the scene
+    hidden : (T,) whether most of a link does not stand out from the scene, as where nothing is seen
     """
 
     place: Array
@@ -66,7 +66,7 @@ def nearness(
         seen: (T,) whether the outline is seen.
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
-    whole = seen & (sums_around((near.hidden | far.hidden).astype(np.float64), AROUND_HIDDEN) == 0.0)
+    whole = sums_around((near.hidden | far.hidden).astype(np.float64), AROUND_HIDDEN) == 0.0
     frames = [_evidence(near, far, t) for t in np.flatnonzero(whole).tolist()]
     return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]))
 

@@ -14,6 +14,7 @@ as log ((1 - a) exp R + a).
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -97,6 +98,7 @@ def _colours(scene: Scene, grey: float, chroma: float) -> Planes:
     return np.stack([any_colour, np.full(256, about_grey)]).astype(np.float32)
 
 
+@cache
 def _worth(alike: float) -> Image:
     """(256,) table of stored log odds for a film in which this share of the foreground looks like the
     scene."""

@@ -115,7 +115,7 @@ def cost(job: Job) -> Cost:
     spent = np.array([[_cpu(run) for run in contenders] for _ in range(REPEATS)])
     per_frame = 1e3 / frames
     whole, tracked, rival = (float(each) for each in per_frame * spent.min(0))
-    least = min((_stages(job) for _ in range(REPEATS)), key=lambda spent: sum(spent.values()))
+    least = min((_stages(job) for _ in range(REPEATS)), key=lambda run: sum(run.values()))
     stages = {name: per_frame * seconds for name, seconds in least.items()}
     return Cost({**stages, "anything else": whole - sum(stages.values())}, whole, tracked, rival)
 
