@@ -58,7 +58,7 @@ def start_from(one: Person, told: str) -> Found:
 def borne_out(one: Person, video: Video) -> Person:
     """The person with the legs named as templates fit better, and with the certainty that they give."""
     ours, others = _misfits(one, video).T
-    named = one.outline.named + NEARER * in_standard_errors(others - ours)
+    named = one.outline.named + NEARER * in_standard_errors(others - ours, video.fps)
     heard = replace(one, outline=replace(one.outline, named=named))
     return heard if named >= 0.0 else heard.exchanged
 

@@ -26,14 +26,15 @@ LINKS = ("thigh", "shank")
 ALONG = np.linspace(0.15, 0.95, 9)  # places along a link, shares of its length
 ACROSS = np.linspace(-0.7, 0.7, 5)  # and across it, shares of its half width
 FREE = 0.03  # distance from the other leg's outline beyond which a place is uncovered, leg lengths
-AROUND = np.exp(-0.5 * (np.arange(-3, 4) / 1.5) ** 2)  # weights of neighbouring frames in a grey level
-ENOUGH = 0.3  # share of that weight that frames with the place uncovered must have
+AROUND = 0.05  # standard deviation of the weights of neighbouring frames in a grey level, seconds
+ENOUGH = 0.08  # share of that weight that frames with the place uncovered must have
 MOST = 20.0  # largest difference that counts, grey levels; more is something else
 SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
 FEWEST = 5  # pixels that a frame needs to count
 HIDDEN = 0.4  # share of a link's places that stand out from the scene below which something hides it
 AROUND_HIDDEN = np.ones(5)  # the frames around a hidden one that do not count either
-TOGETHER = 3.0  # number of neighbouring frames with correlated errors
+TOGETHER = 0.1  # time in which errors are correlated, seconds
+SLOWEST = 30.0  # frame rate below which times are those of so many frames at this rate
 NEARER = 1.5  # log odds of a naming for a standard error
 
 
@@ -68,14 +69,15 @@ def nearness(
     near, far = _legs(shape, q, stage, hips, units, seen)
     whole = sums_around((near.hidden | far.hidden).astype(np.float64), AROUND_HIDDEN) == 0.0
     frames = [_evidence(near, far, t) for t in np.flatnonzero(whole).tolist()]
-    return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]))
+    return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]), stage.fps)
 
 
-def in_standard_errors(evidence: Array) -> float:
+def in_standard_errors(evidence: Array, fps: float) -> float:
     """The mean of frames' evidence (n,), whose neighbours have correlated errors; 0 if there are too few."""
-    if len(evidence) < TOGETHER:
+    together = TOGETHER * max(fps, SLOWEST)
+    if len(evidence) < together:
         return 0.0
-    return float(evidence.mean() / (evidence.std() * np.sqrt(TOGETHER / len(evidence)) + 1e-9))
+    return float(evidence.mean() / (evidence.std() * np.sqrt(together / len(evidence)) + 1e-9))
 
 
 def _legs(
@@ -91,7 +93,7 @@ def _legs(
         depth = _depth(shape, bones, other, place)
         value = stage.at(stage.light, hips, units, place)
         out = seen[:, None] & (stage.at(stage.odds, hips, units, place, NOTHING) > NOTHING)
-        look = _greys(value, out & (depth < -FREE))
+        look = _greys(value, out & (depth < -FREE), stage.fps)
         hidden = out.reshape(len(q), len(own), -1).mean(-1).min(-1) < HIDDEN
         legs.append(Leg(place, value, look, out & (depth > 0.0), hidden))
     return legs[0], legs[1]
@@ -138,8 +140,12 @@ def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Ar
     return deepest
 
 
-def _greys(value: Array, free: NDArray[np.bool_]) -> Array:
+def _greys(value: Array, free: NDArray[np.bool_], fps: float) -> Array:
     """(T, P) mean of the uncovered values (T, P) in neighbouring frames; NaN where there are too few."""
-    weight = sums_around(free.astype(np.float64), AROUND)
-    total = sums_around(np.where(free, value, 0.0), AROUND)
-    return np.where(weight > ENOUGH, total / np.maximum(weight, ENOUGH), np.nan)
+    sigma = AROUND * max(fps, SLOWEST)
+    reach = round(2.0 * sigma)
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    enough = ENOUGH * weights.sum()
+    weight = sums_around(free.astype(np.float64), weights)
+    total = sums_around(np.where(free, value, 0.0), weights)
+    return np.where(weight > enough, total / np.maximum(weight, enough), np.nan)

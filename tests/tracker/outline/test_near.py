@@ -59,3 +59,12 @@ def test_two_frames_before_and_after_one_that_hides_a_leg_are_not_heard(every, h
     odds = stage.odds.copy()
     odds[::every] = NOTHING
     assert (told(walk, replace(stage, odds=odds)) != 0.0) is heard
+
+
+def test_a_film_with_every_frame_twice_tells_as_much(walk, stage):
+    twice = np.repeat(np.arange(len(walk.q)), 2)
+    double = replace(stage.part(twice), fps=2.0 * stage.fps)
+    hips, units, seen = walk.hips[twice], walk.units[twice], np.ones(len(twice), bool)
+    assert nearness(SHAPE, walk.q[twice], double, hips, units, seen) == pytest.approx(
+        told(walk, stage), rel=0.15
+    )
