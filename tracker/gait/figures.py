@@ -15,7 +15,7 @@ from tracker.gait.times import CONTACT, STANCE, Clock, times
 from tracker.gait.values import Measure, Sample, each
 from tracker.run.track import Track
 
-NEEDED = {f"{side}_{joint}" for side in SIDES for joint in ("knee", "ankle")}
+NEEDED = {word.format(side) for side in SIDES for word in ("{}_knee", "{}_ankle", "knee_{}")}
 # Joints whose range of motion is reported, of both legs and of the trunk.
 LEG_JOINTS = ("hip", "knee", "ankle")
 TRUNK = "torso"
@@ -90,19 +90,20 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
         rate: playback speed, 0.5 for a film at half speed; the film's seconds times this are seconds walked.
         known: the person's height or the scale.
     """
-    if not set(track.figure.joints) >= NEEDED:
+    if not {*track.figure.joints, *track.figure.freedoms} >= NEEDED:
         return None
+    track = replace(track, times=track.times * rate)
     run = runs(track)
     strides, leg = strides_of(track, run), None if known is None else known.leg(track)
     gait = Gait((), strides, rate, "run" if run else "walk", leg)
     if not any(strides[side].sound for side in SIDES):
         return gait
-    clock = Clock(track.first, track.times * rate)
+    clock = Clock(track.first, track.times)
     every = (
         *times(strides, clock, run),
         *lengths(track, strides, clock, leg),
         *_ranges(track, strides),
-        *_turns(track, strides),
+        *turns(track, strides),
     )
     return _possible(replace(gait, measures=tuple(measure for measure in every if measure.both is not None)))
 
@@ -144,7 +145,7 @@ def _ranges(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
         yield Measure(f"{TRUNK} range", "deg", both=either.both)
 
 
-def _turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
+def turns(track: Track, strides: Mapping[Side, Strides]) -> Iterator[Measure]:
     """Times of the peaks of joint angles in the stride, per cent of it."""
     for joint, (name, greatest) in TURNS.items():
         if found := _of_legs(track, strides, joint, partial(_turn, greatest=greatest)):
@@ -163,13 +164,17 @@ def _of_legs(
 
 
 def _turn(track: Track, freedom: str, stride: Stride, greatest: bool) -> Sample:
-    rows = _rows(track, stride)
-    angles = track.q[rows, track.figure.index(freedom)]
-    at = track.first + rows.start + int(angles.argmax() if greatest else angles.argmin())
-    share = (at - stride.strike.at) / stride.frames
-    # A peak may be anywhere within its frame, hence the variance of a uniform distribution.
-    variance = 1.0 / 12.0 + ((1.0 - share) * stride.strike.error) ** 2 + (share * stride.end.error) ** 2
-    return Sample(100.0 * share, 1e4 * variance / stride.frames**2)
+    rows, k = _rows(track, stride), track.figure.index(freedom)
+    angles = track.q[rows, k] * (1.0 if greatest else -1.0)
+    top = int(angles.argmax())
+    share = (track.first + rows.start + top - stride.strike.at) / stride.frames
+    # A peak may be in any of the frames around it with as large an angle but for its standard error, and
+    # anywhere within its frame, hence the variance of a uniform distribution.
+    lower = np.flatnonzero(angles < angles[top] - np.sqrt(track.cov[rows, k, k][top]))
+    wide = lower[lower > top].min(initial=len(angles)) - lower[lower < top].max(initial=-1) - 1
+    variance = wide**2 / 12.0 + ((1.0 - share) * stride.strike.error) ** 2 + (share * stride.end.error) ** 2
+    shared = 100.0 * stride.strike.shared / stride.frames
+    return Sample(100.0 * share, 1e4 * variance / stride.frames**2, shared)
 
 
 def _rows(track: Track, stride: Stride) -> slice:

@@ -20,7 +20,7 @@ from tests.benchmarks.rendered.plans import MOMENTS, Plan, planned
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
 from tracker.clip.start import StartError
-from tracker.gait.figures import runs
+from tracker.gait.figures import runs, turns
 from tracker.gait.lengths import Known, lengths
 from tracker.gait.moments import Event
 from tracker.gait.strides import Stride, Strides, strides_of
@@ -205,7 +205,7 @@ def _measures(plan: Plan, track: Track, strides: Mapping[Side, Strides]) -> dict
     clock = Clock(track.first, track.times * plan.speed)
     leg = Known(height=TALL).leg(track)
     run = plan.walkers[0].label == "run"
-    every = (*times(strides, clock, run), *lengths(track, strides, clock, leg))
+    every = (*times(strides, clock, run), *lengths(track, strides, clock, leg), *turns(track, strides))
     return {measure.name: measure for measure in every}
 
 

@@ -54,6 +54,20 @@ def test_a_joint_turns_when_its_angle_is_greatest_or_least():
     assert found["torso range"].near is None
 
 
+def test_a_flat_peak_is_timed_less_surely_than_a_sharp_one():
+    track = stroll()
+    phase = ((track.times - 0.3) / 1.1) % 1.0
+    errors = []
+    for width in (0.05, 0.15):
+        bent, cov = track.q.copy(), track.cov.copy()
+        knee = track.figure.index("knee_near")
+        bent[:, knee] = np.exp(-(((phase - 0.7) / width) ** 2))
+        cov[:, knee, knee] = np.radians(3.0) ** 2
+        errors.append(told(replace(track, q=bent, cov=cov))["knee flexion peak"].near)
+    assert errors[1].error > 1.2 * errors[0].error
+    assert errors[1].shared == pytest.approx(errors[0].shared, rel=0.05)
+
+
 def test_at_half_speed_times_halve_and_angles_stay():
     track = stroll()
     slow, real = told(track, 0.5), told(track)
@@ -126,8 +140,9 @@ def test_the_error_of_a_stance_is_that_of_its_moments_by_differences():
     assert value.error == pytest.approx(100.0 * np.hypot(own, shared))
 
 
-def test_what_strides_share_does_not_shrink_with_their_number_and_is_not_in_the_symmetry():
-    few, many = (told(stroll(seconds))["stance share"] for seconds in (2.6, 26.0))
+@pytest.mark.parametrize("name", ["stance share", "hip extension peak"])
+def test_what_strides_share_does_not_shrink_with_their_number_and_is_not_in_the_symmetry(name):
+    few, many = (told(stroll(seconds))[name] for seconds in (2.6, 26.0))
     assert many.near.count > 15
     assert many.near.error == pytest.approx(many.near.shared, rel=0.1)
     assert few.near.error > 1.2 * many.near.error
@@ -280,6 +295,9 @@ def test_legs_that_were_exchanged_are_in_discord():
 
 def test_a_figure_without_these_legs_has_no_gait(rng):
     assert gait_of(random_track(rng, figure=HORSE)) is None
+    others = {"shank_near": "left_shin", "shank_far": "right_shin"}
+    links = (replace(link, freedom=others.get(link.name, link.freedom)) for link in WALKER.links)
+    assert gait_of(random_track(rng, figure=replace(WALKER, links=tuple(links), panels=()))) is None
 
 
 def test_without_feet_there_is_no_range_of_the_ankles():

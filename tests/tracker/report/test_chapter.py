@@ -226,6 +226,17 @@ def test_a_step_that_lasts_longer_is_unusual():
     assert f"step time {by:.0f} % longer on the near leg" in unusual(told)
 
 
+def test_a_joint_that_turns_later_is_unusual():
+    track = stroll(9.0)
+    bent = track.q.copy()
+    for side, strike, share in (("near", 0.3, 0.8), ("far", 0.85, 0.5)):
+        phase = ((track.times - strike) / 1.1) % 1.0
+        bent[:, track.figure.index(f"knee_{side}")] = np.exp(-(((phase - share) / 0.1) ** 2))
+    said = unusual(chapter(replace(track, q=bent)))
+    assert "knee flexion peak" in said
+    assert "% later on the near leg" in said
+
+
 def test_differences_within_their_errors_or_of_a_few_per_cent_are_nothing_unusual():
     for track in (
         stroll(9.0, swings=(SWING, 0.93 * SWING)),
