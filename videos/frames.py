@@ -9,7 +9,7 @@ not.
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -224,6 +224,11 @@ class Video:
         if damaged:
             return f"{name} cannot be decoded past frame {count - 1}; what was read was used"
         return None
+
+
+def images_of(video: Iterable[Frame], wanted: Collection[int]) -> dict[int, Image]:
+    """The images of some frames by number, in one pass that ends with the last of them."""
+    return {frame.index: frame.image for frame in islice(video, max(wanted) + 1) if frame.index in wanted}
 
 
 def films_in(folder: Path) -> list[Path]:

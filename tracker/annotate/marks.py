@@ -108,5 +108,5 @@ class Table:
 
 
 def _pixel(value: float) -> str:
-    """A coordinate to hundredths, without trailing zeros."""
-    return f"{round(value, 2) + 0.0:.2f}".rstrip("0").rstrip(".")
+    """A coordinate, so exactly that a mark nobody touches stays the same."""
+    return f"{value + 0.0:.10g}"

@@ -3,6 +3,7 @@
 The command runs in its own process and is the same as typed in a terminal.
 """
 
+import csv
 import json
 import subprocess
 import sys
@@ -207,7 +208,7 @@ class Work:
 
 def _people(table: Path) -> list[dict[str, str]] | None:
     """The people found, None before a search."""
-    with suppress(OSError, ValueError):
+    with suppress(OSError, ValueError, csv.Error):
         (_, header), *rows = read_lines(table)
         return [{name: by_column(header, cells).get(name, "") for name in TOLD} for _, cells in rows]
     return None

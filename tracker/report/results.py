@@ -67,7 +67,7 @@ def write_run(
             "marks": "given" if job.found is None else "found",
             "near_leg": "given" if job.found is None else job.found.near_leg,
         },
-        "rate": round(finished.rate, 2),
+        "rate": job.rate or round(finished.rate, 2),
         "height": job.height,
         "scale": job.scale,
         "camera": {"moves": told.camera > 0.0, "pixels": round(told.camera, 1)},

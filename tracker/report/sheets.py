@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tracker.report.drawing import paint
 from tracker.run.score import LOST_ERROR, Score, parting
 from tracker.run.track import Track
-from videos.frames import Video
+from videos.frames import Video, images_of
 
 Image = NDArray[np.uint8]
 
@@ -57,7 +57,7 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
     """Write a picture with a row for each model's overlay and a column for each frame where the tracks
     part."""
     frames = sheet_frames(scores)
-    shown = {frame.index: frame.image for frame in Video(video) if frame.index in frames}
+    shown = images_of(Video(video), frames)
     best = min(scores, key=lambda name: scores[name].mean_error_leg)
     images = [
         _cropped(paint(shown[t], track, t), tracks[best], t) for track in tracks.values() for t in frames

@@ -1,7 +1,6 @@
 """The people found in a film, as a table, as lines of text and as a picture."""
 
 from collections.abc import Sequence
-from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -12,7 +11,7 @@ from tracker.clip.naming import nearer, sure_of_leg
 from tracker.outline.person import Person
 from tracker.report.drawing import segments
 from tracker.tables.table import write_table
-from videos.frames import Video
+from videos.frames import Video, images_of
 from videos.overlay import Segment, draw
 
 COLUMNS = ("person", "first", "last", "frame", "x0", "y0", "x1", "y1", "facing", "direction", "motion")
@@ -47,10 +46,9 @@ def listed(people: Sequence[Person], name: str) -> str:
 
 def write_picture(path: Path, people: Sequence[Person], video: Video) -> None:
     """Write a picture with one frame for each person and the figure drawn on it."""
-    tiles = []
+    tiles, shown = [], images_of(video, {one.frame for one in people})
     for number, one in enumerate(people, 1):
-        image = next(islice(video, one.frame, None)).image
-        drawn = draw(image, _limbs(one), caption=f"person {number}, frame {one.frame}")
+        drawn = draw(shown[one.frame], _limbs(one), caption=f"person {number}, frame {one.frame}")
         width = round(drawn.shape[1] * HEIGHT / drawn.shape[0])
         tiles.append(cv2.resize(drawn, (width, HEIGHT), interpolation=cv2.INTER_AREA))
     _, data = cv2.imencode(".png", cv2.cvtColor(np.hstack(tiles), cv2.COLOR_RGB2BGR))

@@ -32,7 +32,7 @@ def test_a_new_table_holds_the_marks_in_the_order_of_frames_and_joints(path):
     later = {"neck": Mark(1.25, -2.0), "head_top": Mark(3.999, 0.1, visible=False)}
     table.save({5: later, 0: {"hip": Mark(-0.001, 7)}})
     assert path.read_text() == (
-        "frame,keypoint,x,y,visible\n0,hip,0,7,1\n5,head_top,4,0.1,0\n5,neck,1.25,-2,1\n"
+        "frame,keypoint,x,y,visible\n0,hip,-0.001,7,1\n5,head_top,3.999,0.1,0\n5,neck,1.25,-2,1\n"
     )
     assert read_keypoints(path)[5]["neck"] == Mark(1.25, -2.0)
 
@@ -90,6 +90,16 @@ def test_a_table_that_is_not_there_yet_may_begin_with_marks(path):
     table.save({4: {"hip": Mark(5.0, 6.0)}})
     assert path.read_text() == "frame,keypoint,x,y,visible\n0,neck,3,4,0\n4,hip,5,6,1\n"
     assert Table(path, begin=begin).marks[4] == {"hip": Mark(5.0, 6.0)}
+
+
+def test_marks_that_nobody_touches_stay_exactly_the_same(path):
+    begin = {4: {"hip": Mark(100.12345, 0.1 + 0.2)}}
+    Table(path, begin=begin).save({9: {"hip": Mark(5.0, 6.25)}})
+    hip = read_keypoints(path)[4]["hip"]
+    assert (hip.x, hip.y) == (100.12345, 0.3)
+    again = Table(path, begin=begin)
+    again.save({9: {"hip": Mark(5.0, 6.0)}})
+    assert read_keypoints(path)[4]["hip"] == hip
 
 
 def test_with_overwrite_the_old_table_is_there_until_the_first_save_and_then_gone(old):

@@ -111,6 +111,13 @@ def test_a_film_is_shown_with_what_was_made_of_it(folder):
     assert film["run"] == {"headline": "Walks.", "warnings": ["dark"], "report": True}
 
 
+def test_a_damaged_table_of_people_does_not_stop_the_page(folder):
+    (folder / "walk-people.csv").write_bytes(b"person,facing\n1,l\0ft\n")
+    with served(folder) as client:
+        (film,) = state(client)["films"]
+    assert film["people"] is None
+
+
 def test_a_run_of_another_film_is_not_shown_and_not_replaced(folder):
     a_run(folder, video="walk.mov")
     (folder / "\udce4.mp4").write_bytes(b"")
