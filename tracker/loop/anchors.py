@@ -24,11 +24,11 @@ from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Tracker
 from tracker.picture.pyramid import Image
 
-# Standard deviations of marks, pixels. Marks repeat to 1.5, but frames around an anchor are overconfident:
-# with 0.7 the track is closer to marks between anchors than with 1.5. A hidden joint is a guess.
-SEEN, HIDDEN = 0.7, 6.0
-ALONG = 4.0  # the same along the limb, since clothes hide the height of a hip or knee, pixels
-RIGID = 0.2  # the same along a limb of fixed length, which may point towards the camera, leg lengths
+# Standard deviations of marks, leg lengths. Marks repeat to 0.02, but frames around an anchor are
+# overconfident: with 0.007 the track is closer to marks between anchors. A hidden joint is a guess.
+SEEN, HIDDEN = 0.007, 0.06
+ALONG = 0.04  # the same along the limb, since clothes hide the height of a hip or knee
+RIGID = 0.2  # the same along a limb of fixed length, which may point towards the camera
 SLIDE = 0.03  # slide of templates from one anchor to the next, leg lengths or log units
 TURN = float(np.radians(3.0))  # the same for an angle
 FAR = 0.25  # error of a joint, leg lengths, above which the track was on something else or exchanged the legs
@@ -144,14 +144,14 @@ def _noise(tracker: Tracker, anchor: Anchor, q: Array) -> Array:
         link, along = figure.links[max(j - 1, 0)], limb[:, max(j - 1, 0)]
         sd = SEEN if seen else HIDDEN
         if not link.breathes:
-            further = RIGID * tracker.view.unit
+            further = RIGID
         elif j == 0 or (figure.is_leg(link) and link.name in inner):
             further = np.sqrt(max(ALONG**2 - sd**2, 0.0))
         else:
             further = 0.0
         own = slice(2 * k, 2 * k + 2)
         R[:, own, own] = sd**2 * np.eye(2) + further**2 * along[:, :, None] * along[:, None]
-    return R
+    return tracker.view.unit**2 * R
 
 
 def _settled(
@@ -160,8 +160,8 @@ def _settled(
     """The state at an anchor, with templates updated from the marked limbs."""
     now = tracker.templates_at(tracker.pose(belief.merged()).mean, image, state.curve)
     ends = anchor.joint - 1
-    # A limb whose end is not marked may lie anywhere, so its template is not updated.
-    told = ~np.isin(now.link, ends[~anchor.visible]) & (state.templates.known | np.isin(now.link, ends))
+    # A limb whose end is not marked, or guessed, may lie anywhere, so its template is not updated.
+    told = np.isin(now.link, ends[anchor.visible])
     trust = np.where(now.known & told, 1.0, 0.0)
     light = state.templates.light
     offset = np.tile(light, (len(tracker.figure.links), 1))

@@ -20,6 +20,8 @@ from tracker.loop.tracker import Tracker
 from tracker.loop.trail import Trail
 from tracker.picture.pyramid import Image
 
+LEAST = 1e-9  # least misfit that a frame is weighted by
+
 
 @dataclass(frozen=True)
 class Passage:
@@ -95,7 +97,8 @@ def between_anchors(
         return ()
     ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
     apart = np.linalg.norm(np.subtract(*(joints(tracker.figure, q) for q in ways)), axis=-1)
-    costs = [np.maximum([e.misfit for e in way], 1e-9) for way in (there, back)]
+    worst = max(e.misfit for e in (*there, *back))
+    costs = [_costs(way, worst) for way in (there, back)]
     if apart.max() > FAR:
         until = np.append(0.0, costs[0].cumsum()) + np.append(costs[1][::-1].cumsum()[::-1], 0.0)
         cut = int(until.argmin())
@@ -104,6 +107,11 @@ def between_anchors(
     weights = near / costs[1], near[::-1] / costs[0]
     shares = weights[0] / (weights[0] + weights[1])
     return [_between(a, b, share) for a, b, share in zip(there, back, shares, strict=True)]
+
+
+def _costs(way: Sequence[Estimate], worst: float) -> Array:
+    """Misfits of a pass; `worst` where the figure was not found, as nothing fits nothing perfectly."""
+    return np.array([max(e.misfit if e.outcome.measured else worst, LEAST) for e in way])
 
 
 def _between(a: Estimate, b: Estimate, share: float) -> Estimate:

@@ -58,7 +58,9 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     path = best_path(score, corners, STEP, RESIZE if marked else RESIZE_FOUND, REACH)
     places = smooth((path[:, [2, 1]] + corners).astype(np.float64), SMOOTH)
     size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE if marked else SMOOTH_FOUND)
-    return stage.in_frames(places * unit / DENSITY), unit * np.exp(size - (size[frame] if marked else 0.0))
+    zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
+    size -= size[frame] - np.log(zoom[frame]) if marked else 0.0
+    return stage.in_frames(places * unit / DENSITY), unit * np.exp(size) / zoom
 
 
 def _maps(stage: Stage, unit: float) -> tuple[Planes, NDArray[np.intp]]:

@@ -13,6 +13,7 @@ from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.tracker.painted import FULL, STRIDE, VIEW, Painted
 from tracker.loop import anchors as anchors_module
 from tracker.loop.anchors import Anchor, anew, passed
+from tracker.loop.anchors import _noise as noise
 from tracker.loop.begin import begin
 from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import make_tracker
@@ -175,9 +176,11 @@ def test_half_of_what_an_anchor_shows_goes_into_the_templates_less_the_light(beg
     assert_allclose(after.templates.colours[:, both], halfway[:, both], atol=1e-3)
 
 
-def test_a_limb_that_ends_in_a_hidden_joint_shows_nothing(begun):
+@pytest.mark.parametrize("guessed", [True, False], ids=["hidden", "not-marked"])
+def test_a_limb_that_ends_in_a_hidden_joint_shows_nothing(guessed, begun):
     tracker, state, image = begun
-    anchor = anchor_of(STRIDE, hidden=("near_knee",))
+    names = [name for name in JOINTS if guessed or name != "near_knee"]
+    anchor = anchor_of(STRIDE, names, hidden=("near_knee",))
     after, _ = passed(tracker, state, anchor, (image // 2).astype(np.uint8))
     thigh = state.templates.link == WALKER.link_of("near_knee")
     assert_array_equal(after.templates.colours[:, thigh], state.templates.colours[:, thigh])
@@ -188,3 +191,10 @@ def test_marks_of_joints_that_the_figure_has_not_are_left_out():
     anchor = anchor_of(STRIDE, hidden=("neck",), figure=FOOTLESS)
     assert [FOOTLESS.joints[j] for j in anchor.joint] == list(FOOTLESS.joints)
     assert anchor.visible.tolist() == [name != "neck" for name in FOOTLESS.joints]
+
+
+def test_marks_are_as_sure_on_a_larger_picture(begun):
+    tracker, _, _ = begun
+    larger = replace(tracker, view=replace(VIEW, unit=4.0 * VIEW.unit))
+    anchor, q = anchor_of(STRIDE, hidden=("far_knee",)), STRIDE[None]
+    assert_allclose(noise(larger, anchor, q), 16.0 * noise(tracker, anchor, q))

@@ -12,6 +12,7 @@ from tests.tracker.painted import STRIDE
 from tracker.loop import both_ways as passage_module
 from tracker.loop.both_ways import Passage, between_anchors, prolong
 from tracker.loop.estimate import NOTHING, Estimate
+from tracker.loop.outcome import Outcome
 from tracker.loop.trail import Trail
 from tracker.registration.modes import mode_of
 from tracker.settings import Settings
@@ -20,7 +21,7 @@ TRACKER = SimpleNamespace(figure=WALKER)
 D = len(WALKER.freedoms)
 
 
-def estimate(x=0.0, cost=1.0, outcome="ok", spread=1.0, began=False):
+def estimate(x=0.0, cost=1.0, outcome=Outcome.OK, spread=1.0, began=False):
     pose = Gaussian(STRIDE + upright(WALKER, root_x=x), spread * np.eye(D))
     return Estimate(pose, 0, outcome, NOTHING, shift=np.zeros(2), misfit=cost, began=began)
 
@@ -35,8 +36,8 @@ def test_the_way_whose_pictures_cost_less_counts_more():
 
 
 def test_an_average_speaks_as_the_nearer():
-    found = between_anchors(TRACKER, [estimate(outcome="hidden")] * 3, [estimate()] * 3)
-    assert [e.outcome for e in found][::2] == ["hidden", "ok"]
+    found = between_anchors(TRACKER, [estimate(outcome=Outcome.HIDDEN)] * 3, [estimate()] * 3)
+    assert [e.outcome for e in found][::2] == [Outcome.HIDDEN, Outcome.OK]
 
 
 def test_an_average_has_the_moments_of_the_mixture_of_the_two():
@@ -53,6 +54,14 @@ def test_where_one_way_was_lost_they_are_joined_where_that_costs_least():
     there = [estimate(0.0, 1.0), estimate(0.0, 1.0), estimate(2.0, 9.0), estimate(2.0, 9.0)]
     back = [estimate(0.1, 5.0), estimate(0.1, 1.5), estimate(0.1, 1.0), estimate(0.1, 1.0)]
     assert places(between_anchors(TRACKER, there, back)) == [0.0, 0.0, 0.1, 0.1]
+
+
+def test_a_way_that_left_the_picture_fits_nothing_perfectly():
+    there = [estimate(0.0, 0.4), *[estimate(2.0, 0.0, outcome=Outcome.OUTSIDE)] * 3]
+    back = [estimate(0.1, 0.4)] * 4
+    assert places(between_anchors(TRACKER, there, back))[1:] == [0.1, 0.1, 0.1]
+    near = [estimate(0.05, 0.0, outcome=Outcome.OUTSIDE)] * 4
+    assert places(between_anchors(TRACKER, near, back)) == pytest.approx([0.06, 0.07, 0.08, 0.09])
 
 
 def test_between_two_frames_in_a_row_there_is_nothing_to_join():

@@ -33,7 +33,7 @@ def test_who_comes_nearer_is_found_larger_before_a_camera_that_moves(rng):
     assert seen.units[-1] > 1.25 * seen.units[0]
     assert found[1][MIDDLE] == pytest.approx(seen.units[MIDDLE])
     assert away < 3.0 / DENSITY
-    assert size < 0.15
+    assert size < 0.09
 
 
 def test_far_as_a_camera_pans_no_more_is_kept_of_a_frame_than_it_shows(rng, monkeypatch):
