@@ -90,7 +90,9 @@ class Settings(BaseModel):
     lean: float = Field(
         10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"
     )
-    scale_drift: float = Field(0.001, ge=0, le=1, description="change of the common log scale a frame")
+    scale_drift: float = Field(
+        0.001, ge=0, le=1, description="change of the common log scale a frame at 30 a second"
+    )
     breathing: float = Field(0.06, gt=0, le=1, description="spread of a link's log length")
     ankle: float = Field(
         25.0, gt=0, le=360, description="spread of an ankle's angle, which no model includes, degrees"

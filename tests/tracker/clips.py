@@ -63,9 +63,9 @@ def make_clip(folder):
     return clip
 
 
-def write_video(path, images, times=None):
+def write_video(path, images, times=None, fps=FPS):
     height, width = images[0].shape[:2]
-    with Writer(path, FPS, (width, height), crf=16) as writer:
+    with Writer(path, fps, (width, height), crf=16) as writer:
         for image, time in zip(images, times or [None] * len(images), strict=True):
             writer.write(image, time)
 

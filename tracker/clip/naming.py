@@ -17,6 +17,7 @@ from tracker.clip.outlines import as_seen, outlined
 from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare
 from tracker.loop.begin import begin
+from tracker.models.find import CONSTANT_VELOCITY
 from tracker.outline.near import NEARER, in_standard_errors
 from tracker.outline.person import Person
 from tracker.picture.pyramid import Image
@@ -78,7 +79,11 @@ def _misfits(one: Person, video: Video) -> Array:
 
 def _as_if_sure(one: Person, video: Video) -> Plan:
     """The plan to follow a person whose legs count as named correctly."""
-    plan = prepare(Following().job(video.path, start_from(one, "unsure"), FEW))
+    start = start_from(one, "unsure")
+    try:
+        plan = prepare(Following().job(video.path, start, FEW))
+    except ValueError:  # the learned model cannot be had at this frame rate
+        plan = prepare(Following(model=CONSTANT_VELOCITY).job(video.path, start, FEW))
     return outlined(plan, replace(as_seen(one.outline, one.first, plan), wrong=0.0))
 
 

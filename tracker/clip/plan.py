@@ -23,7 +23,8 @@ from tracker.settings import Settings
 from tracker.tables.keypoints import points
 from videos.frames import Video
 
-FRAMES = 15  # half a second, the time of a step
+STEP = 0.5  # seconds of a step, over which the direction of travel is measured
+TRAVEL = 0.1  # least travel in it, leg lengths; who stays in place faces as the start says
 FOUND = 0.04  # error of a joint in a start without marks, leg lengths
 
 
@@ -145,8 +146,8 @@ def heading(images: Iterable[Image], start: Start, fps: float, settings: Setting
     state, estimate = begin(tracker, start, first)
     for image in frames:
         state, estimate = tracker.step(state, image)
-    ahead = estimate.pose.mean[0] >= start.q[0]
-    return start.view.facing if ahead else -start.view.facing
+    backwards = estimate.pose.mean[0] - start.q[0] < -TRAVEL
+    return -start.view.facing if backwards else start.view.facing
 
 
 def _start(job: Job, video: Video, settings: Settings) -> Start:
@@ -155,7 +156,7 @@ def _start(job: Job, video: Video, settings: Settings) -> Start:
     figure = load_figure(job.figure)
     start = marked_start(job.marks, frame, job.facing, size, figure)
     if facing_unknown(job, figure) and settings.templates:
-        images = pictures(video, frame, frame + FRAMES - 1)
+        images = pictures(video, frame, frame + max(round(STEP * video.fps), 1))
         facing = heading(images, start, video.fps, settings)
         start = marked_start(job.marks, frame, facing, size, figure)
     return start

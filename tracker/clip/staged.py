@@ -20,6 +20,7 @@ from videos.frames import Video
 
 POINT = 0.05  # least spread of an outline's joint, leg lengths
 TOGETHER = 3.0  # factor on the spread, since errors of successive frames are correlated
+FPS = 30.0  # frame rate up to which this factor holds; its square grows with the number of frames
 MOST = 3.0  # largest spread as a multiple of POINT, if the figure stands out from the scene
 OFTEN = 60.0  # surveyed frames a second, about, if a film has more,
 ENOUGH = 100  # and so many surveyed frames altogether
@@ -86,12 +87,13 @@ def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detec
         first: frame number of the outline's first row.
     """
     joints, spread = outline.joints, outline.spread
+    often = float(np.sqrt(max(video.fps / FPS, 1.0)))
     number = np.arange(joints.shape[1])
     inside = within(joints, (video.height, video.width)) & outline.shown & outline.seen[:, None]
 
     def of(frame: int) -> Detections:
         t = frame - first
-        doubt = min(max(TOGETHER * float(spread[t]) / POINT, 1.0), MOST)
+        doubt = often * min(max(TOGETHER * float(spread[t]) / POINT, 1.0), MOST)
         return Detections(number[inside[t]], joints[t, inside[t]], doubt)
 
     return Lazily(frozenset((first + np.flatnonzero(inside.any(1))).tolist()), of)

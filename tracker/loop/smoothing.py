@@ -1,8 +1,8 @@
 """Estimates given the whole clip: the best switching path, and along it the Rauch-Tung-Striebel smoother.
 
 A window of frames is smoothed at a time, back from the best hypothesis at its end, and its first part is then
-released, so that memory does not grow with the clip. Hypotheses nearly always have a common ancestor LAG
-frames ago, and frames that much later add nothing to a pose.
+released, so that memory does not grow with the clip. Hypotheses nearly always have a common ancestor three
+strides ago, and frames that much later add nothing to a pose.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,14 +17,17 @@ from dynamics.slds import SLDS
 from tracker.loop.estimate import Estimate
 from tracker.loop.tracker import Tracker
 
-LAG = 100  # frames, three strides
+LAG = 3.3  # three strides, seconds
+FEWEST, MOST = 100, 300  # frames of it at least, and at most, which bounds memory
 
 
-def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int = LAG) -> Iterator[Estimate]:
+def smoothed(tracker: Tracker, estimates: Iterable[Estimate], lag: int | None = None) -> Iterator[Estimate]:
     """The estimates of a run, each given also later ones, at least `lag` of them if there are as many.
 
-    Their beliefs are the single hypothesis of the best path. Smoothing does not cross a new start.
+    Their beliefs are the single hypothesis of the best path. Smoothing does not cross a new start. The usual
+    lag is LAG.
     """
+    lag = lag or min(max(round(LAG * tracker.slds.fps), FEWEST), MOST)
     window: list[Estimate] = []
     for estimate in estimates:
         if estimate.began:

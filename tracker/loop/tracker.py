@@ -3,9 +3,8 @@
 Pavlović et al. (1999), section 4.2. Each frame every switching state proposes the prior of its best
 predecessor; local registration climbs from each to a measurement; the Kalman filter fuses the two, with that
 frame's own information. The cost of a hypothesis is the sum of its predecessor's cost, the cost of the
-switch,
-and minus the log evidence of its measurement: with the likelihood linearised at the mode q* (Laplace), E as
-in `tracker.registration.objective`,
+switch, and minus the log evidence of its measurement: with the likelihood linearised at the mode q*
+(Laplace), E as in `tracker.registration.objective`,
 
     E(q*) + (q* - m)' P^-1 (q* - m) / 2 + log |I + P L| / 2
 
@@ -38,6 +37,7 @@ from tracker.registration.modes import Mode, mode_of
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
 
+FPS = 30.0  # frame rate that shares and changes a frame are told for
 ANKLE_KEEP = 0.9  # share of an ankle's angle that is left a frame later
 BREATH_KEEP = 0.95  # the same for a link's stretch
 ASTRAY = 0.01  # probability that the figure is far from its predicted place
@@ -243,8 +243,9 @@ def _with_drifts(slds: SLDS, names: Sequence[str], settings: Settings) -> SLDS:
     """The model with further freedoms appended: ankles, common scale and stretches, in this order."""
     ankles, n = names.index(SCALE), len(names)
     stretches = n - ankles - 1
-    keep = np.r_[np.full(ankles, ANKLE_KEEP), 1.0, np.full(stretches, BREATH_KEEP)]
+    frames = FPS / slds.fps
+    keep = np.r_[np.full(ankles, ANKLE_KEEP), 1.0, np.full(stretches, BREATH_KEEP)] ** frames
     spread = np.r_[np.full(ankles, np.radians(settings.ankle)), 1e-3, np.full(stretches, settings.breathing)]
     noise = spread * np.sqrt(1.0 - keep**2)
-    noise[ankles] = settings.scale_drift
+    noise[ankles] = settings.scale_drift * np.sqrt(frames)
     return slds.with_drifts(names, keep, noise, spread)

@@ -43,17 +43,16 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
     if name == CONSTANT_VELOCITY:
         return _constant_velocity(figure.learned_freedoms, fps, settings)
     try:
-        learned = replace(switching_model(name, fps / rate, figure), fps=fps)
+        learned = switching_model(name, fps / rate, figure)
     except ValueError as error:
         raise ValueError(
             f"{name} cannot be had at {fps / rate:g} frames a second (a clip of {fps:g}, played at {rate:g} "
             "of its speed); give --model cv, or --rate where the clip is played faster or slower than filmed"
         ) from error
-    inflated = replace(learned, Q=learned.Q * settings.inflation)
-    if settings.surprise == 0.0 or learned.order == 1:
-        return inflated
-    surprise = settings.surprise
-    return combine([inflated, _free(inflated)], surprise, [1.0 - surprise, surprise])
+    found = replace(learned, Q=learned.Q * settings.inflation)
+    if (surprise := settings.surprise) > 0.0 and learned.order > 1:
+        found = combine([found, _free(found)], surprise, [1.0 - surprise, surprise])
+    return replace(found, fps=fps)
 
 
 def for_seen(learned: SLDS) -> SLDS:

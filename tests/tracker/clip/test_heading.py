@@ -1,6 +1,7 @@
 """Which way a figure faces whose feet are not marked, seen from the film."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -50,6 +51,23 @@ def test_a_figure_faces_the_way_it_goes_whichever_way_its_start_was_taken(taken,
     left = start_of(turn(lacking), taken, images[0])
     assert heading(clip.images, right, FPS, Settings()) == 1
     assert heading(images, left, FPS, Settings()) == -1
+
+
+@pytest.mark.parametrize("taken", [1, -1])
+def test_who_stands_still_faces_as_the_start_says(taken, clip, marks):
+    still = [clip.images[0]] * 5
+    start = start_of(without(marks, FEET), taken, still[0])
+    assert heading(still, start, FPS, Settings()) == taken
+
+
+def test_half_a_second_is_followed_for_the_facing_at_any_frame_rate(clip, marks, monkeypatch):
+    asked = []
+    monkeypatch.setattr(plan_module, "pictures", lambda video, first, last: asked.append(last - first))
+    monkeypatch.setattr(plan_module, "heading", lambda *_: 1)
+    job = Job(clip.video, without(marks, FEET))
+    for fps in (24.0, 240.0):
+        plan_module._start(job, SimpleNamespace(width=10_000, height=10_000, fps=fps), Settings())
+    assert asked == [12, 120]
 
 
 @pytest.mark.parametrize(

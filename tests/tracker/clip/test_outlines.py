@@ -237,6 +237,14 @@ def test_points_are_doubted_as_the_outline_is_within_bounds(job, as_if, spread, 
     assert [each.doubt for each in points.values()] == pytest.approx([doubt] * len(points))
 
 
+@pytest.mark.parametrize(("fps", "doubt"), [(24.0, 1.0), (120.0, 2.0)])
+def test_points_of_many_frames_a_second_are_doubted_so_that_a_second_says_the_same(fps, doubt):
+    joints, rows = np.full((4, 3, 2), 50.0), np.ones((4, 3), bool)
+    outline = SimpleNamespace(joints=joints, spread=np.full(4, 0.01), shown=rows, seen=rows[:, 0])
+    points = staged.detections(outline, 7, SimpleNamespace(fps=fps, width=99, height=99))
+    assert {t: each.doubt for t, each in points.items()} == pytest.approx(dict.fromkeys(range(7, 11), doubt))
+
+
 def test_a_frame_is_free_where_neither_the_model_nor_the_outline_knows_the_motion(job, as_if):
     as_if()
     plan = as_seen(prepare(replace(job, model="walk-run")))

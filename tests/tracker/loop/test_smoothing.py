@@ -97,6 +97,14 @@ def test_no_more_than_a_window_is_kept_waiting(rng):
         assert len(taken) - given < 2 * 5
 
 
+@pytest.mark.parametrize(("fps", "waiting"), [(24.0, 200), (60.0, 396), (240.0, 600)])
+def test_three_strides_are_kept_waiting_as_far_as_memory_allows(fps, waiting, rng):
+    slds = replace(random_slds(1, rng=rng), fps=fps)
+    source = iter(filtered(slds, sample(slds, 620, rng)[2]))
+    next(smoothed(tracker_of(slds), source))
+    assert 620 - len(list(source)) == waiting
+
+
 def test_nothing_is_carried_over_a_new_beginning(rng):
     slds = random_slds(2, order=2, rng=rng)
     first, second = (filtered(slds, sample(slds, T, rng)[2]) for T in (7, 12))

@@ -20,7 +20,7 @@ from tracker.loop.begin import START_ANGLE, START_LENGTH, START_PLACE, begin, st
 from tracker.loop.estimate import Estimate, State
 from tracker.loop.judging import LEAST_INSIDE
 from tracker.loop.outcome import Outcome
-from tracker.loop.tracker import Tracker, make_tracker
+from tracker.loop.tracker import ANKLE_KEEP, BREATH_KEEP, Tracker, make_tracker
 from tracker.models.find import find_model
 from tracker.picture.backdrop import ALIKE, first_backdrop
 from tracker.registration.align import align
@@ -633,3 +633,16 @@ def test_a_figure_that_leaves_the_picture_is_outside_within_three_frames_and_sta
     assert set(outcomes[: int((share < 1.0).argmax())]) <= {"ok", "hidden"}
     assert "outside" not in outcomes[: int((share < 0.5).argmax())]
     assert away[: int((share < 0.7).argmax())].max() < 0.1
+
+
+@pytest.mark.parametrize("fps", [24.0, 60.0, 240.0])
+def test_ankles_stretches_and_size_drift_as_far_in_a_second_at_any_frame_rate(fps, walk):
+    slds = make_tracker(walk.start, find_model("cv", fps, FULL), FULL).slds
+    n = len(slds.drifts)
+    keep, noise = slds.A[0].diagonal()[-n:], slds.Q[0].diagonal()[-n:]
+    ankles = slds.drifts.index("scale")
+    assert_allclose(keep[:ankles] ** fps, ANKLE_KEEP**30, rtol=1e-9)
+    assert_allclose(keep[ankles + 1 :] ** fps, BREATH_KEEP**30, rtol=1e-9)
+    assert noise[ankles] * fps == pytest.approx(FULL.scale_drift**2 * 30)
+    spread = noise[:ankles] / (1.0 - keep[:ankles] ** 2)
+    assert_allclose(np.sqrt(spread), np.radians(FULL.ankle), rtol=1e-9)

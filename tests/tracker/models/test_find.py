@@ -72,7 +72,10 @@ def test_a_playback_speed_is_another_frame_rate_of_the_motion(two_states, tmp_pa
     played = find_model(str(saved(tmp_path / "mine.npz", two_states)), 30.0, FULL, 0.5)
     assert played.fps == 30.0
     # What takes 60 filmed frames takes 120 played at half speed.
+    filmed = find_model(str(tmp_path / "mine.npz"), 60.0, FULL)
     assert_array_equal(played.A[:-1], at_rate(two_states, 60.0).A)
+    assert_array_equal(played.Q, filmed.Q)
+    assert_array_equal(played.cov0, filmed.cov0)
 
 
 def test_the_free_state_goes_on_as_it_went_from_where_any_learned_one_starts(sequences, tmp_path):
