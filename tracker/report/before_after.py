@@ -111,7 +111,10 @@ def _walked(folder: Path) -> Walked:
 
 
 def _changes(before: Gait, after: Gait) -> Iterator[Change]:
-    """Every figure that both runs have, for each leg where legs differ."""
+    """Every figure that both runs have, for each leg where legs differ.
+
+    A figure that one run has of the near leg only and the other of the far leg only is left out.
+    """
     for measure in before.measures:
         other, unit = after.named(measure.name), unit_of(measure)
         if other is None:
@@ -120,7 +123,8 @@ def _changes(before: Gait, after: Gait) -> Iterator[Change]:
         legs = [side for side in SIDES if all(values[side])]
         for side in legs:
             yield Change(f"{measure.name}, {side}", unit, *values[side])
-        if not legs and all(values["both"]):
+        by_side = any(value for side in SIDES for value in values[side])
+        if not by_side and all(values["both"]):
             yield Change(measure.name, unit, *values["both"])
 
 

@@ -10,9 +10,9 @@ from kinematics.figure_file import load_figure
 from tests.tracker.clips import figtrack
 from tests.tracker.records import made_track, write_folder
 from tests.tracker.strolls import stroll
-from tracker.gait.figures import gait_of
-from tracker.gait.values import Value
-from tracker.report.before_after import Change, _walked, compare_runs
+from tracker.gait.figures import Gait, gait_of
+from tracker.gait.values import Measure, Value
+from tracker.report.before_after import Change, _changes, _walked, compare_runs
 from tracker.run.read import RunError
 from tracker.run.write import write_tables
 
@@ -62,6 +62,20 @@ def test_errors_of_two_runs_add_in_quadrature_and_tell_a_change_from_chance():
     assert not change.sure
     assert Change("stance", "%", Value(60.0, 3.0, 4), Value(70.1, 4.0, 2)).sure
     assert Change("stance", "%", Value(70.1, 3.0, 4), Value(60.0, 4.0, 2)).sure
+
+
+def test_one_leg_is_not_compared_with_the_other():
+    def gait(near, far):
+        sides = Measure("stride time", "s", near, far, both=near or far)
+        return Gait(
+            (sides, Measure("cadence", "steps/min", both=Value(110.0, 1.0, 4))), {}, 1.0, "walk", None
+        )
+
+    value = Value(1.0, 0.1, 4)
+    assert [change.name for change in _changes(gait(value, None), gait(None, value))] == ["cadence"]
+    assert [change.name for change in _changes(gait(value, None), gait(value, value))] == [
+        "stride time, near", "cadence",
+    ]  # fmt: skip
 
 
 def test_lengths_are_in_metres_only_where_both_are(tmp_path):
