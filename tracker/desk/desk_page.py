@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from tracker.annotate.frames import Frames
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
-from tracker.desk.work import EXPORTS, Asked, Command, Film, Work, films, words_for
+from tracker.desk.work import EXPORTS, Asked, Command, Film, Work, check_apart, films, words_for
 from tracker.report.document import Document
 from tracker.run.folder import FolderError
 from tracker.run.read import FILM, REPORT
@@ -60,9 +60,14 @@ class Desk:
         return found
 
     def start(self, asked: Asked) -> None:
-        """Start a command; raises RefusalError if one is already running on the film or a needed run is
-        missing."""
+        """Start a command.
+
+        Raises:
+            RefusalError: one is already running on the film, or a needed run is missing.
+            FolderError: another film has the same places for its results.
+        """
         film = self.film(asked.film)
+        check_apart(film)
         if asked.command in NEEDS_RUN and film.told()["run"] is None:
             raise RefusalError(HTTPStatus.CONFLICT, f"{film.name} was not followed yet; follow it first")
         with self._lock:

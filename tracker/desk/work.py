@@ -18,12 +18,15 @@ from typing import IO, Any, Literal
 from pydantic import BaseModel, Field
 
 from tracker.foreign.export import FORMATS
+from tracker.run.folder import FolderError
 from tracker.run.read import REPORT, News, RunError, read_news
 from tracker.tables.table import by_column, read_lines
 from videos.frames import films_in
 
 EXPORTS = ("all", *FORMATS)
 PATIENCE = 10.0  # seconds that a command has to stop
+REST = 0.5  # seconds to read the rest of each output of a command that has ended
+KILLED = "error: the system ended the command, perhaps for lack of memory"
 TOLD = ("person", "first", "last", "facing", "motion")
 
 
@@ -75,7 +78,7 @@ class Film:
         return {"headline": news.headline, "warnings": news.warnings, "report": report}
 
     def _news(self) -> News | None:
-        with suppress(RunError):
+        with suppress(RunError, OSError):
             return read_news(self.run)
         return None
 
@@ -89,6 +92,13 @@ class Film:
 def films(folder: Path) -> dict[str, Film]:
     """The films now in a folder, by name; names that are no valid text are left out."""
     return {path.name: Film(path) for path in films_in(folder) if path.name.isprintable()}
+
+
+def check_apart(film: Film) -> None:
+    """FolderError if another film of the folder has the same places for its results."""
+    same = [name for name, other in films(film.path.parent).items() if other.run == film.run]
+    if len(same) > 1:
+        raise FolderError(f"{' and '.join(same)} have the same out, {film.run.name}; rename one of them")
 
 
 class Command(StrEnum):
@@ -151,6 +161,7 @@ class Work:
         self.words = list(words)
         self._task: dict[str, Any] | None = None
         self._said: list[str] = []
+        self._stopped = False
         command = [sys.executable, "-P", "-m", "tracker", *words]  # -P: the folder holds films, not modules
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(
@@ -171,27 +182,38 @@ class Work:
 
     @property
     def running(self) -> bool:
-        return self._process.poll() is None or any(reader.is_alive() for reader in self._readers)
+        if self._process.poll() is None:
+            return True
+        self._read_rest()
+        return False
 
     def told(self) -> dict[str, Any]:
         """Command, progress, messages and, once it has ended, exit status."""
         running = self.running
+        status = None if running else self._process.returncode
+        killed = status is not None and status < 0 and not self._stopped
         return {
             "command": self.words[0],
             "task": self._task if running else None,
-            "said": list(self._said),
-            "status": None if running else self._process.returncode,
+            "said": [*self._said, *[KILLED] * killed],
+            "status": status,
         }
 
     def stop(self) -> None:
         """Interrupt the command like Ctrl-C, so that no partial result stays."""
+        self._stopped = True
         self._process.terminate()
         try:
             self._process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
             self._process.kill()
-        for reader in self._readers:
-            reader.join(PATIENCE)
+        self._read_rest()
+
+    def _read_rest(self) -> None:
+        """Wait once, for a limited time: a browser that the command started may keep its outputs open."""
+        readers, self._readers = self._readers, []
+        for reader in readers:
+            reader.join(REST)
 
     def _hear(self, line: str) -> None:
         """Process a line: progress as JSON, or plain text that says why the command ended."""

@@ -1,9 +1,11 @@
 """The page of a folder of films: what it shows, what it lets be done, and whom it refuses."""
 
 import json
+import os
 import re
 import shutil
 import signal
+import sys
 import threading
 import time
 from contextlib import contextmanager
@@ -19,7 +21,7 @@ from tests.tracker.report.test_page import write_clip
 from tests.tracker.strolls import stroll
 from tracker.desk import desk_page as module
 from tracker.desk.desk_page import Desk, Server
-from tracker.desk.work import Asked, Command, films, words_for
+from tracker.desk.work import Asked, Command, Work, films, words_for
 from tracker.report import page
 from tracker.report.page import write_report
 
@@ -128,6 +130,24 @@ def test_a_run_of_another_film_is_not_shown_and_not_replaced(folder):
     assert "--overwrite" not in words
 
 
+def test_a_run_that_cannot_be_read_does_not_stop_the_page(folder):
+    (folder / "walk-track" / "run.json").mkdir(parents=True)
+    with served(folder) as client:
+        status, told = client.get("state")
+    assert (status, told["films"][0]["run"]) == (200, None)
+
+
+def test_films_whose_results_would_have_the_same_names_are_refused(folder):
+    shutil.copy(folder / "walk.mp4", folder / "walk.mov")
+    with served(folder) as client:
+        for name in ("walk.mov", "walk.mp4"):
+            status, told = client.post("start", {"film": name, "command": "annotate"})
+            assert (status, told["error"]) == (
+                409, "walk.mov and walk.mp4 have the same out, walk-track; rename one of them",
+            )  # fmt: skip
+        assert [film["work"] for film in state(client)["films"]] == [None, None]
+
+
 def test_its_picture_report_and_parts_of_its_film_are_shown(folder):
     a_run(folder)
     with served(folder) as client:
@@ -226,6 +246,46 @@ def test_why_a_command_failed_is_shown(folder):
     assert work["said"][-1].startswith("error: ")
 
 
+@pytest.fixture
+def scripted(tmp_path, monkeypatch):
+    """A command that does what a shell script says, in place of figtrack's."""
+
+    def started(script):
+        shell = tmp_path / "figtrack.sh"
+        shell.write_text(f"#!/bin/sh\n{script}\n")
+        shell.chmod(0o700)
+        monkeypatch.setattr(sys, "executable", str(shell))
+        return Work(["find"], tmp_path)
+
+    return started
+
+
+def ended_soon(work):
+    """What is told of a command once it has ended."""
+    end = time.monotonic() + 20.0
+    while (told := work.told())["status"] is None and time.monotonic() < end:
+        time.sleep(0.02)
+    return told
+
+
+def test_a_command_that_the_system_ended_says_so(scripted):
+    told = ended_soon(scripted("kill -9 $$"))
+    assert told["said"] == ["error: the system ended the command, perhaps for lack of memory"]
+    stopped = scripted("echo begun; exec sleep 60")
+    stopped.stop()
+    assert not any(line.startswith("error") for line in stopped.told()["said"])
+
+
+def test_a_command_has_ended_though_a_browser_that_it_started_goes_on(scripted, tmp_path):
+    work = scripted("echo done; sleep 30 & echo $! > browser")
+    try:
+        began = time.monotonic()
+        assert ended_soon(work) == {"command": "find", "task": None, "said": ["done"], "status": 0}
+        assert time.monotonic() - began < 15.0
+    finally:
+        os.kill(int((tmp_path / "browser").read_text()), signal.SIGKILL)
+
+
 def test_a_folder_that_is_none_is_refused_in_one_line(tmp_path):
     assert ended("app", tmp_path / "none", "--no-browser") == (
         1, "", f"error: {tmp_path / 'none'} is no folder; give one with films in it\n",
@@ -290,6 +350,46 @@ def test_marks_that_appear_are_what_is_followed_from_and_then_no_nearer_leg_is_a
         browser.value("document.querySelector('.person').value = ''")
         browser.wait("!document.querySelector('.near').disabled")
         browser.open("about:blank")
+
+
+def test_what_is_said_is_replaced_only_where_it_differs(browser, folder):
+    a_run(folder, headline="Walks.", warnings=["dark"])
+    (folder / "walk.mp4").write_bytes(b"no film")
+    with served(folder) as client:
+        browser.open(client.server.address)
+        browser.push("[data-command=find]")
+        browser.wait("document.querySelector('.said p.fault')")
+        browser.value("window.kept = ['.said p', '.warnings li'].map((one) => document.querySelector(one));"
+                      "window.kept.push(document.querySelector('.headline').firstChild); 0")  # fmt: skip
+        (folder / "other.mp4").write_bytes(b"no film")
+        browser.wait("document.querySelectorAll('.film').length === 2")
+        assert browser.value("window.kept.every((one) => one.isConnected)")
+        browser.open("about:blank")
+        browser.errors.clear()  # there are no pictures of what is no film
+
+
+def test_a_height_that_is_no_number_starts_nothing(browser, folder):
+    with served(folder) as client:
+        browser.open(client.server.address)
+        browser.value("document.querySelector('.height').focus()")
+        browser.press("-")
+        browser.push("[data-command=track]")
+        browser.wait("document.querySelector('.asks').innerText.startsWith('The height is no number')")
+        assert state(client)["films"][0]["work"] is None
+        browser.open("about:blank")
+
+
+def test_the_program_has_ended_only_where_it_does_not_answer(browser, folder, monkeypatch):
+    with served(folder) as client:
+        browser.open(client.server.address)
+        with monkeypatch.context() as broken:
+            broken.setattr(client.server.desk, "told", lambda: (folder / "none").read_bytes())
+            browser.wait("document.querySelector('#wrong').innerText.includes('No such file')")
+        browser.wait("document.querySelector('#wrong').hidden")
+        browser.value("window.fetch = () => Promise.reject(new TypeError()); 0")
+        browser.wait("document.querySelector('#wrong').innerText.startsWith('figtrack app has ended')")
+        browser.open("about:blank")
+        browser.errors.clear()
 
 
 @pytest.mark.whole

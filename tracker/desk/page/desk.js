@@ -3,6 +3,7 @@
 const GONE = "figtrack app has ended; start it again in the terminal";
 const EVERY = 700; // milliseconds between requests for the state
 const PAGES = ["annotate", "correct"]; // commands that open a page of their own
+const NONE = element("p", { class: "note" }, "There are no films in this folder. Put one there; it appears here.");
 const cards = new Map();
 const $ = (selector, root = document) => root.querySelector(selector);
 
@@ -14,6 +15,14 @@ function choices(select, options) {
   select.dataset.options = key;
   select.replaceChildren(...options.map(([value, text]) => element("option", { value }, text)));
   if (options[0][0] === first && options.some(([value]) => value === chosen)) select.value = chosen;
+}
+
+// Replace the content of an element only where it differs: a selection stays, and nothing is read out again.
+function renew(box, lines, shown = (line) => line) {
+  const key = JSON.stringify(lines);
+  if (box.dataset.lines === key) return;
+  box.dataset.lines = key;
+  box.replaceChildren(...lines.map(shown));
 }
 
 const whom = (one) => `${one.person}: ${one.motion}, faces ${one.facing}, frames ${one.first} to ${one.last}`;
@@ -61,13 +70,13 @@ function showWork(card, work) {
   else bar.removeAttribute("value");
   const told = running ? work.said.filter((line) => line.startsWith("warning")) : work.said;
   const kind = (line) => (/^(error|warning)/.test(line) ? { class: "fault" } : {});
-  $(".said", box).replaceChildren(...told.map((line) => element("p", kind(line), line)));
+  renew($(".said", box), told, (line) => element("p", kind(line), line));
 }
 
 function show(card, film) {
   const busy = film.work !== null && film.work.status === null;
-  $(".headline", card).textContent = film.run ? film.run.headline || "Followed; too short for gait figures." : "";
-  $(".warnings", card).replaceChildren(...(film.run?.warnings ?? []).map((text) => element("li", {}, text)));
+  renew($(".headline", card), film.run ? [film.run.headline || "Followed; too short for gait figures."] : []);
+  renew($(".warnings", card), film.run?.warnings ?? [], (text) => element("li", {}, text));
   choices($(".person", card), starts(film));
   $(".near", card).disabled = $(".person", card).value === "marks";
   for (const button of card.querySelectorAll("[data-command]")) {
@@ -96,41 +105,49 @@ function begun(film, formats) {
   $(".report", card).href = `run/${address}/report.html`;
   choices($(".to", card), formats.map((name) => [name, name]));
   for (const button of card.querySelectorAll("[data-command]")) {
-    button.addEventListener("click", () => act(card, "start", request(card, film.name, button.dataset.command)));
+    button.addEventListener("click", () => start(card, film.name, button.dataset.command));
   }
   $(".stop", card).addEventListener("click", () => act(card, "stop", { film: film.name }));
   return card;
 }
 
+function start(card, name, command) {
+  if ($(".height", card).validity.badInput) complain(card, "The height is no number of metres; write it as 1.75.");
+  else act(card, "start", request(card, name, command));
+}
+
+function complain(card, line) {
+  $(".asks", card).textContent = line;
+  $(".asks", card).hidden = false;
+}
+
 async function act(card, what, body) {
-  const asks = $(".asks", card);
-  asks.hidden = true;
+  $(".asks", card).hidden = true;
   try {
     draw(await ask(what, body));
   } catch (error) {
-    asks.textContent = error.message;
-    asks.hidden = false;
+    complain(card, error.message);
   }
 }
 
 function draw({ folder, films, formats }) {
-  $("#folder").textContent = `Films of ${folder}`;
+  renew($("#folder"), [`Films of ${folder}`]);
   for (const film of films) {
     if (!cards.has(film.name)) cards.set(film.name, begun(film, formats));
     show(cards.get(film.name), film);
   }
-  const there = films.map((film) => cards.get(film.name));
+  const there = films.length ? films.map((film) => cards.get(film.name)) : [NONE];
   const main = $("#films");
   if (there.length !== main.childElementCount || there.some((card, i) => main.children[i] !== card)) main.replaceChildren(...there);
-  if (!there.length) main.replaceChildren(element("p", { class: "note" }, "There are no films in this folder. Put one there; it appears here."));
 }
 
 async function look() {
   try {
     draw(await ask("state"));
-    $("#gone").hidden = true;
-  } catch {
-    $("#gone").hidden = false;
+    $("#wrong").hidden = true;
+  } catch (error) {
+    renew($("#wrong"), [error.message]);
+    $("#wrong").hidden = false;
   }
   setTimeout(look, EVERY);
 }
