@@ -289,18 +289,49 @@ def test_every_frame_has_marks_of_its_own(page, browser, table, truth):
     }
 
 
-def test_the_film_is_played_and_where_it_stops_the_frame_comes_whole(page, browser):
+@pytest.mark.parametrize("key", ["p", " "])
+def test_the_film_is_played_and_where_it_stops_the_frame_comes_whole(page, browser, key):
     page.server.session._frames.fps = 2.0  # or it might end before it is stopped
     browser.open(page.address)
-    page.press("p")
+    page.press(key)
     browser.wait("Number(document.querySelector('#frame').value) > 0")
     assert browser.text("#play") == "Stop"
-    page.press("p")
+    page.press(key)
     assert browser.text("#play") == "Play"
     browser.wait(WHOLE)
+    assert page.points() == {}
     stopped = browser.value("document.querySelector('#frame').value")
     assert browser.value("document.querySelector('#slider').value") == stopped
     page.turn_to(int(stopped))
+
+
+def test_keys_that_change_marks_stop_the_film(page, browser):
+    page.server.session._frames.fps = 0.01
+    browser.open(page.address)
+    for key in ("Enter", "ArrowUp", "h", "s", "x", "Delete", "Control+z", "Control+y"):
+        page.press("p")
+        assert browser.text("#play") == "Stop"
+        page.press(key)
+        assert (browser.text("#play"), key) == ("Play", key)
+
+
+def test_a_joint_that_is_held_while_another_frame_comes_is_moved_in_neither(browser, clip, table):
+    write_table(table, [(0, "hip", 100, 90, 1), (1, "hip", 110, 80, 1)])
+    with session_page(browser, clip.video, table) as page:
+        page.server.session._frames.fps = 0.01
+        browser.open(page.address)
+        page.press("p")
+        button = {"button": "left", "clickCount": 1}
+        browser.mouse("mouseMoved", *page.window(100, 90))
+        browser.mouse("mousePressed", *page.window(100, 90), **button)
+        assert browser.text("#play") == "Play"
+        browser.mouse("mouseMoved", *page.window(130, 90), button="left", buttons=1)
+        page.turn_to(1, ".")
+        browser.mouse("mouseMoved", *page.window(140, 95), button="left", buttons=1)
+        browser.mouse("mouseReleased", *page.window(140, 95), **button)
+        assert page.points() == {"hip": (110, 80)}
+        page.turn_to(0, ",")
+        assert page.points() == {"hip": (100, 90)}
 
 
 def test_a_film_that_is_played_to_its_end_stops_there_and_begins_anew(page, browser):
@@ -380,6 +411,19 @@ def test_a_further_frame_begins_with_the_nearest_that_is_marked_and_its_hip_carr
     assert browser.text("#marked").split()[-1] == "1"
     browser.push("#clear")
     assert browser.text("#marked").split()[-1] == "0"
+
+
+def test_arrow_keys_carry_the_whole_figure_of_a_further_frame_as_long_as_they_go_on(page, truth):
+    page.mark(truth)
+    first = page.points()
+    page.turn_to(1, ".")
+    page.press("3", *["Control+ArrowRight"] * 3, "ArrowUp")
+    assert all(near(place, np.add(first[name], (30, -1))) for name, place in page.points().items())
+    page.press("2", "ArrowUp", "3", "ArrowUp")
+    moved = {name for name, place in page.points().items() if not near(place, np.add(first[name], (30, -1)))}
+    assert moved == {"neck", "hip"}
+    page.press(*["Control+z"] * 3)
+    assert page.points() == first
 
 
 def test_which_way_the_figure_faces_is_seen_or_said(page, browser, table, truth):

@@ -60,12 +60,17 @@ function isLost() {
   return (opening.run?.lost ?? []).some(([first, end]) => first <= shown.index && shown.index < end);
 }
 
-/** The figure with one joint moved; with its base a figure of another frame, or a forecast, moves as a whole. */
-function moved(joint, at) {
+/** Whether a joint takes the figure along: the base does so in one of another frame, or in a forecast. */
+function carries(joint) {
+  return begins() && joint === base && (!opening.run || isLost());
+}
+
+/** The figure with one joint moved, or with it the whole figure. */
+function moved(joint, at, whole = carries(joint)) {
   const from = here()[joint];
-  if (!begins()) return { ...here(), [joint]: { ...from, ...at } };
-  const figure = each(here(), (mark) => ({ ...mark, visible: mark.visible || isLost() }));
-  if (joint !== base || (opening.run && !isLost())) return { ...figure, [joint]: { ...from, ...at, visible: true } };
+  if (!begins() && !whole) return { ...here(), [joint]: { ...from, ...at } };
+  const figure = begins() ? each(here(), (mark) => ({ ...mark, visible: mark.visible || isLost() })) : here();
+  if (!whole) return { ...figure, [joint]: { ...from, ...at, visible: true } };
   const [dx, dy] = [at.x - from.x, at.y - from.y];
   return each(figure, (mark) => ({ ...mark, ...rounded({ x: mark.x + dx, y: mark.y + dy }) }));
 }

@@ -37,6 +37,7 @@ async function read(index, small) {
 
 function turnTo(frame) {
   const same = frame.index === shown.index;
+  if (!same) picture.letGo();
   shown = frame;
   picture.show(frame);
   $("slider").disabled = !frame.count;

@@ -20,12 +20,15 @@ class Marks {
     return [...this.frames.keys()].filter(some).sort((a, b) => a - b);
   }
 
+  /** Whether a step of this burst comes at once after another one. */
+  goesOn(frame, burst) {
+    return this.last?.burst === `${frame} ${burst}` && Date.now() - this.last.time < BURST;
+  }
+
   /** Put marks in place of a frame's; steps of one burst (the same `burst`, at once) are undone together. */
   replace(frame, marks, burst = null) {
-    const step = burst && { burst: `${frame} ${burst}`, time: Date.now() };
-    const goesOn = step?.burst === this.last?.burst && step?.time - this.last?.time < BURST;
-    if (!goesOn) this.note(this.pasts, frame, null);
-    this.last = step;
+    if (!burst || !this.goesOn(frame, burst)) this.note(this.pasts, frame, null);
+    this.last = burst && { burst: `${frame} ${burst}`, time: Date.now() };
     this.futures.delete(frame);
     this.frames.set(frame, marks);
   }

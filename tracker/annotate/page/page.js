@@ -19,8 +19,9 @@ let advice = { missing: [], faults: [], faces: null };
 let asked = 0;
 let timer = null;
 let over = false;
+let whole = false; // whether the arrow keys move the whole figure
 
-const picture = new Picture($("picture"), { tap, drag, moved: () => draw() });
+const picture = new Picture($("picture"), { tap, drag, grabbed: hold, moved: () => draw() });
 
 /* Choosing and placing. */
 
@@ -84,10 +85,13 @@ function drag(joint, at, done) {
 }
 
 function nudge([dx, dy], step) {
+  hold();
   const mark = here()[chosen];
   if (mark) {
     const at = rounded({ x: mark.x + step * dx, y: mark.y + step * dy });
-    put(moved(chosen, at), `nudge ${chosen}`);
+    const burst = `nudge ${chosen}`;
+    if (!marks.goesOn(shown.index, burst)) whole = carries(chosen);
+    put(moved(chosen, at, whole), burst);
     picture.reveal(at);
     changed();
   } else {
@@ -99,6 +103,7 @@ function nudge([dx, dy], step) {
 }
 
 function enter() {
+  hold();
   if (chosen && !here()[chosen]) place(aim ?? picture.middle);
   else if (begins()) {
     put(here());
@@ -107,6 +112,7 @@ function enter() {
 }
 
 function toggleHidden() {
+  hold();
   const mark = here()[chosen];
   if (mark) {
     put({ ...here(), [chosen]: { ...mark, visible: !mark.visible } });
@@ -118,6 +124,7 @@ function toggleHidden() {
 }
 
 function remove() {
+  hold();
   const { [chosen]: gone, ...rest } = here();
   if (!gone) return;
   put(rest);
@@ -125,6 +132,7 @@ function remove() {
 }
 
 function skip() {
+  hold();
   if (!chosen) return;
   skipped.set(shown.index, left().add(chosen));
   const { [chosen]: gone, ...rest } = here();
@@ -134,6 +142,7 @@ function skip() {
 }
 
 function exchangeLegs() {
+  hold();
   if (!hasLegs()) return;
   put(twins(here()));
   skipped.set(shown.index, new Set([...left()].map(twin)));
@@ -142,6 +151,7 @@ function exchangeLegs() {
 
 /** In the frames that the track passes through, and so in all. */
 function exchangeEverywhere() {
+  hold();
   marks.replaceAll(twins);
   changed();
 }
@@ -151,6 +161,7 @@ function hasLegs() {
 }
 
 function unmark() {
+  hold();
   put({});
   arrived();
 }
@@ -161,6 +172,7 @@ function face(way) {
 }
 
 function undo(way) {
+  hold();
   const name = marks[way](shown.index);
   if (!name) return;
   left().delete(name);
@@ -173,13 +185,13 @@ function undo(way) {
 
 const KEYS = {
   Enter: enter,
-  " ": enter,
   Delete: remove,
   Backspace: remove,
   h: toggleHidden,
   s: skip,
   x: exchangeLegs,
   p: play,
+  " ": play,
   n: () => choose(names[(names.indexOf(chosen) + 1) % names.length]),
   b: () => choose(names.at(Math.max(names.indexOf(chosen), 0) - 1)),
   "+": () => picture.zoom(1.25),

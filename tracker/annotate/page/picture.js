@@ -8,7 +8,8 @@ const STILL = { mouse: 3, pen: 5, touch: 8 };
 class Picture {
   /**
    * @param svg the element.
-   * @param heard what happens on it: tap(place, joint or null), drag(joint, place, done), moved().
+   * @param heard what happens on it: tap(place, joint or null), drag(joint, place, done),
+   *   grabbed() of a joint, moved() of the view.
    */
   constructor(svg, heard) {
     this.svg = svg;
@@ -124,6 +125,7 @@ class Picture {
     }
     const joint = event.button === 0 ? this.nearest(event) : null;
     const [at, hand] = [this.points[joint], this.under(event)];
+    if (joint) this.heard.grabbed();
     const offset = joint && { x: at.x - hand.x, y: at.y - hand.y };
     this.gesture = { joint, offset, from: event, taps: event.button === 0, moved: false };
   }
@@ -161,6 +163,11 @@ class Picture {
     const gesture = this.gesture;
     this.gesture = null;
     if (gesture?.moved && gesture.joint) this.heard.drag(gesture.joint, null, true);
+  }
+
+  /** Another frame comes: a joint that is held stays where it was. */
+  letGo() {
+    if (this.gesture?.joint) this.giveUp();
   }
 
   /** Where a joint goes that was not grabbed at its very centre. */
