@@ -9,7 +9,7 @@ import numpy as np
 
 from kinematics.figure_file import load_figure
 from tracker.annotate.marks import Table
-from tracker.annotate.session import Reply, SaveRequest, Session, told
+from tracker.annotate.session import Reply, SaveRequest, Session, side, told
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
 from tracker.clip.start import outside
@@ -56,6 +56,7 @@ class Correction(Session):
         lost = [(a, b) for a, b in stretches(measured.tolist()) if not measured[a]]
         run = {"start": self._finished.start, "unsure": self._finished.unsure, "lost": lost}
         run["figures"] = {t: told(self._followed(t)) for t in self.table.marks}
+        run["facing"] = side(self._finished.job.facing)
         run["pending"] = self.table.path.exists()
         run |= {"told": self._said, "follows": self._follows}
         return super().opening() | {"run": run}

@@ -131,7 +131,7 @@ class Session:
             "marks": {frame: told(marks) for frame, marks in self.table.marks.items()},
             "frame": self._opening,
             "fps": self._frames.fps,
-            "facing": self.facing and ("right" if self.facing > 0 else "left"),
+            "facing": side(self.facing),
             "taken": taken and {"frame": taken.frame, "marks": told(taken.marks), "told": taken.told},
         }
 
@@ -246,6 +246,11 @@ def _before(figure: Figure, i: int) -> str:
     while parent >= 0 and (figure.links[i].at < 0.5 or figure.links[parent].joint not in figure.marks):
         i, parent = parent, figure.parents[parent]
     return figure.base if parent < 0 else figure.links[parent].joint
+
+
+def side(facing: int | None) -> str | None:
+    """A facing in the form of the page's data."""
+    return None if facing is None else ("right" if facing > 0 else "left")
 
 
 def told(marks: Mapping[str, Mark]) -> Reply:

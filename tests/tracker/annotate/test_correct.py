@@ -10,11 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from kinematics.recover import PoseError
 from kinematics.sides import exchanged as sides
 from kinematics.sides import other_side
 from tests.tracker.annotate.test_launch import page, post, running
 from tests.tracker.annotate.test_page import Page, near, served
 from tests.tracker.clips import everything, read_json, refused, write_table, write_video
+from tracker.annotate import correction
 from tracker.annotate.correction import Correction
 from tracker.annotate.session import Placed, SaveRequest
 from tracker.clip.follow import follow
@@ -311,3 +313,26 @@ def test_another_facing_is_kept_only_where_the_figure_is_followed_on_and_that_is
         browser.wait("document.querySelector('#doubt').open")
         assert "Faces is kept only where the figure is followed on" in browser.text("#doubts")
         browser.push("#stay")
+        browser.push("#right")
+        page.save()
+        assert page.server.session.facing == 1
+        assert browser.value("document.querySelector('#follow').disabled")
+
+
+def test_another_facing_can_be_followed_once_more_where_that_failed(browser, run, monkeypatch):
+    def fails(*_):
+        raise PoseError("nothing to follow")
+
+    monkeypatch.setattr(correction, "follow", fails)
+    with correcting(browser, run):
+        browser.push("#left")
+        browser.value("window.before = true")
+        browser.push("#follow")
+        browser.wait("document.querySelector('#doubt').open")
+        browser.push("#leave")
+        browser.wait("!window.before && document.readyState === 'complete'")
+        browser.wait("document.querySelector('#saved').textContent.includes('Could not be followed')")
+        assert browser.value("document.querySelector('#left').ariaPressed") == "true"
+        assert not browser.value("document.querySelector('#follow').disabled")
+        browser.push("#right")
+        assert browser.value("document.querySelector('#follow').disabled")

@@ -28,9 +28,8 @@ async function send(what, more) {
   clearTimeout(timer); // the server may have ended by then
   say("Saving …");
   const sent = facing; // facing may change before the answer
-  const said = sent === savedFacing ? null : sent;
-  const reply = await ask(what, { frames, facing: said, frame: shown.index, ...more });
-  pending ||= unsaved() > 0;
+  const reply = await ask(what, { frames, facing: sent, frame: shown.index, ...more });
+  pending ||= Object.keys(frames).length > 0;
   marks.keep(frames);
   if (!opening.run) savedFacing = sent; // a run's facing changes only when it is followed again
   return reply;
