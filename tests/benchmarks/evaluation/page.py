@@ -49,9 +49,9 @@ backwards, a narrow room, a street and a sprint.
 """
 MODELS = f"""\
 Worst: the largest mean error of a clip. `classic` is the registration of the papers, `{CV}` constant velocity
-with the noise that is best on these clips. The rivals have the options that are best here and no model of
-motion: `{FLOW}` tracks points on every link by optical flow and RANSAC, `{BOXES}` one box per link by
-OpenCV's {{tracker}}.
+with the noise that is best on these clips, `alone` without the free state. The rivals have the options that
+are best here and no model of motion: `{FLOW}` tracks points on every link by optical flow and RANSAC,
+`{BOXES}` one box per link by OpenCV's {{tracker}}.
 """
 CLIPS = """\
 Mean error, with the frame of a loss in brackets; the last four are the hard clips.
@@ -105,7 +105,7 @@ def page(results: Results, quick: bool) -> str:
         "",
         CALIBRATION,
         *_calibration(results),
-        "## How settings were chosen",
+        "## What tuning to these clips gives",
         "",
         CHOICE,
         *_held_out(results),

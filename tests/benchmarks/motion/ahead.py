@@ -30,7 +30,7 @@ from tests.benchmarks.motion.data import (
     summary,
 )
 from tests.benchmarks.page import Claim, number, table
-from tracker.experiments.measures import Errors, Noises, best_noises, forecast_errors, rival_errors, rms
+from tracker.experiments.measures import Errors, best_noises, forecast_errors, rival_errors, rms
 from tracker.experiments.study import Recipe
 from tracker.models.learn import NOISE as LEARNED_NOISE
 
@@ -58,11 +58,10 @@ class Forecast:
 
 
 class Best(NamedTuple):
-    """Constant velocity at the best noises of all, these (process, measured), with each angle's own best, and
-    each person's error in degrees with the person's own best."""
+    """Constant velocity at the best noises of all, with each angle's own best, and each person's error in
+    degrees with the person's own best."""
 
     all: list[Errors]
-    noises: Noises
     each_angle: list[Errors]
     each_person: dict[str, float]
 
@@ -103,20 +102,18 @@ def claims(results: Results) -> Iterator[Claim]:
 
 def section(source: Source, results: Results) -> list[str]:
     rows = {named(*variant): [] for variant in VARIANTS}
-    one, own, chosen = [], [], []
+    one, own = [], []
     for label in MOTIONS:
         for variant in VARIANTS:
             rows[named(*variant)] += _cells(_errors(results, label, variant))
         best = results[Rival(label)]
-        process, measured = best.noises
         one += _cells(best.all)
         own += _cells(best.each_angle)
-        chosen.append(f"{label} {process:g}° a frame squared, measured {measured:g}°")
     rows |= {"constant velocity": one, "constant velocity, each angle tuned": own}
     return [
         f"{NOISE:g} degrees of noise on the angles; RMSE in degrees against the clean ones, without the",
         "first frames, pooled and as the mean over subjects. Constant velocity has the best noise of",
-        f"a grid on these very frames: {', '.join(chosen)}.",
+        "a grid on these very frames.",
         "",
         *table(
             ["model", *(f"{label}{what}" for label in MOTIONS for what in ("", ", subjects"))],
@@ -147,7 +144,7 @@ def best_rival(segments: Sequence[Segment]) -> Best:
     ]
     by_person = [people(row) for row in rows]
     least = {name: min(found[name] for found in by_person) for name in by_person[0]}
-    return Best(tried[best], best, each, least)
+    return Best(tried[best], each, least)
 
 
 def _errors(results: Results, label: str, variant: Variant) -> list[Errors]:
