@@ -16,6 +16,8 @@ from dynamics.learning.regression import maximum_likelihood, solve
 from dynamics.region import regions
 from dynamics.slds import SLDS
 
+SAME = 5e-3  # difference of two rates, as a share, below which they count as one: 29.97 and 30
+
 
 def at_rate(slds: SLDS, fps: float) -> SLDS:
     """The system with one step standing for 1/fps seconds; ValueError unless that is a quarter to four times
@@ -24,13 +26,15 @@ def at_rate(slds: SLDS, fps: float) -> SLDS:
     Its mean0 and cov0 must describe the whole motion, as `em.anywhere` makes them.
     """
     step = slds.fps / fps
-    if not 0.25 <= step <= 4.0:
+    if not 0.25 * (1.0 - SAME) <= step <= 4.0 * (1.0 + SAME):
         raise ValueError(f"cannot go from {slds.fps:g} to {fps:g} frames a second; learn again at that rate")
-    if abs(step - 1.0) < 1e-3:
+    if abs(step - 1.0) < SAME:
         return replace(slds, fps=fps)
     times = [1.0 + lag * step for lag in range(slds.order, -1, -1)]
     run = int(np.ceil(slds.order * step)) + 4
-    return replace(_regressed(slds, times, run), Pi=_dwell(slds.Pi, step), fps=fps)
+    newest = (slds.order - 1) * max(step, 1.0)
+    here = [newest - lag * step for lag in range(slds.order)]
+    return replace(_regressed(slds, times, here, run), Pi=_dwell(slds.Pi, step), fps=fps)
 
 
 def backwards(slds: SLDS) -> SLDS:
@@ -38,7 +42,8 @@ def backwards(slds: SLDS) -> SLDS:
     times = [1.0 + lag for lag in range(slds.order + 1)]
     share = stationary(slds.Pi)
     Pi = (share[:, None] * slds.Pi).T / np.maximum(share @ slds.Pi, 1e-300)[:, None]
-    return replace(_regressed(slds, times, slds.order + 4), Pi=Pi / Pi.sum(1, keepdims=True))
+    here = [slds.order - 1.0 + lag for lag in range(slds.order)]
+    return replace(_regressed(slds, times, here, slds.order + 4), Pi=Pi / Pi.sum(1, keepdims=True))
 
 
 def stationary(Pi: Array) -> Array:
@@ -94,13 +99,21 @@ def by_motion(slds: SLDS) -> SLDS:
     )
 
 
-def _regressed(slds: SLDS, times: list[float], run: int) -> SLDS:
-    """The model regressed from the poses' joint moments at these times in a run of frames, newest first."""
-    layout, d = slds.layout, slds.layout.d
-    pick = np.kron(np.stack([_cubic(time, run) for time in times]), np.eye(d))
-    poses, N = run_moments(slds, run).through(pick.astype(np.float64)), layout.N
-    start = Gaussian(poses.mean[:, :N], poses.cov[:, :N, :N]).through(layout.from_here)
-    A, b, Q = solve(_with_one(poses), np.ones(slds.K), layout, maximum_likelihood(layout))
+def _regressed(slds: SLDS, times: list[float], here: list[float], run: int) -> SLDS:
+    """The model regressed from the poses' joint moments at these times in a run of frames, newest first.
+
+    Args:
+        here: times of a state's poses as near as can be to the run's beginning, which is anywhere in the
+            motion; later the poses are those of a figure that never switches.
+    """
+    layout, d, frames = slds.layout, slds.layout.d, run_moments(slds, run)
+
+    def at(moments: list[float]) -> Gaussian:
+        pick = np.kron(np.stack([_cubic(time, run) for time in moments]), np.eye(d))
+        return frames.through(pick.astype(np.float64))
+
+    start, N = at(here).through(layout.from_here), layout.N
+    A, b, Q = solve(_with_one(at(times)), np.ones(slds.K), layout, maximum_likelihood(layout))
     # Interpolated frames are smoother than filmed ones, hence a hundredth of the old variance is added.
     own = np.arange(d)
     Q[:, own, own] += 1e-2 * slds.Q[:, own, own]

@@ -10,7 +10,7 @@ import numpy as np
 
 from dynamics.gaussian import Array
 from dynamics.hmm import HMM
-from dynamics.motion.rate import at_rate
+from dynamics.motion.rate import SAME, at_rate
 from dynamics.motion.tasks import Labelling
 from dynamics.slds import SLDS
 from dynamics.store import Model
@@ -165,7 +165,7 @@ def _read(
 def _model(task: Task) -> tuple[Model, float]:
     model = motion_model(task.model, task.fps or USUAL_FPS)
     fps = task.fps or model.fps
-    if isinstance(model, HMM) and not abs(fps / model.fps - 1.0) <= 1e-3:
+    if isinstance(model, HMM) and not abs(fps / model.fps - 1.0) < SAME:
         raise ValueError(
             f"{task.model} was learned at {model.fps:g} frames a second and cannot be converted to "
             f"{fps:g}; learn it again with --fps {fps:g}"

@@ -11,6 +11,7 @@ from dynamics.gaussian import Gaussian
 from dynamics.kalman import predict
 from dynamics.motion.rate import at_rate, backwards, by_motion, run_moments, stationary
 from dynamics.slds import combine
+from dynamics.store import load_shipped
 from tests.oracles import assert_gaussian, given_path, random_slds
 
 FIELDS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
@@ -62,7 +63,25 @@ def test_the_same_rate_is_the_identity(order, rng):
     for name in FIELDS:
         assert_array_equal(getattr(same, name), getattr(slds, name))
     assert same.fps == 30.0
-    assert at_rate(slds, 29.98).fps == 29.98  # 29.97 and 30 are one rate to a model
+
+
+@pytest.mark.parametrize(
+    ("fps", "filmed"), [(30.0, 30000 / 1001), (24.0, 23.976), (60.0, 59.94), (30.0, 29.97)]
+)
+def test_the_rates_of_television_are_those_of_film(fps, filmed, rng):
+    slds = replace(random_slds(3, rng=rng), fps=fps)
+    other = at_rate(slds, filmed)
+    assert other.fps == filmed
+    assert_array_equal(other.A, slds.A)
+
+
+@pytest.mark.parametrize("fps", [29.0, 31.0, 20.0, 45.0])
+def test_a_state_stays_where_it_is_at_another_rate_and_backwards(fps):
+    slds = load_shipped("gait", 30.0)
+    d = len(slds.names)
+    for other in (at_rate(slds, fps), backwards(slds)):
+        away = other.mean0[:, 2:d] - slds.mean0[:, 2:d]
+        assert np.degrees(np.abs(away)).max() < 16.0 * max(30.0 / fps - 1.0, 0.0) + 0.1
 
 
 @pytest.mark.parametrize("order", [1, 2])
