@@ -70,7 +70,7 @@ class Settings(BaseModel):
     image_weight: float = Field(
         1.0, ge=0, le=100, description="weight of the image in the costs of hypotheses"
     )
-    blend: float = Field(0.12, ge=0, le=1, description="share of each frame in the updated template")
+    blend: float = Field(0.12, ge=0, le=1, description="share of a frame, at 30 a second, in the templates")
     camera: bool = Field(True, description="whether the camera may move: the root is then that of the scene")
     hypotheses: int = Field(
         8, ge=1, le=1000, description="largest number of priors that are tried in a frame"
@@ -85,7 +85,7 @@ class Settings(BaseModel):
         0.01,
         ge=0,
         lt=1,
-        description="probability a frame, and in the marked one, of motion that the model does not predict",
+        description="probability of motion no state predicts, a frame at 30 a second and in the marked one",
     )
     lean: float = Field(
         10.0, gt=0, le=90, description="spread of a trunk's constant lean about a learned motion's, degrees"

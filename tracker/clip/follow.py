@@ -15,6 +15,7 @@ from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, Seen, facing_unknown, prepare
 from tracker.clip.playback import motions_at, playback_rate
+from tracker.clip.staged import crowded
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
@@ -198,13 +199,13 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
 
 def _covs(plan: Plan, first: int, trail: Trail) -> Array:
     """(T, D, D) covariances of the estimates, enlarged where the outline shows the figure elsewhere."""
-    covs, view = trail.column("cov"), plan.start.view
+    covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video)
     outline = plan.points if plan.measured is None else {}
     for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
         found = outline.get(first + t)
         if found is not None:
-            seen = Detector(plan.start.figure, view.shifted(shift), plan.tracker.settings, found.doubt)
-            covs[t] += seen.elsewhere(found, q)
+            here, doubt = view.shifted(shift), found.doubt / crowd
+            covs[t] += Detector(plan.start.figure, here, plan.tracker.settings, doubt).elsewhere(found, q)
     return covs
 
 

@@ -6,6 +6,7 @@ from itertools import chain
 
 import numpy as np
 
+from dynamics.motion.often import often
 from tracker.clip.lazily import Lazily
 from tracker.clip.pictures import pictures
 from tracker.loop.detections import Detections
@@ -20,7 +21,6 @@ from videos.frames import Video
 
 POINT = 0.05  # least spread of an outline's joint, leg lengths
 TOGETHER = 3.0  # factor on the spread, since errors of successive frames are correlated
-FPS = 30.0  # frame rate up to which this factor holds; its square grows with the number of frames
 MOST = 3.0  # largest spread as a multiple of POINT, if the figure stands out from the scene
 OFTEN = 60.0  # surveyed frames a second, about, if a film has more,
 ENOUGH = 100  # and so many surveyed frames altogether
@@ -80,20 +80,24 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
     return Surveyed(video, first, last, step, found, progress) if len(found.places) >= FEWEST else None
 
 
+def crowded(video: Video) -> float:
+    """Factor on the spread of a frame's points by which those of a second count as usual."""
+    return float(np.sqrt(often(video.fps)))
+
+
 def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detections]:
     """By frame, the outline's joints that lie in the picture and stand out from the scene.
 
     Args:
         first: frame number of the outline's first row.
     """
-    joints, spread = outline.joints, outline.spread
-    often = float(np.sqrt(max(video.fps / FPS, 1.0)))
+    joints, spread, crowd = outline.joints, outline.spread, crowded(video)
     number = np.arange(joints.shape[1])
     inside = within(joints, (video.height, video.width)) & outline.shown & outline.seen[:, None]
 
     def of(frame: int) -> Detections:
         t = frame - first
-        doubt = often * min(max(TOGETHER * float(spread[t]) / POINT, 1.0), MOST)
+        doubt = crowd * min(max(TOGETHER * float(spread[t]) / POINT, 1.0), MOST)
         return Detections(number[inside[t]], joints[t, inside[t]], doubt)
 
     return Lazily(frozenset((first + np.flatnonzero(inside.any(1))).tolist()), of)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from dynamics.belief import Belief, either, propose, together
 from dynamics.gaussian import Array, Gaussian
 from dynamics.kalman import update_information
+from dynamics.motion.often import USUAL, often
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
@@ -37,10 +38,9 @@ from tracker.registration.modes import Mode, mode_of
 from tracker.registration.templates import Templates, cut
 from tracker.settings import Settings
 
-FPS = 30.0  # frame rate that shares and changes a frame are told for
-ANKLE_KEEP = 0.9  # share of an ankle's angle that is left a frame later
+ANKLE_KEEP = 0.9  # share of an ankle's angle that is left a frame later, at 30 a second
 BREATH_KEEP = 0.95  # the same for a link's stretch
-ASTRAY = 0.01  # probability that the figure is far from its predicted place
+ASTRAY = 0.01  # probability a frame, at 30 a second, that the figure is far from its predicted place
 WIDER = 30.0  # factor on the predicted covariance in that case
 PRUNE = 15.0  # cost above the best prior's from which a prior is not tried, nats
 WORTH = 8.0  # the same limit for the case of ASTRAY, nats
@@ -108,7 +108,7 @@ class Tracker:
         """
         best = belief.at([belief.best])
         wide = Gaussian(best.states.mean, WIDER * best.states.cov)
-        astray = replace(best, states=wide, cost=best.cost - np.log(ASTRAY))
+        astray = replace(best, states=wide, cost=best.cost - np.log(ASTRAY / often(self.slds.fps)))
         given = self._given(together([belief, astray]), detections)
         foreseen = range(len(belief.cost))
         dear = given.cost[-1] > given.cost[foreseen].min() + WORTH
@@ -167,7 +167,8 @@ class Tracker:
         seen, trust = field.seen(best), best.match * templates.known
         place = (best.pixels - field.view.origin) / field.view.unit
         templates = templates.learned(seen, field.new(best), place)
-        return templates.refreshed(seen, trust, self.settings.blend, best.offset)
+        blend = 1.0 - (1.0 - self.settings.blend) ** (1.0 / often(self.slds.fps))
+        return templates.refreshed(seen, trust, blend, best.offset)
 
     def shifted(self, shift: Array) -> Self:
         """The tracker in a frame that shows the scene this much further right and down, (2,) pixels."""
@@ -243,7 +244,7 @@ def _with_drifts(slds: SLDS, names: Sequence[str], settings: Settings) -> SLDS:
     """The model with further freedoms appended: ankles, common scale and stretches, in this order."""
     ankles, n = names.index(SCALE), len(names)
     stretches = n - ankles - 1
-    frames = FPS / slds.fps
+    frames = USUAL / slds.fps
     keep = np.r_[np.full(ankles, ANKLE_KEEP), 1.0, np.full(stretches, BREATH_KEEP)] ** frames
     spread = np.r_[np.full(ankles, np.radians(settings.ankle)), 1e-3, np.full(stretches, settings.breathing)]
     noise = spread * np.sqrt(1.0 - keep**2)

@@ -188,7 +188,7 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
         fps=fps,
         infer=ESteps(spread=e_steps.spread).begin(),
     )
-    return best
+    return replace(best, restarts=options.restarts)
 
 
 def _motions(

@@ -8,6 +8,7 @@ import numpy as np
 
 from dynamics.gaussian import Array, collapse
 from dynamics.layout import among
+from dynamics.motion.often import often
 from dynamics.motion.rate import at_rate
 from dynamics.slds import SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, kind_of, load, load_shipped, shipped
@@ -51,7 +52,8 @@ def find_model(name: str, fps: float, settings: Settings, rate: float = 1.0, fig
         ) from error
     found = replace(learned, Q=learned.Q * settings.inflation)
     if (surprise := settings.surprise) > 0.0 and learned.order > 1:
-        found = combine([found, _free(found)], surprise, [1.0 - surprise, surprise])
+        crossing = 1.0 - (1.0 - surprise) ** (1.0 / often(found.fps))
+        found = combine([found, _free(found)], crossing, [1.0 - surprise, surprise])
     return replace(found, fps=fps)
 
 

@@ -157,6 +157,8 @@ def _learn(data: Data, request: Request, further: Further, progress: Progress) -
     if request.inference is Learning.HMM:
         if further.pooled or further.choose or further.slower or further.started:
             raise ValueError("hidden Markov models are learned per activity, with as many states as told")
+        if request.order is not None or further.restarts > 1:
+            raise ValueError("hidden Markov models have neither order nor restarts; leave them out")
         if request.scheduler is not None:
             raise ValueError("hidden Markov models are learned on this machine; leave out --scheduler")
         return learn_hmms(data, **told)

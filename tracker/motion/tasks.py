@@ -95,13 +95,17 @@ def label_all(
 
     Raises:
         PosesError: a sequence without a measured angle, or without a root where that is used.
-        ValueError: a model of other freedoms.
+        ValueError: a model of other freedoms, or options that do not fit the model or the inference.
     """
     ys = [_evidence(sequence, use) for sequence in sequences]
     if isinstance(model, HMM):
+        if pose_weight is not None:
+            raise ValueError("a hidden Markov model has no pose weight; leave out --pose-weight")
         picked = _columns(model, use)
         return classify_hmm(model, [y[:, picked] for y in ys])
     slds = whole_pose(model, "classify")
+    if use is Use.ALL and inference is Inference.VARIATIONAL:
+        raise ValueError("variational inference labels by angles only; leave out --use all, or take gpb2")
     if use is Use.ALL:
         slds = slds.with_constants(UNKNOWN_PLACE)
     weight = POSE if pose_weight is None else pose_weight

@@ -42,7 +42,7 @@ BASE = 8.0  # score of a frame without a body, nats
 STEP = 0.6  # cost of an eighth of a leg in a thirtieth of a second, nats
 RESIZE = 3.0  # cost of a change to the next size, nats
 FAR = 1.0  # longest step, leg lengths
-LEAST = 60.0  # least score of a path, nats
+LEAST = 60.0  # least score of a path over all frames, at 30 a second, nats
 ABOUT = (0.45, 1.35)  # range of sizes searched for a person of known size, as factors
 APART = 1.4  # least distance between two people, leg lengths of the one found first
 
@@ -107,7 +107,7 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None
     sizes = [bodies.of_size(stage, unit) for unit in units.tolist()]
     places = [_places(stage, t, sizes, bodies) for t in range(0, len(stage), every)]
     found = []
-    while (path := _best(places, units, stage.fps / every, LEAST / every)) is not None:
+    while (path := _best(places, units, stage.fps / every, stage.often * LEAST / every)) is not None:
         first, picked = path
         scene = np.stack([places[i].scene[k] for i, k in enumerate(picked, first)])
         size = units[[places[i].size[k] for i, k in enumerate(picked, first)]]

@@ -27,7 +27,7 @@ ANGLE, ANKLE = float(np.radians(12.0)), float(np.radians(20.0))  # spread of ang
 PLACE = 0.1  # spread of the hip, leg lengths
 SIZE, SIZE_FOUND = 0.035, 0.05  # spread of the log size with a marked frame, without marks
 LENGTH = 0.04  # spread of log lengths
-CHANGE = 1.0 / 3.0  # change from frame to frame as a share of a spread
+CHANGE = 1.0 / 3.0  # change from frame to frame as a share of a spread, at 30 a second
 LASTS = 0.1  # the same for lengths
 MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH = float(np.radians(9.0)), 0.06, 0.06  # marks against outlines
 GIVE = 0.05  # spread by which a joint passes its limit, radians
@@ -56,7 +56,9 @@ class Marked:
     known: NDArray[np.bool_]
 
 
-def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = ROUNDS) -> Climbed:
+def climb(
+    odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = ROUNDS, often: float = 1.0
+) -> Climbed:
     """Fit poses to their outlines.
 
     Args:
@@ -64,12 +66,14 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
         q: (T, D) poses of the path.
         marked: the marked pose.
         rounds: largest number of L-BFGS steps.
+        often: frames for each at 30 a second; poses then change less from frame to frame, and the marked
+            frame counts for as many.
     """
     T, D = q.shape
     figure = shape.figure
     size = SIZE if marked.known.any() else SIZE_FOUND
     spreads = _by_kind(figure, ANGLE, ANKLE, PLACE, size, LENGTH)
-    chain = Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS))
+    chain = Chain.of(T, spreads, spreads * _by_kind(figure, CHANGE, CHANGE, CHANGE, LASTS, LASTS) / often)
     error = _by_kind(figure, MARKED_ANGLE, MARKED_ANGLE, MARKED_PLACE, MARKED_LENGTH, MARKED_LENGTH)
     low, high = figure.limits
     arms = arms_worth(odds)
@@ -80,8 +84,8 @@ def climb(odds: Planes, shape: Shape, q: Array, marked: Marked, rounds: int = RO
         off = np.where(marked.known, (now[marked.frame] - marked.q) / error, 0.0)
         over = np.maximum(now - high, 0.0) - np.maximum(low - now, 0.0)
         slope = over / GIVE**2 - WEIGHT * slope
-        slope[marked.frame] += off / error
-        value = -WEIGHT * score.sum() + 0.5 * (off @ off + (over**2).sum() / GIVE**2 + z @ z)
+        slope[marked.frame] += often * off / error
+        value = -WEIGHT * score.sum() + 0.5 * (often * off @ off + (over**2).sum() / GIVE**2 + z @ z)
         return float(value), chain.slopes(slope).ravel() + z
 
     z, least = lowest(cost, np.zeros(T * D), rounds, SMALL_GAIN)

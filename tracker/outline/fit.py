@@ -22,6 +22,7 @@ from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING
 
 LEAST = 0.3  # least log odds under the outline, nats times square leg lengths; 1 to 1.5 in full sight
+# Numbers of frames are those at 30 a second.
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
 LASTING = 0.2  # seconds over which the difference between the marked pose and its cycle decays
 AROUND = 6  # frames before and after the marked one that decide which leg is near
@@ -119,7 +120,7 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     hips, units, phase = _gait(stage, start, frame, cycles)
     axes = units[:, None] * np.array([stage.facing, -1.0])
     angles = at_phases(cycles.pose[phase.cycle], phase.phase)
-    angles[:, TRUNK] += smooth(phase.lean, SMOOTH_LEAN)
+    angles[:, TRUNK] += smooth(phase.lean, stage.often * SMOOTH_LEAN)
     angles[:, NECK] = start.q[columns[NECK]]
     q = start.q.copy()
     q[:2] = (np.asarray(start.view.origin) - hips[frame]) / axes[frame]
@@ -127,12 +128,13 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     odds = stage.around(hips, units, GRID)
     path, marks = poses(figure, angles), Marked(frame, q, start.known)
     ways = [through(figure, way, marks, stage.fps) for way in (path, path[:, figure.exchanged])]
-    better, margin = _as_marked(odds, shape, ways, marks) if start.known.any() else (0, 0.0)
-    best = climb(odds, shape, ways[better][0], marks, rounds)
+    often = stage.often
+    better, margin = _as_marked(odds, shape, ways, marks, often) if start.known.any() else (0, 0.0)
+    best = climb(odds, shape, ways[better][0], marks, rounds, often)
     looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
     named = looks + agreeing(margin, RIGHTLY)
     if named < 0.0 and margin < RIGHTLY:
-        best = climb(odds, shape, ways[1 - better][0], marks, rounds)
+        best = climb(odds, shape, ways[1 - better][0], marks, rounds, often)
     elif named < 0.0:  # the fit follows the marks, so the marks themselves name the legs wrongly
         best = replace(best, q=best.q[:, figure.exchanged])
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
@@ -149,7 +151,7 @@ def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array
     marked = np.where(start.known[columns], start.q[columns], np.nan)
     found = phases(stage, shape, cycles, hips, units, marked, frame)
     scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * found.shift)
-    hips = stage.in_frames(smooth(scene, SMOOTH))
+    hips = stage.in_frames(smooth(scene, stage.often * SMOOTH))
     return hips, units, found
 
 
@@ -178,13 +180,15 @@ def _improbable(log_odds: float) -> float:
 
 
 def _as_marked(
-    odds: Planes, shape: Shape, ways: list[tuple[Array, float]], marked: Marked
+    odds: Planes, shape: Shape, ways: list[tuple[Array, float]], marked: Marked, often: float
 ) -> tuple[int, float]:
     """Which of two namings continues the marked pose, and its log odds."""
-    first = max(marked.frame - AROUND, 0)
-    part = slice(first, marked.frame + AROUND + 1)
+    around = round(often * AROUND)
+    first = max(marked.frame - around, 0)
+    part = slice(first, marked.frame + around + 1)
     here = replace(marked, frame=marked.frame - first)
-    worth = [like - climb(odds[part], shape, path[part], here).cost / MARGIN for path, like in ways]
+    costs = [climb(odds[part], shape, path[part], here, often=often).cost for path, _ in ways]
+    worth = [like - cost / (often * MARGIN) for cost, (_, like) in zip(costs, ways, strict=True)]
     better = int(np.argmax(worth))
     return better, worth[better] - worth[1 - better]
 

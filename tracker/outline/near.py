@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dynamics.motion.often import often
 from kinematics.figure import Array
 from kinematics.sides import exchanged, on_side
 from kinematics.spm import Skeleton, skeleton, surface
@@ -26,15 +27,14 @@ LINKS = ("thigh", "shank")
 ALONG = np.linspace(0.15, 0.95, 9)  # places along a link, shares of its length
 ACROSS = np.linspace(-0.7, 0.7, 5)  # and across it, shares of its half width
 FREE = 0.03  # distance from the other leg's outline beyond which a place is uncovered, leg lengths
-AROUND = 0.05  # standard deviation of the weights of neighbouring frames in a grey level, seconds
+AROUND = 1.5  # standard deviation of the weights of neighbouring frames in a grey level, at 30 a second
 ENOUGH = 0.08  # share of that weight that frames with the place uncovered must have
 MOST = 20.0  # largest difference that counts, grey levels; more is something else
 SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
 FEWEST = 5  # pixels that a frame needs to count
 HIDDEN = 0.4  # share of a link's places that stand out from the scene below which something hides it
 AROUND_HIDDEN = np.ones(5)  # the frames around a hidden one that do not count either
-TOGETHER = 0.1  # time in which errors are correlated, seconds
-SLOWEST = 30.0  # frame rate below which times are those of so many frames at this rate
+TOGETHER = 3.0  # number of neighbouring frames with correlated errors, at 30 a second
 NEARER = 1.5  # log odds of a naming for a standard error
 
 
@@ -74,7 +74,7 @@ def nearness(
 
 def in_standard_errors(evidence: Array, fps: float) -> float:
     """The mean of frames' evidence (n,), whose neighbours have correlated errors; 0 if there are too few."""
-    together = TOGETHER * max(fps, SLOWEST)
+    together = TOGETHER * often(fps)
     if len(evidence) < together:
         return 0.0
     return float(evidence.mean() / (evidence.std() * np.sqrt(together / len(evidence)) + 1e-9))
@@ -142,7 +142,7 @@ def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Ar
 
 def _greys(value: Array, free: NDArray[np.bool_], fps: float) -> Array:
     """(T, P) mean of the uncovered values (T, P) in neighbouring frames; NaN where there are too few."""
-    sigma = AROUND * max(fps, SLOWEST)
+    sigma = AROUND * often(fps)
     reach = round(2.0 * sigma)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     enough = ENOUGH * weights.sum()

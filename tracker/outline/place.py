@@ -29,7 +29,7 @@ RESIZE, RESIZE_FOUND = 3.0, 8.0  # cost of a change to the next size, nats, with
 REACH = 5  # longest step, places a frame
 HELD = 12.0  # cost of a path one place off the marked place, nats; four times as much for one size
 HELD_FOUND = 0.3  # the same for a start without marks
-SMOOTH = 1.5  # frames over which the path's place is smoothed
+SMOOTH = 1.5  # frames over which the path's place is smoothed, at 30 a second
 SMOOTH_SIZE, SMOOTH_FOUND = 30.0, 10.0  # the same for its size, with a marked frame, without marks
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (9, 10)  # row and column of the hip in it
@@ -55,9 +55,9 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
     score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * np.abs(SIZES_OFF)[:, None, None])
-    path = best_path(score, corners, STEP, RESIZE if marked else RESIZE_FOUND, REACH)
-    places = smooth((path[:, [2, 1]] + corners).astype(np.float64), SMOOTH)
-    size = smooth(SIZES[path[:, 0]], SMOOTH_SIZE if marked else SMOOTH_FOUND)
+    path = best_path(score, corners, STEP, stage.often * (RESIZE if marked else RESIZE_FOUND), REACH)
+    places = smooth((path[:, [2, 1]] + corners).astype(np.float64), stage.often * SMOOTH)
+    size = smooth(SIZES[path[:, 0]], stage.often * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
     zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
     size -= size[frame] - np.log(zoom[frame]) if marked else 0.0
     return stage.in_frames(places * unit / DENSITY), unit * np.exp(size) / zoom

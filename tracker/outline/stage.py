@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from dynamics.motion.often import often
 from kinematics.figure import Array
 from tracker.outline.shape import Grid
 from tracker.picture.pyramid import Image, Planes
@@ -34,6 +35,11 @@ class Stage:
 
     def __len__(self) -> int:
         return len(self.odds)
+
+    @property
+    def often(self) -> float:
+        """Frames for each at 30 a second, see `dynamics.motion.often`."""
+        return often(self.fps)
 
     def part(self, frames: slice) -> "Stage":
         """The film's log odds reduced to some of its frames."""

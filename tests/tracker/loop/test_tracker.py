@@ -646,3 +646,17 @@ def test_ankles_stretches_and_size_drift_as_far_in_a_second_at_any_frame_rate(fp
     assert noise[ankles] * fps == pytest.approx(FULL.scale_drift**2 * 30)
     spread = noise[:ankles] / (1.0 - keep[:ankles] ** 2)
     assert_allclose(np.sqrt(spread), np.radians(FULL.ankle), rtol=1e-9)
+
+
+def test_templates_are_renewed_as_fast_in_a_second_at_any_frame_rate(walk, monkeypatch):
+    shares = []
+    monkeypatch.setattr(
+        Templates, "refreshed", lambda self, seen, trust, blend, offset: shares.append(blend) or self
+    )
+    for fps in (24.0, 30.0, 60.0):
+        tracker = make_tracker(walk.start, find_model("cv", fps, FULL), FULL)
+        state, _ = begin(tracker, walk.start, walk.images[0])
+        tracker.step(state, walk.images[1])
+    at_24, at_30, at_60 = shares
+    assert at_24 == at_30 == pytest.approx(FULL.blend)
+    assert (1.0 - at_60) ** 2 == pytest.approx(1.0 - FULL.blend)

@@ -68,6 +68,12 @@ def test_the_free_state_is_taken_up_by_surprise_and_left_as_rarely(two_states, t
     assert_allclose(joined.pi0[-1], FULL.surprise, rtol=1e-9)
 
 
+@pytest.mark.parametrize(("fps", "entries"), [(24.0, 24.0), (60.0, 30.0), (120.0, 30.0)])
+def test_the_free_state_is_taken_up_as_often_in_a_second(fps, entries):
+    joined = find_model("walk-run", fps, FULL)
+    assert fps * joined.Pi[0, -1] == pytest.approx(entries * FULL.surprise, rel=0.01)
+
+
 def test_a_playback_speed_is_another_frame_rate_of_the_motion(two_states, tmp_path):
     played = find_model(str(saved(tmp_path / "mine.npz", two_states)), 30.0, FULL, 0.5)
     assert played.fps == 30.0

@@ -148,3 +148,9 @@ def test_an_unknown_constant_is_integrated_out(rng):
     found = viterbi(one.with_constants({"neck": spread}), y).log_evidence
     # The evidence is a Gaussian of the constant, some steps wide: a sum over a grid is its integral.
     assert found == pytest.approx(np.logaddexp.reduce(each) + np.log(step), abs=1e-6)
+
+
+def test_what_an_inference_or_a_model_has_no_use_for_is_refused():
+    y = sequence(np.zeros((5, 8)))
+    with pytest.raises(ValueError, match="variational inference labels by angles only"):
+        label_all(gait_model(), [y], inference=Inference.VARIATIONAL, use=Use.ALL)

@@ -46,6 +46,15 @@ def test_every_joint_is_found_in_every_frame(walk, found):
     assert found.misnamed < 0.05
 
 
+def test_a_film_with_every_frame_twice_shows_the_same_poses(walk, stage, found):
+    twice = np.repeat(np.arange(len(walk.q)), 2)
+    double = replace(stage.part(twice), fps=2.0 * FPS)
+    again = fitted(double, walk.start(), 2 * MIDDLE, FEW)
+    apart = np.hypot(*np.moveaxis(again.joints[::2] - found.joints, -1, 0)) / walk.units[:, None]
+    assert apart.mean() < 0.008
+    assert again.named == pytest.approx(found.named, rel=0.25)
+
+
 def test_the_head_is_held_at_the_marked_angle_to_the_trunk(walk, stage, found):
     neck = columns_of(WALKER)[NECK]
     start = walk.start()

@@ -1,0 +1,8 @@
+"""How many frames a film has for one at 30 a second, for which constants are given."""
+
+USUAL = 30.0  # frames a second
+
+
+def often(fps: float) -> float:
+    """Frames for each at the usual rate; 1 at lower rates, whose frames count as usual."""
+    return max(fps / USUAL, 1.0)
