@@ -14,7 +14,9 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("kinematics", "dynamics", "videos", "tracker")
 TOP = "top"  # in a picture: the modules of a package that lie in none of its folders
 EVERYWHERE = {"numpy", *sys.stdlib_module_names}
-FOR_EVERY_ROOM = {f"tracker.{name}" for name in ("settings", "errors", "progress", "compiled", "__version__")}
+FOR_EVERY_ROOM = {
+    f"tracker.{name}" for name in ("settings", "errors", "progress", "compiled", "often", "__version__")
+}
 NO_FILES = ("tracker.picture", "tracker.registration", "tracker.loop")
 FILES = {"csv", "io", "json", "os", "pathlib", "shutil", "tempfile", "videos"}
 MOST_LINES = 400

@@ -6,10 +6,10 @@ from itertools import chain
 
 import numpy as np
 
-from dynamics.motion.often import often
 from tracker.clip.lazily import Lazily
 from tracker.clip.pictures import pictures
 from tracker.loop.detections import Detections
+from tracker.often import often
 from tracker.outline.fit import Outline
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within

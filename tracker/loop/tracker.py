@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from dynamics.belief import Belief, either, propose, together
 from dynamics.gaussian import Array, Gaussian
 from dynamics.kalman import update_information
-from dynamics.motion.often import USUAL, often
 from dynamics.slds import SLDS
 from kinematics.figure import SCALE, Figure
 from kinematics.recover import Start
@@ -31,6 +30,7 @@ from tracker.loop.detections import Detections, Detector
 from tracker.loop.estimate import Estimate, State
 from tracker.loop.judging import LEAST_INSIDE, denied, inside, judged, judged_by_points
 from tracker.loop.outcome import Outcome
+from tracker.often import USUAL, often
 from tracker.picture.pyramid import Box, Image, Level, pyramid
 from tracker.registration.align import align, reach, sought
 from tracker.registration.field import Field, Likelihood, Registration

@@ -8,12 +8,12 @@ import numpy as np
 
 from dynamics.gaussian import Array, collapse
 from dynamics.layout import among
-from dynamics.motion.often import often
 from dynamics.motion.rate import at_rate
 from dynamics.slds import SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, kind_of, load, load_shipped, shipped
 from kinematics.figure import ROOT, Figure
 from kinematics.figure_file import WALKER
+from tracker.often import often
 from tracker.run.track import FREE
 from tracker.settings import Settings
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dynamics.motion.often import often
 from kinematics.figure import Array
 from kinematics.sides import exchanged, on_side
 from kinematics.spm import Skeleton, skeleton, surface
+from tracker.often import often
 from tracker.outline.shape import Shape
 from tracker.outline.smooth import sums_around
 from tracker.outline.stage import Stage

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from dynamics.motion.often import often
 from kinematics.figure import Array
+from tracker.often import often
 from tracker.outline.shape import Grid
 from tracker.picture.pyramid import Image, Planes
 from tracker.survey.evidence import NOTHING, UNITS
@@ -38,7 +38,7 @@ class Stage:
 
     @property
     def often(self) -> float:
-        """Frames for each at 30 a second, see `dynamics.motion.often`."""
+        """Frames for each at 30 a second, see `tracker.often`."""
         return often(self.fps)
 
     def part(self, frames: slice) -> "Stage":

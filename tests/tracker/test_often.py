@@ -1,6 +1,6 @@
 import pytest
 
-from dynamics.motion.often import often
+from tracker.often import often
 
 
 @pytest.mark.parametrize(("fps", "frames"), [(12.0, 1.0), (30.0, 1.0), (60.0, 2.0), (240.0, 8.0)])
