@@ -1,8 +1,16 @@
 """How many frames a film has for one at 30 a second, for which constants are given."""
 
+import numpy as np
+
 USUAL = 30.0  # frames a second
 
 
 def often(fps: float) -> float:
     """Frames for each at the usual rate; 1 at lower rates, whose frames count as usual."""
     return max(fps / USUAL, 1.0)
+
+
+def crowded(fps: float) -> float:
+    """Factor on the spread of a frame's measurements with which those of a second count as at the usual
+    rate."""
+    return float(np.sqrt(often(fps)))

@@ -98,7 +98,6 @@ def furnish(folder):
             write_walk(folder / "captures" / f"{who}_{label}.bvh", stride, i, size)
             rows.append((f"captures/{who}_{label}.bvh", who, label, label, FPS, f"0-{T}", "", "free"))
     write_table(folder / "trials.csv", rows, COLUMNS.split(","))
-    (folder / "learn.toml").write_text("choose = true\nrounds = 2\n")
     write_points(folder)
     track = ("track", folder / "walk.mp4", "--keypoints", folder / "walk.keypoints.csv")
     run_figtrack(*track, "--out", folder / "walk-track")

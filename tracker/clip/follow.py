@@ -15,7 +15,6 @@ from tracker.clip.measure import Judged
 from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, Seen, facing_unknown, prepare
 from tracker.clip.playback import motions_at, playback_rate
-from tracker.clip.staged import crowded
 from tracker.clip.start import StartError
 from tracker.compiled import tell_unkept
 from tracker.loop.anchors import Anchor
@@ -26,6 +25,7 @@ from tracker.loop.estimate import Estimate
 from tracker.loop.outcome import Outcome
 from tracker.loop.smoothing import as_first_known, smoothed, turned_belief
 from tracker.loop.trail import Trail
+from tracker.often import crowded
 from tracker.progress import Progress
 from tracker.run.track import FREE, Track
 from tracker.settings import Settings
@@ -199,7 +199,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
 
 def _covs(plan: Plan, first: int, trail: Trail) -> Array:
     """(T, D, D) covariances of the estimates, enlarged where the outline shows the figure elsewhere."""
-    covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video)
+    covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video.fps)
     outline = plan.points if plan.measured is None else {}
     for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
         found = outline.get(first + t)

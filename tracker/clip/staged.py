@@ -9,7 +9,7 @@ import numpy as np
 from tracker.clip.lazily import Lazily
 from tracker.clip.pictures import pictures
 from tracker.loop.detections import Detections
-from tracker.often import often
+from tracker.often import crowded
 from tracker.outline.fit import Outline
 from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within
@@ -80,18 +80,13 @@ def surveyed(video: Video, first: int, last: int, by: float, progress: Progress)
     return Surveyed(video, first, last, step, found, progress) if len(found.places) >= FEWEST else None
 
 
-def crowded(video: Video) -> float:
-    """Factor on the spread of a frame's points by which those of a second count as usual."""
-    return float(np.sqrt(often(video.fps)))
-
-
 def detections(outline: Outline, first: int, video: Video) -> Mapping[int, Detections]:
     """By frame, the outline's joints that lie in the picture and stand out from the scene.
 
     Args:
         first: frame number of the outline's first row.
     """
-    joints, spread, crowd = outline.joints, outline.spread, crowded(video)
+    joints, spread, crowd = outline.joints, outline.spread, crowded(video.fps)
     number = np.arange(joints.shape[1])
     inside = within(joints, (video.height, video.width)) & outline.shown & outline.seen[:, None]
 
