@@ -149,7 +149,10 @@ def compare(
     truth: Annotated[Path | None, typer.Option(help="Marks to compare with [default: --keypoints].")] = None,
     model: Annotated[
         list[str] | None,
-        typer.Option(metavar="<str>", help="Models to compare [default: walk-run walk-run-1 cv]."),
+        typer.Option(
+            metavar="<str>",
+            help="Models to compare [default: walk-run walk-run-1 cv; those of the figure].",
+        ),
     ] = None,
     how: Following,
     out: Annotated[Path | None, typer.Option(help="Folder for the results [default: VIDEO-compare].")] = None,
@@ -160,6 +163,7 @@ def compare(
     Example: figtrack compare walk.mp4 --keypoints walk.keypoints.csv --model walk-run --model cv
     """
     from tracker.clip.asked import marks_in
+    from tracker.models.find import compared
     from tracker.report.comparison import compare_models
     from tracker.run.folder import fresh_folder
     from tracker.run.read import REPORT
@@ -169,7 +173,7 @@ def compare(
     if against is None:
         raise typer.BadParameter("give marks to compare with: --keypoints or --truth")
     marks = marks_in(against, how)
-    names = list(dict.fromkeys(model or ["walk-run", "walk-run-1", "cv"]))
+    names = list(dict.fromkeys(model or compared(how.figure)))
     files = [Path(name) for name in names if Path(name).is_file()]
     inputs = [video, keypoints, truth, *how.inputs, *files]
     with fresh_folder(folder, overwrite=common.overwrite, inputs=inputs) as aside:

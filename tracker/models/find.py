@@ -12,12 +12,13 @@ from dynamics.motion.rate import at_rate
 from dynamics.slds import SLDS, combine, constant_velocity
 from dynamics.store import Model, ModelError, kind_of, load, load_shipped, shipped
 from kinematics.figure import ROOT, Figure
-from kinematics.figure_file import WALKER
+from kinematics.figure_file import WALKER, load_figure
 from tracker.often import often
 from tracker.run.track import FREE
 from tracker.settings import Settings
 
 CONSTANT_VELOCITY = "cv"
+COMPARED = ("walk-run", "walk-run-1", CONSTANT_VELOCITY)
 FIRST_ROOT_SPEED = (0.06, 0.02)  # prior speed along and up, a runner's, leg lengths a frame at 30 fps
 FIRST_ANGLE_SPEED = float(np.radians(4.0))  # prior speed of angles, radians a frame at 30 fps
 # With an outline: factor on the noise, and share of it that is independent between freedoms.
@@ -82,6 +83,13 @@ def own_model(name: str, figure: Figure) -> str:
     """The name of the figure's own shipped variant of a model, if there is one, else the given name."""
     own = f"{figure.name}-{name}"
     return own if own in shipped() else name
+
+
+def compared(name: str) -> list[str]:
+    """The models that are compared if none is named, of those that follow the figure of a name or file."""
+    figure = load_figure(name)
+    peoples = figure.learned_freedoms == WALKER.learned_freedoms
+    return [n for n in COMPARED if peoples or n == CONSTANT_VELOCITY or own_model(n, figure) != n]
 
 
 def from_a_stand(name: str) -> str:

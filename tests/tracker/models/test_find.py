@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.motion.rate import at_rate
 from dynamics.store import load_shipped
+from kinematics.figure_file import load_figure
 from kinematics.mocap import POSE_COLUMNS
 from tests.kinematics.figures import ARMS
 from tests.tracker.gaits import saved
@@ -21,6 +22,7 @@ from tracker.models.find import (
     FREE_PLACE,
     SEEN_OWN,
     SEEN_WIDER,
+    compared,
     find_model,
     for_seen,
     from_a_stand,
@@ -33,6 +35,17 @@ def test_a_figure_with_arms_has_models_of_its_own_under_the_same_names():
         assert find_model(name, 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
         assert find_model(name, 30.0, FULL).names == POSE_COLUMNS
     assert find_model("cv", 30.0, FULL, figure=ARMS).names == ARMS.learned_freedoms
+
+
+@pytest.mark.parametrize(
+    ("figure", "names"),
+    [("walker", ["walk-run", "walk-run-1", "cv"]), ("walker-arms", ["walk-run", "cv"]), ("horse", ["cv"])],
+)
+def test_models_that_follow_the_figure_are_compared(figure, names):
+    body = load_figure(figure)
+    assert compared(figure) == names
+    for name in names:
+        assert find_model(name, 30.0, FULL, figure=body).names == body.learned_freedoms
 
 
 def test_who_is_to_be_labelled_may_start_from_a_stand_but_a_file_s_name_stays(tmp_path, monkeypatch):

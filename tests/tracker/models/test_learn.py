@@ -1,14 +1,17 @@
 """From captures to a model's file, and what keeps it from being made."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from dynamics.learning.options import Options
 from dynamics.store import load
 from kinematics.mocap import POSE_COLUMNS, read_trials, sequences
 from tests.tracker.clips import figtrack, read_csv, refused, write_table
 from tests.tracker.gaits import HEADER, gait, sequence, write_poses
+from tracker.models import by_motion
 from tracker.models.learn import Further
 from tracker.settings import read_toml
 from tracker.tables.poses import pose_cells
@@ -187,6 +190,19 @@ def test_options_that_a_stride_has_not_are_refused(trials, tmp_path, more, text,
     asked = ["learn", "--trials", trials, "--inference", "stride", "--settings", file, *more]
     said = refused(*asked, "--out", tmp_path / "s.npz")
     assert f"a stride has no switching states, so {name} does not apply; leave it out" in said
+
+
+@pytest.mark.parametrize(("more", "text"), [(["--order", 2], ""), ([], "restarts = 2")])
+def test_options_that_a_hidden_markov_model_has_not_are_refused(trials, tmp_path, more, text):
+    asked = ["learn", "--trials", trials, "--inference", "hmm", "--settings", settings(tmp_path, text), *more]
+    assert "have neither order nor restarts; leave them out" in refused(*asked, "--out", tmp_path / "h.npz")
+
+
+def test_the_chosen_number_of_states_is_learned_as_often_as_asked(monkeypatch):
+    monkeypatch.setattr(by_motion, "choose", lambda *args, **told: (args[2][1], None))
+    motion = SimpleNamespace(poses=[], subjects=[], names=())
+    chosen = by_motion._chosen(motion, 30.0, Options(states=4, restarts=7), [1, 2], by_motion.ESteps())
+    assert (chosen.states, chosen.restarts) == (2, 7)
 
 
 @pytest.mark.parametrize("name", ["learn", "pooled", "gait", "gait-started"])

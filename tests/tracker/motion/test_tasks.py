@@ -154,3 +154,5 @@ def test_what_an_inference_or_a_model_has_no_use_for_is_refused():
     y = sequence(np.zeros((5, 8)))
     with pytest.raises(ValueError, match="variational inference labels by angles only"):
         label_all(gait_model(), [y], inference=Inference.VARIATIONAL, use=Use.ALL)
+    with pytest.raises(ValueError, match="has no pose weight"):
+        label_all(gait_hmm(), [y], inference=Inference.HMM, pose_weight=2.0)
