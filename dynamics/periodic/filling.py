@@ -24,6 +24,7 @@ from dynamics.stride import Stride, harmonics
 
 CONTEXT = 2.0  # seconds of measured frames used on either side
 SPACING = 0.2  # seconds between the frames whose evidence is compared
+OFTEN = 30.0  # frames a second of the context that are used: memory grows with their square
 PIECE = 2.0  # seconds of frames partly measured that are filled at once
 STARTS = 6  # starts of the search for each motion
 ROUGH = 2  # steps from each start, after which
@@ -74,16 +75,19 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
     """Fill one gap, the successive frames `rows`, with the noise that makes its neighbours most likely."""
     window = around(y, rows, fps)
     t = (np.arange(window.start, window.stop) - rows.mean()) / fps
-    found = hypotheses(stride, t, np.where(stride.travels, np.nan, y[window]))
+    shown = _thinned(y[window], rows - window.start, fps)
+    angles = ~stride.travels
+    found = hypotheses(stride, t, np.where(angles, shown, np.nan))
     log_p = np.array([h.log_evidence for h in found])
     share = np.exp(DOUBT * (log_p - log_p.max()))
     kept = np.flatnonzero(share >= FAINT * share.sum())
     # Now the freedoms that travel are used too.
-    heard = [found[i].given(y[window], found[i].stretch.noise) for i in kept]
+    heard = [found[i].given(shown, found[i].stretch.noise) for i in kept]
     each = [h.predict(rows - window.start) for h in heard]
     together = Gaussian(np.stack([g.mean for g in each], 1), np.stack([g.cov for g in each], 1))
     poses = collapse(np.tile(share[kept] / share[kept].sum(), (len(rows), 1)), together)
-    return Filling(rows, poses, _spaced_evidence(found[0], fps))
+    apart = found[0].given(spaced(np.where(angles, y[window], np.nan), fps))
+    return Filling(rows, poses, _evidence(apart))
 
 
 def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
@@ -142,10 +146,21 @@ def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, floa
     return [(phases[j], speeds[i], bends[score[i, :, j].argmax()] * stride.bend[k]) for i, j in peaks]
 
 
-def _spaced_evidence(h: Fit, fps: float) -> float:
-    apart = h.given(spaced(h.stretch.y, fps))
+def _thinned(y: Array, rows: NDArray[np.intp], fps: float) -> Array:
+    """y (T, M) with NaN in measured frames that are not needed around a gap: the nearest on either side and
+    OFTEN a second farther out remain, and all within it."""
+    step = max(1, round(fps / OFTEN))
+    measured = np.flatnonzero(np.isfinite(y).any(1))
+    before, after = measured[measured < rows[0]], measured[measured > rows[-1]]
+    kept = np.concatenate([before[::-1][::step], rows, after[::step]])
+    out = np.full_like(y, np.nan)
+    out[kept] = y[kept]
+    return out
+
+
+def _evidence(apart: Fit) -> float:
     likeliest = _at_noise(apart, _likeliest_noise(apart))
-    return likeliest.log_evidence - float(np.log(len(h.stretch.stride.labels)))
+    return likeliest.log_evidence - float(np.log(len(apart.stretch.stride.labels)))
 
 
 def _likeliest_noise(h: Fit) -> float:

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.periodic.filling import SPACING, around, fill, gaps, hypotheses, spaced, starts
 from dynamics.stride import combine_strides
@@ -97,17 +97,17 @@ def test_noise_beyond_what_was_learned_is_noticed(rng):
     assert np.max(quiet[0].stretch.noise) < 0.03**2
 
 
-def test_another_frame_rate_gives_the_same_answer(rng):
-    stride = replace(little(rng), quick=1e-7 * np.eye(4)[None])
-    _, y, _ = drawn(stride, 121, rng, fps=60.0)
+@pytest.mark.parametrize("times", [2, 8])
+def test_of_a_faster_camera_thirty_frames_a_second_are_used_around_a_gap(times, rng):
+    stride = little(rng)
+    _, y, _ = drawn(stride, 20 * times + 1, rng, fps=30.0 * times)
     given = noisy(stride, y, rng)
-    given[50:71] = np.nan
-    (fast,) = interpolate(stride, given, 60.0)
-    (slow,) = interpolate(stride, given[::2], 30.0)
-    away = fast.poses.mean[::2] - slow.poses.mean
-    sd = np.sqrt(np.diagonal(slow.poses.cov, axis1=1, axis2=2))
-    # The frames of sixty a second that thirty have not lie next to the gap.
-    assert (np.abs(away) < 2.0 * sd)[:, 1:].all()
+    given[8 * times + 1 : 11 * times] = np.nan
+    (fast,) = interpolate(stride, given, 30.0 * times)
+    (slow,) = interpolate(stride, given[::times], 30.0)
+    # The phase may drift in other shapes between more frames.
+    assert_allclose(fast.poses.mean[times - 1 :: times], slow.poses.mean, atol=2e-3)
+    assert_allclose(fast.poses.cov[times - 1 :: times], slow.poses.cov, atol=1e-4)
 
 
 def test_a_place_that_was_never_measured_makes_no_gap_and_long_runs_are_cut(rng):
