@@ -14,6 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from kinematics.text_file import ordinary, why
+
 Array = NDArray[np.float64]
 LARGEST = 1e9  # magnitude of any number in a file; sums with larger ones lose their digits
 
@@ -78,19 +80,10 @@ def read_bvh(path: str | Path) -> Capture:
 
 def read_lines(path: str | Path) -> list[str]:
     """The lines of a text file; MotionError when it cannot be read."""
-    check_ordinary(path)
     try:
-        return Path(path).read_text(encoding="utf-8", errors="replace").splitlines()
+        return ordinary(Path(path)).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
-        raise MotionError(
-            f"cannot read {path} ({error.strerror}); correct the path or put the file there"
-        ) from error
-
-
-def check_ordinary(path: str | Path) -> None:
-    """MotionError for a pipe or a device, which may have no end."""
-    if Path(path).exists() and not (Path(path).is_file() or Path(path).is_dir()):
-        raise MotionError(f"cannot read {path} (no ordinary file); save what it gives as one")
+        raise MotionError(f"cannot read {path} ({why(error)}); give a file that exists") from error
 
 
 def read_numbers(path: str | Path, line: int, words: list[str], count: int) -> list[float]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from kinematics.figure import Figure, Link, Panel
 from kinematics.sides import other_side, side_of
+from kinematics.text_file import why
 
 
 def load_figure(source: str | Path = "walker") -> Figure:
@@ -32,6 +33,8 @@ def load_figure(source: str | Path = "walker") -> Figure:
         raise ValueError(f"no figure {str(source)!r} ships, only {known}; give the path of a TOML file")
     try:
         return figure_from(tomllib.loads(content.decode("utf-8")))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ValueError(f"{source} is no TOML file ({why(error)}); docs/figures.md shows one") from error
     except ValueError as error:
         raise ValueError(f"figure {source}: {error}") from error
 

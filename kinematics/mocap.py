@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from kinematics.asfamc import read_amc
-from kinematics.bvh import Array, MotionError, check_ordinary, read_bvh
+from kinematics.bvh import Array, MotionError, read_bvh
 from kinematics.sagittal import Body, find_body, project
 from kinematics.sides import exchanged
+from kinematics.text_file import ordinary, why
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
 ARM_COLUMNS = ("shoulder_near", "elbow_near", "shoulder_far", "elbow_far")
@@ -72,18 +73,15 @@ def read_trials(path: str | Path) -> list[Trial]:
     """Read a table of trials; a file's path in it is relative to the table. MotionError: it cannot be read,
     lacks a column, or a cell is not what it should be."""
     path = Path(path)
-    check_ordinary(path)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
+        with ordinary(path).open(encoding="utf-8-sig", newline="") as stream:
             table = csv.DictReader(stream)
             missing = [name for name in _TABLE_COLUMNS if name not in (table.fieldnames or ())]
             if missing:
                 raise MotionError(f"{path} lacks the column {missing[0]!r}; add it, its cells may be empty")
             return [_read_trial(path, table.line_num, row) for row in table]
-    except OSError as error:
-        raise MotionError(f"cannot read {path} ({error.strerror}); check its name") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise MotionError(f"cannot read {path} ({error}); give a UTF-8 CSV table of trials") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise MotionError(f"cannot read {path} ({why(error)}); give a UTF-8 CSV table of trials") from error
 
 
 def sequences(trial: Trial, fps: float, *, curves: bool = False, arms: bool = False) -> list[Sequence]:

@@ -20,6 +20,7 @@ def fault(error: Exception) -> str | None:
         text = error.strerror or str(error)
         if error.errno in FULL:
             return plain(f"no room to write ({text}); make some, or choose another --out")
-        return plain(f"{text}: {error.filename}" if error.filename else text)
+        shorter = "; choose a shorter one" if error.errno == errno.ENAMETOOLONG else ""
+        return plain((f"{text}: {error.filename}" if error.filename else text) + shorter)
     expected = isinstance(error, ModelError | FolderError | VideoError | ValueError)
     return plain(str(error)) if expected and not isinstance(error, LinAlgError) else None

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from tracker.tables.table import read_text, why
+from kinematics.text_file import read_text, why
 
 # Wording of the bounds of a JSON schema.
 BOUNDS = {
@@ -199,5 +199,5 @@ def _fault(details: ErrorDetails) -> str:
     if details["type"] == "value_error":  # of several settings together
         return str(details["ctx"]["error"])
     if details["type"] == "extra_forbidden":
-        return f"{name}: no such setting"
+        return f"{name}: no such setting; check its spelling"
     return f"{name}: {details['msg'].lower()}, got {details['input']!r}"

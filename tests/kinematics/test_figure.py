@@ -202,7 +202,6 @@ MISTAKES = {
         'name = "upper"\nlearned = false',
         "list the links of figure 'arm' that are not learned after all others",
     ),
-    "not TOML": ("length = 0.4", "length =", "Invalid value"),
 }
 BASE, WIDTH = 'base = "shoulder"\n', "width = 0.1\n"
 MISTAKES |= {name: (BASE, BASE + added, said) for name, (added, said) in OF_THE_FIGURE.items()}
@@ -276,6 +275,11 @@ def test_a_file_that_is_missing_or_no_text_is_named(tmp_path):
         load_figure(tmp_path / "horse.toml")
     with pytest.raises(ValueError, match="no figure 'cow' ships, only horse, walker and walker-arms"):
         load_figure("cow")
-    (tmp_path / "arm.toml").write_bytes(b'name = "\xff"')
-    with pytest.raises(ValueError, match=r"figure .*arm\.toml: .*utf-8"):
-        load_figure(tmp_path / "arm.toml")
+    for content, fault in (
+        (b'name = "\xff"', "byte 8 is no UTF-8"),
+        (b"length =", "Invalid value"),
+        (b"a = " + 9999 * b"[", "nested too deeply"),
+    ):
+        (tmp_path / "arm.toml").write_bytes(content)
+        with pytest.raises(ValueError, match=rf"arm\.toml is no TOML file \({fault}.*\); docs/figures\.md"):
+            load_figure(tmp_path / "arm.toml")

@@ -88,5 +88,5 @@ def _format(path: Path) -> tuple[str, Callable[[Path], People]]:
         return "COCO", coco.read_people
     raise ForeignError(
         f"{path} is none of the files that marks are taken from: a DeepLabCut CSV, a TRC in pixels, "
-        "OpenPose JSON, COCO keypoints JSON or labelme JSON"
+        "OpenPose JSON, COCO keypoints JSON or labelme JSON; export it as one of them"
     )

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from tracker.tables.table import ordinary, why
+from kinematics.text_file import ordinary, why
 
 
 class ForeignError(ValueError):
@@ -54,4 +54,4 @@ def load_json(path: Path) -> Any:
         try:
             return json.load(file)
         except (ValueError, RecursionError) as error:
-            raise ForeignError(f"{path} is no JSON file ({error}); export it again") from error
+            raise ForeignError(f"{path} is no JSON file ({why(error)}); export it again") from error

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from kinematics.figure_file import WALKER, load_figure
 from kinematics.sides import SIDES
+from kinematics.text_file import read_text
 from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
@@ -19,7 +20,6 @@ from tracker.report.document import STYLES, Document, write_page
 from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_errors, spoken, unit_of
 from tracker.run.read import RunError, read_news, read_track
 from tracker.run.track import Track
-from tracker.tables.table import read_text
 
 COLUMNS = ("", "before", "after", "change")
 SCRIPTS = ("plots", "saving", "before_after")

@@ -14,10 +14,10 @@ from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.spm import View
+from kinematics.text_file import ordinary, why
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from tracker.run.write import VERSION, whole_times
-from tracker.tables.table import ordinary, why
 
 OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
 RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "gait.json", OVERLAY)
@@ -115,6 +115,8 @@ def read_news(folder: Path) -> News:
         inner = sorted(found.parent.name for found in folder.glob("*/run.json"))
         advice = f"give one of the runs in it, {', '.join(inner)}" if inner else "track a clip first"
         raise RunError(f"{folder} holds no complete run (no run.json); {advice}") from error
+    except OSError as error:
+        raise RunError(f"{path} is no run of figtrack ({why(error)}); track the clip again") from error
     except ValidationError as error:
         first = error.errors()[0]
         fault = " ".join([*map(str, first["loc"]), first["msg"].lower()])

@@ -1,11 +1,12 @@
 """CSV tables with a header: one reader, with one-line errors, and one writer."""
 
 import csv
-import errno
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from kinematics.text_file import ordinary, why
 
 SEPARATORS = {";": "semicolons", "\t": "tabs"}  # written by spreadsheets in locales with decimal commas
 
@@ -110,18 +111,6 @@ def read_lines(path: str | Path) -> Iterator[tuple[int, list[str]]]:
                 yield reader.line_num, cells
 
 
-def read_text(path: Path) -> str:
-    """A UTF-8 file's text without a byte order mark; raises as `ordinary`."""
-    return ordinary(path).read_text(encoding="utf-8-sig")
-
-
-def ordinary(path: Path) -> Path:
-    """The path unchanged; OSError for a pipe or device, which may have no end."""
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise OSError(errno.EINVAL, "no ordinary file", str(path))
-    return path
-
-
 def by_column(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
     """A row's cells by the names of their columns; "" for missing ones."""
     return dict.fromkeys(header, "") | dict(zip(header, cells, strict=False))
@@ -142,10 +131,3 @@ def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[objec
         writer = csv.writer(file)
         writer.writerow(header)
         writer.writerows(rows)
-
-
-def why(error: Exception) -> str:
-    """Why a text file could not be read, without Python's additions."""
-    if isinstance(error, UnicodeDecodeError):
-        return f"byte {error.start} is no UTF-8"
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)

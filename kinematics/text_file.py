@@ -1,0 +1,26 @@
+"""Text files as they are found on a disk: what may be opened, and why one cannot be read."""
+
+import errno
+from pathlib import Path
+
+
+def ordinary(path: Path) -> Path:
+    """The path unchanged; OSError for a pipe or device, which may have no end."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise OSError(errno.EINVAL, "no ordinary file", str(path))
+    return path
+
+
+def read_text(path: Path) -> str:
+    """A UTF-8 file's text without a byte order mark; raises as `ordinary`, and UnicodeDecodeError."""
+    return ordinary(path).read_text(encoding="utf-8-sig")
+
+
+def why(error: Exception) -> str:
+    """Why a text file could not be read or parsed, without Python's additions."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is no UTF-8"
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    said = (error.strerror if isinstance(error, OSError) else None) or str(error)
+    return said.partition("; use sys.")[0]  # what a programmer could do about a number that is too long
