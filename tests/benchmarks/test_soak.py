@@ -75,8 +75,9 @@ def test_what_is_wrong_is_found_out(wrong, code, said):
 
 
 def test_what_takes_much_time_is_found_out(wrong, monkeypatch):
-    monkeypatch.setattr(ending, "MOST_SECONDS", 2.0)
-    assert wrong("time.sleep(60)") == ["it had not ended after 2 s"]
+    monkeypatch.setattr(ending, "MOST_SECONDS", 0.5)
+    assert wrong("time.sleep(60)") == ["it had not ended after 0.5 s"]
+    assert wrong("time.sleep(60)", Kill(signal.SIGTERM, 0.1)) == []
 
 
 def test_what_takes_much_memory_or_leaves_processes_is_found_out(wrong, monkeypatch):
@@ -92,8 +93,8 @@ def test_what_takes_much_memory_or_leaves_processes_is_found_out(wrong, monkeypa
     ("number", "complaints"), [(signal.SIGKILL, 0), (signal.SIGTERM, 1), (signal.SIGHUP, 1)]
 )
 def test_only_what_is_killed_outright_may_leave_something(wrong, number, complaints):
-    code = "pathlib.Path('.a.part').mkdir(); time.sleep(60)"
-    assert len(wrong(code, Kill(number, 2.0))) == complaints
+    code = f"pathlib.Path('.a.part').mkdir(); os.kill(os.getpid(), {number:d}); time.sleep(60)"
+    assert len(wrong(code, Kill(number, 300.0))) == complaints
 
 
 @pytest.mark.parametrize(
@@ -106,13 +107,12 @@ def test_only_what_is_killed_outright_may_leave_something(wrong, number, complai
 )
 def test_an_interrupt_while_python_itself_begins_is_not_the_program_s(wrong, place, ours):
     said = f"Traceback (most recent call last):\n  {place}\nKeyboardInterrupt\n"
-    code = f"sys.stderr.write({said!r}); sys.stderr.flush(); time.sleep(0.6); sys.exit(1)"
-    assert bool(wrong(code, Kill(signal.SIGCONT, 0.5))) == ours
+    assert bool(wrong(f"sys.stderr.write({said!r}); sys.exit(1)", Kill(signal.SIGCONT, 300.0))) == ours
 
 
-def test_films_are_whole_or_damaged_but_always_of_the_same_seed(tmp_path):
+def test_films_are_whole_or_damaged(tmp_path):
     read, drawn = 0, []
-    for seed in range(24):
+    for seed in range(12):
         folder = tmp_path / str(seed)
         folder.mkdir()
         rng = np.random.default_rng(seed)
@@ -125,8 +125,8 @@ def test_films_are_whole_or_damaged_but_always_of_the_same_seed(tmp_path):
         except (VideoError, ValueError):
             pass
         drawn.append(path.suffix)
-    assert read > 12
-    assert len(set(drawn)) > 6
+    assert read > 6
+    assert len(set(drawn)) > 5
 
 
 def test_damage_is_drawn_from_the_seed():

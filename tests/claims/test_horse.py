@@ -8,7 +8,9 @@ import pytest
 from kinematics.figure_file import load_figure
 from tests.tracker.clips import figtrack, read_csv
 from tracker.api import follow
+from tracker.run.read import read_track
 from tracker.run.track import Track
+from tracker.settings import Settings
 from tracker.tables.keypoints import Marks, read_keypoints
 
 pytestmark = pytest.mark.claims
@@ -47,14 +49,15 @@ def test_a_galloping_horse_is_followed_by_constant_velocity_and_by_a_model_of_it
 ) -> None:
     clip = data_dir / "animals" / "beach_horse_lr.mp4"
     table = clip.with_name("beach_horse_lr.keypoints.csv")
-    truth = read_keypoints(table, load_figure("horse").marks)
+    figure = load_figure("horse")
+    truth = read_keypoints(table, figure.marks)
     run, model = tmp_path / "run1", tmp_path / "horse.npz"
     words = ["--keypoints", table, "--figure", "horse", "--model", "cv", "--no-overlay", "--no-report"]
     figtrack("track", clip, *words, "--out", run)
     figtrack("learn", run / "pose.csv", "--figure", "horse", "--out", model)
     assert {row["outcome"] for row in read_csv(run / "pose.csv")} == {"ok", "hidden"}
-    for name, most in (("cv", 0.12), (str(model), 0.10)):
-        track = follow(clip, table, figure="horse", model=name)
+    learned = follow(clip, table, figure="horse", model=str(model))
+    for track, most in ((read_track(run, Settings().mark, figure), 0.12), (learned, 0.10)):
         assert len(track) == 46
         assert track.measured.all()
         of_frames = errors(track, truth)

@@ -4,8 +4,6 @@ Splices and predictions are of the splices' six subjects, left out together; wha
 model is learned soonest.
 """
 
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,6 @@ from tests.benchmarks.motion.data import SPLICED, Job, Source, learn
 from tests.benchmarks.motion.measure import run
 from tests.benchmarks.motion.splices import FAR_TARGETS, TARGETS, Segmentation
 from tests.benchmarks.motion.synthesis import RUN_STRIDE, Likeness, Making
-from tests.benchmarks.processes import spawned
 from tracker.experiments.measures import rms
 from tracker.experiments.study import Recipe
 from tracker.motion.choices import Inference
@@ -34,20 +31,13 @@ def source(data_dir: Path) -> Source:
 
 
 @pytest.fixture(scope="module")
-def pool() -> Iterator[Executor]:
-    with spawned() as pool:
-        yield pool
-
-
-@pytest.fixture(scope="module")
-def models(source: Source, pool: Executor) -> dict[Recipe, Model]:
+def models(source: Source) -> dict[Recipe, Model]:
     """Without the six subjects, and of everyone's runs."""
-    waiting = {recipe: pool.submit(learn, source, recipe) for recipe in (UNSEEN, RUNS)}
-    return {recipe: future.result() for recipe, future in waiting.items()}
+    return {recipe: learn(source, recipe) for recipe in (UNSEEN, RUNS)}
 
 
 @pytest.fixture(scope="module")
-def measured(source: Source, pool: Executor, models: dict[Recipe, Model]) -> dict[Job, Any]:
+def measured(source: Source, models: dict[Recipe, Model]) -> dict[Job, Any]:
     """The answer of every job, of the models by the jobs' recipes."""
     jobs: list[Job] = [
         *(Segmentation(UNSEEN, noise, Inference.VITERBI) for noise in TARGETS),
@@ -55,11 +45,7 @@ def measured(source: Source, pool: Executor, models: dict[Recipe, Model]) -> dic
         Rival("run", SPLICED),
         Making(RUNS, True),
     ]
-    waiting: dict[Job, Future[Any]] = {}
-    for job in jobs:
-        chosen = None if job.recipe is None else models[job.recipe]
-        waiting[job] = pool.submit(run, source, job, chosen)
-    return {job: future.result() for job, future in waiting.items()}
+    return {job: run(source, job, None if job.recipe is None else models[job.recipe]) for job in jobs}
 
 
 @pytest.mark.parametrize("noise", TARGETS)
