@@ -2,8 +2,8 @@
 
 Every frame carries its own time, so a phone's variable frame rate survives, and times grow whatever the file
 says (`videos.times`). Frames come upright: the rotation that phones write beside the picture is applied. A
-container's own frame count is only a hint; what counts is what decodes. Pixels are taken as stored, square or
-not.
+container's own frame count is only a hint; what counts is what decodes. Pixels are taken as stored; a note
+tells where they are not square.
 """
 
 import os
@@ -23,7 +23,7 @@ from av.video.reformatter import VideoReformatter
 from av.video.stream import VideoStream
 
 from videos.recall import held, recalled
-from videos.times import FASTEST, Growing, rate_of
+from videos.times import FASTEST, Growing, rate_between_pauses, rate_of
 from videos.upright import Image, decoded, upright
 
 FOLDER_FPS = 30.0
@@ -32,7 +32,8 @@ FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts"
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
 UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # number, share of early or late frames without a warning
-TIMED = 250  # packets whose times give the frame rate where the container gives none
+SQUARE = 0.02  # ratios of a pixel's sides nearer to 1 count as 1
+TIMED = 3000  # packets whose times tell of pauses, and the frame rate where the container gives none
 FEWEST_FIELDS = 3  # interlaced frames from which on a film is called interlaced
 
 
@@ -72,7 +73,7 @@ class Video:
     in each pass, one frame in memory.
 
     path          : the file or folder, as given
-    fps           : nominal frames per second, the average where the rate varies; 30 for a folder
+    fps           : nominal frames per second, the average but for pauses; 30 for a folder
     width, height : pixels, upright
     count_hint    : about how many frames there are; None where the container does not say
     cut_short     : after a whole pass, one line if frames are missing in the video or at its end, else None
@@ -80,6 +81,7 @@ class Video:
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
     uneven        : after a pass, one line if many frames follow early or late, else None
     interlaced    : after a pass, one line if most frames are of two fields, else None
+    stretched     : one line if pixels are not square, else None
     mended        : after a pass, how many damaged pictures the decoder repaired; others may refuse them
 
     Raises:
@@ -91,6 +93,7 @@ class Video:
         self.path = Path(path)
         self.cut_short: str | None = None
         self.gaps: str | None = None
+        self.stretched: str | None = None
         self._images: list[Path] = []
         if not self.path.exists():
             raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
@@ -101,7 +104,9 @@ class Video:
             self.count_hint: int | None = len(self._images)
         else:
             with opened(self.path) as container:
-                self.fps, self.count_hint = _announced(container, video_stream(container, self.path))
+                stream = video_stream(container, self.path)
+                self.fps, self.count_hint = _announced(container, stream)
+                self.stretched = _stretched(self.path, stream)
 
         self._times, self._fields = Growing(1.0 / self.fps), 0  # of the pass that gave a frame last
         self.mended = 0
@@ -153,7 +158,7 @@ class Video:
     @property
     def notes(self) -> list[str]:
         """What a pass over the video repaired or left out, a line each."""
-        said = (self.cut_short, self.retimed, self.uneven, self.interlaced, self.gaps)
+        said = (self.cut_short, self.retimed, self.uneven, self.interlaced, self.stretched, self.gaps)
         return [line for line in said if line]
 
     def since(self, index: int, tick: int | None) -> Iterator[Image]:
@@ -278,16 +283,29 @@ def video_stream(container: InputContainer, path: Path) -> VideoStream:
 def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, int | None]:
     """Frames per second, and about how many frames the container announces."""
     rate = stream.average_rate or stream.guessed_rate or stream.base_rate
-    known = float(rate) if rate and rate <= FASTEST else None
-    fps = known or rate_of(_packet_times(container, stream)) or FOLDER_FPS
+    known = float(rate) if rate and rate < FASTEST else None  # others are those of clocks: Matroska's is 1000
+    times = list(_packet_times(container, stream))
+    average = known or rate_of(times) or FOLDER_FPS
+    fps = rate_between_pauses(times) or average
     seconds = 0.0
     if stream.duration and stream.time_base:
         seconds = float(stream.duration * stream.time_base)
     elif container.duration:
         seconds = container.duration / av.time_base
     # A clip trimmed on a phone has a shorter duration but its old frame count, hence the lesser.
-    counts = stream.frames, round(seconds * fps)
+    counts = stream.frames, round(seconds * average)
     return fps, min((count for count in counts if count), default=None)
+
+
+def _stretched(path: Path, stream: VideoStream) -> str | None:
+    """One line on pixels that are not square."""
+    wide = float(stream.sample_aspect_ratio or stream.codec_context.sample_aspect_ratio or 1)
+    if abs(wide - 1.0) < SQUARE:
+        return None
+    return (
+        f"the pixels of {path.name} are not square (width to height {wide:.3g}), so lengths and angles are "
+        "wrong; convert it to square ones"
+    )
 
 
 def _packet_times(container: InputContainer, stream: VideoStream) -> Iterator[float]:

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 
-FASTEST = 1000.0  # frames a second; a higher rate in a container is that of its clock
+FASTEST = 1000.0  # frames a second
+PAUSE = 4.0  # median steps; a longer one is a pause of the recording, or a first picture that is held
+UNLIKE = 0.1  # share by which pauses must change the average rate to count
 LATE = 0.25  # nominal frames by which a frame counts as early or late
 APART = 2.0  # nominal frames; a time that goes back by more begins another recording
 
@@ -16,6 +18,16 @@ def rate_of(times: Iterable[float]) -> float | None:
     grown = sorted(set(times))
     step = median([after - before for before, after in pairwise(grown)] or [0.0])
     return 1.0 / step if step * FASTEST >= 1.0 - 1e-9 else None
+
+
+def rate_between_pauses(times: Iterable[float]) -> float | None:
+    """Average frames a second of times (seconds, in any order) but for pauses; None where these hardly change
+    it."""
+    grown = sorted(set(times))
+    steps = [after - before for before, after in pairwise(grown)]
+    going = [step for step in steps if step <= PAUSE * median(steps)]
+    paused = sum(steps) * len(going) > (1.0 + UNLIKE) * sum(going) * len(steps)
+    return len(going) / sum(going) if paused else None
 
 
 @dataclass

@@ -151,6 +151,49 @@ def test_a_film_of_which_every_third_frame_was_dropped_is_told(tmp_path):
     assert video.uneven.startswith("39 of 40 frames of phone.mp4 come early or late")
 
 
+@pytest.mark.parametrize(
+    "ticks",
+    [
+        [33 * t + 4000 * (t >= 45) for t in range(90)],  # a recording that was paused
+        [33 * t + 367 * (t >= 1) for t in range(40)],  # a first picture that is held
+    ],
+)
+def test_a_pause_is_not_part_of_the_rate(tmp_path, ticks):
+    path = make_clip(tmp_path / "phone.mp4", [picture(t % 20) for t in range(len(ticks))], ticks=ticks)
+    video = Video(path)
+    assert len(list(video)) == len(ticks)
+    assert video.fps == pytest.approx(1000.0 / 33.0, rel=1e-3)
+    assert video.notes == []
+
+
+def test_the_clock_of_matroska_is_not_taken_for_the_frames(tmp_path):
+    path = make_clip(
+        tmp_path / "browser.webm",
+        [picture(t) for t in range(30)],
+        ticks=[33 * t + 7 * (t % 3) for t in range(30)],
+        format="matroska",
+    )
+    # As browsers record: without the usual duration of a frame, whose element becomes a void one.
+    stored = path.read_bytes()
+    assert stored.count(b"\x23\xe3\x83\x84") == 1
+    path.write_bytes(stored.replace(b"\x23\xe3\x83\x84", b"\xec\x40\x05\x84"))
+    with av.open(str(path)) as container:
+        assert container.streams.video[0].average_rate is None
+        assert container.streams.video[0].guessed_rate == FASTEST
+    video = Video(path)
+    assert len(list(video)) == 30
+    assert 24.0 < video.fps < 31.0
+    assert video.cut_short is None
+
+
+@pytest.mark.parametrize(("ratio", "said"), [("4/3", 1), ("1/1", 0), ("1001/1000", 0)])
+def test_pixels_that_are_not_square_are_told(tmp_path, ratio, said):
+    path = make_clip(tmp_path / "tape.mp4", [picture(t) for t in range(4)], x264=f"sar={ratio}")
+    assert [
+        note.startswith("the pixels of tape.mp4 are not square") for note in Video(path).notes
+    ] == said * [True]
+
+
 def test_a_few_frames_that_come_late_are_not_spoken_of(tmp_path):
     ticks = [33 * t + 40 * (t > 20) + 40 * (t > 40) for t in range(60)]
     video = Video(make_clip(tmp_path / "phone.mp4", [picture(t % 20) for t in range(60)], ticks=ticks))
