@@ -34,7 +34,8 @@ FEWEST = 30  # agreeing corners that a similarity needs
 ENOUGH = 60  # corners that rotation and scale need too; fewer give a shift only
 SPREAD = 0.125  # least standard deviation of them, shares of the picture's width; fewer may be one walker
 SAME = 0.05  # distance between the places of a corner below which two similarities count as equal
-BETTER = 1.02  # ratio by which motion must reduce the difference from the key frame, else the camera stays
+BETTER = 1.02  # ratio by which motion must reduce the difference from the key frame, else the camera stays,
+CLEARLY = 1.2  # or around most corners, if ENOUGH agree: a figure that it goes along with has fewer
 OTHER = 24.0  # largest difference of a pixel that counts, grey levels
 KEPT = 0.5  # share of a key frame's corners that must be left
 LEFT = 2.0 / 3.0  # share of them, at most ENOUGH, that must agree, else another key frame is tried
@@ -147,12 +148,13 @@ def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
     grey = _as_bright(grey, key.grey)
     way = np.linalg.inv(guess) @ key.place  # from the key frame to this one
     tried = (_back(key, grey, way, least, halvings) for halvings in WAYS)
-    back = next((found for found in tried if found is not None), None)
-    if back is None:
+    found = next((each for each in tried if each is not None), None)
+    if found is None:
         return None
+    back, many = found
     stays = np.asarray(np.linalg.inv(way), dtype=np.float64)
-    same = _farthest(way @ back, grey.shape) < SAME
-    if same or _apart(key, grey, stays) <= BETTER * _apart(key, grey, back):
+    same, told = _farthest(way @ back, grey.shape) < SAME, key.corners if many else key.corners[:0]
+    if same or not _nearer(_apart(key, grey, back), _apart(key, grey, stays), told):
         back = stays
     return np.asarray(key.place @ back)
 
@@ -164,8 +166,9 @@ def _as_bright(grey: Image, key: Image) -> Image:
     return np.asarray(cv2.addWeighted(grey, gain, grey, 0.0, 128.0 * (1.0 - gain)), dtype=np.uint8)
 
 
-def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> Array | None:
-    """(3, 3) map from a frame's pixels to the key frame's, otherwise as `_place`.
+def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> tuple[Array, bool] | None:
+    """(3, 3) map from a frame's pixels to the key frame's, and whether ENOUGH corners agree; None as for
+    `_place`.
 
     Args:
         way: (3, 3) approximate map from the key frame's pixels to the frame's.
@@ -193,15 +196,29 @@ def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> Arr
     wide = found[seen][agree][..., 0].std() >= SPREAD * grey.shape[1]
     if agree.sum() < max(FEWEST, least, KEPT * seen.sum()) or not wide:
         return None
-    if agree.sum() < ENOUGH:
+    many = bool(agree.sum() >= ENOUGH)
+    if not many:
         back = np.hstack([np.eye(2), np.median((key.corners - found)[seen][agree], axis=0).T])
-    return np.vstack([back, [0.0, 0.0, 1.0]])
+    return np.vstack([back, [0.0, 0.0, 1.0]]), many
 
 
-def _apart(key: Key, grey: Image, back: Array) -> float:
-    """Mean difference of a frame from the key frame, grey levels, each clipped to OTHER.
+def _nearer(one: tuple[Image, Image], other: tuple[Image, Image], corners: Planes) -> bool:
+    """Whether one difference from the key frame is less than another in the mean, or clearly around most of
+    some corners."""
+    (away, shown), (before, also) = one, other
+    if BETTER * cv2.mean(away, mask=shown)[0] < cv2.mean(before, mask=also)[0]:
+        return True
+    x, y = (corners[:, 0] / 2.0).astype(np.intp).T
+    least, most = (
+        cv2.boxFilter(each, cv2.CV_32F, (WINDOW // 2, WINDOW // 2))[y, x] for each in (away, before)
+    )
+    there = cv2.bitwise_and(shown, also)[y, x] > 0
+    return bool(there.any() and np.median((most - CLEARLY * least)[there]) > 0.0)
 
-    It is taken over every second row and column.
+
+def _apart(key: Key, grey: Image, back: Array) -> tuple[Image, Image]:
+    """Difference of a frame from the key frame in every second row and column, grey levels, at most OTHER;
+    and 255 where the frame shows what the key frame shows beside the figure.
 
     Args:
         back: (3, 3) map from the frame's pixels to the key frame's.
@@ -214,7 +231,7 @@ def _apart(key: Key, grey: Image, back: Array) -> float:
         inside = cv2.warpAffine(np.full_like(grey, 255), way, size, flags=cv2.INTER_NEAREST)
         shown = np.asarray(cv2.bitwise_and(shown, inside), dtype=np.uint8)
     _, away = cv2.threshold(cv2.absdiff(there, before), OTHER, 0.0, cv2.THRESH_TRUNC)
-    return cv2.mean(away, mask=shown)[0]
+    return np.asarray(away, dtype=np.uint8), shown
 
 
 def _farthest(place: Array, shape: tuple[int, ...]) -> float:

@@ -155,6 +155,22 @@ def test_a_camera_that_goes_with_a_figure_as_large_as_half_the_picture_is_seen_t
     assert np.abs(shifts((stored(picture), box) for picture, box in followed) - truth).max() < 2.0 * NEAR
 
 
+def test_a_camera_that_goes_with_a_figure_before_a_plain_wall_is_seen_to_move_wherever_the_figure_is(rng):
+    wall = np.full((360, 800), 150.0)
+    for left, top in rng.integers(10, (780, 340), (100, 2)):
+        wall[top : top + 8, left : left + 9] = 80.0  # a few small marks
+    cloth = cv2.GaussianBlur(rng.normal(size=(300, 130)), (0, 0), 3)
+    cloth = 110.0 + 30.0 * cloth / cloth.std()
+    truth, frames = np.outer(np.arange(40), (-3.0, 0.0)), []
+    for t in range(40):
+        picture = wall[:, 3 * t : 3 * t + 640].copy()
+        swung = np.roll(cloth, round(10.0 * np.sin(t / 2.5)), axis=1)
+        picture[30:330, 255:385] = np.vstack([cloth[:180], swung[180:]])
+        frames.append((stored(picture, noise=2.0, rng=rng), NOWHERE))
+    # A single step of 3 px may be noticed a frame later.
+    assert np.abs(shifts(frames) - truth).max() < 3.0 + NEAR
+
+
 def test_a_soft_shadow_on_a_bare_wall_is_no_camera(rng):
     x, y = np.meshgrid(np.arange(640), np.arange(480))
     frames = []
