@@ -140,7 +140,7 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)
     off = spread(shape, best.q, odds, GRID)
-    gait, misnamed = cycles.gait(phase.cycle), _improbable(RIGHTLY + looks)
+    gait, misnamed = cycles.gait(phase.cycle), _improbable(RIGHTLY + agreeing(margin, looks))
     return Outline(best.q, hips, units, pixels, best.score, shown, off, gait, phase.way, abs(named), misnamed)
 
 

@@ -33,7 +33,7 @@ MOST = 20.0  # largest difference that counts, grey levels; more is something el
 SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
 FEWEST = 5  # pixels that a frame needs to count
 HIDDEN = 0.4  # share of a link's places that stand out from the scene below which something hides it
-AROUND_HIDDEN = np.ones(5)  # the frames around a hidden one that do not count either
+AROUND_HIDDEN = 2  # frames on either side of a hidden one that do not count either, at 30 a second
 TOGETHER = 3.0  # number of neighbouring frames with correlated errors, at 30 a second
 NEARER = 1.5  # log odds of a naming for a standard error
 
@@ -67,7 +67,8 @@ def nearness(
         seen: (T,) whether the outline is seen.
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
-    whole = sums_around((near.hidden | far.hidden).astype(np.float64), AROUND_HIDDEN) == 0.0
+    around = np.ones(2 * round(AROUND_HIDDEN * stage.often) + 1)
+    whole = sums_around((near.hidden | far.hidden).astype(np.float64), around) == 0.0
     frames = [_evidence(near, far, t) for t in np.flatnonzero(whole).tolist()]
     return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]), stage.fps)
 

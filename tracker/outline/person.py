@@ -191,7 +191,8 @@ def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> in
     """
     size = np.array(stage.odds.shape[:0:-1]) * np.diag(stage.up)[:2]
     shown = np.all((outline.joints > EDGE * size) & (outline.joints < (1.0 - EDGE) * size), axis=(1, 2))
-    shown &= outline.score > EXPLAINED * np.median(outline.score)
+    usual = np.median(outline.score)
+    shown &= outline.score > usual - (1.0 - EXPLAINED) * abs(usual)
     if shown[sure].any():
         shown &= np.isin(np.arange(len(shown)), np.arange(len(shown))[sure])
     ankles = [figure.joints.index(name) for name in ("near_ankle", "far_ankle")]

@@ -70,7 +70,7 @@ def phases(
     found = []
     for cycle in range(len(cycles.pose)):
         whole = np.tile(score[:, cycle], 2)
-        whole[frame] += named[cycle]
+        whole[frame] += stage.often * named[cycle]
         finer = np.ascontiguousarray(at_phases(whole.T, np.arange(PHASES * fine) / fine).T)
         for way in ways:
             value, path = best_phases(finer, way * PHASES * fine / periods, CHANGE, SLIP)

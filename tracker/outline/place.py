@@ -44,7 +44,8 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     Returns:
         (T, 2) the hip, pixels of the film in each frame, and (T,) leg lengths in pixels.
     """
-    unit, marked = start.view.unit, bool(start.known.any())
+    zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
+    unit, marked = start.view.unit * float(zoom[frame]), bool(start.known.any())
     maps, corners = _maps(stage, unit)
     # Without marks uncovered foreground has a cost too, like covered background; it determines the size.
     if not marked:
@@ -58,8 +59,7 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     path = best_path(score, corners, STEP, stage.often * (RESIZE if marked else RESIZE_FOUND), REACH)
     places = smooth((path[:, [2, 1]] + corners).astype(np.float64), stage.often * SMOOTH)
     size = smooth(SIZES[path[:, 0]], stage.often * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
-    zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
-    size -= size[frame] - np.log(zoom[frame]) if marked else 0.0
+    size -= size[frame] if marked else 0.0
     return stage.in_frames(places * unit / DENSITY), unit * np.exp(size) / zoom
 
 

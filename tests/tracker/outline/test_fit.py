@@ -92,6 +92,18 @@ def test_exchanged_marks_hold_where_both_legs_look_the_same_though_the_camera_mo
     assert expit(-2.0 * RIGHTLY) < found.misnamed < 0.5
 
 
+def test_marks_that_do_not_tell_the_legs_apart_name_them_neither_rightly_nor_wrongly(walk, stage):
+    hips = [WALKER.index(name) for name in ("hip_near", "hip_far")]
+    below = [WALKER.index(f"{part}_{side}") for part in ("knee", "ankle") for side in ("near", "far")]
+    t = int(np.abs(walk.q[:, hips[0]] - walk.q[:, hips[1]]).argmin())
+    start = walk.start(t)
+    start.known[below] = False
+    start.q[hips] = start.q[hips].mean()
+    found = fit(walk, stage, start, t)
+    assert errors(found.joints, walk).mean() < NEAR
+    assert 0.5 * expit(-RIGHTLY) < found.misnamed < 2.0 * expit(-RIGHTLY)
+
+
 @pytest.mark.parametrize(("one", "other"), [(2.0, 0.7), (-1.5, 0.3), (3.0, -8.0), (0.0, 5.0)])
 def test_two_statements_agree_where_both_are_true_or_neither(one, other):
     p, q = expit(one), expit(other)

@@ -36,6 +36,14 @@ def test_who_comes_nearer_is_found_larger_before_a_camera_that_moves(rng):
     assert size < 0.09
 
 
+@pytest.mark.parametrize("frame", [0, FRAMES - 1])
+def test_wherever_the_mark_is_a_camera_that_zooms_changes_nothing(frame, rng):
+    seen = film(rng, camera=(0.0, 0.0, 0.0, 0.02))
+    away, size = off(place.walk(seen.stage(rng), SHAPE, CYCLES, seen.start(frame), frame), seen)
+    assert away < 1.0 / DENSITY
+    assert size < 0.02
+
+
 def test_far_as_a_camera_pans_no_more_is_kept_of_a_frame_than_it_shows(rng, monkeypatch):
     seen, kept = film(rng, camera=(4.0, 0.0, 0.0, 0.0)), []
     best = place.best_path
