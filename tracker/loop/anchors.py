@@ -23,6 +23,7 @@ from tracker.loop.estimate import Estimate, State
 from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Tracker
 from tracker.picture.pyramid import Image
+from tracker.registration.templates import Templates
 
 # Standard deviations of marks, leg lengths. Marks repeat to 0.02, but frames around an anchor are
 # overconfident: with 0.007 the track is closer to marks between anchors. A hidden joint is a guess.
@@ -157,14 +158,19 @@ def _noise(tracker: Tracker, anchor: Anchor, q: Array) -> Array:
 def _settled(
     tracker: Tracker, state: State, belief: Belief, anchor: Anchor, image: Image
 ) -> tuple[State, Estimate]:
-    """The state at an anchor, with templates updated from the marked limbs."""
-    now = tracker.templates_at(tracker.pose(belief.merged()).mean, image, state.curve)
+    """The state at an anchor; where templates are updated, from the marked limbs."""
+    state = replace(state, belief=belief, outcome=Outcome.OK)
+    if tracker.mode.learns:
+        state = replace(state, templates=_renewed(tracker, state, anchor, image))
+    return state, tracker.estimate(state)
+
+
+def _renewed(tracker: Tracker, state: State, anchor: Anchor, image: Image) -> Templates:
+    now = tracker.templates_at(tracker.pose(state.belief.merged()).mean, image, state.curve)
     ends = anchor.joint - 1
     # A limb whose end is not marked, or guessed, may lie anywhere, so its template is not updated.
     told = np.isin(now.link, ends[anchor.visible])
     trust = np.where(now.known & told, 1.0, 0.0)
     light = state.templates.light
     offset = np.tile(light, (len(tracker.figure.links), 1))
-    templates = state.templates.refreshed(now.colours - light, trust, BLEND, offset)
-    state = replace(state, belief=belief, templates=templates, outcome=Outcome.OK)
-    return state, tracker.estimate(state)
+    return state.templates.refreshed(now.colours - light, trust, BLEND, offset)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dynamics.gaussian import Array, Gaussian
+from kinematics.figure import ROOT
 from kinematics.spm import joints
 from tracker.loop.anchors import FAR, Anchor, anew, passed
 from tracker.loop.detections import Detections
@@ -95,6 +96,7 @@ def between_anchors(
     """One estimate for each frame between two anchors, from the pass forth and the pass back."""
     if not there:
         return ()
+    back = [_in_scene_of(a, b, tracker.view.axes) for a, b in zip(there, back, strict=True)]
     ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
     apart = np.linalg.norm(np.subtract(*(joints(tracker.figure, q) for q in ways)), axis=-1)
     worst = max(e.misfit for e in (*there, *back))
@@ -107,6 +109,13 @@ def between_anchors(
     weights = near / costs[1], near[::-1] / costs[0]
     shares = weights[0] / (weights[0] + weights[1])
     return [_between(a, b, share) for a, b, share in zip(there, back, shares, strict=True)]
+
+
+def _in_scene_of(a: Estimate, b: Estimate, axes: Array) -> Estimate:
+    """The estimate b in the same pixels, its pose relative to the scene where a has it."""
+    mean = b.pose.mean.copy()
+    mean[: len(ROOT)] += (b.shift - a.shift) / axes
+    return replace(b, pose=Gaussian(mean, b.pose.cov), shift=a.shift)
 
 
 def _costs(way: Sequence[Estimate], worst: float) -> Array:

@@ -89,6 +89,10 @@ def _fill(
                 for c in range(3):
                     low, high = points.light[c] - noise.light, points.light[c] + noise.light
                     laid.offset[h, i, c] = _take_off(row.residual[c, :n], low, high)
+            elif noise.layered:
+                for c in range(3):
+                    laid.offset[h, i, c] = points.light[c]
+                    row.residual[c, :n] -= np.float32(points.light[c])
             weight, loss = _doubt(row, n, noise)
             if noise.covered > 0.0:
                 loss -= _uncover(row, n, noise)

@@ -10,7 +10,7 @@ from kinematics.figure import SCALE
 from kinematics.recover import Start
 from kinematics.spm import joint_jacobian, joints
 from tests.kinematics.figures import FOOTLESS, WALKER, upright
-from tests.tracker.painted import FULL, STRIDE, VIEW, Painted
+from tests.tracker.painted import CLASSIC, FULL, STRIDE, VIEW, Painted
 from tracker.loop import anchors as anchors_module
 from tracker.loop.anchors import Anchor, anew, passed
 from tracker.loop.anchors import _noise as noise
@@ -24,11 +24,11 @@ JOINTS = WALKER.joints
 NEARBY = STRIDE + upright(WALKER, root_x=0.04, torso=0.05, hip_near=0.1, knee_near=0.15, hip_far=-0.1)
 
 
-def at_a_stride(model):
+def at_a_stride(model, settings=FULL):
     """A tracker, its state at a marked stride, and that picture."""
     image = Painted(np.random.default_rng(1)).picture(STRIDE)
     start = Start(WALKER, VIEW, STRIDE, np.ones(len(STRIDE), dtype=bool))
-    tracker = make_tracker(start, find_model(model, 30.0, FULL), FULL)
+    tracker = make_tracker(start, find_model(model, 30.0, settings), settings)
     return tracker, begin(tracker, start, image)[0], image
 
 
@@ -185,6 +185,12 @@ def test_a_limb_that_ends_in_a_hidden_joint_shows_nothing(guessed, begun):
     thigh = state.templates.link == WALKER.link_of("near_knee")
     assert_array_equal(after.templates.colours[:, thigh], state.templates.colours[:, thigh])
     assert (after.templates.colours[:, ~thigh] != state.templates.colours[:, ~thigh]).any()
+
+
+def test_the_papers_templates_stay_those_of_the_first_frame():
+    tracker, state, image = at_a_stride("cv", CLASSIC)
+    after, _ = passed(tracker, state, anchor_of(STRIDE), (image // 2).astype(np.uint8))
+    assert after.templates is state.templates
 
 
 def test_marks_of_joints_that_the_figure_has_not_are_left_out():

@@ -17,13 +17,13 @@ from tracker.loop.trail import Trail
 from tracker.registration.modes import mode_of
 from tracker.settings import Settings
 
-TRACKER = SimpleNamespace(figure=WALKER)
+TRACKER = SimpleNamespace(figure=WALKER, view=SimpleNamespace(axes=np.array([80.0, -80.0])))
 D = len(WALKER.freedoms)
 
 
-def estimate(x=0.0, cost=1.0, outcome=Outcome.OK, spread=1.0, began=False):
+def estimate(x=0.0, cost=1.0, outcome=Outcome.OK, spread=1.0, began=False, shift=0.0):
     pose = Gaussian(STRIDE + upright(WALKER, root_x=x), spread * np.eye(D))
-    return Estimate(pose, 0, outcome, NOTHING, shift=np.zeros(2), misfit=cost, began=began)
+    return Estimate(pose, 0, outcome, NOTHING, shift=np.full(2, shift), misfit=cost, began=began)
 
 
 def places(estimates):
@@ -48,6 +48,15 @@ def test_an_average_has_the_moments_of_the_mixture_of_the_two():
         square = sum(share * (pose.cov + np.outer(pose.mean, pose.mean)) for share, pose in parts)
         assert_allclose(found.pose.mean, mean)
         assert_allclose(found.pose.cov, square - np.outer(mean, mean), atol=1e-12)
+
+
+def test_ways_that_see_the_figure_in_the_same_pixels_agree_wherever_they_have_the_scene():
+    ways = [estimate(0.1, shift=10.0)] * 9, [estimate(0.1 - 1.6 / 80.0, shift=11.6)] * 9
+    ways[1][0].pose.mean[1] += 1.6 / 80.0
+    for found in between_anchors(TRACKER, *ways):
+        pixels = found.shift + TRACKER.view.axes * found.pose.mean[:2]
+        assert_allclose(pixels, ways[0][0].shift + TRACKER.view.axes * ways[0][0].pose.mean[:2])
+        assert_allclose(found.pose.cov, ways[0][0].pose.cov)
 
 
 def test_where_one_way_was_lost_they_are_joined_where_that_costs_least():
@@ -75,7 +84,7 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
 
     def following(offset):
         return SimpleNamespace(
-            figure=WALKER,
+            **vars(TRACKER),
             settings=Settings(),
             mode=mode_of(Settings()),
             step=lambda state, image, _, place: (state, estimate(place[0, 2] + offset, cost=1.0)),

@@ -144,7 +144,9 @@ def twin(figure, q, points, planes, noise, view=VIEW, behind=NOWHERE) -> tuple[L
         if noise.layered and len(own) >= noise.fewest:
             middle = np.sort(residual[own], axis=0)[len(own) // 2]
             offset[i] = np.clip(middle, points.light - noise.light, points.light + noise.light)
-            residual[own] -= offset[i]
+        elif noise.layered:
+            offset[i] = points.light
+        residual[own] -= offset[i]
         square = (residual[own] ** 2).sum(axis=1) / (3.0 * noise.variance)
         loss[own] = 0.5 * square
         if np.isfinite(noise.scale):
@@ -281,16 +283,18 @@ def test_a_link_hides_what_its_broader_end_reaches(width, taper, hip, rng):
     assert not found.match[0, mine].any()
 
 
-def test_links_of_few_points_and_of_none_have_no_light_of_their_own(rng):
+@pytest.mark.parametrize("light", [0.0, -30.0])
+def test_links_of_few_points_and_of_none_have_the_common_light(light, rng):
     counts = [0, 1, 5, 6, 7, 40, 0, 2]
     points = scattered(WALKER, rng, counts)
     points = points._replace(known=np.ones(len(points.known), bool), across=0.2 * points.across)
     points = points._replace(along=rng.uniform(0.5, 1.0, len(points.along)))
     # Legs apart and nothing near the hip, so that every point is in sight.
     q = upright(WALKER, hip_near=0.7, hip_far=-0.7)
+    points = points._replace(light=np.full(3, light))
     found = check(WALKER, q[None], points, noise_picture(rng) + 9.0, ROBUST)
     many = np.array(counts) >= ROBUST.fewest
-    assert_array_equal(found.offset[0].any(axis=1), many)
+    assert_array_equal((found.offset[0] != light).any(axis=1), many)
     assert not found.moments[0, [0, 6]].any()
     assert not found.pull[0, [0, 6]].any()
 
