@@ -7,7 +7,7 @@ from numpy.linalg import LinAlgError
 from dynamics.store import ModelError
 from tracker.progress import plain
 from tracker.run.folder import FolderError
-from videos.frames import VideoError
+from videos.container import VideoError
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 

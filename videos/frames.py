@@ -6,39 +6,34 @@ container's own frame count is only a hint; what counts is what decodes. Pixels 
 tells where they are not square.
 """
 
-import os
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
+from zlib import adler32
 
 import av
 import numpy as np
-from av.container import InputContainer
 from av.video.frame import VideoFrame
 from av.video.reformatter import VideoReformatter
-from av.video.stream import VideoStream
 
+from videos.container import USUAL_FPS, VideoError, announced, decode, opened, stretched, video_stream
 from videos.recall import held, recalled
-from videos.times import FASTEST, Growing, rate_between_pauses, rate_of
+from videos.times import Growing, Twice
 from videos.upright import Image, decoded, upright
 
-FOLDER_FPS = 30.0
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
 FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts", ".webm", ".wmv")
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
 UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # number, share of early or late frames without a warning
-SQUARE = 0.02  # ratios of a pixel's sides nearer to 1 count as 1
-TIMED = 3000  # packets whose times tell of pauses, and the frame rate where the container gives none
+MARKED = 16  # every such frame is marked, so that it is known where a file is entered
+SAMPLE = slice(None, None, 16)  # rows whose sum tells two pictures apart: one in each of a codec's blocks
+REPEATED_SHARE = 0.1  # share of frames that repeat the one before without a warning
 FEWEST_FIELDS = 3  # interlaced frames from which on a film is called interlaced
-
-
-class VideoError(Exception):
-    """A video file or folder that cannot be read, or written, as asked."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +43,11 @@ class Frame:
     index : position in decode (presentation) order, from 0
     time  : seconds as the file gives them; the first frame's need not be 0
     image : (height, width, 3) uint8, RGB, upright, read-only
-    tick  : its time in the file's own unit, None if it has none
     """
 
     index: int
     time: float
     image: Image
-    tick: int | None = None
 
     def __post_init__(self) -> None:
         if self.image.dtype != np.uint8 or self.image.ndim != 3 or self.image.shape[2] != 3:
@@ -80,6 +73,7 @@ class Video:
     gaps          : one line if a folder's numbers have gaps or occur twice, else None
     retimed       : after a pass, one line if times that repeat or go back were put right, else None
     uneven        : after a pass, one line if many frames follow early or late, else None
+    repeated      : after a pass, one line if many frames repeat the one before, else None
     interlaced    : after a pass, one line if most frames are of two fields, else None
     stretched     : one line if pixels are not square, else None
     mended        : after a pass, how many damaged pictures the decoder repaired; others may refuse them
@@ -98,16 +92,19 @@ class Video:
         if not self.path.exists():
             raise VideoError(f"no video at {path}; give a video file or a folder of numbered images")
         if self.path.is_dir():
-            self.fps = FOLDER_FPS
+            self.fps = USUAL_FPS
             self._images = _numbered_images(self.path)
             self.gaps = _gaps(self.path, self._images)
             self.count_hint: int | None = len(self._images)
         else:
             with opened(self.path) as container:
                 stream = video_stream(container, self.path)
-                self.fps, self.count_hint = _announced(container, stream)
-                self.stretched = _stretched(self.path, stream)
+                self.fps, self.count_hint = announced(container, stream)
+                self.stretched = stretched(self.path, stream)
 
+        self.width = self.height = 0  # until a frame is read
+        self._twice = Twice()  # of the pass that gave a frame last
+        self._marks: dict[int, tuple[int, int]] = {}  # by frame its tick and checksum
         self._times, self._fields = Growing(1.0 / self.fps), 0  # of the pass that gave a frame last
         self.mended = 0
         first = next(iter(self), None)
@@ -117,16 +114,10 @@ class Video:
 
     def __iter__(self) -> Iterator[Frame]:
         """Frames in presentation order, from index 0."""
-        size = None
+        twice = Twice()
         for frame in self._folder_frames() if self._images else self._file_frames():
-            height, width = frame.image.shape[:2]
-            size = size or (width, height)
-            if (width, height) != size:
-                where = self._images[frame.index].name if self._images else f"frame {frame.index}"
-                raise VideoError(
-                    f"{where} of {self.path} is {width}x{height}, the frames before it are "
-                    f"{size[0]}x{size[1]}; bring all to one size"
-                )
+            twice.next(_checksum(frame.image))
+            self._twice = twice
             yield frame
 
     @property
@@ -150,6 +141,17 @@ class Video:
         )
 
     @property
+    def repeated(self) -> str | None:
+        seen = self._twice
+        if seen.repeats <= REPEATED_SHARE * seen.count:
+            return None
+        once = self.fps * (seen.count - seen.repeats) / seen.count
+        return (
+            f"{seen.repeats} of {seen.count} frames of {self.path.name} repeat the one before, as if it was "
+            f"filmed at {once:.3g} a second; convert it to that, or fast steps are followed less well"
+        )
+
+    @property
     def interlaced(self) -> str | None:
         if 2 * self._fields <= max(self._times.count, FEWEST_FIELDS):
             return None
@@ -158,26 +160,49 @@ class Video:
     @property
     def notes(self) -> list[str]:
         """What a pass over the video repaired or left out, a line each."""
-        said = (self.cut_short, self.retimed, self.uneven, self.interlaced, self.stretched, self.gaps)
+        timed = (self.retimed, self.uneven, self.repeated)
+        said = (self.cut_short, *timed, self.interlaced, self.stretched, self.gaps)
         return [line for line in said if line]
 
-    def since(self, index: int, tick: int | None) -> Iterator[Image]:
-        """Pictures from a frame on, decoded from the key frame before it; `tick` is that frame's.
+    def pictures(self, first: int, last: int, every: int = 1) -> Iterator[Image]:
+        """The pictures of every `every`-th of the frames first .. last.
 
-        Not every file can be read from its middle: there may be no pictures or others; the caller compares.
+        If an earlier pass has come so far, a file is entered at a key frame before `first`; where it gives
+        another picture there than before, as not every file can be entered, it is read from its beginning.
         """
-        if self._images or tick is None:
-            yield from (_read_image(path) for path in self._images[index:])
+        if self._images:
+            those = range(first, min(last + 1, len(self._images)), every)
+            yield from (self._sized(t, _read_image(self._images[t])) for t in those)
             return
-        with suppress(av.FFmpegError), opened(self.path) as container:
-            stream = video_stream(container, self.path)
-            container.seek(tick, stream=stream)
-            rgb = VideoReformatter()
-            for picture in _decoded(container, stream):
-                if picture is None:
-                    return
-                if picture.pts is not None and picture.pts >= tick:
-                    yield upright(picture, rgb)
+        rgb, mark = VideoReformatter(), max((t for t in self._marks if t <= first), default=0)
+        known = mark > 0 and not self.held and not self._times.wrong
+        entered = self._entered(mark, rgb) if known else None
+        begin, found = (mark, entered) if entered else (0, self._recalled())
+        for t, picture in enumerate((each for each in found if each is not None), begin):
+            wanted = t >= first and (t - first) % every == 0
+            if wanted or t % MARKED == 0:
+                image = self._marked(t, picture, rgb)
+            if wanted:
+                yield image
+            if t >= last:
+                return
+
+    def _entered(self, mark: int, rgb: VideoReformatter) -> Iterator[VideoFrame | None] | None:
+        """The pictures from a marked frame on; None if the first is not the one that was marked."""
+        tick, told = self._marks[mark]
+        found = self._pictures(tick)
+        with suppress(av.FFmpegError):
+            begin = next(found, None)
+            if begin is not None and _checksum(upright(begin, rgb)) == told:
+                return chain([begin], found)
+        return None
+
+    def _marked(self, index: int, picture: VideoFrame, rgb: VideoReformatter) -> Image:
+        """The picture of a frame, marked as one where the file may be entered if it is its turn."""
+        image = self._sized(index, upright(picture, rgb))
+        if index % MARKED == 0 and picture.pts is not None and index not in self._marks:
+            self._marks[index] = picture.pts, _checksum(image)
+        return image
 
     @property
     def held(self) -> bool:
@@ -186,17 +211,17 @@ class Video:
 
     def picked(self, frames: Iterable[int]) -> Iterator[Image]:
         """Pictures of some frames, if the video is held in memory; else none."""
-        pictures, rgb = held(self.path), VideoReformatter()
-        return (upright(pictures[frame], rgb) for frame in frames if frame < len(pictures))
+        found, rgb = held(self.path), VideoReformatter()
+        return (upright(found[frame], rgb) for frame in frames if frame < len(found))
 
     def _folder_frames(self) -> Iterator[Frame]:
         for index, path in enumerate(self._images):
-            yield Frame(index, index / self.fps, _read_image(path))
+            yield Frame(index, index / self.fps, self._sized(index, _read_image(path)))
 
     def _file_frames(self) -> Iterator[Frame]:
         index, fields, mended, damaged, times = 0, 0, 0, [], Growing(1.0 / self.fps)
         rgb = VideoReformatter()
-        for picture in recalled(self.path, self._pictures, self.count_hint):
+        for picture in self._recalled():
             if picture is None:
                 damaged.append(index)
                 continue
@@ -204,17 +229,35 @@ class Video:
             fields += picture.interlaced_frame
             mended += picture.is_corrupt
             self._times, self._fields, self.mended = times, fields, max(mended, self.mended)
-            yield Frame(index, time, upright(picture, rgb), picture.pts)
+            yield Frame(index, time, self._marked(index, picture, rgb))
             index += 1
         self.cut_short = self._shortfall(index, damaged)
 
-    def _pictures(self) -> Iterator[VideoFrame | None]:
+    def _recalled(self) -> Iterator[VideoFrame | None]:
+        return recalled(self.path, self._pictures, self.count_hint)
+
+    def _pictures(self, tick: int | None = None) -> Iterator[VideoFrame | None]:
+        """All pictures, or those from a tick on; None for damage."""
         with opened(self.path) as container:
             stream = video_stream(container, self.path)
-            for picture in _decoded(container, stream):
+            if tick is not None:
+                container.seek(tick, stream=stream)
+            for picture in decode(container, stream):
                 if picture is not None and stream.time_base is not None:
                     picture.time_base = stream.time_base  # the last pictures of a film lack it
-                yield picture
+                if tick is None or (picture is not None and picture.pts is not None and picture.pts >= tick):
+                    yield picture
+
+    def _sized(self, index: int, image: Image) -> Image:
+        """The picture of a frame; VideoError if it is not as large as that of the first."""
+        height, width = image.shape[:2]
+        if self.width and (height, width) != (self.height, self.width):
+            where = self._images[index].name if self._images else f"frame {index}"
+            raise VideoError(
+                f"{where} of {self.path} is {width}x{height}, the frames before it are "
+                f"{self.width}x{self.height}; bring all to one size"
+            )
+        return image
 
     def _shortfall(self, count: int, damaged: list[int]) -> str | None:
         """One line on missing frames; `damaged` lists the frames that follow damage."""
@@ -251,94 +294,8 @@ def _shown(folder: Path) -> Iterator[Path]:
     return (path for path in folder.iterdir() if not path.name.startswith("."))
 
 
-def opened(path: Path) -> InputContainer:
-    """The container of a video file; raises VideoError where there is none."""
-    if not path.is_file():  # a pipe or a device may have no end
-        raise VideoError(f"{path} is no ordinary file; save the video as one")
-    if path.stat().st_size == 0:
-        raise VideoError(f"{path} is empty (0 bytes); copy or record it again")
-    try:
-        # An absolute path, or a colon in the name would read as a protocol.
-        return av.open(os.path.abspath(path), metadata_errors="replace")
-    except (av.FFmpegError, OSError) as error:
-        raise VideoError(
-            f"{path} is not a video that can be read ({error.strerror}); "
-            "if its recording was cut off, convert it again from the original"
-        ) from error
-
-
-def video_stream(container: InputContainer, path: Path) -> VideoStream:
-    """The first stream of pictures that is no cover; raises VideoError where there is none."""
-    streams = [s for s in container.streams.video if not s.disposition & s.disposition.attached_pic]
-    if streams and streams[0].codec_context is None:  # PyAV would crash on it
-        raise VideoError(f"{path} does not say how its pictures are coded; copy or convert it again")
-    # FFmpeg takes any text file for a terminal's screen and renders it.
-    text = container.format.name == "tty"
-    if text or not streams:
-        kinds = ["text"] if text else sorted({stream.type for stream in container.streams})
-        raise VideoError(f"{path} has no video in it, only {' and '.join(kinds)}; give a video file")
-    return streams[0]
-
-
-def _announced(container: InputContainer, stream: VideoStream) -> tuple[float, int | None]:
-    """Frames per second, and about how many frames the container announces."""
-    rate = stream.average_rate or stream.guessed_rate or stream.base_rate
-    known = float(rate) if rate and rate < FASTEST else None  # others are those of clocks: Matroska's is 1000
-    times = list(_packet_times(container, stream))
-    average = known or rate_of(times) or FOLDER_FPS
-    fps = rate_between_pauses(times) or average
-    seconds = 0.0
-    if stream.duration and stream.time_base:
-        seconds = float(stream.duration * stream.time_base)
-    elif container.duration:
-        seconds = container.duration / av.time_base
-    # A clip trimmed on a phone has a shorter duration but its old frame count, hence the lesser.
-    counts = stream.frames, round(seconds * average)
-    return fps, min((count for count in counts if count), default=None)
-
-
-def _stretched(path: Path, stream: VideoStream) -> str | None:
-    """One line on pixels that are not square."""
-    wide = float(stream.sample_aspect_ratio or stream.codec_context.sample_aspect_ratio or 1)
-    if abs(wide - 1.0) < SQUARE:
-        return None
-    return (
-        f"the pixels of {path.name} are not square (width to height {wide:.3g}), so lengths and angles are "
-        "wrong; convert it to square ones"
-    )
-
-
-def _packet_times(container: InputContainer, stream: VideoStream) -> Iterator[float]:
-    """Times of the first packets, seconds, up to the first damage."""
-    with suppress(av.FFmpegError):
-        packets = islice(container.demux(stream), TIMED)
-        yield from (float(each.pts * each.time_base) for each in packets if each.pts is not None)
-
-
-def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:
-    """All pictures that can be decoded; None stands for damage after the first picture.
-
-    Failures before the first picture are ignored: a recording may begin between key frames.
-    """
-    started = failed = ended = False
-    packets = container.demux(stream)
-    while not ended:
-        pictures: list[VideoFrame] = []
-        try:
-            packet = next(packets, None)
-            ended = packet is None or not packet.size  # then the decoder gives the pictures it still holds
-            pictures = stream.codec_context.decode(None if ended else packet)
-        except MemoryError:  # also a subclass of FFmpeg's errors
-            raise
-        except av.FFmpegError:
-            failed = started
-        if pictures and failed and not ended:
-            yield None
-            failed = False
-        started = started or bool(pictures)
-        yield from pictures
-    if failed:
-        yield None
+def _checksum(image: Image) -> int:
+    return adler32(image[SAMPLE].tobytes())
 
 
 def _read_image(path: Path) -> Image:

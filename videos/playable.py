@@ -17,7 +17,7 @@ from av.packet import Packet
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from videos.frames import opened, video_stream
+from videos.container import opened, video_stream
 from videos.upright import Image, display_matrix
 from videos.writer import Writer
 

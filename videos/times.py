@@ -1,4 +1,5 @@
-"""Increasing times of frames, even where a file's times begin anew (joined recordings) or repeat."""
+"""Increasing times of frames, even where a file's times begin anew (joined recordings) or repeat; and
+pictures that repeat."""
 
 import math
 from collections.abc import Iterable
@@ -69,3 +70,26 @@ class Growing:
             self.uneven += 1
         self.last = time
         return time
+
+
+@dataclass
+class Twice:
+    """Pictures that repeat the one before once, as where a film was converted to a higher frame rate.
+
+    Who stands still before a still camera may repeat more often, which does not count.
+
+    repeats : how many did
+    count   : how many pictures there were
+    """
+
+    repeats: int = 0
+    count: int = 0
+    _last: int | None = None
+    _run: int = 0
+
+    def next(self, checksum: int) -> None:
+        """The next picture, by its checksum."""
+        self.count += 1
+        self._run = self._run + 1 if checksum == self._last else 1
+        self.repeats += (self._run == 2) - (self._run == 3)
+        self._last = checksum

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from av.video.reformatter import Colorspace, VideoReformatter
 
-from videos.frames import VideoError
+from videos.container import VideoError
 from videos.upright import Image
 
 # Ticks per second: 24, 25, 30, 29.97, 50, 60 and 120 frames a second are whole numbers of ticks.

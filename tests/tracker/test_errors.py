@@ -9,7 +9,7 @@ import pytest
 from dynamics.store import ModelError
 from tracker.errors import fault
 from tracker.run.folder import FolderError
-from videos.frames import VideoError
+from videos.container import VideoError
 
 
 @pytest.mark.parametrize("kind", [ValueError, ModelError, FolderError, VideoError])

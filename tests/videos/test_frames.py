@@ -15,9 +15,9 @@ import PIL.Image
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from videos import frames as frames_module
 from videos import recall
-from videos.frames import Frame, Video, VideoError, files_of, films_in
+from videos.container import VideoError, announced, decode
+from videos.frames import Frame, Video, files_of, films_in
 from videos.times import FASTEST, Growing, rate_of
 
 WIDTH, HEIGHT = 96, 64
@@ -92,23 +92,62 @@ def test_every_frame_comes_back_in_order_with_its_content_and_time(tmp_path):
     assert video.cut_short is None
 
 
+STRETCHES = [(0, 39, 1), (5, 20, 1), (12, 12, 1), (23, 38, 3), (30, 99, 1), (39, 39, 2), (40, 50, 1)]
+
+
+@pytest.fixture
+def decoded(monkeypatch):
+    """How many pictures each pass over a film has decoded; none is held in memory."""
+    monkeypatch.setattr(recall, "HELD", 0)
+    counts, whole = [], Video._pictures
+
+    def counted(video, tick=None):
+        counts.append(0)
+        for each in whole(video, tick):
+            counts[-1] += 1
+            yield each
+
+    monkeypatch.setattr(Video, "_pictures", counted)
+    return counts
+
+
 @pytest.mark.parametrize(("format", "name"), [("mp4", "a.mp4"), ("matroska", "a.mkv")])
-def test_entered_in_its_middle_a_film_gives_the_very_frames(tmp_path, rng, format, name):
-    video = Video(make_clip(tmp_path / name, noise(40, rng), format=format, key_every=12))
-    frames = list(video)
-    for index in (0, 5, 12, 23, 30, 39):
-        images = list(video.since(index, frames[index].tick))
-        assert len(images) == 40 - index
-        assert all(
-            np.array_equal(*pair) for pair in zip(images, (f.image for f in frames[index:]), strict=True)
-        )
+@pytest.mark.parametrize("passed", [True, False], ids=["after a pass", "at first"])
+def test_entered_in_its_middle_a_film_gives_the_very_frames(tmp_path, rng, format, name, passed, decoded):
+    path = make_clip(tmp_path / name, noise(40, rng), format=format, key_every=12)
+    images, video = [frame.image for frame in Video(path)], Video(path)
+    if passed:
+        list(video.pictures(0, 39, 5))
+    for first, last, every in STRETCHES[:: 1 if passed else -1]:
+        found = list(video.pictures(first, last, every))
+        assert len(found) == len(images[first : last + 1 : every])
+        assert all(map(np.array_equal, found, images[first : last + 1 : every]))
+    if passed:
+        assert decoded[-1] == 40 - 32  # from the last marked frame on
+
+
+@pytest.mark.parametrize("wrong", ["another picture", "no picture", "an error"])
+def test_where_it_cannot_be_entered_a_film_is_read_from_its_beginning(tmp_path, rng, wrong, monkeypatch):
+    monkeypatch.setattr(recall, "HELD", 0)
+    video = Video(make_clip(tmp_path / "a.mp4", noise(40, rng)))
+    images, whole = [frame.image for frame in video], Video._pictures
+
+    def entered(video, tick=None):
+        if tick is not None and wrong == "an error":
+            raise av.error.PermissionError(1, "Operation not permitted")
+        found = whole(video)
+        yield from found if tick is None else islice(found, 20, 21 if wrong == "another picture" else 20)
+
+    monkeypatch.setattr(Video, "_pictures", entered)
+    found = list(video.pictures(35, 38))
+    assert len(found) == 4
+    assert all(map(np.array_equal, found, images[35:39]))
 
 
 def test_a_folder_is_entered_at_any_picture(tmp_path):
     write_images(tmp_path, [f"{t}.png" for t in range(5)])
     video = Video(tmp_path)
-    assert [int(image[0, 0, 0]) for image in video.since(3, None)] == [30, 40]
-    assert [frame.tick for frame in video] == [None] * 5
+    assert [int(image[0, 0, 0]) for image in video.pictures(1, 9, 2)] == [10, 30]
 
 
 def test_a_second_pass_gives_the_same_frames(tmp_path):
@@ -192,6 +231,24 @@ def test_pixels_that_are_not_square_are_told(tmp_path, ratio, said):
     assert [
         note.startswith("the pixels of tape.mp4 are not square") for note in Video(path).notes
     ] == said * [True]
+
+
+@pytest.mark.parametrize(("every", "said"), [(4, "25 of 125"), (1, "100 of 200"), (40, "")])
+def test_frames_that_repeat_the_one_before_are_told(tmp_path, every, said):
+    order = [t for t in range(100) for _ in range(2 if t % every == every - 1 else 1)]
+    video = Video(make_clip(tmp_path / "film.mp4", [picture(t % 20) for t in order], x264="keyint=10"))
+    list(video)
+    (note,) = video.notes or [""]
+    assert note.startswith(said)
+    assert "filmed at 24 a second" in note or every != 4
+
+
+def test_who_stands_still_repeats_no_frame(tmp_path):
+    for t in range(40):
+        cv2.imwrite(str(tmp_path / f"{t}.png"), np.full((6, 8, 3), min(max(t - 10, 0), 10), np.uint8))
+    video = Video(tmp_path)
+    list(video)
+    assert video.notes == []
 
 
 def test_a_few_frames_that_come_late_are_not_spoken_of(tmp_path):
@@ -287,7 +344,7 @@ def test_a_clocks_rate_is_seen_through_where_the_file_is_damaged(tmp_path):
 
     with av.open(str(path)) as container:
         damaged = SimpleNamespace(demux=damaged_at_last, duration=None)
-        fps, _ = frames_module._announced(damaged, container.streams.video[0])
+        fps, _ = announced(damaged, container.streams.video[0])
     assert fps == pytest.approx(1000.0 / 33.0, rel=1e-6)
 
 
@@ -393,7 +450,7 @@ def test_damage_in_the_middle_is_left_out_and_what_follows_is_read(tmp_path, rng
     path = make_clip(tmp_path / "walk.mp4", noise(40, rng), key_every=10)
     with av.open(str(path)) as container:
         packets = [(packet.pos, packet.size) for packet in container.demux(video=0) if packet.size]
-    whole = {frame.tick: frame.image for frame in Video(path)}
+    whole = {round(30 * frame.time): frame.image for frame in Video(path)}
     data = bytearray(path.read_bytes())
     for pos, size in packets[20:23]:
         data[pos : pos + size] = b"\xff" * size
@@ -401,20 +458,20 @@ def test_damage_in_the_middle_is_left_out_and_what_follows_is_read(tmp_path, rng
     video = Video(path)
     frames = list(video)
     assert 30 <= len(frames) < 40
-    assert [frame.tick for frame in frames[-8:]] == sorted(whole)[-8:]
-    assert all(np.array_equal(frame.image, whole[frame.tick]) for frame in frames[-8:])
+    assert [round(30 * frame.time) for frame in frames[-8:]] == sorted(whole)[-8:]
+    assert all(np.array_equal(frame.image, whole[round(30 * frame.time)]) for frame in frames[-8:])
     assert video.cut_short.startswith("walk.mp4 is damaged, first after frame ")
     assert video.cut_short.endswith("; what cannot be decoded was left out")
 
 
 def test_a_lack_of_memory_is_not_taken_for_damage():
-    def decode(packet):
+    def fail(packet):
         raise av.error.MemoryError(12, "Cannot allocate memory")
 
     container = SimpleNamespace(demux=lambda stream: iter([SimpleNamespace(size=9)]))
-    stream = SimpleNamespace(codec_context=SimpleNamespace(decode=decode))
+    stream = SimpleNamespace(codec_context=SimpleNamespace(decode=fail))
     with pytest.raises(MemoryError):
-        list(frames_module._decoded(container, stream))
+        list(decode(container, stream))
 
 
 def test_a_clip_trimmed_on_the_phone_is_not_called_cut_short(tmp_path):

@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from videos.frames import Video, VideoError
+from videos.container import VideoError
+from videos.frames import Video
 from videos.writer import Writer
 
 RED, BLUE = (200, 40, 30), (20, 60, 220)

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from videos.frames import Frame, Video, VideoError
+from videos.container import VideoError
+from videos.frames import Frame, Video
 
 QUICK = 960  # longer side of pictures for quick browsing, pixels
 KEPT_BYTES = 128 * 2**20  # latest frames in memory, so that small steps back need no decoding, bytes

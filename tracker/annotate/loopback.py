@@ -24,7 +24,7 @@ from pydantic import BaseModel, ValidationError
 
 from tracker.report.document import Document
 from tracker.run.folder import FolderError
-from videos.frames import VideoError
+from videos.container import VideoError
 
 LOOPBACK = "127.0.0.1"
 FORWARD = '<!DOCTYPE html><meta http-equiv="refresh" content="0; url={address}"><a href="{address}">open</a>'

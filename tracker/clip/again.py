@@ -103,6 +103,7 @@ class Kept:
         same, first, end = sorted(before.keys() - set(changed)), track.first, track.first + len(track) - 1
         low = max((t for t in same if t < min(changed)), default=first - 1)
         high = min((t for t in same if t > max(changed)), default=end + 1)
+        low, high = min(max(low, first - 1), end), max(min(high, end + 1), first)
         span = min(max(low, first), start), max(min(high, end), start)
         return cls(track, (low + 1, high - 1), span)
 

@@ -158,7 +158,7 @@ class _Ways:
         tracked = self._counted(way, self.clock.timed("track", run))
         turned = None
         for t, estimate in enumerate(self.clock.timed("smooth", passage.smooth(tracker, tracked))):
-            if t == 1 and plan.job.smooth and estimate.outcome.measured:
+            if t == 1 and plan.job.smooth and estimate.outcome.measured and not estimate.began:
                 turned = turned_belief(tracker.slds, state.belief, estimate.belief)
             prolong(tracker, trail, estimate)
         return turned

@@ -6,7 +6,6 @@ import numpy as np
 
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
-from tracker.clip.pictures import pictures
 from tracker.clip.staged import Surveyed, every, surveyed
 from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
@@ -45,9 +44,9 @@ def people(
         facing: of the people, +1 right, -1 left, None to find it.
     """
     tell_unkept(progress)
+    step = every(video, first, stop)
     while True:
-        last = _last(video, first, stop)
-        film = surveyed(video, first, last, 1.0, progress)
+        film = surveyed(video, first, _last(first, step, stop), step, 1.0, progress)
         if film is None:
             return []
         stage = film.stage(1)
@@ -62,12 +61,12 @@ def people(
         seen = _whole(seen, film, spot(stage))
         if seen:
             return [_legs_named(one.in_film(first, film.every), video) for one in seen]
-        first = last + 1
+        first = film.last + 1
 
 
-def _last(video: Video, first: int, stop: int | None) -> int:
-    """The last frame that is searched together with frame `first`."""
-    last = first + WINDOW * every(video) - 1
+def _last(first: int, step: int, stop: int | None) -> int:
+    """The last frame that is searched together with frame `first`, of every so many frames one."""
+    last = first + WINDOW * step - 1
     return last if stop is None else min(last, stop)
 
 
@@ -166,13 +165,14 @@ def _numbered(number: int, everybody: list[Person], listed: list[Person] | None)
 def _nobody(how: Following, video: Video) -> FoundError:
     """The error if nobody walks through the film, with rough joints of a person who moves on the spot."""
     first = how.from_ or 0
-    film = surveyed(video, first, _last(video, first, how.stop), 1.0, Progress("quiet"))
-    if film is None and not any(True for _ in pictures(video, first, first)):
+    step = every(video, first, how.stop)
+    film = surveyed(video, first, _last(first, step, how.stop), step, 1.0, Progress("quiet"))
+    if film is None and not any(True for _ in video.pictures(first, first)):
         return FoundError(f"{video.path.name} ends before frame {first}; choose an earlier --from")
     place = film and spot(film.stage(1))
     if not place:
         return FoundError("nobody was found who walks through the film; mark the joints of one frame")
-    figure, frame = seen_figure(), first + place.frame * every(video)
+    figure, frame = seen_figure(), first + place.frame * step
     joints = place.joints(figure, Cycles.load(), towards(how.facing) or 1)
     return FoundError(
         "nobody goes through the film, but somebody may move on the spot, as on a treadmill or before a "

@@ -66,11 +66,11 @@ def part_around(
         around: surveyed frames before and after that frame.
         within: first and last frame to be followed, None for the film's last.
     """
-    (frame, start), (begin, stop), step = pose, within, every(video)
+    (frame, start), (begin, stop), step = pose, within, every(video, *within)
     before = min(around[0], (frame - begin) // step)
     first, last = frame - before * step, frame + around[1] * step
     last = last if stop is None else min(last, stop)
-    film = surveyed(video, first, last, start.view.unit / LEG, progress)
+    film = surveyed(video, first, last, step, start.view.unit / LEG, progress)
     if film is None or before >= len(film.survey.places):
         return None
     # A known person is certainly there, so what is as dark as a shadow or like the scene may be clothes.

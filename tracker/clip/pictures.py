@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from itertools import islice
-from zlib import adler32
 
 import numpy as np
 
@@ -11,20 +10,13 @@ from videos.upright import Image
 
 HELD = 32 * 2**20  # bytes of pictures that are kept in memory
 BLOCK = 4  # factor on HELD while going back, since each block is decoded from a key frame on
-SAMPLE = slice(None, None, 16)  # rows whose sum tells two pictures apart: one in each of a codec's blocks
-
-
-def pictures(video: Video, first: int, last: int, every: int = 1) -> Iterator[Image]:
-    """The pictures of every `every`-th of frames first .. last of a video, read from its beginning."""
-    return (frame.image for frame in islice(video, first, last + 1, every))
 
 
 class Reel:
     """The pictures of a video up to frame `stop`.
 
     For going back, the last pictures read are in memory; earlier ones are read again, in blocks from the last
-    one to the first. A block is decoded from the key frame before it if that gives the same pictures as the
-    first reading, else from the video's beginning.
+    one to the first.
 
     times : (T,) seconds of every frame read so far
     held  : how many pictures are kept
@@ -36,24 +28,19 @@ class Reel:
         self._video, self._stop = video, stop
         # Frame t is at t % held. Pictures kept as separate arrays would fragment the memory.
         self._kept: Image = np.empty((0 if video.held else self.held, video.height, video.width, 3), np.uint8)
-        self._ticks: list[int | None] = []
-        self._sums: list[int] = []
-        self._entered = True  # whether decoding from key frames has given the same pictures so far
 
     def ahead(self) -> Iterator[Image]:
         """All pictures, in order; can be iterated once."""
         for frame in self._video if self._stop is None else islice(self._video, self._stop + 1):
             if len(self._kept):
                 self._kept[len(self.times) % self.held] = frame.image
-                self._sums.append(_sum(frame.image))
             self.times.append(frame.time)
-            self._ticks.append(frame.tick)
             yield frame.image
 
     def span(self, first: int, last: int) -> Iterator[Image]:
         """The pictures of frames first .. last; back in time where last is less, if all have been read."""
         if last > first:
-            return pictures(self._video, first, last)
+            return self._video.pictures(first, last)
         if self._video.held:
             return self._video.picked(range(first, last - 1, -1))
         return self._back(first, last)
@@ -65,20 +52,5 @@ class Reel:
         newest = min(first, oldest - 1)
         while newest >= last:
             begin = max(last, newest + 1 - BLOCK * self.held)
-            yield from reversed(self._block(begin, newest))
+            yield from reversed(list(self._video.pictures(begin, newest)))
             newest = begin - 1
-
-    def _block(self, first: int, last: int) -> list[Image]:
-        """The pictures of frames first .. last, all of which have been read before."""
-        if self._entered:
-            images = list(islice(self._video.since(first, self._ticks[first]), last + 1 - first))
-            self._entered = [_sum(image) for image in images] == self._sums[first : last + 1]
-            if self._entered:
-                return images
-            del images
-        return list(pictures(self._video, first, last))
-
-
-def _sum(image: Image) -> int:
-    """Checksum of a picture."""
-    return adler32(image[SAMPLE].tobytes())

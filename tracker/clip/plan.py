@@ -12,7 +12,6 @@ from kinematics.figure_file import load_figure
 from kinematics.recover import Start, facing_told
 from tracker.clip.job import Job, OptionsError
 from tracker.clip.measure import Measured, read_measured
-from tracker.clip.pictures import pictures
 from tracker.clip.start import StartError, marked_start
 from tracker.loop.begin import begin
 from tracker.loop.detections import Detections
@@ -156,7 +155,7 @@ def _start(job: Job, video: Video, settings: Settings) -> Start:
     figure = load_figure(job.figure)
     start = marked_start(job.marks, frame, job.facing, size, figure)
     if facing_unknown(job, figure) and settings.templates:
-        images = pictures(video, frame, frame + max(round(STEP * video.fps), 1))
+        images = video.pictures(frame, frame + max(round(STEP * video.fps), 1))
         facing = heading(images, start, video.fps, settings)
         start = marked_start(job.marks, frame, facing, size, figure)
     return start

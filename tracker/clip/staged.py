@@ -7,7 +7,6 @@ from itertools import chain
 import numpy as np
 
 from tracker.clip.lazily import Lazily
-from tracker.clip.pictures import pictures
 from tracker.loop.detections import Detections
 from tracker.often import crowded
 from tracker.outline.fit import Outline
@@ -47,30 +46,33 @@ class Surveyed:
         """
         T, (w, h) = len(self.survey.places), self.survey.size
         odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # two, so that either can be freed
-        seen = self.survey.seen(pictures(self.video, self.first, self.last, self.every), expected)
+        seen = self.survey.seen(self.video.pictures(self.first, self.last, self.every), expected)
         for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
             odds[t], light[t] = shown
         fps = self.video.fps / self.every
         return Stage(odds, light, self.survey.up, self.survey.places, facing, fps)
 
 
-def every(video: Video) -> int:
-    """Of how many frames of a film one is surveyed: at a high frame rate not all are needed."""
-    step = round(video.fps / OFTEN)
-    return max(step if video.count_hint is None else min(step, video.count_hint // ENOUGH), 1)
+def every(video: Video, first: int, last: int | None) -> int:
+    """Of how many frames one is surveyed between two, None for the film's last: at a high frame rate not all
+    are needed."""
+    step, known = round(video.fps / OFTEN), [end for end in (last, video.count_hint) if end is not None]
+    return max(min(step, (min(known) - first) // ENOUGH) if known else step, 1)
 
 
-def surveyed(video: Video, first: int, last: int, by: float, progress: Progress) -> Surveyed | None:
-    """Survey a part of a film; None if they are too few to know the scene.
+def surveyed(
+    video: Video, first: int, last: int, step: int, by: float, progress: Progress
+) -> Surveyed | None:
+    """Survey a part of a film; None if its frames are too few to know the scene.
 
     Args:
+        step: of how many frames one is surveyed.
         by: least number of the film's pixels along the side of a pixel of the small pictures.
     """
-    step = every(video)
     total = None if video.count_hint is None else -((first - min(last + 1, video.count_hint)) // step)
     if total is not None and total <= 0:
         return None
-    images = pictures(video, first, last, step)
+    images = video.pictures(first, last, step)
     images = progress.through(f"{video.path.name} surveyed", images, total)
     begin = next(images, None)  # None if the film is shorter than it announces
     if begin is None:

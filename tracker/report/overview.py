@@ -11,7 +11,8 @@ from markupsafe import Markup
 
 from tracker.report.document import STYLES, Document, linked_from, write_page
 from tracker.run.read import OVERLAY, REPORT, RunError, read_news
-from videos.frames import Video, VideoError
+from videos.container import VideoError
+from videos.frames import Video
 
 PAGE = Document("report/overview.html", STYLES)
 MADE = Markup('<meta name="generator" content="figtrack batch">')

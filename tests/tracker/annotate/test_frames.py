@@ -6,7 +6,8 @@ import pytest
 
 from tracker.annotate import frames as module
 from tracker.annotate.frames import Frames
-from videos.frames import Video, VideoError
+from videos.container import VideoError
+from videos.frames import Video
 
 
 def pixels(png):

@@ -122,6 +122,12 @@ def kept(before, now, rng):
         ((15,), {15: THERE}, (9, 19), (8, 19)),
         ((12, 15), {12: THERE}, (9, 14), (8, 15)),
         ((15,), {19: THERE}, (16, 19), (8, 19)),
+        # Marks outside the part that was followed:
+        ((-6, -3), {-6: THERE}, (0, -1), (0, 8)),
+        ((-3,), {12: THERE}, (9, 19), (8, 19)),
+        ((-6,), {3: THERE}, (0, 7), (0, 8)),
+        ((24,), {12: THERE}, (9, 19), (8, 19)),
+        ((24, 27), {27: THERE}, (20, 19), (8, 19)),
     ],
 )
 def test_what_lies_beyond_the_next_marks_that_stay_is_kept(rng, before, now, anew, span):

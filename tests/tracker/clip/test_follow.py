@@ -44,10 +44,10 @@ def frames_read(monkeypatch):
     read = []
 
     class Watched(Video):
-        def __iter__(self):
-            for frame in super().__iter__():
-                read.append(frame.index)
-                yield frame
+        def _recalled(self):
+            for index, picture in enumerate(super()._recalled()):
+                read.append(index)
+                yield picture
 
     monkeypatch.setattr(plan_module, "Video", Watched)
     return read
@@ -137,7 +137,6 @@ def test_a_start_late_in_a_long_clip_keeps_few_pictures(clip, job, frames_read, 
     monkeypatch.setattr(recall, "HELD", 0)
     monkeypatch.setattr(reel_module, "HELD", 3 * clip.images[0].nbytes)
     monkeypatch.setattr(reel_module, "BLOCK", 1)
-    monkeypatch.setattr(Video, "since", lambda *_: iter(()))  # as of a film that cannot be entered
     held = follow(replace(job, start=8, anchors=True), QUIET).track
     assert_array_equal(held.q, plain.q)
     # Frames 0 .. 4 are read again in blocks of three and two, each from the beginning.

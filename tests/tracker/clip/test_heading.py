@@ -62,11 +62,12 @@ def test_who_stands_still_faces_as_the_start_says(taken, clip, marks):
 
 def test_half_a_second_is_followed_for_the_facing_at_any_frame_rate(clip, marks, monkeypatch):
     asked = []
-    monkeypatch.setattr(plan_module, "pictures", lambda video, first, last: asked.append(last - first))
     monkeypatch.setattr(plan_module, "heading", lambda *_: 1)
     job = Job(clip.video, without(marks, FEET))
     for fps in (24.0, 240.0):
-        plan_module._start(job, SimpleNamespace(width=10_000, height=10_000, fps=fps), Settings())
+        video = SimpleNamespace(width=10_000, height=10_000, fps=fps)
+        video.pictures = lambda first, last: asked.append(last - first)
+        plan_module._start(job, video, Settings())
     assert asked == [12, 120]
 
 

@@ -200,7 +200,14 @@ def test_legs_that_look_like_a_shadow_are_seen(tmp_path, monkeypatch):
     [(30, 999, 1), (89, 999, 1), (120, 999, 2), (240, 250, 2), (1000, 99, 1), (240, None, 4)],
 )
 def test_at_a_high_frame_rate_one_of_several_frames_is_surveyed_but_never_too_few(fps, count, step):
-    assert staged.every(SimpleNamespace(fps=fps, count_hint=count)) == step
+    assert staged.every(SimpleNamespace(fps=fps, count_hint=count), 0, None) == step
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "step"), [(1000, 1074, 1), (1000, 1300, 3), (2200, None, 2), (2200, 9999, 2)]
+)
+def test_of_a_part_of_a_film_enough_frames_are_surveyed_too(first, last, step):
+    assert staged.every(SimpleNamespace(fps=240, count_hint=2400), first, last) == step
 
 
 @pytest.fixture
