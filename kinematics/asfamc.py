@@ -114,12 +114,14 @@ def _read_bones(path: str | Path, rows: list[tuple[int, list[str]]], in_degrees:
                 angles = np.array(read_numbers(path, n, rest[:3], 3))
                 order = (rest[3] if len(rest) > 3 else "XYZ").upper()
                 if sorted(order) != ["X", "Y", "Z"]:
-                    raise MotionError(f"{path}, line {n}: an axis order such as XYZ wanted, {order} found")
+                    raise MotionError(
+                        f"{path}, line {n}: an axis order such as XYZ wanted, {order} found; mend it"
+                    )
                 axes = rotation(order[::-1], (np.deg2rad(angles) if in_degrees else angles)[::-1])
             case "dof":
                 dofs = tuple(dof.lower() for dof in rest)
                 if not set(dofs) <= {"rx", "ry", "rz"}:
-                    raise MotionError(f"{path}, line {n}: dofs rx, ry, rz can be read; {rest} found")
+                    raise MotionError(f"{path}, line {n}: dofs rx, ry, rz can be read, {rest} found; mend it")
             case "end":
                 bones[name] = _Bone(direction * length, axes, dofs)
     return bones

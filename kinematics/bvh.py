@@ -189,11 +189,13 @@ def _read_frames(path: str | Path, lines: list[str], start: int, width: int) -> 
     """Frames per second, and the channels' values (T, width), degrees and lengths as in the file."""
     head = [line.partition(":") for line in lines[start : start + 2]]
     if [word.strip().lower() for word, _, _ in head] != ["frames", "frame time"]:
-        raise MotionError(f"{path}, line {start + 1}: 'Frames:' and 'Frame Time:' must follow MOTION")
+        raise MotionError(
+            f"{path}, line {start + 1}: 'Frames:' and 'Frame Time:' must follow MOTION; mend it"
+        )
     (T,) = read_numbers(path, start + 1, head[0][2].split(), 1)
     (seconds,) = read_numbers(path, start + 2, head[1][2].split(), 1)
     if seconds <= 0:
-        raise MotionError(f"{path}, line {start + 2}: Frame Time must be above 0; it is {seconds}")
+        raise MotionError(f"{path}, line {start + 2}: Frame Time must be above 0, it is {seconds}; mend it")
     rows = [
         read_numbers(path, n, line.split(), width)
         for n, line in enumerate(lines[start + 2 :], start=start + 3)

@@ -11,7 +11,8 @@ from tests.benchmarks.soak import ending
 from tests.benchmarks.soak.ending import Kill, contents, faults, run
 from tests.benchmarks.soak.films import damaged, shot, write_film, write_marks
 from tracker.tables.keypoints import read_keypoints
-from videos.frames import Video, VideoError
+from videos.container import VideoError
+from videos.frames import Video
 
 pytestmark = pytest.mark.whole
 

@@ -55,7 +55,7 @@ IN_ITS_PLACE = {
     "app": "without a browser: the films are asked for, then Ctrl-C",
     "compare-runs": "of two made-up walks: the clips here are too short for strides",
     "reproduce": "--quick, and one experiment of the six",
-    "batch": "by one process: each takes seconds to begin",
+    "batch": "by the processes of one cluster for all: each takes seconds to begin",
 }
 # What a page takes for granted and does not make itself.
 FOUND = {
@@ -140,8 +140,11 @@ def run(words, folder, scheduler):
         set_side_by_side(rest, folder)
     elif rest[0] == "reproduce":
         run_figtrack(*rest, "--quick")
-    elif rest[0] == "batch" and SCHEDULER not in rest:
-        run_figtrack(*rest, "--workers", 1)  # the last one given counts
+    elif rest[0] == "batch":
+        workers = rest.index("--workers") if "--workers" in rest else len(rest)
+        asked = [*rest[:workers], *rest[workers + 2 :]]
+        more = () if SCHEDULER in rest else ("--scheduler", scheduler())
+        run_figtrack(*(scheduler() if word == SCHEDULER else word for word in asked), *more)
     else:
         run_figtrack(*(scheduler() if word == SCHEDULER else word for word in rest))
 

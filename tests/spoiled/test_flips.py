@@ -71,7 +71,8 @@ def test_flipped_bits_of_other_files_are_read_or_refused_in_one_line(folder, nam
 
 DECODE = """
 import sys
-from videos.frames import Video, VideoError
+from videos.container import VideoError
+from videos.frames import Video
 for path in sys.argv[1:]:
     try:
         print(sum(1 for _ in Video(path)))

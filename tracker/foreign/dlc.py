@@ -45,7 +45,8 @@ def read_people(path: Path) -> People:
     heads = {row[0]: row for row in rows[: len(HEADS)] if row[0] in HEADS}
     if not {"scorer", "bodyparts", "coords"} <= heads.keys():
         raise ForeignError(
-            f"{path} is no DeepLabCut table: its first rows must begin with scorer, bodyparts, coords"
+            f"{path} is no DeepLabCut table: its first rows must begin with scorer, bodyparts, coords; "
+            "export it again"
         )
     columns, front = _columns(heads, path)
     people: People = {}

@@ -58,7 +58,9 @@ def read_people(path: Path) -> People:
     metres."""
     rows = load_rows(path, "\t")
     if len(rows) <= HEADER or rows[0][0] != MAGIC:
-        raise ForeignError(f"{path} is no TRC file: it must begin with {MAGIC} and hold a frame")
+        raise ForeignError(
+            f"{path} is no TRC file: it must begin with {MAGIC} and hold a frame; export it again"
+        )
     units = dict(zip(rows[1], rows[2], strict=False)).get("Units", "")
     if units.strip().lower() != "px":
         raise ForeignError(f"{path} is in {units or 'no'} units; markers on a picture must be in px")

@@ -49,7 +49,7 @@ def of_clip(clip: Path) -> dict[str, Array]:
     facing = facing_at(marks, first_whole(marks))
     starts = {frame: start for frame in marks if (start := _start(points(marks[frame]), facing)) is not None}
     unit = float(np.median([start.view.unit for start in starts.values()]))
-    film = surveyed(Video(clip), 0, max(marks), unit / LEG, QUIET)
+    film = surveyed(Video(clip), 0, max(marks), 1, unit / LEG, QUIET)
     if film is None:
         return {}
     stage, found = film.stage(facing), defaultdict(list)
