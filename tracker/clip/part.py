@@ -22,6 +22,7 @@ from tracker.progress import Progress
 from tracker.survey.evidence import SOMEBODY
 from videos.frames import Video
 
+TOLD = 0.9  # share of frames that must show the camera's path; else it is found beside the figure, once known
 LEG = 40.0  # largest length of a leg in the small pictures, pixels
 EDGE = 30  # surveyed frames at an end, one of which must show the whole figure for a part beyond
 
@@ -34,7 +35,8 @@ class Part:
 
     first   : its first frame
     outline : in every frame from the first on
-    places  : by frame, (3, 3) map from its pixels to those of the frame of the part's start pose
+    places  : by frame, (3, 3) map from its pixels to those of the frame of the part's start pose; empty if
+        the film does not show it
     before, after : poses from which parts of the film before and after this one start, None for none
     """
 
@@ -75,6 +77,7 @@ def part_around(
         return None
     # A known person is certainly there, so what is as dark as a shadow or like the scene may be clothes.
     cycles, stage = Cycles.load(), film.stage(start.view.facing, SOMEBODY)
+    told = film.survey.sure.mean() > TOLD
     ended = len(stage) < (last - first) // step + 1 or last == stop
     del film  # frees its small pictures
     stage = _alone(stage, start, before, cycles)
@@ -84,7 +87,7 @@ def part_around(
     return Part(
         first,
         outline,
-        Lazily(range(first, first + len(to_start)), lambda t: to_start[t - first]),
+        Lazily(range(first, first + len(to_start) if told else first), lambda t: to_start[t - first]),
         None if first < begin + step else _seen_whole(start.figure, outline, facing, first, slice(edge)),
         None if ended else _seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
     )

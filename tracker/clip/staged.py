@@ -56,8 +56,9 @@ class Surveyed:
 def every(video: Video, first: int, last: int | None) -> int:
     """Of how many frames one is surveyed between two, None for the film's last: at a high frame rate not all
     are needed."""
-    step, known = round(video.fps / OFTEN), [end for end in (last, video.count_hint) if end is not None]
-    return max(min(step, (min(known) - first) // ENOUGH) if known else step, 1)
+    step, ends = round(video.fps / OFTEN), [video.count_hint, None if last is None else last + 1]
+    known = [end - first for end in ends if end is not None]
+    return max(min(step, min(known) // ENOUGH) if known else step, 1)
 
 
 def surveyed(

@@ -35,7 +35,7 @@ ENOUGH = 60  # corners that rotation and scale need too; fewer give a shift only
 SPREAD = 0.125  # least standard deviation of them, shares of the picture's width; fewer may be one walker
 SAME = 0.05  # distance between the places of a corner below which two similarities count as equal
 BETTER = 1.02  # ratio by which motion must reduce the difference from the key frame, else the camera stays,
-CLEARLY = 1.2  # or around most corners, if ENOUGH agree: a figure that it goes along with has fewer
+CLEARLY = 1.2  # or around most corners, if ENOUGH agree
 OTHER = 24.0  # largest difference of a pixel that counts, grey levels
 KEPT = 0.5  # share of a key frame's corners that must be left
 LEFT = 2.0 / 3.0  # share of them, at most ENOUGH, that must agree, else another key frame is tried
@@ -141,8 +141,8 @@ def _grey(image: Image) -> Image:
 
 
 def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
-    """Map from a frame's pixels to the first frame's; None if too few corners, or fewer than `least`,
-    agree."""
+    """Map from a frame's pixels to the first frame's; None if too few corners, or fewer than `least`, agree,
+    or if they contradict the picture."""
     if len(key.corners) < FEWEST:
         return None
     grey = _as_bright(grey, key.grey)
@@ -153,9 +153,14 @@ def _place(key: Key, grey: Image, guess: Array, least: float) -> Array | None:
         return None
     back, many = found
     stays = np.asarray(np.linalg.inv(way), dtype=np.float64)
-    same, told = _farthest(way @ back, grey.shape) < SAME, key.corners if many else key.corners[:0]
-    if same or not _nearer(_apart(key, grey, back), _apart(key, grey, stays), told):
+    differences = [_apart(key, grey, each) for each in (back, stays)]
+    if _farthest(way @ back, grey.shape) < SAME:
         back = stays
+    elif not _nearer(*differences):
+        if not _nearer_at(key.corners, *differences):
+            back = stays
+        elif not many:  # the camera may go along with a figure, or a figure alone have corners
+            return None
     return np.asarray(key.place @ back)
 
 
@@ -202,12 +207,15 @@ def _back(key: Key, grey: Image, way: Array, least: float, halvings: int) -> tup
     return np.vstack([back, [0.0, 0.0, 1.0]]), many
 
 
-def _nearer(one: tuple[Image, Image], other: tuple[Image, Image], corners: Planes) -> bool:
-    """Whether one difference from the key frame is less than another in the mean, or clearly around most of
-    some corners."""
+def _nearer(one: tuple[Image, Image], other: tuple[Image, Image]) -> bool:
+    """Whether one difference from the key frame is less than another in the mean."""
     (away, shown), (before, also) = one, other
-    if BETTER * cv2.mean(away, mask=shown)[0] < cv2.mean(before, mask=also)[0]:
-        return True
+    return BETTER * cv2.mean(away, mask=shown)[0] < cv2.mean(before, mask=also)[0]
+
+
+def _nearer_at(corners: Planes, one: tuple[Image, Image], other: tuple[Image, Image]) -> bool:
+    """Whether one difference from the key frame is clearly less than another around most of some corners."""
+    (away, shown), (before, also) = one, other
     x, y = (corners[:, 0] / 2.0).astype(np.intp).T
     least, most = (
         cv2.boxFilter(each, cv2.CV_32F, (WINDOW // 2, WINDOW // 2))[y, x] for each in (away, before)
@@ -231,7 +239,7 @@ def _apart(key: Key, grey: Image, back: Array) -> tuple[Image, Image]:
         inside = cv2.warpAffine(np.full_like(grey, 255), way, size, flags=cv2.INTER_NEAREST)
         shown = np.asarray(cv2.bitwise_and(shown, inside), dtype=np.uint8)
     _, away = cv2.threshold(cv2.absdiff(there, before), OTHER, 0.0, cv2.THRESH_TRUNC)
-    return np.asarray(away, dtype=np.uint8), shown
+    return np.asarray(cv2.bitwise_and(away, shown), dtype=np.uint8), shown
 
 
 def _farthest(place: Array, shape: tuple[int, ...]) -> float:

@@ -14,6 +14,7 @@ from tests.tracker.outline.films import moved as carried_to
 from tracker.clip import plan as plan_module
 from tracker.clip.follow import follow
 from tracker.clip.job import Job
+from tracker.clip.part import TOLD
 from tracker.picture.camera import Camera
 from tracker.progress import Progress
 from tracker.report.results import write_run
@@ -155,20 +156,36 @@ def test_a_camera_that_goes_with_a_figure_as_large_as_half_the_picture_is_seen_t
     assert np.abs(shifts((stored(picture), box) for picture, box in followed) - truth).max() < 2.0 * NEAR
 
 
-def test_a_camera_that_goes_with_a_figure_before_a_plain_wall_is_seen_to_move_wherever_the_figure_is(rng):
+def before_a_plain_wall(marks, rng):
+    """The way of a camera that goes along with a figure, and its pictures; the wall has a few small marks."""
     wall = np.full((360, 800), 150.0)
-    for left, top in rng.integers(10, (780, 340), (100, 2)):
-        wall[top : top + 8, left : left + 9] = 80.0  # a few small marks
+    for left, top in rng.integers(10, (780, 340), (marks, 2)):
+        wall[top : top + 8, left : left + 9] = 80.0
     cloth = cv2.GaussianBlur(rng.normal(size=(300, 130)), (0, 0), 3)
     cloth = 110.0 + 30.0 * cloth / cloth.std()
-    truth, frames = np.outer(np.arange(40), (-3.0, 0.0)), []
+    images = []
     for t in range(40):
         picture = wall[:, 3 * t : 3 * t + 640].copy()
         swung = np.roll(cloth, round(10.0 * np.sin(t / 2.5)), axis=1)
         picture[30:330, 255:385] = np.vstack([cloth[:180], swung[180:]])
-        frames.append((stored(picture, noise=2.0, rng=rng), NOWHERE))
+        images.append(stored(picture, noise=2.0, rng=rng))
+    return np.outer(np.arange(40), (-3.0, 0.0)), images
+
+
+def test_a_camera_that_goes_with_a_figure_before_a_plain_wall_is_seen_to_move_wherever_the_figure_is(rng):
+    truth, images = before_a_plain_wall(100, rng)
+    found = shifts((image, NOWHERE) for image in images)
     # A single step of 3 px may be noticed a frame later.
-    assert np.abs(shifts(frames) - truth).max() < 3.0 + NEAR
+    assert np.abs(found - truth).max() < 3.0 + NEAR
+
+
+def test_where_the_wall_shows_too_little_the_camera_is_not_sure_unless_the_figure_is_known(rng):
+    truth, images = before_a_plain_wall(110, rng)
+    images = [np.ascontiguousarray(image[:160]) for image in images]
+    assert np.mean([camera.sure for camera in cameras((image, NOWHERE) for image in images)]) < TOLD
+    known = cameras((image, (250.0, 25.0, 390.0, 335.0)) for image in images)
+    assert np.mean([camera.sure for camera in known]) > 0.9
+    assert np.abs(known[-1].shift - truth[-1]).max() < 3.0 + NEAR
 
 
 def test_a_soft_shadow_on_a_bare_wall_is_no_camera(rng):
