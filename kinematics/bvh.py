@@ -83,7 +83,7 @@ def read_lines(path: str | Path) -> list[str]:
     try:
         return ordinary(Path(path)).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
-        raise MotionError(f"cannot read {path} ({why(error)}); give a file that exists") from error
+        raise MotionError(f"cannot read {path} ({why(error)}); give one that can be read") from error
 
 
 def read_numbers(path: str | Path, line: int, words: list[str], count: int) -> list[float]:

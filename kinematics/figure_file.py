@@ -32,9 +32,11 @@ def load_figure(source: str | Path = "walker") -> Figure:
         known = f"{', '.join(names[:-1])} and {names[-1]}"
         raise ValueError(f"no figure {str(source)!r} ships, only {known}; give the path of a TOML file")
     try:
-        return figure_from(tomllib.loads(content.decode("utf-8")))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        table = tomllib.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:  # the parser has several ways to fail
         raise ValueError(f"{source} is no TOML file ({why(error)}); docs/figures.md shows one") from error
+    try:
+        return figure_from(table)
     except ValueError as error:
         raise ValueError(f"figure {source}: {error}") from error
 

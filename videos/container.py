@@ -1,5 +1,6 @@
 """A video file's container: its stream of pictures, what it announces, and all that can be decoded."""
 
+import math
 import os
 from collections.abc import Iterator
 from contextlib import suppress
@@ -15,7 +16,8 @@ from videos.times import FASTEST, rate_between_pauses, rate_of
 
 USUAL_FPS = 30.0  # where nothing tells the rate, as of a folder of pictures
 SQUARE = 0.02  # ratios of a pixel's sides nearer to 1 count as 1
-TIMED = 3000  # packets whose times tell of pauses, and the frame rate where the container gives none
+TIMED = 600  # packets whose times tell of pauses, and the frame rate where the container gives none
+JOINED = 1.0  # seconds by which a packet's time goes back where another recording begins
 
 
 class VideoError(Exception):
@@ -74,16 +76,22 @@ def stretched(path: Path, stream: VideoStream) -> str | None:
     if abs(wide - 1.0) < SQUARE:
         return None
     return (
-        f"the pixels of {path.name} are not square (width to height {wide:.3g}), so lengths and angles are "
-        "wrong; convert it to square ones"
+        f"the pixels of {path.name} are not square ({wide:.3g} to 1), so lengths and angles are wrong; "
+        "convert it to square ones"
     )
 
 
 def _packet_times(container: InputContainer, stream: VideoStream) -> Iterator[float]:
-    """Times of the first packets, seconds, up to the first damage."""
+    """Times of the first packets, seconds, up to the first damage, or another recording joined to it."""
+    latest = -math.inf
     with suppress(av.FFmpegError):
-        packets = islice(container.demux(stream), TIMED)
-        yield from (float(each.pts * each.time_base) for each in packets if each.pts is not None)
+        for packet in islice(container.demux(stream), TIMED):
+            if packet.pts is not None:
+                time = float(packet.pts * packet.time_base)
+                if time < latest - JOINED:
+                    return
+                latest = max(latest, time)
+                yield time
 
 
 def decode(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | None]:

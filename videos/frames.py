@@ -6,6 +6,7 @@ container's own frame count is only a hint; what counts is what decodes. Pixels 
 tells where they are not square.
 """
 
+import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
@@ -22,7 +23,7 @@ from av.video.reformatter import VideoReformatter
 
 from videos.container import USUAL_FPS, VideoError, announced, decode, opened, stretched, video_stream
 from videos.recall import held, recalled
-from videos.times import Growing, Twice
+from videos.times import Growing, Repeats
 from videos.upright import Image, decoded, upright
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg")
@@ -30,9 +31,10 @@ FILM_SUFFIXES = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".mts"
 # An announced count is an estimate in many containers: a few frames less is no sign of a cut.
 MISSING_FRAMES, MISSING_SHARE = 2, 0.05
 UNEVEN_FRAMES, UNEVEN_SHARE = 2, 0.02  # number, share of early or late frames without a warning
+EARLY = (0, 64, 512)  # frames before it at which a key frame is sought: some containers give the next one
 MARKED = 16  # every such frame is marked, so that it is known where a file is entered
 SAMPLE = slice(None, None, 16)  # rows whose sum tells two pictures apart: one in each of a codec's blocks
-REPEATED_SHARE = 0.1  # share of frames that repeat the one before without a warning
+REPEATED_FRAMES, REPEATED_SHARE = 3, 0.1  # the same for frames that repeat the one before
 FEWEST_FIELDS = 3  # interlaced frames from which on a film is called interlaced
 
 
@@ -103,8 +105,9 @@ class Video:
                 self.stretched = stretched(self.path, stream)
 
         self.width = self.height = 0  # until a frame is read
-        self._twice = Twice()  # of the pass that gave a frame last
+        self._repeats = Repeats()  # of the pass that gave a frame last
         self._marks: dict[int, tuple[int, int]] = {}  # by frame its tick and checksum
+        self._enters = True  # whether the file may be entered at one
         self._times, self._fields = Growing(1.0 / self.fps), 0  # of the pass that gave a frame last
         self.mended = 0
         first = next(iter(self), None)
@@ -114,10 +117,10 @@ class Video:
 
     def __iter__(self) -> Iterator[Frame]:
         """Frames in presentation order, from index 0."""
-        twice = Twice()
+        seen = Repeats()
         for frame in self._folder_frames() if self._images else self._file_frames():
-            twice.next(_checksum(frame.image))
-            self._twice = twice
+            seen.next(_checksum(frame.image))
+            self._repeats = seen
             yield frame
 
     @property
@@ -142,8 +145,8 @@ class Video:
 
     @property
     def repeated(self) -> str | None:
-        seen = self._twice
-        if seen.repeats <= REPEATED_SHARE * seen.count:
+        seen = self._repeats
+        if seen.repeats <= max(REPEATED_FRAMES, REPEATED_SHARE * seen.count):
             return None
         once = self.fps * (seen.count - seen.repeats) / seen.count
         return (
@@ -170,17 +173,18 @@ class Video:
         If an earlier pass has come so far, a file is entered at a key frame before `first`; where it gives
         another picture there than before, as not every file can be entered, it is read from its beginning.
         """
+        if last < first:
+            return
         if self._images:
             those = range(first, min(last + 1, len(self._images)), every)
             yield from (self._sized(t, _read_image(self._images[t])) for t in those)
             return
         rgb, mark = VideoReformatter(), max((t for t in self._marks if t <= first), default=0)
-        known = mark > 0 and not self.held and not self._times.wrong
-        entered = self._entered(mark, rgb) if known else None
+        entered = self._entered(mark, rgb) if mark and self._enters and not self.held else None
         begin, found = (mark, entered) if entered else (0, self._recalled())
         for t, picture in enumerate((each for each in found if each is not None), begin):
             wanted = t >= first and (t - first) % every == 0
-            if wanted or t % MARKED == 0:
+            if wanted or (t % MARKED == 0 and t not in self._marks):
                 image = self._marked(t, picture, rgb)
             if wanted:
                 yield image
@@ -190,11 +194,13 @@ class Video:
     def _entered(self, mark: int, rgb: VideoReformatter) -> Iterator[VideoFrame | None] | None:
         """The pictures from a marked frame on; None if the first is not the one that was marked."""
         tick, told = self._marks[mark]
-        found = self._pictures(tick)
-        with suppress(av.FFmpegError):
-            begin = next(found, None)
-            if begin is not None and _checksum(upright(begin, rgb)) == told:
-                return chain([begin], found)
+        for early in EARLY:
+            found = self._pictures(tick, self._marks[max(mark - early, 0)][0])
+            with suppress(av.FFmpegError):
+                begin = next(found, None)
+                if begin is not None and begin.pts == tick and _checksum(upright(begin, rgb)) == told:
+                    return chain([begin], found)
+        self._enters = False
         return None
 
     def _marked(self, index: int, picture: VideoFrame, rgb: VideoReformatter) -> Image:
@@ -234,18 +240,28 @@ class Video:
         self.cut_short = self._shortfall(index, damaged)
 
     def _recalled(self) -> Iterator[VideoFrame | None]:
-        return recalled(self.path, self._pictures, self.count_hint)
+        """All pictures, None for damage; where their times do not grow, the film is not entered later."""
+        last = -math.inf
+        for picture in recalled(self.path, self._pictures, self.count_hint):
+            if picture is not None:
+                self._enters &= picture.pts is not None and picture.pts > last
+                last = last if picture.pts is None else picture.pts
+            yield picture
 
-    def _pictures(self, tick: int | None = None) -> Iterator[VideoFrame | None]:
-        """All pictures, or those from a tick on; None for damage."""
+    def _pictures(self, tick: int | None = None, sought: int = 0) -> Iterator[VideoFrame | None]:
+        """All pictures, or those from the first one at or after a tick on, decoded from a key frame that is
+        sought near another tick; None for damage."""
+        begun = tick is None
         with opened(self.path) as container:
             stream = video_stream(container, self.path)
             if tick is not None:
-                container.seek(tick, stream=stream)
+                container.seek(sought, stream=stream)
             for picture in decode(container, stream):
                 if picture is not None and stream.time_base is not None:
                     picture.time_base = stream.time_base  # the last pictures of a film lack it
-                if tick is None or (picture is not None and picture.pts is not None and picture.pts >= tick):
+                if tick is not None and picture is not None and picture.pts is not None:
+                    begun = begun or picture.pts >= tick
+                if begun:
                     yield picture
 
     def _sized(self, index: int, image: Image) -> Image:

@@ -11,6 +11,7 @@ FASTEST = 1000.0  # frames a second
 PAUSE = 4.0  # median steps; a longer one is a pause of the recording, or a first picture that is held
 UNLIKE = 0.1  # share by which pauses must change the average rate to count
 LATE = 0.25  # nominal frames by which a frame counts as early or late
+OFTEN = 5  # pictures alike in a row by a conversion
 APART = 2.0  # nominal frames; a time that goes back by more begins another recording
 
 
@@ -26,7 +27,8 @@ def rate_between_pauses(times: Iterable[float]) -> float | None:
     it."""
     grown = sorted(set(times))
     steps = [after - before for before, after in pairwise(grown)]
-    going = [step for step in steps if step <= PAUSE * median(steps)]
+    longest = PAUSE * median(steps or [0.0])
+    going = [step for step in steps if step <= longest]
     paused = sum(steps) * len(going) > (1.0 + UNLIKE) * sum(going) * len(steps)
     return len(going) / sum(going) if paused else None
 
@@ -73,10 +75,10 @@ class Growing:
 
 
 @dataclass
-class Twice:
-    """Pictures that repeat the one before once, as where a film was converted to a higher frame rate.
+class Repeats:
+    """Pictures that repeat the one before, as where a film was converted to a higher frame rate.
 
-    Who stands still before a still camera may repeat more often, which does not count.
+    More than OFTEN alike in a row, as where somebody stands still before a still camera, do not count.
 
     repeats : how many did
     count   : how many pictures there were
@@ -91,5 +93,8 @@ class Twice:
         """The next picture, by its checksum."""
         self.count += 1
         self._run = self._run + 1 if checksum == self._last else 1
-        self.repeats += (self._run == 2) - (self._run == 3)
+        if 1 < self._run <= OFTEN:
+            self.repeats += 1
+        elif self._run == OFTEN + 1:
+            self.repeats -= OFTEN - 1
         self._last = checksum

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import pytest
 
@@ -192,8 +193,10 @@ def test_ctrl_c_again_and_again_stops_a_batch_in_the_same_line(folder):
 
 
 def test_what_nohup_begins_outlives_its_terminal(folder):
-    ignoring = started(*words("track"), before=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
-    time.sleep(1.0)
+    line = [word for word in words("track") if word != "--quiet"]
+    ignored = partial(signal.signal, signal.SIGHUP, signal.SIG_IGN)
+    ignoring = started(*line, "--progress", "json", "--no-overlay", before=ignored)
+    assert json.loads(ignoring.stderr.readline())["done"] == 0
     ignoring.send_signal(signal.SIGHUP)
     ignoring.communicate(timeout=120)
     assert ignoring.returncode == 0

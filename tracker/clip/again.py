@@ -105,7 +105,7 @@ class Kept:
         high = min((t for t in same if t > max(changed)), default=end + 1)
         low, high = min(max(low, first - 1), end), max(min(high, end + 1), first)
         span = min(max(low, first), start), max(min(high, end), start)
-        return cls(track, (low + 1, high - 1), span)
+        return cls(track, (low + 1, high - 1), span if high > low + 1 else (start, start))
 
     def fits(self, start: Start, labels: tuple[str, ...]) -> bool:
         """Whether a new start has the same figure and place, to rounding, and the model the same states."""

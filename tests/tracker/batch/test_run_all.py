@@ -340,4 +340,5 @@ def test_a_summary_of_something_else_is_never_replaced(table, tmp_path, name):
     assert "is of something else" in said
     assert everything(tmp_path / "out") == {Path(name): b"my,own\n1,2\n"}
     (tmp_path / "place").write_text("")
-    assert refused("batch", table(ROW), "--out", tmp_path / "place")
+    said = refused("batch", table(ROW), "--out", tmp_path / "place")
+    assert "--out wants a folder" in said

@@ -123,11 +123,11 @@ def kept(before, now, rng):
         ((12, 15), {12: THERE}, (9, 14), (8, 15)),
         ((15,), {19: THERE}, (16, 19), (8, 19)),
         # Marks outside the part that was followed:
-        ((-6, -3), {-6: THERE}, (0, -1), (0, 8)),
+        ((-6, -3), {-6: THERE}, (0, -1), (8, 8)),
         ((-3,), {12: THERE}, (9, 19), (8, 19)),
         ((-6,), {3: THERE}, (0, 7), (0, 8)),
         ((24,), {12: THERE}, (9, 19), (8, 19)),
-        ((24, 27), {27: THERE}, (20, 19), (8, 19)),
+        ((24, 27), {27: THERE}, (20, 19), (8, 8)),
     ],
 )
 def test_what_lies_beyond_the_next_marks_that_stay_is_kept(rng, before, now, anew, span):
@@ -154,6 +154,14 @@ def test_a_track_is_replaced_in_these_frames_and_no_others(rng):
         assert_array_equal(one[:9], before[:9])
         assert_array_equal(one[9:15], after[1:7])
         assert_array_equal(one[15:], before[15:])
+
+
+@pytest.mark.parametrize("anew", [(0, -1), (20, 19)])
+def test_of_a_correction_outside_the_track_nothing_is_replaced(rng, anew):
+    old = random_track(rng, T)
+    joined = Kept(old, anew, (8, 8)).joined(random_track(rng, 1, first=8))
+    assert_array_equal(joined.q, old.q)
+    assert joined.outcome == old.outcome
 
 
 def test_another_figure_or_place_does_not_fit(rng):
