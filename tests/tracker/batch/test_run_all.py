@@ -341,4 +341,4 @@ def test_a_summary_of_something_else_is_never_replaced(table, tmp_path, name):
     assert everything(tmp_path / "out") == {Path(name): b"my,own\n1,2\n"}
     (tmp_path / "place").write_text("")
     said = refused("batch", table(ROW), "--out", tmp_path / "place")
-    assert "--out wants a folder" in said
+    assert "cannot write into" in said
