@@ -11,7 +11,7 @@ FASTEST = 1000.0  # frames a second
 PAUSE = 4.0  # median steps; a longer one is a pause of the recording, or a first picture that is held
 UNLIKE = 0.1  # share by which pauses must change the average rate to count
 LATE = 0.25  # nominal frames by which a frame counts as early or late
-OFTEN = 5  # pictures alike in a row by a conversion
+ALIKE = 5  # pictures alike in a row by a conversion
 APART = 2.0  # nominal frames; a time that goes back by more begins another recording
 
 
@@ -78,7 +78,7 @@ class Growing:
 class Repeats:
     """Pictures that repeat the one before, as where a film was converted to a higher frame rate.
 
-    More than OFTEN alike in a row, as where somebody stands still before a still camera, do not count.
+    More than ALIKE alike in a row, as where somebody stands still before a still camera, do not count.
 
     repeats : how many did
     count   : how many pictures there were
@@ -93,8 +93,8 @@ class Repeats:
         """The next picture, by its checksum."""
         self.count += 1
         self._run = self._run + 1 if checksum == self._last else 1
-        if 1 < self._run <= OFTEN:
+        if 1 < self._run <= ALIKE:
             self.repeats += 1
-        elif self._run == OFTEN + 1:
-            self.repeats -= OFTEN - 1
+        elif self._run == ALIKE + 1:
+            self.repeats -= ALIKE - 1
         self._last = checksum

@@ -100,10 +100,7 @@ def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
 
 def spaced(y: Array, fps: float) -> Array:
     """Measured frames of y (T, M) about SPACING seconds apart, with NaN in the others."""
-    kept = np.flatnonzero(np.isfinite(y).any(1))[:: max(1, round(SPACING * fps))]
-    out = np.full_like(y, np.nan)
-    out[kept] = y[kept]
-    return out
+    return _only(y, np.flatnonzero(np.isfinite(y).any(1))[:: max(1, round(SPACING * fps))])
 
 
 def hypotheses(stride: Stride, t: Array, y: Array) -> list[Fit]:
@@ -152,9 +149,13 @@ def _thinned(y: Array, rows: NDArray[np.intp], fps: float) -> Array:
     step = max(1, round(fps / OFTEN))
     measured = np.flatnonzero(np.isfinite(y).any(1))
     before, after = measured[measured < rows[0]], measured[measured > rows[-1]]
-    kept = np.concatenate([before[::-1][::step], rows, after[::step]])
+    return _only(y, np.concatenate([before[::-1][::step], rows, after[::step]]))
+
+
+def _only(y: Array, rows: NDArray[np.intp]) -> Array:
+    """y (T, M) with NaN in all other rows."""
     out = np.full_like(y, np.nan)
-    out[kept] = y[kept]
+    out[rows] = y[rows]
     return out
 
 
