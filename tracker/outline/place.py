@@ -5,6 +5,8 @@ over size, row and column then finds the path over the scene through the marked 
 the costs of changes of place and size, is largest.
 """
 
+from collections.abc import Iterable, Iterator
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -46,42 +48,48 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     """
     zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
     unit, marked = start.view.unit * float(zoom[frame]), bool(start.known.any())
-    maps, corners = _maps(stage, unit)
-    # Without marks uncovered foreground has a cost too, like covered background; it determines the size.
-    if not marked:
-        maps = maps + np.maximum(maps, 0.0)
-    score = _sums(maps, _silhouettes(shape, cycles, stage.facing))
+    extent, corners = _extent(stage, DENSITY / unit)
     origin = stage.places[frame] @ np.append(start.view.origin, 1.0)
     x, y = DENSITY / unit * origin[:2] - corners[frame]
-    rows, columns = np.mgrid[: maps.shape[1], : maps.shape[2]]
+    rows, columns = np.mgrid[: extent[0], : extent[1]]
     away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
-    score[frame] -= (HELD if marked else HELD_FOUND) * (away[None] + 4.0 * np.abs(SIZES_OFF)[:, None, None])
-    path = best_path(score, corners, STEP, stage.often * (RESIZE if marked else RESIZE_FOUND), REACH)
+    held = (HELD if marked else HELD_FOUND) * (away + 4.0 * np.abs(SIZES_OFF)[:, None, None]).astype(
+        np.float32
+    )
+    maps = _maps(stage, unit, extent, corners)
+    # Without marks uncovered foreground has a cost too, like covered background; it determines the size.
+    weighed = maps if marked else (odds + np.maximum(odds, 0.0) for odds in maps)
+    sums = _sums(weighed, extent, _silhouettes(shape, cycles, stage.facing))
+    scores = (score - held if t == frame else score for t, score in enumerate(sums))
+    path = best_path(scores, corners, STEP, stage.often * (RESIZE if marked else RESIZE_FOUND), REACH)
     places = smooth((path[:, [2, 1]] + corners).astype(np.float64), stage.often * SMOOTH)
     size = smooth(SIZES[path[:, 0]], stage.often * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
     size -= size[frame] if marked else 0.0
     return stage.in_frames(places * unit / DENSITY), unit * np.exp(size) / zoom
 
 
-def _maps(stage: Stage, unit: float) -> tuple[Planes, NDArray[np.intp]]:
-    """(T, h, w) coarse maps of the frames' log odds, with camera motion removed.
+def _extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]:
+    """Rows and columns of a coarse map of any frame, `by` places a pixel, with camera motion removed.
 
     The second result is (T, 2) column and row of each one's corner in the scene.
     """
-    by = DENSITY / unit
     h, w = stage.odds.shape[1:]
     film = stage.up @ np.array([[-0.5, w - 0.5, -0.5, w - 0.5], [-0.5, -0.5, h - 0.5, h - 0.5], [1.0] * 4])
     edges = (stage.places @ film)[:, :2] * by
     low, high = (np.floor(edges.min(2)) - 2.0).astype(np.intp), np.ceil(edges.max(2)) + 2.0
     width, height = (high - low).max(0).astype(int).tolist()
+    return (height, width), low
+
+
+def _maps(stage: Stage, unit: float, size: tuple[int, int], corners: NDArray[np.intp]) -> Iterator[Planes]:
+    """(h, w) coarse map of each frame's log odds in turn, with camera motion removed."""
+    by = DENSITY / unit
     pixels = round(unit / stage.up[0, 0] / DENSITY)
-    found = np.empty((len(stage), height, width), np.float32)
-    for t, odds in enumerate(stage.odds):
-        to_map = np.array([[by, 0.0, -low[t, 0]], [0.0, by, -low[t, 1]], [0.0, 0.0, 1.0]])
-        way = to_map @ stage.places[t] @ stage.up
-        cut = cv2.warpAffine(blurred(odds, pixels), way[:2], (width, height), borderValue=NOTHING)
-        found[t] = (cut.astype(np.float32) - NOTHING) / UNITS
-    return found, low
+    for odds, place, (left, top) in zip(stage.odds, stage.places, corners, strict=True):
+        to_map = np.array([[by, 0.0, -left], [0.0, by, -top], [0.0, 0.0, 1.0]])
+        way = to_map @ place @ stage.up
+        cut = cv2.warpAffine(blurred(odds, pixels), way[:2], size[::-1], borderValue=NOTHING)
+        yield (cut.astype(np.float32) - NOTHING) / UNITS
 
 
 def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
@@ -92,11 +100,9 @@ def _silhouettes(shape: Shape, cycles: Cycles, facing: int) -> Planes:
     return np.asarray(body.reshape(*q.shape[:3], *GRID.shape).mean(1)[..., ::facing])
 
 
-def _sums(maps: Planes, silhouettes: Planes) -> Planes:
-    """(T, S, h, w) the best silhouette's sum with its hip at every place, for each size, nats."""
+def _sums(maps: Iterable[Planes], size: tuple[int, int], silhouettes: Planes) -> Iterator[Planes]:
+    """(S, h, w) of each map the best silhouette's sum with its hip at every place, for each size, nats."""
     S, P, h, w = silhouettes.shape
-    kernels = Kernels.of(WEIGHT / DENSITY**2 * silhouettes.reshape(-1, h, w), HIP, maps.shape[1:])
-    score = np.empty((len(maps), S, *maps.shape[1:]), np.float32)
-    for t, odds in enumerate(maps):
-        score[t] = kernels.sums(odds).reshape(S, P, *odds.shape).max(1)
-    return score
+    kernels = Kernels.of(WEIGHT / DENSITY**2 * silhouettes.reshape(-1, h, w), HIP, size)
+    for odds in maps:
+        yield kernels.sums(odds).reshape(S, P, *size).max(1)

@@ -4,6 +4,9 @@ Every possible step is tried in turn for all values at once, which are contiguou
 several at a time. `tracker.outline.rasters` says why all compiled code is in one file.
 """
 
+from collections.abc import Iterable
+from itertools import chain
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,19 +14,20 @@ from kinematics.figure import Array
 from tracker.compiled import compiled, part
 from tracker.picture.pyramid import Planes
 
+Steps = NDArray[np.uint8] | NDArray[np.uint16]
 WAYS = 3  # one size down, none, one up
 
 
-@compiled()
 def best_path(
-    score: Planes, corners: NDArray[np.intp], step: float, resize: float, reach: int
+    scores: Iterable[Planes], corners: NDArray[np.intp], step: float, resize: float, reach: int
 ) -> NDArray[np.intp]:
-    """The path over the scene of the largest sum of `score`, less the costs of its steps.
+    """The path over the scene of the largest sum of `scores`, less the costs of its steps.
 
-    What lies beyond the edge of a frame's scores counts as the place at the edge.
+    What lies beyond the edge of a frame's scores counts as the place at the edge. Of a frame only a byte for
+    each place and size is kept, up to a reach of 5.
 
     Args:
-        score: (T, S, h, w) nats.
+        scores: (S, h, w) nats, of each frame in turn.
         corners: (T, 2) first column and row of each frame's scores in the scene.
         step: cost of a step of one column, nats; it grows with the square. A row counts as two columns.
         resize: cost of one size up or down, nats.
@@ -32,57 +36,66 @@ def best_path(
     Returns:
         (T, 3) size, row and column in each frame's scores.
     """
-    T, S, h, w = score.shape
+    frames = iter(scores)
+    first = next(frames)
+    S, h, w = first.shape
     across, columns = reach // 2, 2 * reach + 1
+    moves = np.diff(corners, axis=0, prepend=corners[:1])
+    numbers = np.min_scalar_type(WAYS * columns * (2 * across + 1) - 1)
+    before = np.empty((len(corners), *first.shape), numbers)
     # The rows of a map are concatenated, with impossible values between them and at both ends.
-    W = w + reach
-    N = h * W
-    value = np.full((S, N), -np.inf)
-    for s in range(S):
-        for i in range(h):
-            for j in range(w):
-                value[s, i * W + j] = score[0, s, i, j]
-    before = np.empty((T, S, h, w), np.int16)  # number of the step: encodes size, columns and rows
-    start = np.zeros(N, np.int32)
-    sized, resized = np.full(N + 2 * reach, -np.inf), np.zeros(N + 2 * reach, np.int32)
-    moved, column = np.full(N + 2 * across * W, -np.inf), np.zeros(N + 2 * across * W, np.int32)
-    inner, inside = slice(reach, reach + N), slice(across * W, across * W + N)
-    for t in range(1, T):
-        now, number = np.full((S, N), -np.inf), np.zeros(N, np.int32)
-        right, down = corners[t] - corners[t - 1]
-        if right != 0 or down != 0:
-            value = _shifted(value, right, down, h, w)
-        for s in range(S):
-            sized[inner] = -np.inf
-            for other in range(max(s - 1, 0), min(s + 2, S)):
-                cost = resize * abs(other - s)
-                _carry(sized[inner], resized[inner], value[other], start, cost, other - s + 1)
-            moved[inside] = -np.inf
-            for far in range(-reach, reach + 1):
-                there = slice(reach + far, reach + far + N)
-                steps = WAYS * (far + reach)
-                _carry(moved[inside], column[inside], sized[there], resized[there], step * far**2, steps)
-            for far in range(-across, across + 1):
-                there = slice((across + far) * W, (across + far) * W + N)
-                steps = WAYS * columns * (far + across)
-                _carry(now[s], number, moved[there], column[there], 4.0 * step * far**2, steps)
-            for i in range(h):
-                for j in range(w):
-                    now[s, i * W + j] += score[t, s, i, j]
-                    before[t, s, i, j] = number[i * W + j]
-                now[s, i * W + w : i * W + W] = -np.inf
-        value = now
-    path = np.empty((T, 3), np.intp)
-    place = value.argmax()
-    s, y, x = place // N, place // W % h, place % W
-    for t in range(T - 1, -1, -1):
-        path[t, 0], path[t, 1], path[t, 2] = s, y, x
-        back = before[t, s, y, x]
-        right, down = corners[t] - corners[max(t - 1, 0)]
+    value = np.pad(np.zeros(first.shape), [(0, 0), (0, 0), (0, reach)], constant_values=-np.inf).reshape(
+        S, -1
+    )
+    for score, (right, down), kept in zip(chain([first], frames), moves, before, strict=True):
+        value = _onward(value, score, kept, right, down, step, resize, reach)
+    path = np.empty((len(corners), 3), np.intp)
+    s, y, x = map(int, np.unravel_index(value.argmax(), (S, h, w + reach)))
+    for t in range(len(corners) - 1, -1, -1):
+        path[t] = s, y, x
+        back, (right, down) = int(before[t, s, y, x]), moves[t]
         s += back % WAYS - 1
         x = min(max(x + back // WAYS % columns - reach + right, 0), w - 1)
         y = min(max(y + back // (WAYS * columns) - across + down, 0), h - 1)
     return path
+
+
+@compiled()
+def _onward(
+    value: Array, score: Planes, before: Steps, right: int, down: int, step: float, resize: float, reach: int
+) -> Array:
+    """The values a frame later; `before` (S, h, w) gets the best step's number: size, columns and rows."""
+    S, h, w = score.shape
+    across, columns = reach // 2, 2 * reach + 1
+    W = w + reach
+    N = h * W
+    start = np.zeros(N, np.int32)
+    sized, resized = np.full(N + 2 * reach, -np.inf), np.zeros(N + 2 * reach, np.int32)
+    moved, column = np.full(N + 2 * across * W, -np.inf), np.zeros(N + 2 * across * W, np.int32)
+    inner, inside = slice(reach, reach + N), slice(across * W, across * W + N)
+    now, number = np.full((S, N), -np.inf), np.zeros(N, np.int32)
+    if right != 0 or down != 0:
+        value = _shifted(value, right, down, h, w)
+    for s in range(S):
+        sized[inner] = -np.inf
+        for other in range(max(s - 1, 0), min(s + 2, S)):
+            cost = resize * abs(other - s)
+            _carry(sized[inner], resized[inner], value[other], start, cost, other - s + 1)
+        moved[inside] = -np.inf
+        for far in range(-reach, reach + 1):
+            there = slice(reach + far, reach + far + N)
+            steps = WAYS * (far + reach)
+            _carry(moved[inside], column[inside], sized[there], resized[there], step * far**2, steps)
+        for far in range(-across, across + 1):
+            there = slice((across + far) * W, (across + far) * W + N)
+            steps = WAYS * columns * (far + across)
+            _carry(now[s], number, moved[there], column[there], 4.0 * step * far**2, steps)
+        for i in range(h):
+            for j in range(w):
+                now[s, i * W + j] += score[s, i, j]
+                before[s, i, j] = number[i * W + j]
+            now[s, i * W + w : i * W + W] = -np.inf
+    return now
 
 
 @compiled()
