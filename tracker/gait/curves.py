@@ -45,7 +45,7 @@ def legs_of(track: Track, gait: Gait, joint: str) -> dict[str, Drawn]:
         if freedom not in track.figure.freedoms:
             continue
         angle = np.degrees(track.q[:, track.figure.index(freedom)])
-        curves = over_strides(angle, gait.strides[side].sound, track.first)
+        curves = over_strides(angle, gait.strides[side].sound, track.times, track.first)
         if len(curves):
             sigma, stance = spread(curves), gait.named(STANCE)
             off = None if stance is None else getattr(stance, side)
@@ -71,10 +71,14 @@ def tenths(values: Array) -> list[float]:
     return [round(float(value), 1) for value in values]
 
 
-def over_strides(angle: Array, strides: Iterable[Stride], first: int = 0) -> Array:
-    """(S, 101) an angle (T,), given from the clip's frame `first` on, over each of S strides, in its unit."""
+def over_strides(angle: Array, strides: Iterable[Stride], times: Array, first: int = 0) -> Array:
+    """(S, 101) an angle (T,) over each of S strides, in its unit, at even shares of their time.
+
+    `times` (T,) in seconds are those of the clip's frames from `first` on.
+    """
     frames = first + np.arange(len(angle))
-    found = [np.interp(s.strike.at + SHARES * s.frames, frames, angle) for s in strides]
+    spans = (np.interp([s.strike.at, s.end.at], frames, times) for s in strides)
+    found = [np.interp(start + SHARES * (end - start), times, angle) for start, end in spans]
     return np.array(found).reshape(-1, len(SHARES))
 
 

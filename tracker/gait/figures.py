@@ -9,9 +9,10 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES, Side
 from kinematics.spm import joints
+from tracker.gait.evened import evened
 from tracker.gait.lengths import Known, lengths
 from tracker.gait.strides import Stride, Strides, strides_of
-from tracker.gait.times import CONTACT, STANCE, Clock, times
+from tracker.gait.times import CONTACT, STANCE, STRIDE, Clock, times
 from tracker.gait.values import Measure, Sample, each
 from tracker.run.track import Track
 
@@ -50,12 +51,11 @@ class Gait:
     @property
     def discord(self) -> float:
         """Relative difference of the legs' stride times, which is 0 in every gait, even with a limp."""
-        lasting = [
-            np.mean([stride.frames for stride in of_side.sound])
-            for of_side in self.strides.values()
-            if of_side.sound
-        ]
-        return float(max(lasting) / min(lasting) - 1.0) if lasting else 0.0
+        lasting = self.named(STRIDE)
+        if lasting is None or lasting.near is None or lasting.far is None:
+            return 0.0
+        means = lasting.near.mean, lasting.far.mean
+        return max(means) / min(means) - 1.0
 
     @property
     def left_out(self) -> int:
@@ -92,7 +92,8 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
     """
     if not {*track.figure.joints, *track.figure.freedoms} >= NEEDED:
         return None
-    track = replace(track, times=track.times * rate)
+    film = replace(track, times=track.times * rate)
+    track = evened(film)
     run = runs(track)
     strides, leg = strides_of(track, run), None if known is None else known.leg(track)
     gait = Gait((), strides, rate, "run" if run else "walk", leg)
@@ -105,7 +106,8 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
         *_ranges(track, strides),
         *turns(track, strides),
     )
-    return _possible(replace(gait, measures=tuple(measure for measure in every if measure.both is not None)))
+    measures = tuple(measure for measure in every if measure.both is not None)
+    return _possible(replace(gait, measures=measures, strides=_in_film(strides, track, film)))
 
 
 def runs(track: Track) -> bool:
@@ -119,6 +121,18 @@ def runs(track: Track) -> bool:
     - the motion model's label of each frame.
     """
     return _bend(track) + _bounce(track) + _label(track) > 0.0
+
+
+def _in_film(strides: Mapping[Side, Strides], track: Track, film: Track) -> Mapping[Side, Strides]:
+    """Strides in frames of the film, from those in rows of the evened track."""
+    if track is film:
+        return strides
+
+    def frame(row: float) -> float:
+        seconds = np.interp(row, np.arange(len(track)), track.times)
+        return film.first + float(np.interp(seconds, film.times, np.arange(len(film))))
+
+    return {side: of_side.moved(frame) for side, of_side in strides.items()}
 
 
 def _possible(gait: Gait) -> Gait:

@@ -1,6 +1,6 @@
 """The strides of a tracked figure, each from a foot's strike to its next, with its leaving in between."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -40,6 +40,11 @@ class Strides:
     left_out: int
     strikes: tuple[Event, ...] = ()
     offs: tuple[Event, ...] = ()
+
+    def moved(self, to: Callable[[float], float]) -> "Strides":
+        """With every moment moved to where `to` says."""
+        sound = tuple(Stride(*_moved((s.strike, s.off, s.end), to)) for s in self.sound)
+        return Strides(sound, self.left_out, _moved(self.strikes, to), _moved(self.offs, to))
 
 
 def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
@@ -108,10 +113,9 @@ def _sound(
         if track.measured[int(stride.strike.at) : int(np.ceil(stride.end.at)) + 1].all()
         and ODD[0] * usual < stride.frames < ODD[1] * usual
     ]
-    moved = [Stride(*_moved((s.strike, s.off, s.end), track.first)) for s in sound]
     missed = max(len(strikes) - 1, 0) - len(sound)
-    return Strides(tuple(moved), missed, _moved(strikes, track.first), _moved(offs, track.first))
+    return Strides(tuple(sound), missed, tuple(strikes), tuple(offs)).moved(lambda row: row + track.first)
 
 
-def _moved(events: Sequence[Event], by: int) -> tuple[Event, ...]:
-    return tuple(replace(event, at=event.at + by) for event in events)
+def _moved(events: Sequence[Event], to: Callable[[float], float]) -> tuple[Event, ...]:
+    return tuple(replace(event, at=to(event.at)) for event in events)

@@ -11,6 +11,7 @@ from tracker.gait.moments import Event
 from tracker.gait.strides import Stride, Strides, between
 from tracker.gait.values import Measure, Sample, Value, each
 
+STRIDE = "stride time"
 STANCE, SWING, DOUBLE = CONTACT = ("stance share", "swing share", "double support")
 
 
@@ -39,7 +40,7 @@ class Clock:
 
 def times(strides: Mapping[Side, Strides], clock: Clock, runs: bool) -> Iterator[Measure]:
     """All measures of time, including those without a value."""
-    stride = Measure.of("stride time", "s", each(strides, lambda s: clock.span(s.strike, s.end)))
+    stride = Measure.of(STRIDE, "s", each(strides, lambda s: clock.span(s.strike, s.end)))
     stances = each(strides, _stance)
     yield Measure("cadence", "steps/min", both=_cadence(stride.both))
     yield Measure(stride.name, stride.unit, stride.near, stride.far, stride.both)  # of both legs

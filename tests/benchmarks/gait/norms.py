@@ -53,7 +53,8 @@ def norms(shown: Sequence[Motion]) -> dict[str, Norm]:
 def strides(motion: Motion, rng: np.random.Generator) -> Iterator[Array]:
     """Angles of LEG_JOINTS over every stride of either leg, (3, 101), degrees."""
     build = random_build(rng)
-    gait = gait_of(motion, build, np.arange(int(motion.seconds * RATE)) / RATE)
+    times = np.arange(int(motion.seconds * RATE)) / RATE
+    gait = gait_of(motion, build, times)
     if gait.pose[-1, 0] <= gait.pose[0, 0]:
         return
     figure, truth = figure_of(build), contacts(gait, build)
@@ -61,7 +62,7 @@ def strides(motion: Motion, rng: np.random.Generator) -> Iterator[Array]:
     for side in SIDES:
         whole = list(_whole(truth[side]))
         columns = [figure.index(f"{joint}_{side}") for joint in LEG_JOINTS]
-        yield from np.stack([over_strides(q[:, column], whole) for column in columns], axis=1)
+        yield from np.stack([over_strides(q[:, column], whole, times) for column in columns], axis=1)
 
 
 def _whole(found: Iterable[Contact]) -> Iterator[Stride]:

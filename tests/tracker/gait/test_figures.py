@@ -9,6 +9,7 @@ import pytest
 from tests.kinematics.figures import FOOTLESS, HORSE, WALKER
 from tests.tracker.strolls import SWING, stroll
 from tests.tracker.tracks import random_track
+from tracker.gait.evened import evened
 from tracker.gait.figures import LEAST_STANCE, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.strides import strides_of
@@ -277,6 +278,42 @@ def test_two_errors_cover_the_truth_about_as_often_as_they_should(rng):
             value = found[name].near
             inside[name] += abs(value.mean - truth[name].near.mean) < 2.0 * value.error
     assert min(inside.values()) >= 0.85 * trials
+
+
+def thinned(walk, gone, **changes):
+    """The walk without the rows `gone`."""
+    rows = np.setdiff1d(np.arange(len(walk)), gone)
+    arrays = {name: getattr(walk, name)[rows] for name in ("times", "q", "cov", "s", "shift")}
+    said = {name: getattr(walk, name)[: len(rows)] for name in ("motions", "outcome")}
+    return rows, replace(walk, **arrays, **(said | changes))
+
+
+@pytest.mark.parametrize("gone", [range(1, 135, 2), range(136, 270, 2)])
+def test_a_film_with_fewer_frames_in_half_of_it_gives_the_same_figures(gone):
+    walk = stroll(9.0)
+    rows, film = thinned(walk, gone, first=40)
+    gait, whole = gait_of(film), gait_of(walk)
+    assert gait.discord < 0.01
+    for measure in whole.measures:
+        found = gait.named(measure.name)
+        assert found.near is None or found.near.count == measure.near.count
+        slack = 0.015 * abs(measure.both.mean) + 0.6 * ("%" in measure.unit)
+        assert found.both.mean == pytest.approx(measure.both.mean, abs=slack), measure.name
+    for side, of_side in gait.strides.items():
+        frames = [stride.strike.at - 40 for stride in of_side.sound]
+        strikes = [stride.strike.at for stride in whole.strides[side].sound]
+        assert np.interp(frames, np.arange(len(rows)), rows) == pytest.approx(strikes, abs=0.4)
+
+
+def test_frames_not_measured_stay_so_where_times_are_evened():
+    walk = stroll(3.0)
+    assert evened(walk) is walk
+    outcome = ["ok"] * 60
+    outcome[10] = "lost"  # row 20 of the walk
+    _, film = thinned(walk, range(1, 60, 2), outcome=outcome)
+    even = evened(film)
+    assert even.times == pytest.approx(walk.times)
+    assert np.flatnonzero(~even.measured).tolist() == [19, 20, 21]
 
 
 def test_less_than_a_stride_is_no_number():
