@@ -1,7 +1,7 @@
 """Two runs of one person side by side: their gait figures, what changed, and angles over the stride."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from kinematics.figure_file import WALKER, load_figure
-from kinematics.sides import SIDES
+from kinematics.sides import OTHER, SIDES, Side
 from kinematics.text_file import read_text
 from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
@@ -86,13 +86,15 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
     runs = [_walked(folder) for folder in (before, after)]
     metres = all(run.known != Known() for run in runs)
     gaits = [run.gait(metres) for run in runs]
-    changes = list(_changes(*gaits))
+    turned = runs[0].track.view.facing != runs[1].track.view.facing
+    pairs: Mapping[str, Side] = OTHER if turned else {side: side for side in SIDES}
+    changes = list(_changes(gaits[0], gaits[1], pairs))
     write_page(
         page,
         PAGE,
-        {"cycles": list(_cycles(runs, gaits))},
+        {"cycles": list(_cycles(runs, gaits, pairs))},
         title=f"{before.name} and {after.name}",
-        notes=_notes(gaits, metres, runs),
+        notes=_notes(gaits, metres, runs, turned),
         table=html_table(COLUMNS, [change.row() for change in changes]),
     )
     return in_columns([COLUMNS, *(change.cells() for change in changes)])
@@ -110,25 +112,35 @@ def _walked(folder: Path) -> Walked:
     return Walked(folder, read_track(folder, mark=0.0, figure=figure), rate, Known(news.height, news.scale))
 
 
-def _changes(before: Gait, after: Gait) -> Iterator[Change]:
+def _changes(before: Gait, after: Gait, pairs: Mapping[str, Side]) -> Iterator[Change]:
     """Every figure that both runs have, for each leg where legs differ.
 
-    A figure that one run has of the near leg only and the other of the far leg only is left out.
+    A figure that one run has of one leg only and the other of the other leg only is left out.
+
+    Args:
+        pairs: the side in the second run of each leg of the first.
     """
     for measure in before.measures:
         other, unit = after.named(measure.name), unit_of(measure)
         if other is None:
             continue
-        values = {leg: (getattr(measure, leg), getattr(other, leg)) for leg in (*SIDES, "both")}
+        values = {
+            leg: (getattr(measure, leg), getattr(other, pairs.get(leg, leg))) for leg in (*SIDES, "both")
+        }
         legs = [side for side in SIDES if all(values[side])]
         for side in legs:
             yield Change(f"{measure.name}, {side}", unit, *values[side])
         by_side = any(value for side in SIDES for value in values[side])
-        if not by_side and all(values["both"]):
-            yield Change(measure.name, unit, *values["both"])
+        if not by_side and measure.both and other.both:
+            yield Change(measure.name, unit, measure.both, other.both)
 
 
-def _notes(gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked]) -> Iterator[str]:
+def _notes(gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked], turned: bool) -> Iterator[str]:
+    if turned:
+        yield (
+            "The two face opposite ways, so the leg near the camera in one is the far one in the other: near "
+            "and far are those of the first, and each leg is compared with itself."
+        )
     before, after = (gait.motion for gait in gaits)
     if before != after:
         yield f"The first is a {before} and the second a {after}: most figures differ for that reason alone."
@@ -136,7 +148,9 @@ def _notes(gaits: Sequence[Gait], metres: bool, runs: Sequence[Walked]) -> Itera
         yield "Lengths are in leg lengths (thigh + shank): metres are known of one of the two only."
 
 
-def _cycles(runs: Sequence[Walked], gaits: Sequence[Gait]) -> Iterator[dict[str, Any]]:
+def _cycles(
+    runs: Sequence[Walked], gaits: Sequence[Gait], pairs: Mapping[str, Side]
+) -> Iterator[dict[str, Any]]:
     """A plot for each leg and joint that both runs have."""
     drawn = {
         joint: [legs_of(run.track, gait, joint) for run, gait in zip(runs, gaits, strict=True)]
@@ -144,7 +158,7 @@ def _cycles(runs: Sequence[Walked], gaits: Sequence[Gait]) -> Iterator[dict[str,
     }
     for side in SIDES:
         for joint, (before, after) in drawn.items():
-            if side in before and side in after:
-                legs = {"before": before[side], "after": after[side]}
+            if side in before and pairs[side] in after:
+                legs = {"before": before[side], "after": after[pairs[side]]}
                 norm = norm_of(runs[0].track, gaits[0], joint)
                 yield {"title": f"{joint.capitalize()}, {side}", "legs": legs, "norm": norm}

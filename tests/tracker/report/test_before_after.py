@@ -2,11 +2,13 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from kinematics.figure_file import load_figure
+from kinematics.sides import OTHER, SIDES
 from tests.tracker.clips import figtrack
 from tests.tracker.records import made_track, write_folder
 from tests.tracker.strolls import stroll
@@ -20,9 +22,10 @@ SECONDS, FPS = 6.0, 30.0
 FLOAT = r"[-\N{MINUS SIGN}]?\d+\.\d+"
 
 
-def run(folder, *, height=None, **walk):
+def run(folder, *, height=None, facing=1, **walk):
     """The folder of a stroll's run, as far as it is read."""
     track = stroll(SECONDS, fps=FPS, **walk)
+    track = replace(track, view=replace(track.view, facing=facing))
     folder.mkdir()
     write_tables(track, folder, len(track), FPS)
     (folder / "gait.json").write_text(json.dumps(gait_of(track).summary()))
@@ -72,10 +75,27 @@ def test_one_leg_is_not_compared_with_the_other():
         )
 
     value = Value(1.0, 0.1, 4)
-    assert [change.name for change in _changes(gait(value, None), gait(None, value))] == ["cadence"]
-    assert [change.name for change in _changes(gait(value, None), gait(value, value))] == [
-        "stride time, near", "cadence",
-    ]  # fmt: skip
+    same = {side: side for side in SIDES}
+    for after, pairs in ((gait(None, value), same), (gait(value, None), OTHER)):
+        assert [change.name for change in _changes(gait(value, None), after, pairs)] == ["cadence"]
+    for after, pairs in ((gait(value, value), same), (gait(None, value), OTHER)):
+        assert [change.name for change in _changes(gait(value, None), after, pairs)] == [
+            "stride time, near", "cadence",
+        ]  # fmt: skip
+
+
+def test_who_turned_round_is_compared_leg_by_leg(tmp_path):
+    swings = np.radians([28.0, 24.0])
+    right = run(tmp_path / "right", swings=swings)
+    left = run(tmp_path / "left", swings=swings[::-1], start=0.85, facing=-1)
+    found = rows(compare_runs(right, left, tmp_path / "page.html"))
+    page = (tmp_path / "page.html").read_text()
+    assert "face opposite ways" in page
+    for side in SIDES:
+        assert found[f"hip range, {side} \N{DEGREE SIGN}"][2] == pytest.approx(0.0, abs=0.5)
+    for plot in json.JSONDecoder().raw_decode(page, page.index('{"cycles"'))[0]["cycles"]:
+        if plot["title"].startswith("Hip"):
+            assert plot["legs"]["before"]["mean"] == pytest.approx(plot["legs"]["after"]["mean"], abs=1.0)
 
 
 def test_lengths_are_in_metres_only_where_both_are(tmp_path):
