@@ -16,12 +16,10 @@ from tracker.clip.start import outside
 from tracker.errors import fault
 from tracker.progress import Progress, counted
 from tracker.report.results import write_run
-from tracker.run.folder import FolderError, check_inputs, fresh_folder
+from tracker.run.folder import CORRECTED, FolderError, check_inputs, fresh_folder
 from tracker.run.read import OVERLAY, REPORT, read_run, read_track
 from tracker.tables.keypoints import Mark
 from tracker.tables.poses import stretches
-
-CORRECTED = "corrected.keypoints.csv"  # in a run's folder: corrected marks, not yet followed
 
 
 class Correction(Session):
@@ -101,7 +99,7 @@ class Correction(Session):
         try:
             track = read_track(self.folder, before.settings.mark, self.table.figure)
             kept = Kept.of(track, before.marks, job.marks, self._start())
-            with fresh_folder(self.folder, overwrite=True, inputs=job.inputs) as aside:
+            with fresh_folder(self.folder, overwrite=True, inputs=job.inputs, corrected=True) as aside:
                 run = follow(job, self.progress, kept)
                 write_run(run, aside, self.progress, self._finished.key, overlay=overlay, report=report)
             self._read()

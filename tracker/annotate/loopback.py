@@ -12,6 +12,7 @@ import socket
 import sys
 import webbrowser
 from collections import deque
+from collections.abc import Iterable
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -71,6 +72,10 @@ class LoopbackServer(ThreadingHTTPServer):
         self.key = secrets.token_urlsafe(24)
         self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
         self.address = f"http://{LOOPBACK}:{self.server_port}/{self.key}/"
+
+    def key_of(self, what: str) -> str:
+        """The key for this part after it in an address."""
+        return self.key
 
     def server_bind(self) -> None:
         """Bind as a TCP server: an HTTP server would look up this machine's name, which may take long."""
@@ -186,9 +191,15 @@ class LoopbackHandler(BaseHTTPRequestHandler):
 
     def send(self, status: HTTPStatus, body: bytes, kind: str, more: dict[str, str]) -> None:
         """Send a whole answer with the common headers."""
+        self.stream(status, [body], len(body), kind, more)
+
+    def stream(
+        self, status: HTTPStatus, parts: Iterable[bytes], length: int, kind: str, more: dict[str, str]
+    ) -> None:
+        """Send an answer of so many bytes in parts, with the common headers."""
         headers = {
             "Content-Type": kind,
-            "Content-Length": str(len(body)),
+            "Content-Length": str(length),
             "Cache-Control": "no-store",
             "Referrer-Policy": "no-referrer",
             "X-Content-Type-Options": "nosniff",
@@ -200,7 +211,8 @@ class LoopbackHandler(BaseHTTPRequestHandler):
             self.send_header(name, value)
         with suppress(ConnectionError):  # the page may have been closed meanwhile
             self.end_headers()
-            self.wfile.write(body)
+            for part in parts:
+                self.wfile.write(part)
 
     def _admitted(self, *, changes: bool) -> str:
         """The path of a request; raises RefusalError unless it comes from the page and has its key."""
@@ -210,7 +222,7 @@ class LoopbackHandler(BaseHTTPRequestHandler):
         if (changes or origin is not None) and origin != f"http://{host}":
             raise RefusalError(HTTPStatus.FORBIDDEN, "this server answers to its own page only")
         key, slash, what = self.path.removeprefix("/").partition("/")
-        if not slash or not hmac.compare_digest(key.encode(), self.server.key.encode()):
+        if not slash or not hmac.compare_digest(key.encode(), self.server.key_of(what).encode()):
             raise RefusalError(
                 HTTPStatus.FORBIDDEN, f"open the very address that figtrack {self.server.command} printed"
             )

@@ -4,6 +4,7 @@ Films, marks and runs are looked up by the names of the films in the folder; no 
 """
 
 import re
+import secrets
 from http import HTTPStatus
 from pathlib import Path
 from threading import Lock
@@ -15,7 +16,7 @@ from pydantic import BaseModel
 from tracker.annotate.frames import Frames
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
 from tracker.desk.work import EXPORTS, Asked, Command, Film, Work, check_apart, films, words_for
-from tracker.report.document import Document
+from tracker.report.document import POLICY, Document
 from tracker.run.folder import FolderError
 from tracker.run.read import FILM, REPORT
 
@@ -98,6 +99,12 @@ class Server(LoopbackServer):
     def __init__(self, desk: Desk, port: int = 0) -> None:
         super().__init__(Handler, port, "app")
         self.desk = desk
+        self.shown = secrets.token_urlsafe(24)
+
+    def key_of(self, what: str) -> str:
+        """Files of runs have a key of their own: they may come from anywhere, and a report's script can read
+        its address."""
+        return self.shown if what.startswith("run/") else self.key
 
 
 class Handler(LoopbackHandler):
@@ -111,7 +118,7 @@ class Handler(LoopbackHandler):
         desk = self.server.desk
         kind, _, rest = what.partition("?")[0].partition("/")  # a query only avoids the browser's cache
         if what == "":
-            self.answer_page(PAGE, desk.told())
+            self.answer_page(PAGE, desk.told() | {"shown": self.server.shown})
         elif what == "state":
             self.answer(desk.told())
         elif kind in ("picture", "people", "run"):
@@ -135,8 +142,10 @@ class Handler(LoopbackHandler):
         elif kind == "people":
             self.send(HTTPStatus.OK, film.people.with_suffix(".png").read_bytes(), "image/png", {})
         elif file == REPORT:
-            # A folder may come from anywhere, so its report is isolated from this page.
-            alone = {"Content-Security-Policy": "sandbox allow-scripts allow-downloads allow-modals"}
+            # A folder may come from anywhere, so its report is isolated from this page and all others.
+            alone = {
+                "Content-Security-Policy": f"sandbox allow-scripts allow-downloads allow-modals; {POLICY}"
+            }
             self.send(HTTPStatus.OK, (film.run / file).read_bytes(), "text/html; charset=utf-8", alone)
         elif file == FILM:
             self._send_part(film.run / file)
@@ -144,22 +153,35 @@ class Handler(LoopbackHandler):
             raise nothing_here()
 
     def _send_part(self, path: Path) -> None:
-        """Send the part of a film that a player requests, or its beginning."""
-        size = path.stat().st_size
-        asked = re.fullmatch(r"bytes=(\d{1,15})-(\d{0,15})", self.headers.get("Range", "bytes=0-"))
-        first = int(asked[1]) if asked else 0
-        if first >= size:
-            raise RefusalError(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, f"the clip has {size} bytes")
-        last = min(int(asked[2]) if asked and asked[2] else size - 1, size - 1, first + MOST_SENT - 1)
-        with path.open("rb") as clip:
-            clip.seek(first)
-            part = clip.read(last - first + 1)
+        """Send the part of a film that a player requests, or all of it."""
+        size, asked = path.stat().st_size, self.headers.get("Range")
+        part = asked and _part(asked, size)
+        first, last = part or (0, size - 1)
         about = {
-            "Content-Range": f"bytes {first}-{last}/{size}",
             "Accept-Ranges": "bytes",
             "Cross-Origin-Resource-Policy": "cross-origin",  # the report is an origin of its own
         }
-        self.send(HTTPStatus.PARTIAL_CONTENT, part, "video/mp4", about)
+        if part:
+            about["Content-Range"] = f"bytes {first}-{last}/{size}"
+        status = HTTPStatus.PARTIAL_CONTENT if part else HTTPStatus.OK
+        with path.open("rb") as clip:
+            clip.seek(first)
+            pieces = (clip.read(min(MOST_SENT, last + 1 - at)) for at in range(first, last + 1, MOST_SENT))
+            self.stream(status, pieces, last + 1 - first, "video/mp4", about)
+
+
+def _part(asked: str, size: int) -> tuple[int, int] | None:
+    """The first and last byte of the requested part of a file, at most MOST_SENT; None for another kind of
+    request, which all of it answers (RFC 9110, section 14.2). RefusalError: the file has no such part."""
+    named = re.fullmatch(r"bytes=(\d{0,15})-(\d{0,15})", asked)
+    if named is None or named[0] == "bytes=-":
+        return None
+    start, end = named.groups()
+    first = int(start) if start else max(size - int(end), 0)
+    last = min(int(end) if start and end else size - 1, size - 1, first + MOST_SENT - 1)
+    if first > last:
+        raise RefusalError(HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, f"the clip has {size} bytes")
+    return first, last
 
 
 def open_desk(folder: Path, port: int, browser: bool) -> None:

@@ -217,12 +217,12 @@ class Work:
 
     def _hear(self, line: str) -> None:
         """Process a line: progress as JSON, or plain text that says why the command ended."""
-        try:
+        news = None
+        with suppress(ValueError, RecursionError):
             news = json.loads(line)
-        except json.JSONDecodeError:
+        if not isinstance(news, dict):
             self._said.append(line)
-            return
-        if "task" in news:
+        elif "task" in news:
             self._task = news
         else:
             self._said += (f"warning: {text}" if kind == "warning" else text for kind, text in news.items())

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.foreign.people import People, frame_number, person, triples
-from tracker.foreign.text_files import laid_out, load_json
+from tracker.foreign.text_files import ForeignError, laid_out, load_json
 
 COCO_17 = (
     *("nose", "left_eye", "right_eye", "left_ear", "right_ear"),
@@ -32,17 +32,23 @@ def read_people(path: Path) -> People:
     """
     content = load_json(path)
     with laid_out(path, "COCO keypoints file"):
-        return _labelled(content) if isinstance(content, Mapping) else _detected(content)
+        frames, people = _labelled(content) if isinstance(content, Mapping) else _detected(content)
+    if len(set(frames.values())) < len(frames):
+        raise ForeignError(
+            f"{path} has two images of a frame; give a file of one video, whose images are numbered"
+        )
+    return people
 
 
-def _labelled(content: Mapping[str, Any]) -> People:
+def _labelled(content: Mapping[str, Any]) -> tuple[Mapping[Any, int], People]:
+    """The frame of each image, and the people in it."""
     names = {
         category["id"]: category.get("keypoints") or COCO_17 for category in content.get("categories", [])
     }
-    frames = {}
+    frames: dict[Any, int] = {}
     for image in content.get("images", []):
         number = frame_number(str(image["file_name"]))
-        frames[image["id"]] = image["id"] if number is None else number
+        frames[image["id"]] = int(image["id"]) if number is None else number
     people: People = {}
     for one in content["annotations"]:
         if one.get("iscrowd") or not any(one.get("keypoints") or []):
@@ -52,15 +58,17 @@ def _labelled(content: Mapping[str, Any]) -> People:
             name: (x, y, 1.0 if flag in (OCCLUDED, LABELLED) else 0.0, flag == LABELLED)
             for name, (x, y, flag) in points.items()
         }
-        frame = frames.get(one["image_id"], one["image_id"])
-        people.setdefault(int(frame), []).append(person(flagged))
-    return people
+        frame = frames.setdefault(one["image_id"], int(one["image_id"]))
+        people.setdefault(frame, []).append(person(flagged))
+    return frames, people
 
 
-def _detected(content: list[Any]) -> People:
+def _detected(content: list[Any]) -> tuple[Mapping[Any, int], People]:
+    """The frame of each image, and the people in it."""
+    frames: dict[Any, int] = {}
     people: People = {}
     for one in content:
         image = one["image_id"]
-        frame = frame_number(image) if isinstance(image, str) else int(image)
-        people.setdefault(frame or 0, []).append(person(triples(COCO_17, one["keypoints"])))
-    return people
+        frames[image] = (frame_number(image) or 0) if isinstance(image, str) else int(image)
+        people.setdefault(frames[image], []).append(person(triples(COCO_17, one["keypoints"])))
+    return frames, people

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.foreign.people import People, Sighting, frame_number, sighting
-from tracker.foreign.text_files import laid_out, load_json
+from tracker.foreign.text_files import ForeignError, laid_out, load_json
 
 CORNER = 0.5
 HIDDEN_FLAGS = ("hidden", "occluded")
@@ -33,7 +33,12 @@ def read_people(path: Path) -> People:
             point = sighting(x, y, visible=not any(flags.get(flag) for flag in HIDDEN_FLAGS))
             if point is not None:
                 placed = Sighting(point.x - CORNER, point.y - CORNER, visible=point.visible)
-                groups.setdefault(shape.get("group_id"), {})[str(shape["label"])] = placed
+                group, label = groups.setdefault(shape.get("group_id"), {}), str(shape["label"])
+                if label in group:
+                    raise ForeignError(
+                        f"{path} has two points {label!r} in a group; give each person a group of their own"
+                    )
+                group[label] = placed
     numbers = (frame_number(str(content.get("imagePath") or "")), frame_number(path.name))
     frame = next((number for number in numbers if number is not None), 0)
     return {frame: list(groups.values())} if groups else {}

@@ -32,6 +32,8 @@ def laid_out(path: Path, kind: str, advice: str = "export it again") -> Iterator
     """In this block loaded data are unpacked; errors of a wrong layout become ForeignError."""
     try:
         yield
+    except ForeignError:
+        raise
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
         raise ForeignError(f"{path} is no {kind} that can be read ({error}); {advice}") from error
 

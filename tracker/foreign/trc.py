@@ -54,20 +54,25 @@ def is_trc(head: str) -> bool:
 
 
 def read_people(path: Path) -> People:
-    """The markers of a TRC file in pixels, one person a row, frames from 0. ForeignError: another layout, or
-    metres."""
+    """The markers of a TRC file in pixels, one person a row. ForeignError: another layout, or metres.
+
+    The first row's frame is its time times the header's rate; the others follow it.
+    """
     rows = load_rows(path, "\t")
     if len(rows) <= HEADER or rows[0][0] != MAGIC:
         raise ForeignError(
             f"{path} is no TRC file: it must begin with {MAGIC} and hold a frame; export it again"
         )
-    units = dict(zip(rows[1], rows[2], strict=False)).get("Units", "")
+    header = dict(zip(rows[1], rows[2], strict=False))
+    units = header.get("Units", "")
     if units.strip().lower() != "px":
         raise ForeignError(f"{path} is in {units or 'no'} units; markers on a picture must be in px")
     names = [name.strip() for name in rows[3][2:] if name.strip()]
-    body = [row[2 : 2 + 3 * len(names)] for row in rows[HEADER:] if any(cell.strip() for cell in row)]
+    body = [row for row in rows[HEADER:] if any(cell.strip() for cell in row)]
     try:
-        return {t: [_person(names, [float(cell or "nan") for cell in row])] for t, row in enumerate(body)}
+        first = round(float(body[0][1]) * float(header["DataRate"]))
+        markers = ([float(cell or "nan") for cell in row[2 : 2 + 3 * len(names)]] for row in body)
+        return {t: [_person(names, row)] for t, row in enumerate(markers, first)}
     except ValueError as error:
         raise ForeignError(f"{path}: {error}; a row is a frame, a time and three numbers a marker") from error
 

@@ -22,6 +22,7 @@ MARKERS = {
     "demo.json": "figtrack",
     "reproduce.json": "figtrack",
 }
+CORRECTED = "corrected.keypoints.csv"  # in a run's folder: corrected marks, not yet followed
 PART, DRAWN = ".part", 8  # ending of temporary folders, and number of random letters before it
 LOCK = "lock"  # file in a temporary folder, locked by its process; the system unlocks it when that ends
 
@@ -49,6 +50,7 @@ def fresh_folder(
     overwrite: bool,
     inputs: Iterable[Path | None] = (),
     replaceable: Callable[[Path], bool] = holds_run,
+    corrected: bool = False,
 ) -> Iterator[Path]:
     """A new folder to write into, which becomes `path` when the block succeeds and is removed when it fails.
 
@@ -57,6 +59,7 @@ def fresh_folder(
         overwrite: whether a complete run may be replaced. Anything else is never replaced.
         inputs: input files, None for none, which must not lie in the folder that is replaced.
         replaceable: tells whether a folder holds a complete run.
+        corrected: whether corrections in it are what the new one follows; others are never replaced.
 
     Raises:
         FolderError: a file at this place, a folder that cannot be written, a complete run without
@@ -64,12 +67,12 @@ def fresh_folder(
     """
     place = _real(path)
     _sweep(place)
-    check_folder(path, overwrite, replaceable)
+    check_folder(path, overwrite, replaceable, corrected)
     check_inputs(path, inputs)
     with _workshop(place) as workshop:
         new = workshop / "new"
         yield new
-        check_folder(path, overwrite, replaceable)  # another run may have finished meanwhile
+        check_folder(path, overwrite, replaceable, corrected)  # another run may have finished meanwhile
         _exchange(new, place, workshop / "old")
 
 
@@ -122,7 +125,9 @@ def check_inputs(path: Path, inputs: Iterable[Path | None]) -> None:
             raise FolderError(f"{path} would be replaced, and with it {what}; keep the two apart")
 
 
-def check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool]) -> None:
+def check_folder(
+    path: Path, overwrite: bool, replaceable: Callable[[Path], bool], corrected: bool = False
+) -> None:
     """FolderError if no folder of results can be put there, by the rules of `fresh_folder`."""
     if not path.exists():
         return
@@ -139,6 +144,11 @@ def check_folder(path: Path, overwrite: bool, replaceable: Callable[[Path], bool
     if not overwrite:
         raise FolderError(
             f"{path} holds a complete run; choose another --out, or replace it with --overwrite"
+        )
+    if not corrected and (path / CORRECTED).exists():
+        raise FolderError(
+            f"{path} holds corrections that were not followed yet; follow on in 'figtrack correct', or move "
+            f"{CORRECTED} away"
         )
 
 

@@ -47,12 +47,18 @@ def folder(walk, tmp_path):
     return place
 
 
+class DeskClient(Client):
+    def shown(self, file, **headers):
+        """Status, headers and body of a file of the film's run."""
+        return self.ask("GET", f"run/walk.mp4/{file}", key=self.server.shown, **headers)
+
+
 @contextmanager
 def served(folder):
     """A client of a desk that runs."""
     with Server(Desk(folder, browser=False)) as server:
         threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
-        yield Client(server)
+        yield DeskClient(server)
         server.shutdown()
         server.desk.stop()
 
@@ -153,15 +159,51 @@ def test_its_picture_report_and_parts_of_its_film_are_shown(folder):
     with served(folder) as client:
         status, headers, picture = client.ask("GET", "picture/walk.mp4")
         assert (status, headers["Content-Type"], picture[:2]) == (200, "image/jpeg", b"\xff\xd8")
-        _, headers, page = client.ask("GET", "run/walk.mp4/report.html")
+        _, headers, page = client.shown("report.html")
         assert page == b"<p>a report"
         assert headers["Content-Security-Policy"].startswith("sandbox allow-scripts")
+        assert "default-src 'none'" in headers["Content-Security-Policy"]
         assert "allow-same-origin" not in headers["Content-Security-Policy"]
-        for asked, part in (("bytes=10-19", CLIP[10:20]), ("bytes=10000-", CLIP[10000:]), (None, CLIP)):
-            status, headers, content = client.ask("GET", "run/walk.mp4/film.mp4", Range=asked)
-            assert (status, content) == (206, part)
-            assert headers["Content-Range"].endswith(f"/{len(CLIP)}")
-        assert client.ask("GET", "run/walk.mp4/film.mp4", Range=f"bytes={len(CLIP)}-")[0] == 416
+
+
+def test_the_key_of_what_a_run_shows_opens_nothing_else(folder):
+    a_run(folder)
+    with served(folder) as client:
+        shown = client.server.shown
+        assert client.ask("GET", "run/walk.mp4/report.html")[0] == 403
+        for what in ("", "state", "picture/walk.mp4"):
+            assert client.ask("GET", what, key=shown)[0] == 403
+        assert client.post("start", {"film": "walk.mp4", "command": "find"}, key=shown)[0] == 403
+        assert shown not in json.dumps(state(client))
+
+
+@pytest.mark.parametrize(
+    ("asked", "part"),
+    [
+        ("bytes=10-19", slice(10, 20)),
+        ("bytes=10000-", slice(10000, None)),
+        ("bytes=-30", slice(-30, None)),
+        ("bytes=-99999", slice(0, None)),
+        ("bytes=10-99999", slice(10, None)),
+        ("bytes=0-1,5-6", None),  # several parts at once
+        (None, None),
+    ],
+)
+def test_a_player_gets_the_part_of_a_film_that_it_requests(folder, asked, part):
+    a_run(folder)
+    with served(folder) as client:
+        status, headers, content = client.shown("film.mp4", Range=asked)
+    assert (status, content) == (200 if part is None else 206, CLIP[part or slice(None)])
+    if part is not None:
+        first, last, size = map(int, re.findall(r"\d+", headers["Content-Range"]))
+        assert (first, last + 1, size) == (*part.indices(size)[:2], len(CLIP))
+
+
+@pytest.mark.parametrize("asked", [f"bytes={len(CLIP)}-", "bytes=2-0", "bytes=100-50", "bytes=-0"])
+def test_a_part_that_a_film_has_not_is_refused(folder, asked):
+    a_run(folder)
+    with served(folder) as client:
+        assert client.shown("film.mp4", Range=asked)[0] == 416
 
 
 @pytest.mark.parametrize("largest", [10**9, 100], ids=["within", "beside"])
@@ -170,7 +212,7 @@ def test_the_film_of_a_report_plays(browser, folder, monkeypatch, largest):
     run, track = a_run(folder), stroll(1.0)
     write_report(run / "report.html", chapter(track), write_clip(run / "film.mp4", track.times))
     with served(folder) as client:
-        browser.open(f"{client.server.address}run/walk.mp4/report.html")
+        browser.open(f"http://{client.host}/{client.server.shown}/run/walk.mp4/report.html")
         browser.wait("document.querySelector('video').readyState >= 2")
         browser.press(" ")
         browser.wait("document.querySelector('.screen svg').dataset.frame > 10")
@@ -181,7 +223,8 @@ def test_a_long_clip_is_sent_in_parts(folder, monkeypatch):
     monkeypatch.setattr(module, "MOST_SENT", 100)
     a_run(folder)
     with served(folder) as client:
-        _, headers, content = client.ask("GET", "run/walk.mp4/film.mp4", Range="bytes=50-")
+        _, headers, content = client.shown("film.mp4", Range="bytes=50-")
+        assert client.shown("film.mp4")[2] == CLIP
     assert (content, headers["Content-Range"]) == (CLIP[50:150], f"bytes 50-149/{len(CLIP)}")
 
 
@@ -199,7 +242,7 @@ def test_a_long_clip_is_sent_in_parts(folder, monkeypatch):
 )
 def test_nothing_else_is_shown(folder, what):
     with served(folder) as client:
-        assert client.ask("GET", what)[0] == 404
+        assert client.ask("GET", what, key=client.server.key_of(what))[0] == 404
 
 
 @pytest.mark.parametrize(
@@ -276,6 +319,12 @@ def test_a_command_that_the_system_ended_says_so(scripted):
     assert not any(line.startswith("error") for line in stopped.told()["said"])
 
 
+def test_a_line_that_is_json_but_no_news_is_said(scripted):
+    assert ended_soon(scripted("echo 42 >&2; echo null >&2; echo error: so >&2"))["said"] == [
+        "42", "null", "error: so",
+    ]  # fmt: skip
+
+
 def test_a_command_has_ended_though_a_browser_that_it_started_goes_on(scripted, tmp_path):
     work = scripted("echo done; sleep 30 & echo $! > browser")
     try:
@@ -317,7 +366,8 @@ def test_a_film_goes_all_the_way_on_the_page(browser, folder):
         browser.open(browser.value(f"{json.dumps(address)}"))
         browser.push(".stop")
         browser.wait("document.querySelector('.work .row').hidden")
-        browser.open(f"{address}run/walk.mp4/report.html")
+        browser.wait("document.querySelector('.report').href.includes('/run/')")
+        browser.open(browser.value("document.querySelector('.report').href"))
         browser.wait("document.querySelector('.plots svg')")
         browser.open("about:blank")
         process.send_signal(signal.SIGINT)

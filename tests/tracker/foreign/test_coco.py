@@ -20,6 +20,15 @@ def test_frames_are_the_numbers_in_the_images_names(tmp_path):
     assert sorted(people) == [7, 9]
 
 
+def test_images_of_two_films_are_refused(tmp_path):
+    files = [coco(tmp_path / "a.json", {"monday/0001.jpg": [WALKER], "friday/0001.jpg": [WALKER]})]
+    results = [{"image_id": image, "keypoints": coco_numbers(WALKER)} for image in ("left.jpg", "right.jpg")]
+    for path in (*files, write(tmp_path / "b.json", results)):
+        with pytest.raises(ForeignError, match="two images of a frame; give a file of one video"):
+            read_people(path)
+    assert list(read_people(write(tmp_path / "c.json", results[:1]))) == [0]
+
+
 def test_flags_say_what_is_there_and_what_is_hidden(tmp_path):
     flags = {"nose": 0, "left_knee": 1}
     (person,) = read_people(coco(tmp_path / "a.json", {"1.jpg": [WALKER]}, flags))[1]

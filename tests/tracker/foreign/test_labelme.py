@@ -25,6 +25,13 @@ def test_people_are_told_apart_by_their_group(tmp_path):
     assert [len(person) for person in people[12]] == [len(WALKER), 1]
 
 
+def test_two_people_in_one_group_are_refused(tmp_path):
+    path = labelme(tmp_path / "a.json", [WALKER, WALKER])
+    path.write_text(path.read_text().replace('"group_id": 1', '"group_id": 0'))
+    with pytest.raises(ForeignError, match="two points 'nose' in a group; give each person"):
+        read_people(path)
+
+
 def test_a_flag_hides_a_point(tmp_path):
     (person,) = read_people(labelme(tmp_path / "a.json", [WALKER], hidden=["left_knee"]))[12]
     assert [name for name, point in person.items() if not point.visible] == ["left_knee"]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.tracker.people import trc
 from tests.tracker.records import FPS, FRAMES, made_record, validated, validator
 from tracker.foreign.points import HALPE, Points, named_points
 from tracker.foreign.scale import Scale, scale_by_height
@@ -44,6 +45,15 @@ def test_the_validator_finds_nothing_wrong_with_either_and_what_is_spoiled(recor
     assert check(pixels, allow_px=False)[0]
     metres.write_text(metres.read_text().replace("\tnan\tnan\tnan\n", "\t\t\t\n"))
     assert check(metres, allow_px=False)[0]
+
+
+def test_a_part_of_a_film_is_read_at_its_frames(tmp_path):
+    path = trc(tmp_path / "w_px.trc", [{"left_knee": (float(t), 0.0)} for t in range(60)])
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:5] + lines[45:]))
+    assert {t: person["left_knee"].x for t, (person,) in read_people(path).items()} == {
+        t: t for t in range(40, 60)
+    }
 
 
 @pytest.mark.parametrize(

@@ -103,6 +103,14 @@ def test_the_old_run_comes_back_when_the_new_one_cannot_take_its_place(tmp_path,
     assert names(tmp_path) == ["out"]
 
 
+def test_corrections_that_were_not_followed_are_never_replaced(tmp_path):
+    write_run_into(tmp_path / "out")
+    (tmp_path / "out" / "corrected.keypoints.csv").write_text("by hand")
+    with pytest.raises(FolderError, match="corrections that were not followed yet; follow on in"):
+        write_run_into(tmp_path / "out", overwrite=True)
+    assert (tmp_path / "out" / "corrected.keypoints.csv").read_text() == "by hand"
+
+
 @pytest.mark.parametrize("overwrite", [False, True])
 @pytest.mark.parametrize("content", [None, "not json", '{"script": "go"}', '["figtrack"]'])
 def test_a_foreign_folder_is_never_replaced(tmp_path, overwrite, content):

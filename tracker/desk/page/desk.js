@@ -102,7 +102,7 @@ function begun(film, formats) {
   $(".face", card).src = `picture/${address}`;
   $(".face", card).alt = `The first frame of ${film.name}`;
   $(".found", card).alt = `Who was found in ${film.name}`;
-  $(".report", card).href = `run/${address}/report.html`;
+  $(".report", card).href = `../${opening.shown}/run/${address}/report.html`;
   choices($(".to", card), formats.map((name) => [name, name]));
   for (const button of card.querySelectorAll("[data-command]")) {
     button.addEventListener("click", () => start(card, film.name, button.dataset.command));
