@@ -70,7 +70,7 @@ def saved(path, model):
 def sequence(y, name="a", first=0, labels=None):
     """A sequence as if read from a table."""
     cells = tuple(tuple(pose_cells(row)) for row in y)
-    return PoseSequence(name, first, np.array(y), labels or ("",) * len(y), cells, (True,) * len(y), None)
+    return PoseSequence(name, first, np.array(y), labels or ("",) * len(y), cells, 0, None)
 
 
 def blanked(y, rows, columns=slice(None)):

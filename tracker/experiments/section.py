@@ -122,7 +122,7 @@ def share_verdict(cases: Sequence[bool]) -> Verdict:
 
 def as_sequence(name: str, y: Array, first: int = 0) -> PoseSequence:
     """Poses (T, 8), from frame `first` on, as a sequence for the pictures of the motion commands."""
-    return PoseSequence(name, first, y, ("",) * len(y), (), (True,) * len(y), None)
+    return PoseSequence(name, first, y, ("",) * len(y), (), 0, None)
 
 
 def write_findings(sections: Sequence[Section], about: str, notes: Sequence[str], path: Path) -> None:

@@ -19,7 +19,7 @@ from tracker.models.find import from_a_stand, motion_model
 from tracker.motion.choices import Classify, Inference, Interpolate, PosesTask, Predict, Synthesise, Task
 from tracker.motion.fill import at_table_noise, fill_gaps, fillers
 from tracker.motion.free_run import free_run
-from tracker.motion.summary import filled_cells, forecast_errors, free_motion, label_shares
+from tracker.motion.summary import filled_cells, forecast_errors, free_motion, label_shares, unseen_frames
 from tracker.motion.tasks import chosen_inference, forecast_all, label_all, whole_pose
 from tracker.progress import Progress, counted
 from tracker.run.folder import FolderError, fresh_file
@@ -52,7 +52,7 @@ def classify_table(task: Classify, overwrite: bool, progress: Progress) -> str:
 
             title = f"{task.poses.name}: motions by {Path(task.model).name}, {chosen.value}, {task.use.value}"
             draw_labels(sequences, found, plot, title, shares=shares)
-    return "\n".join([*label_shares(sequences, found), _see(places)])
+    return "\n".join([*label_shares(sequences, found), *unseen_frames(sequences), _see(places)])
 
 
 def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
@@ -73,7 +73,9 @@ def predict_table(task: Predict, overwrite: bool, progress: Progress) -> str:
             ahead = f"forecasts {counted(task.horizon, 'frame')} ahead by {Path(task.model).name}"
             title = f"{_which(task, sequences[i])}: {ahead}"
             draw_forecast(sequences[i], means[i], sds[i], plot, title)
-    return "\n".join([forecast_errors(sequences, means, task.horizon), _see(places)])
+    return "\n".join(
+        [forecast_errors(sequences, means, task.horizon), *unseen_frames(sequences), _see(places)]
+    )
 
 
 def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) -> str:
@@ -99,7 +101,7 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
             i = _shown(task.poses, task.show, sequences, int(np.argmax(lengths)))
             title = f"{_which(task, sequences[i])}: gaps filled by {Path(task.model).name}"
             draw_filled(sequences[i], filled[i].y, filled[i].sd, fps, plot, title)
-    return "\n".join([filled_cells(sequences, filled), _see(places)])
+    return "\n".join([filled_cells(sequences, filled), *unseen_frames(sequences), _see(places)])
 
 
 def synthesise_table(task: Synthesise, overwrite: bool, progress: Progress) -> str:

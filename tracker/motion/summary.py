@@ -17,17 +17,13 @@ STRIDES = 3.0  # least number of strides from which the period is measured
 
 
 def label_shares(sequences: Sequence[PoseSequence], found: Sequence[Labelling]) -> list[str]:
-    """Frames of each motion found, and the agreement with the table's own labels."""
-    labels = [label for f in found for label in f.label]
+    """Measured frames of each motion found, and the agreement with the table's own labels."""
+    pairs = list(zip(sequences, found, strict=True))
+    labels = [f.label[t] for s, f in pairs for t in np.flatnonzero(s.seen.any(axis=1))]
     counts = Counter(labels)
     parts = [f"{motion} {100.0 * counts[motion] / len(labels):.1f} %" for motion in found[0].labels]
     lines = [f"{counted(len(labels), 'frame')} in {counted(len(sequences), 'sequence')}: {', '.join(parts)}"]
-    told = [
-        (own, label)
-        for s, f in zip(sequences, found, strict=True)
-        for own, label in zip(s.labels, f.label, strict=True)
-        if own
-    ]
+    told = [(own, label) for s, f in pairs for own, label in zip(s.labels, f.label, strict=True) if own]
     if told:
         right = 100.0 * np.mean([own == label for own, label in told])
         lines.append(f"the table's own label on {right:.2f} % of {counted(len(told), 'frame')} that have one")
@@ -72,6 +68,12 @@ def filled_cells(sequences: Sequence[PoseSequence], filled: Sequence[Filled]) ->
     if missing > done:
         text += f"; {missing - done} of a root that was never measured stay empty"
     return text
+
+
+def unseen_frames(sequences: Sequence[PoseSequence]) -> list[str]:
+    """A line on the frames that `track` did not see; none if it saw the pose in all of them."""
+    unseen = sum(sequence.unseen for sequence in sequences)
+    return [f"{counted(unseen, 'frame')} lost or outside, taken as missing"] if unseen else []
 
 
 def free_motion(model: str, labels: Sequence[str], y: Array, fps: float) -> str:

@@ -26,7 +26,7 @@ RADIANS = 3.2  # if all angles are smaller than so many degrees, they probably a
 MOVED = 0.2  # provided that the root moved by so many leg lengths, or
 MANY = 15  # that so many frames were measured
 
-# Pose in body units, label, seconds, the pose's cells as written, and whether the frame showed it.
+# Pose in body units, label, seconds, the pose's cells as written, and whether it was lost or outside.
 Row = tuple[Array, str, float, tuple[str, ...], bool]
 Rows = dict[str, dict[int, Row]]
 
@@ -55,10 +55,10 @@ class PoseSequence:
 
     name   : its `seq`, "0" if the table has none
     first  : frame of the first row
-    y      : (T, M) in body units, angles in radians; NaN for empty cells
+    y      : (T, M) in body units, angles in radians; NaN for empty cells and where the pose was not seen
     labels : (T,) of each frame, "" where no motion was given
     cells  : (T,) each frame's M cells as written, "" for empty ones
-    shown  : (T,) whether the frame showed the pose, as far as an outcome tells
+    unseen : number of frames whose outcome is lost or outside; they are taken as missing
     fps    : frames a second by the column time_s, None without it
     """
 
@@ -67,7 +67,7 @@ class PoseSequence:
     y: Array
     labels: tuple[str, ...]
     cells: tuple[tuple[str, ...], ...]
-    shown: tuple[bool, ...]
+    unseen: int
     fps: float | None
 
     def __len__(self) -> int:
@@ -79,9 +79,8 @@ class PoseSequence:
         return np.isfinite(self.y)
 
     def runs(self) -> list[tuple[str, Array]]:
-        """Label and poses of every stretch of one label without a gap or an unseen pose."""
-        whole = self.seen.all(1) & np.array(self.shown)
-        kinds = list(zip(self.labels, whole.tolist(), strict=True))
+        """Label and poses of every stretch of one label without a gap."""
+        kinds = [(label, bool(seen.all())) for label, seen in zip(self.labels, self.seen, strict=True)]
         return [(kinds[a][0], self.y[a:b]) for a, b in stretches(kinds) if kinds[a][1]]
 
 
@@ -92,7 +91,8 @@ def stretches(values: Sequence[object]) -> list[tuple[int, int]]:
 
 
 def read_poses(path: str | Path, figure: Figure = WALKER) -> list[PoseSequence]:
-    """All sequences of a figure's pose table, in the order of the file; missing frames become rows of NaN.
+    """All sequences of a figure's pose table, in the order of the file; missing frames become rows of NaN,
+    as do those that `track` calls lost or outside.
 
     PosesError: no such file, not a pose table, a cell that is no number, a frame given twice, or a sequence
     whose rows are not contiguous.
@@ -155,8 +155,10 @@ def _read_row(rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout
     cells, label = zip(given, columns, largest, strict=True), row.get("label", "")
     pose = np.array([layout.number(text, name, where, most, empty=True) for text, name, most in cells])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
-    shown, time = row.get("outcome") not in UNSEEN, finite(row.get("time_s", ""))
-    frames[frame] = pose, "" if label in NO_MOTION else label, time, given, shown
+    unseen, time = row.get("outcome") in UNSEEN, finite(row.get("time_s", ""))
+    if unseen:
+        pose, label, given = np.full_like(pose, np.nan), "", ("",) * len(given)
+    frames[frame] = pose, "" if label in NO_MOTION else label, time, given, unseen
 
 
 def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSequence:
@@ -175,8 +177,8 @@ def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSeq
     pose, *_ = frames[first]
     gap = np.full(len(pose), np.nan), "", np.nan, ("",) * len(pose), False
     rows = (frames.get(t, gap) for t in range(first, last + 1))
-    poses, labels, times, cells, shown = zip(*rows, strict=True)
-    return PoseSequence(name, first, np.stack(poses), labels, cells, shown, _fps(np.array(times)))
+    poses, labels, times, cells, unseen = zip(*rows, strict=True)
+    return PoseSequence(name, first, np.stack(poses), labels, cells, sum(unseen), _fps(np.array(times)))
 
 
 def _fps(times: Array) -> float | None:

@@ -14,7 +14,7 @@ from tests.tracker.clips import everything, figtrack, read_csv, refused, write_t
 from tests.tracker.gaits import HEADER, both, gait, gait_hmm, gait_model, saved, sequence, write_poses
 from tracker.models.learn import NOISE
 from tracker.motion import commands
-from tracker.tables.poses import read_poses
+from tracker.tables.poses import pose_cells, read_poses
 
 pytestmark = pytest.mark.whole
 
@@ -76,7 +76,7 @@ def test_classify_leaves_a_row_a_frame_with_probabilities(tmp_path, poses, model
         assert not chances or sum(chances) == pytest.approx(1.0, abs=2e-6)
         assert not chances or row["label"] == ["walk", "run"][int(np.argmax(chances))]
     first, second, last = said.splitlines()
-    assert first.startswith("90 frames in 2 sequences: walk 6")
+    assert first.startswith("86 frames in 2 sequences: walk 6")
     assert second.startswith("the table's own label on 9") or second.startswith(
         "the table's own label on 100"
     )
@@ -116,6 +116,20 @@ def test_interpolate_fills_what_is_empty_and_leaves_the_rest_to_the_letter(tmp_p
             assert row[name] == before if before else float(row[name]) < 1e3
             assert (row[f"{name}_sd"] == "") == bool(before)
     assert out.with_suffix(".png").read_bytes().startswith(PNG)
+
+
+@pytest.mark.parametrize("command", ON_TABLES)
+def test_lost_rows_are_as_good_as_missing(tmp_path, rng, model, command):
+    y = gait("walk", 40, rng)
+    lost = [("a", t, *pose_cells(y[t] + 9.0), "walk", "lost") for t in range(20, 25)]
+    good = [("a", t, *pose_cells(y[t]), "walk", "ok") for t in range(40) if not 20 <= t < 25]
+    said = []
+    for rows in (good, [*good, *lost]):
+        table, out = tmp_path / "p.csv", tmp_path / f"{len(rows)}.csv"
+        write_table(table, rows, (*HEADER, "label", "outcome"))
+        said.append(done(command, table, "--model", model, "--no-plot", "--out", out).splitlines()[:-1])
+    assert (tmp_path / "35.csv").read_bytes() == (tmp_path / "40.csv").read_bytes()
+    assert said[1] == [*said[0], "5 frames lost or outside, taken as missing"]
 
 
 def test_interpolate_is_the_same_for_a_seed_and_a_sequence_alone(tmp_path, model, rng):

@@ -65,7 +65,8 @@ def test_a_run_ends_where_the_tracker_did_not_see_the_pose(tmp_path):
     rows = [f"{row(t)},{outcome}" for t, outcome in enumerate(outcomes)]
     (sequence,) = read_poses(table(tmp_path, *rows, header=f"{HEADER},outcome"))
     assert [len(y) for _, y in sequence.runs()] == [2, 1, 1]
-    assert sequence.seen.all()
+    assert (sequence.seen.any(1).tolist(), sequence.unseen) == ([True, True, False, True, False, True], 2)
+    assert (sequence.cells[2], sequence.labels[2]) == (("",) * 8, "")
 
 
 @pytest.mark.parametrize(
