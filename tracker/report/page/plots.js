@@ -169,8 +169,10 @@ function anglePanel(axis, panel, chapter, sure) {
   return { box: element("div", { class: "panel" }, head, chart.box), tell };
 }
 
-// A joint's angle over the strides of both legs, or of one leg before and after.
-function cyclePanel({ title, legs, norm }) {
+const withCount = (name, count) => `${name}, ${count} ${count > 1 ? "strides" : "stride"}`;
+
+// A joint's angle over the strides of both legs, or of one leg before and after, and if `counted` their numbers.
+function cyclePanel({ title, legs, norm }, counted) {
   const axis = new Axis(SHARES);
   const curves = Object.entries(legs);
   const none = SHARES.map(() => 0);
@@ -186,10 +188,12 @@ function cyclePanel({ title, legs, norm }) {
     if (off !== null) chart.add("line", { class: "off", style, x1: off, x2: off, y1: -chart.low, y2: -chart.high });
     chart.curve(mean, { class: "curve", style });
   }
+  const counts = !counted ? [] : curves.map(([side, leg]) =>
+    element("span", { class: "value", style: toned(TONES[side]) }, withCount(side, leg.strides.length)));
   const ruler = [0, 50, 100].map((share) => element("span", { style: `left: ${share}%` }, `${share} %`));
   return element(
     "div", { class: "panel" },
-    element("div", { class: "head" }, element("b", {}, title)), chart.box, element("div", { class: "axis" }, ...ruler),
+    element("div", { class: "head" }, element("b", {}, title), ...counts), chart.box, element("div", { class: "axis" }, ...ruler),
   );
 }
 
@@ -247,11 +251,12 @@ function drawChapter(axis, chapter, root) {
 function drawCycles(cycles, root, file) {
   if (!cycles.length) return;
   const names = [...new Set(cycles.flatMap(({ legs }) => Object.keys(legs)))];
-  const counts = (name) => Math.max(...cycles.map(({ legs }) => legs[name]?.strides.length ?? 0));
-  const named = names.map((name) => [`${name}, ${counts(name)} ${counts(name) > 1 ? "strides" : "stride"}`, TONES[name]]);
+  const counts = (name) => [...new Set(cycles.map(({ legs }) => legs[name]?.strides.length ?? 0))];
+  const differ = names.some((name) => counts(name).length > 1); // then each panel tells its own
+  const named = names.map((name) => [differ ? name : withCount(name, counts(name)[0]), TONES[name]]);
   const { norm } = cycles[0];
   if (norm) named.push([`${norm.people} people, from motion capture`, "--quiet"]);
-  root.append(...cycles.map(cyclePanel), legend(named));
+  root.append(...cycles.map((cycle) => cyclePanel(cycle, differ)), legend(named));
   root.after(savers(file, () => cycleRows(cycles), root));
 }
 
