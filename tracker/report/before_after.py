@@ -22,6 +22,7 @@ from tracker.run.read import RunError, read_news, read_track
 from tracker.run.track import Track
 
 COLUMNS = ("", "before", "after", "change")
+STARRED = "change (*: over two standard errors)"
 SCRIPTS = ("plots", "saving", "before_after")
 PAGE = Document("report/before_after.html", STYLES, tuple(f"report/{name}.js" for name in SCRIPTS))
 
@@ -68,7 +69,10 @@ class Change:
         return abs(self.by.mean) > SIGMAS * self.by.error
 
     def cells(self) -> list[str]:
-        return [f"{self.name} {self.unit}", *self._spoken()]
+        """The change as cells of text, with a star if larger than two standard errors."""
+        name, comma, side = self.name.partition(", ")
+        *values, by = self._spoken()
+        return [f"{name} ({self.unit}){comma}{side}", *values, f"{by} *" if self.sure else by]
 
     def row(self) -> list[str]:
         """The change as a row of HTML, in bold if larger than two standard errors."""
@@ -97,7 +101,7 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
         notes=_notes(gaits, metres, runs, turned),
         table=html_table(COLUMNS, [change.row() for change in changes]),
     )
-    return in_columns([COLUMNS, *(change.cells() for change in changes)])
+    return in_columns([(*COLUMNS[:-1], STARRED), *(change.cells() for change in changes)])
 
 
 def _walked(folder: Path) -> Walked:

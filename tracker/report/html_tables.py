@@ -71,8 +71,8 @@ def spoken(value: Value | None, unit: str) -> str:
     if value is None:
         return DASH
     places = PLACES.get(unit, 1)
-    # A minus sign as wide as the plus.
-    mean = f"{value.mean:.{places}f}".replace("-", "\N{MINUS SIGN}")
+    # A minus sign as wide as the plus, and none before a rounded zero.
+    mean = f"{value.mean:z.{places}f}".replace("-", "\N{MINUS SIGN}")
     return f"{mean} \N{PLUS-MINUS SIGN} {SIGMAS * value.error:.{places}f}"
 
 

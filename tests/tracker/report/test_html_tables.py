@@ -54,6 +54,7 @@ def test_a_models_name_is_no_html():
 def test_seconds_have_three_decimals_and_all_else_one(unit, wanted):
     table = gait_table(gait(Measure("this", unit, near=Value(-1.2346, 0.1, 3))))
     assert f">{wanted} <" in table
+    assert "\u22120" not in gait_table(gait(Measure("this", unit, near=Value(-1e-9, 0.1, 3))))
 
 
 def test_what_stands_behind_a_plus_minus_is_two_standard_errors():
