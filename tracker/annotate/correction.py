@@ -50,8 +50,8 @@ class Correction(Session):
             self._said = "What was corrected before is not followed yet."
 
     def opening(self) -> Reply:
-        measured = self._run.measured
-        lost = [(a, b) for a, b in stretches(measured.tolist()) if not measured[a]]
+        measured, outcome = self._run.measured, self._run.outcome
+        lost = [(a, b, outcome[a] or "outside") for a, b in stretches(outcome) if not measured[a]]
         run = {"start": self._finished.start, "unsure": self._finished.unsure, "lost": lost}
         run["figures"] = {t: told(self._followed(t)) for t in self.table.marks}
         run["facing"] = side(self._finished.job.facing)
@@ -105,7 +105,8 @@ class Correction(Session):
             self._read()
             self.table = self._table()
             frames = counted(len(job.marks), "frame")
-            self._said = f"Followed again through {frames}; {self.folder} is replaced."
+            shown = f"; open {self.folder / REPORT}" if report else "."
+            self._said = f"Followed again through {frames}; {self.folder} is replaced{shown}"
             self._opening = self.frame(self._shown)
         except Exception as error:
             said = fault(error)

@@ -55,7 +55,7 @@ def correct(folder: Path, frame: int | None, port: int, browser: bool, progress:
 
     session = Correction(folder, frame, progress)
     with Server(session, port) as server:
-        _serve(server, f"put {folder} right", browser)
+        _serve(server, f"correct {folder}", browser)
     print(session.ending())
 
 

@@ -104,13 +104,19 @@ def test_legs_that_were_exchanged_are_put_right_from_the_frame_where_it_is_seen(
         shown.turn_to(TURN + 10, ">")
         assert "as it was followed" in browser.text("#guide")
         assert near(shown.points()["near_ankle"], scene.joints["near_ankle"][TURN + 10], 6.0)
+        shown.turn_to(TURN, "<")
+        assert "choose Follow on" in browser.text("#guide")
         assert "Followed again through 2 frames" in follow_on(browser)
+        assert "slide to where" in browser.text("#guide")
         assert browser.text("#marked").split()[-2:] == ["0", str(TURN)]
         browser.push("#close")
         browser.wait("document.querySelector('.over')")
         out, errors = process.communicate(timeout=120)
     assert (process.returncode, errors) == (0, "")
-    assert out.splitlines()[-1] == f"Followed again through 2 frames; {run} is replaced."
+    assert (
+        out.splitlines()[-1]
+        == f"Followed again through 2 frames; {run} is replaced; open {run / 'report.html'}"
+    )
     assert out.count("Followed") == 1
     assert not exchanged(scene, run).any()
     assert read_json(run / "run.json")["start"] == {"frame": 0, "marks": "given", "near_leg": "given"}
@@ -232,11 +238,11 @@ def test_where_the_figure_was_lost_the_forecast_is_carried_by_its_hip_and_counts
     with np.load(run / "track.npz") as stored:
         arrays = dict(stored)
     arrays["outcome"] = arrays["outcome"].astype("U7")
-    arrays["outcome"][8:11] = "lost"
+    arrays["outcome"][8:11], arrays["outcome"][20:] = "lost", "outside"
     np.savez_compressed(run / "track.npz", **arrays)
     with correcting(browser, run, 9) as shown:
         assert "The figure was lost here" in browser.text("#guide")
-        assert browser.value("document.querySelectorAll('#strip .lost').length") == 1
+        assert browser.value("document.querySelectorAll('#strip .lost, #strip .outside').length") == 2
         before = shown.points()
         assert browser.value("document.querySelectorAll('#points .unseen').length") == len(before)
         x, y = before["hip"]

@@ -55,21 +55,21 @@ function twins(figure) {
   return Object.fromEntries(Object.entries(figure).map(([name, mark]) => [twin(name), mark]));
 }
 
-/** Whether the figure was lost here, so that what is shown is a forecast. */
-function isLost() {
-  return (opening.run?.lost ?? []).some(([first, end]) => first <= shown.index && shown.index < end);
+/** The stretch of frames around this one in which the figure was lost or outside, so that what is shown is a forecast. */
+function lostHere() {
+  return (opening.run?.lost ?? []).find(([first, end]) => first <= shown.index && shown.index < end);
 }
 
 /** Whether a joint takes the figure along: the base does so in one of another frame, or in a forecast. */
 function carries(joint) {
-  return begins() && joint === base && (!opening.run || isLost());
+  return begins() && joint === base && (!opening.run || Boolean(lostHere()));
 }
 
 /** The figure with one joint moved, or with it the whole figure. */
 function moved(joint, at, whole = carries(joint)) {
   const from = here()[joint];
   if (!begins() && !whole) return { ...here(), [joint]: { ...from, ...at } };
-  const figure = begins() ? each(here(), (mark) => ({ ...mark, visible: mark.visible || isLost() })) : here();
+  const figure = begins() ? each(here(), (mark) => ({ ...mark, visible: mark.visible || Boolean(lostHere()) })) : here();
   if (!whole) return { ...figure, [joint]: { ...from, ...at, visible: true } };
   const [dx, dy] = [at.x - from.x, at.y - from.y];
   return each(figure, (mark) => ({ ...mark, ...rounded({ x: mark.x + dx, y: mark.y + dy }) }));

@@ -91,11 +91,11 @@ function slow() {
   if (playing) playing = { from: heading, began: performance.now() };
 }
 
-/** On the slider's way: where frames are marked, and where the figure was lost. */
+/** On the slider's way: where frames are marked, and where the figure was lost or outside. */
 function showStrip() {
   const share = (frame) => `${(100 * frame) / Math.max((shown.count ?? 1) - 1, 1)}%`;
-  const lost = (opening.run?.lost ?? []).map(([from, to]) => {
-    const stretch = element("span", { class: "lost" });
+  const lost = (opening.run?.lost ?? []).map(([from, to, how]) => {
+    const stretch = element("span", { class: how });
     [stretch.style.left, stretch.style.right] = [share(from), `calc(100% - ${share(to)})`];
     return stretch;
   });

@@ -22,7 +22,7 @@ function refresh() {
   $("hidden").disabled = $("skip").disabled = !chosen;
   $("delete").disabled = !here()[chosen];
   $("legs").disabled = !hasLegs();
-  $("follow").disabled = !pending && !unsaved();
+  $("follow").disabled = !canFollow();
   $("clear").disabled = !isMarked() || shown.index === opening.run?.start;
   $("hidden").setAttribute("aria-pressed", String(here()[chosen] ? !here()[chosen].visible : hides));
   showMarkedFrames();
@@ -39,7 +39,7 @@ function guidance(joint) {
   if (!joint && opening.run) {
     const start = shown.index === opening.run.start;
     const what = start ? "The run starts from this frame." : "This frame is corrected.";
-    const next = start ? " Play, or slide to where the figure goes wrong." : " When others are right too, choose Follow on.";
+    const next = start || !canFollow() ? " Play, or slide to where the figure goes wrong." : " When others are right too, choose Follow on.";
     return [strong(what), next];
   }
   if (!joint) {
@@ -54,13 +54,14 @@ function guidance(joint) {
   return ["Click the ", name, `${what}${may} If it cannot be seen, press Hidden and guess.`];
 }
 
+const canFollow = () => pending || unsaved() > 0;
 const strong = (words) => element("strong", {}, words);
 
 /** Of a frame that is not marked and need not be marked from nothing. */
 function beginning() {
-  if (isLost()) {
+  if (lostHere()) {
     const what = ` What is shown is a forecast. Drag the ${label(base)}, and the whole figure goes along; then every joint to its place.`;
-    return [strong("The figure was lost here."), what];
+    return [strong(lostHere()[2] === "lost" ? "The figure was lost here." : "The figure is out of the picture here."), what];
   }
   if (opening.run) {
     const what = " Drag a joint that is wrong, or exchange the legs. Where all is right, Enter keeps it so.";
