@@ -119,7 +119,7 @@ class Chapter:
             )
         if self.gait.left_out:
             said.append(
-                f"Left out: {self.gait.left_out} strides in which the figure was lost or whose length is odd."
+                f"Left out: {counted(self.gait.left_out, 'stride')} with lost frames or of an odd length."
             )
         if self.looks_altered:
             said.append(
@@ -134,6 +134,7 @@ class Chapter:
         return {
             "name": self.name,
             "first": track.first,
+            "start": self.run.start - track.first,
             "times": np.round(track.times - track.times[0], 4),
             "began": round(float(track.times[0]), 4),
             "panels": list(self._panels()),
@@ -196,7 +197,7 @@ def headline(chapter: Chapter) -> str:
 
 
 def unusual(chapter: Chapter) -> str:
-    """Figures in which the legs differ by more than NOTED and their errors, and the number of warnings."""
+    """Figures in which the legs differ by more than NOTED and their errors."""
     gait = chapter.gait
     if gait is None or not gait.measures:
         return ""
@@ -204,8 +205,6 @@ def unusual(chapter: Chapter) -> str:
     said = [_differs(measure, by) for measure, by in compared if abs(by.mean) > max(NOTED, SIGMAS * by.error)]
     if gait.discord > DISCORD:
         said.append("the legs' stride times differ")
-    if chapter.warnings:
-        said.append(f"{counted(len(chapter.warnings), 'warning')} at the top of the page")
     if said:
         return f"Unusual: {'; '.join(said)}."
     if not compared:

@@ -20,7 +20,7 @@ from tests.tracker.strolls import stroll
 from tests.videos.test_frames import make_clip, set_display_matrix
 from tests.videos.test_playable import begin_later
 from tracker.report import page
-from tracker.report.chapter import headline
+from tracker.report.chapter import headline, unusual
 from tracker.report.page import write_comparison, write_report
 from tracker.run.read import FILM
 from tracker.tables.table import by_column, read_lines
@@ -233,7 +233,7 @@ def test_below_two_sentences_angles_over_the_stride_have_a_line_a_stride_and_a_b
     write_report(tmp_path / "report.html", told, write_clip(tmp_path / FILM, track.times[:10]))
     report = Report(browser, tmp_path / "report.html")
     lines = browser.each(".gait > p", "one.innerText")
-    assert lines[:2] == [headline(told), "Unusual: 1 warning at the top of the page."]
+    assert lines[:2] == [headline(told), unusual(told)]
     strides = sum(len(of_side.sound) for of_side in told.gait.strides.values())
     for kind, count in (("thin", strides), ("curve", 2), ("band", 2), ("norm", 1)):
         found = browser.each(".cycles .panel", f"one.querySelectorAll('path.{kind}').length")
@@ -382,6 +382,12 @@ def test_long_clips_are_seen_a_few_seconds_at_a_time(browser, tmp_path):
     assert width == pytest.approx(3.0)
     report.slide(500)
     assert 0.0 <= report.cursor() <= 1.0
+
+
+def test_the_page_opens_at_the_frame_that_was_followed_from(browser, tmp_path):
+    run = replace(chapter(stroll(SECONDS)).run, start=25)
+    Report(browser, made(tmp_path, run=run)).shows(25)
+    assert chapter(run=replace(run, track=replace(run.track, first=10))).drawn()["start"] == 15
 
 
 def test_a_clip_of_one_frame_is_a_page_too(browser, tmp_path):

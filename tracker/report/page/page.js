@@ -3,7 +3,7 @@
 const find = (selector) => document.querySelector(selector);
 const all = (selector) => [...document.querySelectorAll(selector)];
 const [slider, play, where] = [find("#frame"), find("#play"), find("#where")];
-const { first, times } = opening.chapters[0];
+const { first, start, times } = opening.chapters[0];
 const axis = new Axis(times);
 
 const within = (i, selector) => find(`article[data-chapter="${i}"] ${selector}`);
@@ -133,4 +133,4 @@ const [width, height] = opening.film.size;
 find(".clips").style.cssText = `--clips: ${opening.chapters.length}; --aspect: ${width / height}`;
 new ResizeObserver(() => axis.rulers.forEach((ruler) => axis.rule(ruler))).observe(document.body);
 choose("0");
-player.show(0);
+player.show(start);
