@@ -3,7 +3,10 @@
 Slow imports happen in the call, so that `import tracker` is fast.
 """
 
+import re
 import warnings
+from dataclasses import fields
+from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -13,6 +16,7 @@ if TYPE_CHECKING:
     from tracker.settings import Settings
 
 Place = str | PathLike[str]
+OPTION = re.compile(r"('[^']*')|--([a-z]+)")  # of the command; not within quotes, where a command stands
 
 
 def follow(
@@ -46,6 +50,7 @@ def follow(
     Raises:
         VideoError, ModelError: a file that cannot be used.
         ValueError: marks, settings or options that cannot be used, or no pose to start from.
+        TypeError: no option of that name.
     """
     from tracker.clip.asked import asked
     from tracker.clip.follow import follow as follow_clip
@@ -56,7 +61,28 @@ def follow(
     marks, shown = None if keypoints is None else Path(keypoints), Progress(progress)
     chosen = settings if isinstance(settings, Settings) else None
     file = Path(settings) if isinstance(settings, (str, PathLike)) else None
-    run = follow_clip(asked(Following(settings=file, **options), Path(video), marks, chosen, shown), shown)
+    _check_names(options, [field.name for field in fields(Following)])
+    try:
+        run = follow_clip(
+            asked(Following(settings=file, **options), Path(video), marks, chosen, shown), shown
+        )
+    except Exception as error:
+        error.args = tuple(map(_by_keywords, error.args))
+        raise
     for warning in run.warnings:
-        warnings.warn(warning, stacklevel=2)
+        warnings.warn(_by_keywords(warning), stacklevel=2)
     return run.track
+
+
+def _check_names(options: dict[str, Any], known: list[str]) -> None:
+    for name in options:
+        if name not in known:
+            near = ", ".join(get_close_matches(name, known) or known)
+            raise TypeError(f"follow() has no option {name!r}; choose from {near}")
+
+
+def _by_keywords(said: Any) -> Any:
+    """A message that names keywords of `follow` instead of the command's options."""
+    if not isinstance(said, str):
+        return said
+    return OPTION.sub(lambda found: found[1] or {"from": "from_"}.get(found[2], found[2]), said)

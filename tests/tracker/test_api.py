@@ -65,8 +65,17 @@ def test_every_option_is_heeded(clip, tmp_path):
     slow = tracker.follow(clip.video, clip.keypoints, stop=3, rate=0.5)
     assert np.abs(slow.q - tracker.follow(clip.video, clip.keypoints, stop=3, rate=1.0).q).max() > 1e-6
     assert tracker.follow(str(clip.video), str(clip.keypoints), stop=1, facing="right").view.facing == 1
-    with pytest.raises(ValueError, match="--facing right"):
+    with pytest.raises(ValueError, match="or give facing right"):
         tracker.follow(clip.video, clip.keypoints, start=6, stop=6, facing="left")
+
+
+def test_errors_name_keywords_and_a_wrong_one_the_nearest(clip):
+    with pytest.raises(TypeError, match=r"^follow\(\) has no option 'heigth'; choose from height$"):
+        tracker.follow(clip.video, heigth=1.75)
+    with pytest.raises(ValueError, match="from_ 4 comes after the start frame 0; choose an earlier from_"):
+        tracker.follow(clip.video, clip.keypoints, start=0, from_=4)
+    with pytest.raises(ValueError, match="'figtrack annotate --figure horse' and give keypoints"):
+        tracker.follow(clip.video, figure="horse")
 
 
 def test_it_writes_nothing_and_says_nothing(clip, tmp_path, monkeypatch, capfd):

@@ -123,7 +123,9 @@ class Track:
         try:
             import pandas as pd
         except ImportError as error:
-            raise LibraryError("a table wants pandas; install figtrack[data], or pandas") from error
+            raise LibraryError(
+                'a table wants pandas; pip install ".[data]" in the clone, or pandas'
+            ) from error
         columns: dict[str, object] = {
             "time_s": self.times,
             "motion": self.motions,
@@ -143,7 +145,9 @@ class Track:
         try:
             import xarray as xr
         except ImportError as error:
-            raise LibraryError("a dataset wants xarray; install figtrack[data], or xarray") from error
+            raise LibraryError(
+                'a dataset wants xarray; pip install ".[data]" in the clone, or xarray'
+            ) from error
         position = np.moveaxis(self.joints(), 2, 1)[..., None]
         sure = likelihood(self.joint_covs(), self.view.unit, self.measured)[..., None]
         step = float(np.diff(self.times).mean()) if len(self) > 1 else float("nan")

@@ -47,7 +47,7 @@ def test_without_the_library_it_says_what_to_install(monkeypatch, method, librar
         return usual(name, *more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(LibraryError, match=rf"install figtrack\[data\], or {library}"):
+    with pytest.raises(LibraryError, match=rf"install \"\.\[data\]\" in the clone, or {library}"):
         getattr(stroll(0.5), method)()
 
 
