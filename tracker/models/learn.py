@@ -66,8 +66,9 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         file = request.settings
         further = Further() if file is None else read_toml(file, Further, "docs/learn.md shows one")
         if request.trials is None:
-            data, terms = _read_tables(request, progress)
+            data, terms, given = _read_tables(request, progress)
         else:
+            given = 0
             data, terms = _read_captures(request.trials, request, further.licences, progress)
         model = _learn(data, request, further, progress)
         subjects = sorted({subject for subject, _, _ in data})
@@ -75,7 +76,9 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
             f"{counted(len(data), 'sequence')} of subjects {', '.join(subjects)}; terms: {'; '.join(terms)}"
         )
         save(model, aside, origin)
-    return f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
+    said = f"{out}: {_described(model)}, {model.fps:g} frames a second, from {origin}"
+    used = sum(len(y) for _, _, y in data)
+    return f"{said}\n{counted(used, 'frame')} used, {given - used} left out" if given else said
 
 
 def _read_captures(
@@ -96,11 +99,13 @@ def _read_captures(
     return data, sorted({trial.licence for trial in trials})
 
 
-def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]:
-    """The sequences of pose tables: a file is a subject, a gap ends a sequence, rows without a label form
-    one.
+def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str], int]:
+    """The sequences of pose tables, their licences, and the number of frames in the tables.
+
+    A file is a subject, a gap ends a sequence, rows without a label form one.
     """
     runs: Data = []
+    rows: list[str] = []  # the label of each frame
     _warn_of_unknown(request, request.subjects.values(), progress)
     for path, subject in request.subjects.items():
         if subject in request.excluded:
@@ -108,6 +113,7 @@ def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]
         found = read_poses(path, request.body)
         for text in suspicions(found, request.fps):
             progress.warn(f"{path}: {text}")
+        rows += [label for sequence in found for label in sequence.given]
         runs += [
             (subject, label or UNLABELLED, y)
             for sequence in found
@@ -117,11 +123,15 @@ def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str]]
     data = [run for run in runs if not request.labels or run[1] in request.labels]
     wanted = request.labels or tuple({label for _, label, _ in runs}) or (UNLABELLED,)
     names = ", ".join(str(path) for path in request.poses or ())
+    for label in request.labels:
+        if label not in {*rows, UNLABELLED}:
+            there = ", ".join(sorted({*rows} - {""})) or "none"
+            raise ValueError(f"{names}: no row is labelled {label!r}; labels here: {there}")
     advice = (
         f"rows need all of {','.join(request.body.learned_freedoms)}, {SHORTEST} frames or more without a gap"
     )
     _check_labels(data, wanted, names, advice)
-    return data, ["those of the tables"]
+    return data, ["those of the tables"], len(rows)
 
 
 def _warn_of_unknown(request: Request, subjects: Iterable[str], progress: Progress) -> None:

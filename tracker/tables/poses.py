@@ -78,6 +78,12 @@ class PoseSequence:
         """(T, M) whether each number was measured."""
         return np.isfinite(self.y)
 
+    @property
+    def given(self) -> list[str]:
+        """The labels of all frames that are in the table, "" for those without one or not seen."""
+        labels = [self.labels[t] for t in np.flatnonzero(self.seen.any(axis=1))]
+        return labels + [""] * self.unseen
+
     def runs(self) -> list[tuple[str, Array]]:
         """Label and poses of every stretch of one label without a gap."""
         kinds = [(label, bool(seen.all())) for label, seen in zip(self.labels, self.seen, strict=True)]

@@ -153,6 +153,11 @@ def test_a_model_is_learned_from_pose_tables_one_motion_a_label(tmp_path):
     found = figtrack("learn", *tables, "--states", 1, "--out", tmp_path / "m.npz")
     assert found.exit_code == 0, found.stderr
     assert "2 states, order 2, 30 frames a second, from 2 sequences of subjects a, b" in found.stdout
+    assert "\n80 frames used, 0 left out" in found.stdout
+    found = figtrack("learn", *tables, "--states", 1, "--label", "walk", "--out", tmp_path / "w.npz")
+    assert "\n40 frames used, 40 left out" in found.stdout
+    said = refused("learn", *tables, "--label", "hop", "--out", tmp_path / "h.npz")
+    assert "b.csv: no row is labelled 'hop'; labels here: run, walk" in said
 
 
 def test_pose_tables_without_the_root_cannot_be_learned_from(tmp_path):
