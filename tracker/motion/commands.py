@@ -99,7 +99,8 @@ def interpolate_table(task: Interpolate, overwrite: bool, progress: Progress) ->
 
             lengths = [stop - start for start, stop in map(longest_gap, sequences)]
             i = _shown(task.poses, task.show, sequences, int(np.argmax(lengths)))
-            title = f"{_which(task, sequences[i])}: gaps filled by {Path(task.model).name}"
+            done = f"gaps filled by {Path(task.model).name}"
+            title = f"{_which(task, sequences[i])}: {'no gaps' if sequences[i].seen.all() else done}"
             draw_filled(sequences[i], filled[i].y, filled[i].sd, fps, plot, title)
     return "\n".join([filled_cells(sequences, filled), *unseen_frames(sequences), _see(places)])
 

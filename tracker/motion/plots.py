@@ -52,9 +52,12 @@ def draw_forecast(
 
 
 def draw_filled(sequence: PoseSequence, y: Array, sd: Array, fps: float, path: Place, title: str) -> None:
-    """Draw measured and filled angles, (T, 8) as in `fill.Filled`, and the figure across the longest gap."""
+    """Draw measured and filled angles, (T, 8) as in `fill.Filled`, and the figure across the longest gap,
+    or along all frames shown if there is none."""
     start, stop = longest_gap(sequence)
     shown = _window(len(sequence), (start + stop) // 2)
+    if start == stop:
+        start, stop = shown.start, shown.stop
     rows = 3 + _rooted(sequence)
     figure: Any = Figure(figsize=(13.0, 2.3 * rows + 3.0), dpi=DPI, layout="constrained")
     top, below = figure.subfigures(2, 1, height_ratios=[2.6, 2.3 * rows])

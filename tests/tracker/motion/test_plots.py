@@ -92,6 +92,9 @@ def test_what_was_filled_is_drawn_within_the_gap_and_what_was_measured_outside(f
     np.testing.assert_allclose(filled[19:31], np.degrees(y[19:31, 2]))
     assert {axes.get_ylabel().rsplit(", ")[1] for axes in panels} == {"degrees", "leg lengths"}
     assert len(sticks_row.texts) == motion_plots.FIGURES
+    motion_plots.draw_filled(sequence(y), y, np.full(y.shape, np.nan), 30.0, None, "title")  # no gap
+    frames = [text.get_text() for text in figures[1].subfigs[0].axes[0].texts]
+    assert (frames[0], frames[-1]) == ("0", "59")
 
 
 def test_a_long_table_is_shown_around_its_gap_and_a_forecast_at_its_end(figures, rng):
