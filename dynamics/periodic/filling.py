@@ -22,13 +22,14 @@ from dynamics.gaussian import Array, Gaussian, collapse
 from dynamics.periodic.fit import Fit, Stretch
 from dynamics.stride import Stride, harmonics
 
-CONTEXT = 2.0  # seconds of measured frames used on either side
+CONTEXT = 2.0  # seconds of measured frames used on either side; of fewer frames a second twice as long
 SPACING = 0.2  # seconds between the frames whose evidence is compared
 OFTEN = 30.0  # frames a second of the context that are used: memory grows with their square
 PIECE = 2.0  # seconds of frames partly measured that are filled at once
 STARTS = 6  # starts of the search for each motion
 ROUGH = 2  # steps from each start, after which
 BEHIND = 25.0  # nats behind the best end a search
+MOST = 1800  # frames in a gap: time grows with their cube
 APART = 0.5  # least difference in phase between two distinct fits, radians
 NOISES = (0.02, 0.04, 0.07, 0.12, 0.2)  # standard deviations tried on top of the learned noise, radians
 PLACE_NOISE = 0.3  # noise of a freedom that travels relative to that of an angle, leg lengths a radian
@@ -72,7 +73,15 @@ def gaps(stride: Stride, y: Array, fps: float) -> Iterator[NDArray[np.intp]]:
 
 
 def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Filling:
-    """Fill one gap, the successive frames `rows`, with the noise that makes its neighbours most likely."""
+    """Fill one gap, the successive frames `rows`, with the noise that makes its neighbours most likely.
+
+    ValueError: no angle was measured near it, or it has more than MOST frames.
+    """
+    if len(rows) > MOST:
+        raise ValueError(
+            f"a gap has {len(rows)} frames, of which a stride fills {MOST} at most; "
+            "give the frames after it a seq of their own"
+        )
     window = around(y, rows, fps)
     t = (np.arange(window.start, window.stop) - rows.mean()) / fps
     shown = _thinned(y[window], rows - window.start, fps)
@@ -91,16 +100,17 @@ def fill(stride: Stride, y: Array, rows: NDArray[np.intp], fps: float) -> Fillin
 
 
 def around(y: Array, rows: NDArray[np.intp], fps: float) -> slice:
-    """The gap with CONTEXT seconds of measured frames on either side."""
+    """The gap with CONTEXT seconds of measured frames on either side, or the fewer ones within twice that."""
     measured = np.flatnonzero(np.isfinite(y).any(1))
     near = max(1, round(CONTEXT * fps))
     before, after = measured[measured < rows[0]][-near:], measured[measured > rows[-1]][:near]
+    before, after = before[before >= before[-1:] - 2 * near], after[after <= after[:1] + 2 * near]
     return slice(int(min([rows[0], *before])), int(max([rows[-1], *after])) + 1)
 
 
 def spaced(y: Array, fps: float) -> Array:
     """Measured frames of y (T, M) about SPACING seconds apart, with NaN in the others."""
-    return _only(y, np.flatnonzero(np.isfinite(y).any(1))[:: max(1, round(SPACING * fps))])
+    return _only(y, _apart(np.flatnonzero(np.isfinite(y).any(1)), SPACING * fps))
 
 
 def hypotheses(stride: Stride, t: Array, y: Array) -> list[Fit]:
@@ -146,10 +156,16 @@ def starts(stride: Stride, k: int, t: Array, y: Array) -> list[tuple[float, floa
 def _thinned(y: Array, rows: NDArray[np.intp], fps: float) -> Array:
     """y (T, M) with NaN in measured frames that are not needed around a gap: the nearest on either side and
     OFTEN a second farther out remain, and all within it."""
-    step = max(1, round(fps / OFTEN))
     measured = np.flatnonzero(np.isfinite(y).any(1))
     before, after = measured[measured < rows[0]], measured[measured > rows[-1]]
-    return _only(y, np.concatenate([before[::-1][::step], rows, after[::step]]))
+    return _only(y, np.concatenate([_apart(before[::-1], fps / OFTEN), rows, _apart(after, fps / OFTEN)]))
+
+
+def _apart(rows: NDArray[np.intp], frames: float) -> NDArray[np.intp]:
+    """Every n-th of the rows, so that neighbours are mostly about so many frames apart, or all of sparser
+    rows."""
+    usual = np.median(np.abs(np.diff(rows))) if len(rows) > 1 else 1.0
+    return rows[:: max(1, round(frames / float(usual)))]
 
 
 def _only(y: Array, rows: NDArray[np.intp]) -> Array:

@@ -87,8 +87,8 @@ def at_table_noise(slds: SLDS, sequences: Sequence[PoseSequence], progress: Prog
 def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator) -> Filled:
     """Fill every unmeasured number from the measured ones before and after.
 
-    PosesError: no number was measured; ValueError: only a stride is given, and no angle was measured near a
-    gap.
+    PosesError: no number was measured; ValueError: a gap is too long, or only a stride is given, and no angle
+    was measured near a gap.
     """
     first_measured(sequence)
     seen = sequence.seen
@@ -126,7 +126,13 @@ def _poses(fillers: Fillers, y: Array, rng: np.random.Generator) -> tuple[Gaussi
     if stride is not None:
         found = [_by_stride(stride, slds, y, rows, fillers.fps) for rows in gaps(stride, y, fillers.fps)]
     if slds is not None and (stride is None or None in found):
-        whole = interpolate(slds, y, rng, recurrent=fillers.recurrent)
+        try:
+            whole = interpolate(slds, y, rng, recurrent=fillers.recurrent)
+        except np.linalg.LinAlgError as error:
+            raise ValueError(
+                "a gap is so long that the model's poses grow without limit; "
+                "give the frames after it a seq of their own"
+            ) from error
     else:
         whole = Gaussian(y.copy(), np.zeros((*y.shape, y.shape[1])))
     for gap in found:

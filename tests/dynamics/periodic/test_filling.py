@@ -97,13 +97,14 @@ def test_noise_beyond_what_was_learned_is_noticed(rng):
     assert np.max(quiet[0].stretch.noise) < 0.03**2
 
 
-@pytest.mark.parametrize("times", [2, 8])
-def test_of_a_faster_camera_thirty_frames_a_second_are_used_around_a_gap(times, rng):
+@pytest.mark.parametrize(("times", "kept"), [(2, 1), (8, 1), (8, 8)])
+def test_of_a_faster_camera_thirty_frames_a_second_are_used_around_a_gap(times, kept, rng):
     stride = little(rng)
     _, y, _ = drawn(stride, 20 * times + 1, rng, fps=30.0 * times)
     given = noisy(stride, y, rng)
     given[8 * times + 1 : 11 * times] = np.nan
-    (fast,) = interpolate(stride, given, 30.0 * times)
+    given[np.arange(len(given)) % kept > 0] = np.nan
+    fast = fill(stride, given, np.arange(8 * times + 1, 11 * times), 30.0 * times)
     (slow,) = interpolate(stride, given[::times], 30.0)
     # The phase may drift in other shapes between more frames.
     assert_allclose(fast.poses.mean[times - 1 :: times], slow.poses.mean, atol=2e-3)
@@ -132,13 +133,17 @@ def test_a_window_holds_two_seconds_of_measured_frames_on_either_side():
     assert around(y[100:160], np.arange(50), FPS) == slice(0, 60)
     y[60:90] = np.nan
     assert around(y, np.arange(100, 150), FPS) == slice(10, 210)
+    y[np.arange(300) % 10 > 0] = np.nan
+    assert around(y, np.arange(151, 160), FPS) == slice(30, 281)
 
 
-def test_nothing_measured_is_refused(rng):
+def test_nothing_measured_and_a_very_long_gap_are_refused(rng):
     y = np.full((9, 4), np.nan)
     y[:3, 0] = 0.0
     with pytest.raises(ValueError, match="no angle was measured near a gap"):
         interpolate(little(rng), y, FPS)
+    with pytest.raises(ValueError, match="a gap has 2000 frames, of which a stride fills 1800 at most; give"):
+        fill(little(rng), y, np.arange(2000), FPS)
 
 
 def test_frames_that_are_judged_are_measured_and_lie_apart():
@@ -150,6 +155,8 @@ def test_frames_that_are_judged_are_measured_and_lie_apart():
         kept = np.flatnonzero(np.isfinite(found).any(1))
         assert_array_equal(kept, np.flatnonzero(np.isfinite(y).any(1))[::every])
         assert_array_equal(found[kept], y[kept])
+    y[np.arange(40) % 8 > 0] = np.nan
+    assert_array_equal(spaced(y, FPS), y)
 
 
 def test_the_evidence_is_that_of_frames_apart(rng):

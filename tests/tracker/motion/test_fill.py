@@ -146,6 +146,12 @@ def test_a_gap_near_which_no_angle_was_measured_is_left_to_the_switching_model(r
         fill_gaps(WAYS["stride"](), sequence(blanked(y, 0, slice(2, 8))), rng)
 
 
+def test_a_gap_in_which_the_models_poses_diverge_is_refused(rng):
+    wild = replace(gait_model(), A=2.0 * gait_model().A)
+    with pytest.raises(ValueError, match="poses grow without limit; give the frames after it a seq"):
+        fill_gaps(Fillers(wild, None, 30.0), sequence(blanked(gait("walk", 90, rng), slice(20, 80))), rng)
+
+
 def test_models_that_fill_no_gaps_are_refused(rng):
     nothing = sequence(np.full((4, 8), np.nan), "b")
     with pytest.raises(PosesError, match="sequence 'b' has no measured number"):
