@@ -7,7 +7,7 @@ the best round is kept; learning continues after one fall by less than the toler
 or a larger one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,7 +44,7 @@ def learn(
     label: str,
     options: Options = DEFAULTS,
     weights: Array | None = None,
-    infer: Infer = viterbi_all,
+    begin: Callable[[], Infer] = lambda: viterbi_all,
 ) -> Fit:
     """Learn one motion's switching dynamics.
 
@@ -52,7 +52,8 @@ def learn(
         ys: sequences (T, M), T >= 2, in body units (leg lengths, radians); NaN entries were not measured.
         names: the M freedoms; `travelling` those that enter the dynamics by their change only.
         weights: how much each sequence counts (only their ratios matter), e.g. to balance subjects.
-        infer: E-step, called once a round, always with the sequences in one order, chosen here.
+        begin: makes a new E-step for each start, called once a round, always with the sequences in one order,
+            chosen here.
 
     Raises:
         ValueError: no sequences, unusable ones, or too little data for maximum likelihood.
@@ -68,7 +69,7 @@ def learn(
         guess = first_guess(ys, options.states, layout, np.random.default_rng(seed))
         try:
             slds = _first_model(blank, ys, guess, prior, w)
-            fits.append(_climb(slds, ys, prior, w, options, infer))
+            fits.append(_climb(slds, ys, prior, w, options, begin()))
         except np.linalg.LinAlgError as error:
             raise ValueError(
                 f"a covariance of {options.states} states collapsed ({error}); "

@@ -10,7 +10,7 @@ short of the best candidate's by no more than one standard error of that differe
 (Breiman et al. 1984, section 3.4.3, with paired differences, since some subjects are harder for everyone).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -31,12 +31,12 @@ def choose(
     travelling: Sequence[str],
     fps: float,
     folds: int = 5,
-    infer: Infer = viterbi_all,
+    begin: Callable[[], Infer] = lambda: viterbi_all,
 ) -> tuple[Options, Array]:
     """Learn every candidate on all folds but one, score it on that one, and choose.
 
     Args:
-        sequences, names, travelling, fps, infer: as for `learn`.
+        sequences, names, travelling, fps, begin: as for `learn`.
         groups: the group of each sequence; a group is never split between folds.
         folds: number of folds; more than there are groups means leaving out one group at a time.
 
@@ -72,7 +72,7 @@ def choose(
                 label="candidate",
                 options=options,
                 weights=weights[kept],
-                infer=infer,
+                begin=begin,
             )
             scores[out] = best_log_p_all(fit.slds, [ys[i] for i in out])
         row[:] = np.bincount(group, scores) / frames

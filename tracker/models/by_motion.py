@@ -103,7 +103,7 @@ def learn_motions(
             label=motion.name,
             options=chosen,
             weights=motion.weights,
-            infer=e_steps.begin(),
+            begin=e_steps.begin,
         )
         models.append(anywhere(fit.slds, viterbi_all(fit.slds, motion.poses)))
     return combine(models)
@@ -186,7 +186,7 @@ def _chosen(motion: _Motion, fps: float, options: Options, states: Sequence[int]
         names=motion.names,
         travelling=ROOT,
         fps=fps,
-        infer=ESteps(spread=e_steps.spread).begin(),
+        begin=ESteps(spread=e_steps.spread).begin,
     )
     return replace(best, restarts=options.restarts)
 

@@ -237,7 +237,7 @@ def test_one_small_fall_does_not_end_learning_and_the_best_round_is_kept(values,
     ys, names = gait(4, 30, 2, rng)
     infer, shown = scripted(values)
     options = Options(states=2, rounds=6, tolerance=1e-3, prior=0.0)
-    fit = learn(ys, names=names, travelling=("a",), infer=infer, options=options, **LEARNT)
+    fit = learn(ys, names=names, travelling=("a",), begin=lambda: infer, options=options, **LEARNT)
     assert_allclose(fit.values, values[:rounds])
     assert len(shown) == rounds
     assert_same_system(fit.slds, shown[best], rtol=0.0, atol=0.0)
@@ -266,7 +266,7 @@ def test_any_inference_is_an_e_step(infer, gaps, rng):
         y[rng.random(y.shape) < 0.1] = np.nan
         y[rng.integers(40, size=3)] = np.nan
     options = Options(states=2, rounds=6)
-    fit = learn(ys, names=truth.names, travelling=(), infer=infer, options=options, **LEARNT)
+    fit = learn(ys, names=truth.names, travelling=(), begin=lambda: infer, options=options, **LEARNT)
     assert fit.values[-1] > fit.values[0] + 1.0
     # Only the bound promises this; measured: no falls in 18 fits of 15 rounds with the other two.
     assert np.diff(fit.values).min() > -1e-6 * abs(fit.values[-1])
@@ -415,7 +415,7 @@ def test_an_inference_that_loses_count_is_not_taken_for_a_value(rng):
     ys, names = gait(4, 30, 2, rng)
     infer, _ = scripted([100.0, np.nan])
     with pytest.raises(ValueError, match="the value of round 1 is nan"):
-        learn(ys, names=names, travelling=("a",), infer=infer, options=Options(states=2), **LEARNT)
+        learn(ys, names=names, travelling=("a",), begin=lambda: infer, options=Options(states=2), **LEARNT)
 
 
 # Priors

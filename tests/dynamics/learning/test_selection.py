@@ -66,11 +66,11 @@ def test_every_group_is_scored_once_by_what_never_saw_it(scored, rng):
         return best_log_p_all(slds, sequences)
 
     scored(score)
-    choose(ys, GROUPS, [quick()], folds=9, infer=infer, **LEARNT)
+    choose(ys, GROUPS, [quick()], folds=9, begin=lambda: infer, **LEARNT)
     assert shown == [{0, 1}, {2}, {3, 4, 5}]
     assert learnt == [{2, 3, 4, 5}, {0, 1, 3, 4, 5}, {0, 1, 2}]
     shown.clear()
-    choose(ys, GROUPS, [quick()], folds=2, infer=infer, **LEARNT)
+    choose(ys, GROUPS, [quick()], folds=2, begin=lambda: infer, **LEARNT)
     assert shown == [{0, 1, 3, 4, 5}, {2}]
 
 
