@@ -12,7 +12,7 @@ from dynamics.motion.tasks import predict
 from kinematics.mocap import Sequence as Capture
 from tracker.experiments import measures
 from tracker.experiments.measures import NOISES, Errors, noisy
-from tracker.experiments.section import Claim, Heading, Section, Table, share_verdict
+from tracker.experiments.section import Claim, Heading, Section, Table, left_out, share_verdict
 from tracker.experiments.study import Recipe, Study
 from tracker.models.centred import ANGLES, centred, rootless
 from tracker.models.learn import STATES
@@ -37,7 +37,12 @@ def model(study: Study, held: frozenset[str]) -> Recipe:
 
 def run(study: Study) -> Section:
     """Errors of every capture by the model that was learned without its subject."""
-    keys = list(product(study.motions, HORIZONS[:1] if study.quick else HORIZONS))
+    long = {motion: [len(c.y) > FIRST for c in study.of(motion)] for motion in study.motions}
+    judged = [motion for motion in long if any(long[motion])]
+    if not judged:
+        return left_out(HEADING, f"no capture is longer than {FIRST} frames")
+    short = sum(not each for motion in judged for each in long[motion])
+    keys = list(product(judged, HORIZONS[:1] if study.quick else HORIZONS))
     found = _errors(study, keys)
     total = {name: {key: measures.rms(found[name][key]) for key in keys} for name in NAMES}
     table = Table(
@@ -59,7 +64,8 @@ def run(study: Study) -> Section:
         f"The six angles of every capture with {NOISE:g} degrees of white noise; the clean angles up to "
         f"{keys[-1][1]} frames ahead are forecast from the noisy ones up to now. People were "
         f"{study.unseen}. The SLDS (second order, GPB2 filter, switch by the pose) has the "
-        f"states a motion that learning uses by default; the hidden Markov model has {HIDDEN}.",
+        f"states a motion that learning uses by default; the hidden Markov model has {HIDDEN}."
+        + (f" Captures of {FIRST} frames or fewer are not judged; there are {short}." if short else ""),
         [_against(total, "kalman"), _against(total, "hmm")],
         [table],
     )

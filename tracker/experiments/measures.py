@@ -78,12 +78,12 @@ def wrong_shares(found: Sequence[str], wanted: Sequence[str], far: NDArray[np.bo
 
 
 def forecast_errors(captures: Sequence[Capture], means: Sequence[Array], first: int = 1) -> list[Errors]:
-    """Errors of forecasts (T or more, 8) from frame `first` on, or of the last frame of a shorter capture."""
-    judged = []
-    for c, mean in zip(captures, means, strict=True):
-        rows = slice(min(first, len(c.y) - 1), len(c.y))
-        judged.append(errors(c.subject, mean[rows], centred(c.y)[rows]))
-    return judged
+    """Errors of forecasts (T or more, 8) from frame `first` on, of the captures that last so long."""
+    return [
+        errors(c.subject, mean[first : len(c.y)], centred(c.y)[first:])
+        for c, mean in zip(captures, means, strict=True)
+        if len(c.y) > first
+    ]
 
 
 def rival_errors(

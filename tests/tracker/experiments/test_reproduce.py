@@ -274,10 +274,18 @@ def test_the_hidden_markov_forecast_is_the_mean_over_all_paths(rng):
 def test_forecasts_are_scored_against_the_clean_pose_of_their_own_frame():
     capture = gait("walk", "a", 40)
     means = np.vstack([centred(capture.y), np.zeros((3, 8))])
-    [exact] = measures.forecast_errors([capture], [means], 10)
+    [exact] = measures.forecast_errors([capture, gait("walk", "b", 10)], [means, means], 10)
     assert (exact.count, exact.squares.max()) == (30, 0.0)
     [late] = measures.forecast_errors([capture], [np.roll(means, 1, axis=0)], 10)
     assert late.squares.max() > 0.05
+
+
+def test_captures_without_a_frame_that_every_forecast_reaches_are_told_and_not_judged(monkeypatch):
+    found = {name: {("walk", 1): [measures.Errors("a", np.ones(6), 1)]} for name in ahead.NAMES}
+    monkeypatch.setattr(ahead, "_errors", lambda study, keys: found)
+    for frames, text in (([40, 10], "are not judged; there are 1"), ([9], "is longer than")):
+        captures = [gait("walk", who, T) for who, T in zip("ab", frames, strict=False)]
+        assert text in str(ahead.run(Study(captures, captures, QUIET, quick=True)))
 
 
 def test_errors_are_pooled_over_frames_and_kept_apart_by_person():
