@@ -53,9 +53,11 @@ def read_amc(path: str | Path, *, fps: float = 120.0) -> Capture:
 
 
 def find_skeleton(path: str | Path) -> Path:
-    """The ASF file with the longest name that the AMC's name begins with; MotionError if there is none."""
+    """The ASF file with the longest name that the AMC's name begins with, followed by no letter or digit
+    (1.asf is not that of 14_09.amc); MotionError if there is none."""
     path = Path(path)
-    candidates = [asf for asf in path.parent.glob("*.asf") if path.stem.startswith(asf.stem)]
+    begun = [asf for asf in path.parent.glob("*.asf") if path.stem.startswith(asf.stem)]
+    candidates = [asf for asf in begun if not path.stem[len(asf.stem) :][:1].isalnum()]
     if not candidates:
         raise MotionError(f"{path} has no skeleton; put the .asf beside it, its name beginning the .amc's")
     return max(candidates, key=lambda asf: len(asf.stem))

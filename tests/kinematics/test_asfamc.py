@@ -67,8 +67,8 @@ def test_radians_are_read_as_radians(tmp_path):
     assert_allclose(read_amc(leg(tmp_path, amc=in_radians)).positions, degrees, atol=1e-12)
 
 
-def test_the_skeleton_is_the_longest_name_that_begins_the_captures(tmp_path):
-    for name in ("HDM.asf", "HDM_bd.asf", "HDM_bk.asf"):
+def test_the_skeleton_is_the_longest_whole_name_that_begins_the_captures(tmp_path):
+    for name in ("0.asf", "HDM.asf", "HDM_bd.asf", "HDM_bk.asf"):
         (tmp_path / name).touch()
     assert find_skeleton(tmp_path / "HDM_bd_jog.amc").name == "HDM_bd.asf"
     with pytest.raises(MotionError, match=r"no skeleton; put the \.asf beside it"):
