@@ -174,6 +174,7 @@ def _learn(data: Data, request: Request, further: Further, progress: Progress) -
         return learn_hmms(data, **told)
     if request.inference is Learning.STRIDE:
         _check_stride(request, further)
+    _check_copies(request, further)
     groups = 1 if further.pooled else len({label for _, label, _ in data})
     steps = groups * further.rounds * further.restarts
     with _spread(request) as spread, progress.task("learning", steps) as advance:
@@ -199,6 +200,12 @@ def _check_stride(request: Request, further: Further) -> None:
     for name, told in given.items():
         if told:
             raise ValueError(f"a stride has no switching states, so {name} does not apply; leave it out")
+
+
+def _check_copies(request: Request, further: Further) -> None:
+    if further.started and request.body.learned_freedoms not in CAPTURED:
+        name = request.body.name
+        raise ValueError(f"started begins from the stand of a person, not of the figure {name}; leave it out")
 
 
 @contextmanager

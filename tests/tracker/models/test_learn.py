@@ -8,6 +8,7 @@ import pytest
 
 from dynamics.learning.options import Options
 from dynamics.store import load
+from kinematics.figure_file import load_figure
 from kinematics.mocap import POSE_COLUMNS, read_trials, sequences
 from tests.tracker.clips import figtrack, read_csv, refused, write_table
 from tests.tracker.gaits import HEADER, gait, sequence, write_poses
@@ -233,6 +234,19 @@ def test_of_pose_tables_files_are_subjects_who_can_be_left_out_and_another_rate_
     assert result.exit_code == 0, result.output
     assert "of subjects a;" in result.stdout
     assert "a.csv: time_s of sequence" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("figure", "text", "words"),
+    [
+        ("horse", 'started = ["motion"]', "the stand of a person, not of the figure horse; leave it out"),
+    ],
+)
+def test_settings_that_do_not_fit_pose_tables_are_refused(tmp_path, figure, text, words):
+    columns = ("frame", *load_figure(figure).learned_freedoms)
+    write_table(tmp_path / "a.csv", [(t, *[0.0] * len(columns[1:])) for t in range(9)], columns)
+    asked = ["learn", tmp_path / "a.csv", "--figure", figure, "--settings", settings(tmp_path, text)]
+    assert words in refused(*asked, "--out", tmp_path / "m.npz")
 
 
 def test_pose_tables_of_one_name_in_two_folders_are_two_subjects(tmp_path, monkeypatch):
