@@ -86,8 +86,12 @@ def learn(
         tick: called after each of the rounds of EM.
 
     Raises:
-        ValueError: no sequence of LEAST seconds.
+        ValueError: no sequence of LEAST seconds, or no freedom with a twin.
     """
+    if (twins == np.arange(len(names))).all():
+        raise ValueError(
+            "a stride needs angles of two sides, and no angle here has a twin; learn switching states"
+        )
     pieces = _pieces(walks, fps)
     if not pieces:
         raise ValueError(f"no sequence of {label!r} lasts {LEAST} seconds; a stride needs longer ones")

@@ -117,6 +117,8 @@ def test_the_first_phase_is_that_of_the_best_sinusoid(rng):
     assert phase == pytest.approx(0.7, abs=0.1)
 
 
-def test_sequences_too_short_for_a_stride_are_refused(rng):
+def test_sequences_too_short_for_a_stride_and_figures_without_two_sides_are_refused():
     with pytest.raises(ValueError, match=r"no sequence of 'walk' lasts 0\.6 seconds"):
         learn([("a", np.zeros((10, 4)))], rounds=1, **LEARNT)
+    with pytest.raises(ValueError, match="a stride needs angles of two sides"):
+        learn([("a", np.zeros((90, 4)))], rounds=1, **(LEARNT | {"twins": np.arange(4)}))
