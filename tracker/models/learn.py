@@ -1,7 +1,7 @@
 """Learning a model's file from a table of captures or pose tables."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -66,6 +66,8 @@ def learn_model(request: Request, out: Path, *, overwrite: bool, progress: Progr
         file = request.settings
         further = Further() if file is None else read_toml(file, Further, "docs/learn.md shows one")
         if request.trials is None:
+            if further.licences:
+                raise ValueError("pose tables have no licences to choose by; leave licences out")
             data, terms, given = _read_tables(request, progress)
         else:
             given = 0
@@ -174,8 +176,9 @@ def _learn(data: Data, request: Request, further: Further, progress: Progress) -
         return learn_hmms(data, **told)
     if request.inference is Learning.STRIDE:
         _check_stride(request, further)
-    _check_copies(request, further)
-    groups = 1 if further.pooled else len({label for _, label, _ in data})
+    labels = {label for _, label, _ in data}
+    _check_copies(request, further, labels)
+    groups = 1 if further.pooled else len(labels)
     steps = groups * further.rounds * further.restarts
     with _spread(request) as spread, progress.task("learning", steps) as advance:
         if request.inference is Learning.STRIDE:
@@ -202,7 +205,13 @@ def _check_stride(request: Request, further: Further) -> None:
             raise ValueError(f"a stride has no switching states, so {name} does not apply; leave it out")
 
 
-def _check_copies(request: Request, further: Further) -> None:
+def _check_copies(request: Request, further: Further, labels: Set[str]) -> None:
+    for key, named in (("slower", further.slower), ("started", further.started)):
+        if unknown := [label for label in named if label not in labels]:
+            raise ValueError(
+                f"{key} names {', '.join(map(repr, unknown))}, which is not learned; "
+                f"name some of {', '.join(sorted(labels))}"
+            )
     if further.started and request.body.learned_freedoms not in CAPTURED:
         name = request.body.name
         raise ValueError(f"started begins from the stand of a person, not of the figure {name}; leave it out")

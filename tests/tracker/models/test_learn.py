@@ -240,6 +240,9 @@ def test_of_pose_tables_files_are_subjects_who_can_be_left_out_and_another_rate_
     ("figure", "text", "words"),
     [
         ("horse", 'started = ["motion"]', "the stand of a person, not of the figure horse; leave it out"),
+        ("walker", 'slower = ["Run"]', "slower names 'Run', which is not learned; name some of motion"),
+        ("walker", 'started = ["motion", "joging"]', "started names 'joging', which is not learned"),
+        ("walker", 'licences = ["free"]', "pose tables have no licences to choose by; leave licences out"),
     ],
 )
 def test_settings_that_do_not_fit_pose_tables_are_refused(tmp_path, figure, text, words):
