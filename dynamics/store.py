@@ -45,10 +45,18 @@ def kind_of(model: Model) -> str:
 
 
 def save(model: Model, path: str | Path, origin: str) -> None:
-    """Write the model; an older file of that name is replaced only when the new one is complete."""
+    """Write the model; an older file of that name is replaced only when the new one is complete.
+
+    ValueError: a name or label that `load` would refuse.
+    """
     target = Path(path)
     aside = target.with_name(f".{target.name}.part")
     fields = {name: getattr(model, name) for name in _kept(type(model))}
+    try:
+        for name in [name for name in TEXTS if name in fields]:
+            _texts(name, list(fields[name]))
+    except ValueError as error:
+        raise ValueError(f"the model cannot be saved: {error}; rename them") from error
     arrays: dict[str, Any] = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
     kind = next(name for name, kind in KINDS.items() if isinstance(model, kind))
     header = {"format": kind, "version": VERSION, "origin": origin}

@@ -182,7 +182,7 @@ def _read_trial(path: Path, line: int, row: dict[str, str | None]) -> Trial:
         path=path.parent / cells["file"],
         subject=cells["subject"],
         trial=cells["trial"],
-        activity=cells["activity"],
+        activity=" ".join(cells["activity"].split()),
         fps=fps,
         segments=segments,
         tags=tuple(tag.strip() for tag in cells["tags"].split(";") if tag.strip()),

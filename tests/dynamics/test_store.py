@@ -201,6 +201,12 @@ def test_labels_are_text(labels, path):
         load(path)
 
 
+@pytest.mark.parametrize("entry", [{"labels": ("walk", "slow\xa0walk")}, {"names": ("a", "a")}])
+def test_what_could_not_be_loaded_is_not_saved(entry, slds, tmp_path):
+    with pytest.raises(ValueError, match=r"the model cannot be saved: .*; rename them"):
+        save(replace(slds, **entry), tmp_path / "model.npz", "a test")
+
+
 @pytest.mark.parametrize("fps", [True, "30", float("inf"), float("nan"), [30]])
 def test_a_rate_is_a_number(fps, path):
     rewrite(path, entries={"fps": fps})

@@ -174,11 +174,11 @@ def test_a_capture_of_no_known_dialect_is_named(tmp_path):
 
 def test_a_row_of_the_table_is_read_with_its_path_beside_the_table(tmp_path):
     path = tmp_path / "trials.csv"
-    row = 'open/a.bvh,07,01,walk,120,0-48;48-251,turn; curve,"free, with credit"\n'
+    row = 'open/a.bvh,07,01,slow\xa0 walk,120,0-48;48-251,turn; curve,"free, with credit"\n'
     path.write_text("\ufeff" + TABLE + row, encoding="utf-8")
     (trial,) = read_trials(path)
     segments, tags = ((0, 48), (48, 251)), ("turn", "curve")
-    want = Trial(tmp_path / "open/a.bvh", "07", "01", "walk", 120.0, segments, tags, "free, with credit")
+    want = Trial(tmp_path / "open/a.bvh", "07", "01", "slow walk", 120.0, segments, tags, "free, with credit")
     assert trial == want
 
 

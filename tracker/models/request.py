@@ -83,7 +83,7 @@ class Request:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(self.label or ()))
+        return tuple(dict.fromkeys(" ".join(label.split()) for label in self.label or ()))
 
     @property
     def subjects(self) -> dict[Path, str]:

@@ -158,7 +158,7 @@ def _read_row(rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout
         raise PosesError(f"{where}: frame {frame} is given twice; number frames within each seq")
     given = tuple(row.get(name, "") for name in columns)
     largest = [LARGEST] * ROOT_COLUMNS + [TURNS] * (len(columns) - ROOT_COLUMNS)
-    cells, label = zip(given, columns, largest, strict=True), row.get("label", "")
+    cells, label = zip(given, columns, largest, strict=True), " ".join(row.get("label", "").split())
     pose = np.array([layout.number(text, name, where, most, empty=True) for text, name, most in cells])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
     unseen, time = row.get("outcome") in UNSEEN, finite(row.get("time_s", ""))

@@ -112,7 +112,18 @@ def test_another_motion_is_learned_by_its_label_though_it_travels_nowhere(trials
 
 
 def test_labels_subjects_and_licences_choose_the_captures(trials, tmp_path):
-    more = ["--label", "walk", "--label", "walk", "--exclude-subjects", "s1, s9", "--order", 1, "--fps", 25]
+    more = [
+        "--label",
+        "walk",
+        "--label",
+        "\xa0walk",
+        "--exclude-subjects",
+        "s1, s9",
+        "--order",
+        1,
+        "--fps",
+        25,
+    ]
     file = settings(tmp_path, 'licences = ["CREDIT", "none"]\nrounds = 1\n')
     result = figtrack(*learn(trials, tmp_path / "m.npz", *more, settings=file))
     assert result.exit_code == 0, result.output

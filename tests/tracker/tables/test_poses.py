@@ -24,8 +24,8 @@ def row(frame, label="walk", seq="a", angle=10.0):
 
 
 def test_angles_come_in_degrees_and_leave_in_radians(tmp_path):
-    (sequence,) = read_poses(table(tmp_path, row(3)))
-    assert (sequence.name, sequence.first, sequence.labels) == ("a", 3, ("walk",))
+    (sequence,) = read_poses(table(tmp_path, row(3, "slow\xa0 walk")))
+    assert (sequence.name, sequence.first, sequence.labels) == ("a", 3, ("slow walk",))
     assert_allclose(sequence.y[0], [0.1, 0.2, *np.radians([10, 0, 30, 45, -20, 5])], rtol=1e-15)
 
 
