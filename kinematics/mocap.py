@@ -135,8 +135,8 @@ def read_body(trial: Trial) -> Body:
 
 
 def mirror(y: Array) -> Array:
-    """Exchange the near and the far leg of pose rows (..., 8)."""
-    return np.asarray(y[..., exchanged(POSE_COLUMNS)])
+    """Exchange the near and the far side of pose rows (..., 8), or (..., 12) with arms."""
+    return np.asarray(y[..., exchanged((*POSE_COLUMNS, *ARM_COLUMNS)[: y.shape[-1]])])
 
 
 def resample(y: Array, fps_from: float, fps_to: float) -> Array:

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from kinematics import mocap
 from kinematics.bvh import MotionError
 from kinematics.mocap import (
+    ARM_COLUMNS,
     FROZEN,
     POSE_COLUMNS,
     SHORTEST,
@@ -48,12 +49,13 @@ def a_trial(path, *, segments=((0, 20),), fps=FPS, tags=()):
     return Trial(path, "s1", "t1", "walk", fps, segments, tags, "free")
 
 
-def test_mirroring_twice_is_the_identity_and_once_exchanges_the_legs(rng):
-    y = rng.normal(size=(3, 5, 8))
+@pytest.mark.parametrize("columns", [POSE_COLUMNS, (*POSE_COLUMNS, *ARM_COLUMNS)])
+def test_mirroring_twice_is_the_identity_and_once_exchanges_the_sides(columns, rng):
+    y = rng.normal(size=(3, 5, len(columns)))
     assert_allclose(mirror(mirror(y)), y, rtol=0)
-    one = dict(zip(POSE_COLUMNS, np.moveaxis(mirror(y), -1, 0), strict=True))
-    was = dict(zip(POSE_COLUMNS, np.moveaxis(y, -1, 0), strict=True))
-    for name in POSE_COLUMNS:
+    one = dict(zip(columns, np.moveaxis(mirror(y), -1, 0), strict=True))
+    was = dict(zip(columns, np.moveaxis(y, -1, 0), strict=True))
+    for name in columns:
         twin = name.replace("near", "NEAR").replace("far", "near").replace("NEAR", "far")
         assert_allclose(one[name], was[twin], rtol=0)
 
