@@ -198,9 +198,11 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
 
 
 def _covs(plan: Plan, first: int, trail: Trail) -> Array:
-    """(T, D, D) covariances of the estimates, enlarged where the outline shows the figure elsewhere."""
+    """(T, D, D) covariances of the estimates, enlarged where the outline shows the figure elsewhere, but not
+    in frames whose marks the track passes through."""
     covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video.fps)
-    outline = plan.points if plan.measured is None else {}
+    anchors = plan.job.passed(plan.frame).keys() - {plan.frame}
+    outline = {} if plan.measured else {t: each for t, each in plan.points.items() if t not in anchors}
     for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
         found = outline.get(first + t)
         if found is not None:

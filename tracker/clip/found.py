@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
-from tracker.clip.staged import Surveyed, every, surveyed
+from tracker.clip.staged import FEWEST, Surveyed, every, surveyed
 from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
@@ -169,8 +169,12 @@ def _nobody(how: Following, video: Video) -> FoundError:
     film = surveyed(video, first, _last(first, step, how.stop), step, 1.0, Progress("quiet"))
     if film is None and not any(True for _ in video.pictures(first, first)):
         return FoundError(f"{video.path.name} ends before frame {first}; choose an earlier --from")
-    place = film and spot(film.stage(1))
-    if not place:
+    if film is None:
+        return FoundError(
+            f"nobody can be found in fewer than {FEWEST * step} frames; mark the joints of one frame"
+        )
+    place = spot(film.stage(1))
+    if place is None:
         return FoundError("nobody was found who walks through the film; mark the joints of one frame")
     figure, frame = seen_figure(), first + place.frame * step
     joints = place.joints(figure, Cycles.load(), towards(how.facing) or 1)

@@ -71,6 +71,13 @@ class Path:
         """Total score of the path as one of a person, nats times leg lengths."""
         return float(((self.score - BASE) * self.units).sum())
 
+    def hips_in(self, first: int, count: int) -> Array:
+        """(count, 2) the hips in so many frames from `first` on, NaN where the path does not reach."""
+        hips = np.full((count, 2), np.nan)
+        begin, end = max(self.first, first), min(self.last + 1, first + count)
+        hips[begin - first : end - first] = self.hips[begin - self.first : end - self.first]
+        return hips
+
     def part(self, frames: slice) -> "Path":
         """The path reduced to some of its frames."""
         first = self.first + (frames.start or 0)

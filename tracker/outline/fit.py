@@ -108,16 +108,19 @@ class Outline:
         return replace(self, **rows | {"shown": rows["shown"] == 1.0})
 
 
-def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int = ROUNDS) -> Outline:
+def fitted(
+    stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int = ROUNDS, found: Array | None = None
+) -> Outline:
     """Fit the outline of a figure to every frame.
 
     Args:
         stage: the film, with the figure's facing.
         start: pose in `frame`; if none of it is known it gives only the place and the approximate size.
         rounds: largest number of optimisation steps.
+        found: (T, 2) the hip of somebody who was found, as in `walk`.
     """
     figure, shape, columns = start.figure, Shape.of(start.figure), columns_of(start.figure)
-    hips, units, phase = _gait(stage, start, frame, cycles)
+    hips, units, phase = _gait(stage, start, frame, cycles, found)
     axes = units[:, None] * np.array([stage.facing, -1.0])
     angles = at_phases(cycles.pose[phase.cycle], phase.phase)
     angles[:, TRUNK] += smooth(phase.lean, stage.often * SMOOTH_LEAN)
@@ -144,15 +147,17 @@ def fitted(stage: Stage, start: Start, frame: int, cycles: Cycles, rounds: int =
     return Outline(best.q, hips, units, pixels, best.score, shown, off, gait, phase.way, abs(named), misnamed)
 
 
-def _gait(stage: Stage, start: Start, frame: int, cycles: Cycles) -> tuple[Array, Array, Phases]:
+def _gait(
+    stage: Stage, start: Start, frame: int, cycles: Cycles, found: Array | None
+) -> tuple[Array, Array, Phases]:
     """Hip (T, 2), leg length in pixels (T,) and phase in every frame."""
     shape, columns = Shape.of(start.figure), columns_of(start.figure)
-    hips, units = walk(stage, shape, cycles, start, frame)
+    hips, units = walk(stage, shape, cycles, start, frame, found)
     marked = np.where(start.known[columns], start.q[columns], np.nan)
-    found = phases(stage, shape, cycles, hips, units, marked, frame)
-    scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * found.shift)
+    seen = phases(stage, shape, cycles, hips, units, marked, frame)
+    scene = stage.in_scene(hips + units[:, None] * np.array([stage.facing, -1.0]) * seen.shift)
     hips = stage.in_frames(smooth(scene, stage.often * SMOOTH))
-    return hips, units, found
+    return hips, units, seen
 
 
 def through(figure: Figure, path: Array, marked: Marked, fps: float) -> tuple[Array, float]:

@@ -121,7 +121,7 @@ def person(
     first = max(path.first - beyond, 0)
     faced = replace(stage.part(slice(first, path.last + beyond + 1)), facing=facing)
     start = _start(figure, path, best, facing, larger)
-    outline = fitted(faced, start, path.first + best - first, cycles)
+    outline = fitted(faced, start, path.first + best - first, cycles, found=path.hips_in(first, len(faced)))
     inner = outline.around(slice(path.first - first, path.last + 1 - first))
     faced, first = faced.part(inner), first + inner.start
     outline = outline.part(inner)
@@ -150,7 +150,8 @@ def _fits(
     trials = {}
     for facing, larger in product(ways, LARGER):
         faced, start = replace(part.part(near), facing=facing), _start(figure, path, best, facing, larger)
-        outline = fitted(faced, start, best - near.start, cycles, FEW)
+        hips = path.hips_in(path.first + near.start, len(faced))
+        outline = fitted(faced, start, best - near.start, cycles, FEW, hips)
         # In pixels, the same for every size that is tried; else the largest size would win.
         ahead = AHEAD * (outline.way > 0) * float(np.median(path.units)) ** 2
         trials[facing, larger] = _explained(faced, outline, figure) + ahead

@@ -33,15 +33,20 @@ HELD = 12.0  # cost of a path one place off the marked place, nats; four times a
 HELD_FOUND = 0.3  # the same for a start without marks
 SMOOTH = 1.5  # frames over which the path's place is smoothed, at 30 a second
 SMOOTH_SIZE, SMOOTH_FOUND = 30.0, 10.0  # the same for its size, with a marked frame, without marks
+FAR = 40.0  # places beyond which the cost no longer grows
 GRID = Grid((-1.25, 1.125), DENSITY, (19, 21))
 HIP = (9, 10)  # row and column of the hip in it
 
 
-def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -> tuple[Array, Array]:
+def walk(
+    stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int, found: Array | None = None
+) -> tuple[Array, Array]:
     """The path of a figure's hip.
 
     Args:
         start: pose in `frame`; if none of it is known, it was found without marks and is approximate.
+        found: (T, 2) pixels near which the search for people found the hip, NaN where it found none; None to
+            begin from `start` alone.
 
     Returns:
         (T, 2) the hip, pixels of the film in each frame, and (T,) leg lengths in pixels.
@@ -49,23 +54,35 @@ def walk(stage: Stage, shape: Shape, cycles: Cycles, start: Start, frame: int) -
     zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
     unit, marked = start.view.unit * float(zoom[frame]), bool(start.known.any())
     extent, corners = _extent(stage, DENSITY / unit)
-    origin = stage.places[frame] @ np.append(start.view.origin, 1.0)
-    x, y = DENSITY / unit * origin[:2] - corners[frame]
-    rows, columns = np.mgrid[: extent[0], : extent[1]]
-    away = np.minimum(np.hypot(columns - x, rows - y), 40.0) ** 2
-    held = (HELD if marked else HELD_FOUND) * (away + 4.0 * np.abs(SIZES_OFF)[:, None, None]).astype(
-        np.float32
-    )
+    hips = np.full((len(stage), 2), np.nan) if found is None else found.copy()
+    hips[frame] = start.view.origin
     maps = _maps(stage, unit, extent, corners)
     # Without marks uncovered foreground has a cost too, like covered background; it determines the size.
     weighed = maps if marked else (odds + np.maximum(odds, 0.0) for odds in maps)
     sums = _sums(weighed, extent, _silhouettes(shape, cycles, stage.facing))
-    scores = (score - held if t == frame else score for t, score in enumerate(sums))
+    held = _held(
+        DENSITY / unit * stage.in_scene(hips) - corners, extent, frame, HELD if marked else HELD_FOUND
+    )
+    scores = (score - cost for score, cost in zip(sums, held, strict=True))
     path = best_path(scores, corners, STEP, stage.often * (RESIZE if marked else RESIZE_FOUND), REACH)
     places = smooth((path[:, [2, 1]] + corners).astype(np.float64), stage.often * SMOOTH)
     size = smooth(SIZES[path[:, 0]], stage.often * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
     size -= size[frame] if marked else 0.0
     return stage.in_frames(places * unit / DENSITY), unit * np.exp(size) / zoom
+
+
+def _held(
+    hips: Array, extent: tuple[int, int], frame: int, cost: float
+) -> Iterator[NDArray[np.float32] | float]:
+    """Costs (S, h, w) of places away from each frame's hip (T, 2), and of other sizes in `frame`, nats."""
+    rows, columns = np.mgrid[: extent[0], : extent[1]]
+    for t, (x, y) in enumerate(hips):
+        if np.isfinite(x):
+            away = np.minimum(np.hypot(columns - x, rows - y), FAR) ** 2
+            sizes = 4.0 * np.abs(SIZES_OFF) if t == frame else 0.0 * SIZES_OFF
+            yield (cost * (away + sizes[:, None, None])).astype(np.float32)
+        else:
+            yield 0.0
 
 
 def _extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]:

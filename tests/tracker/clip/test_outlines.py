@@ -23,7 +23,7 @@ from tracker.models.find import CONSTANT_VELOCITY, for_seen
 from tracker.progress import Progress
 from tracker.run.track import FREE
 from tracker.settings import Settings
-from tracker.tables.keypoints import read_keypoints
+from tracker.tables.keypoints import Mark, read_keypoints
 
 QUIET = Progress("quiet")
 WIDTH = 160  # of the film: at its end the walker is partly out of sight
@@ -299,6 +299,11 @@ def test_ellipses_are_wider_where_the_outline_shows_the_figure_elsewhere(job, as
     ankle = WALKER.joints.index("near_ankle")
     wide, narrow = (np.sqrt(np.trace(track.joint_covs()[5, ankle])) / UNIT for track in (doubted, own))
     assert wide > 2.0 * narrow
+    marks = job.marks | {
+        5: {name: Mark(*place, True) for name, place in zip(WALKER.joints, a_walk().joints[5], strict=True)}
+    }
+    anchored = follow(replace(short, marks=marks, anchors=True, start=MIDDLE), QUIET).track
+    assert np.sqrt(np.trace(anchored.joint_covs()[5, ankle])) / UNIT < 0.1
     monkeypatch.setattr(Detector, "elsewhere", lambda self, found, q: np.zeros((len(q), len(q))))
     filtered = np.sqrt(np.trace(follow(short, QUIET).track.joint_covs()[5, ankle])) / UNIT
     assert wide > 1.1 * filtered

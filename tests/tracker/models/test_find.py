@@ -166,5 +166,5 @@ def test_a_playback_speed_counts_before_anybody_is_looked_for(monkeypatch, tmp_p
     monkeypatch.setattr("tracker.clip.found.surveyed", lambda *_: None)
     with pytest.raises(ValueError, match="cannot be had at 480"):
         asked(Following(), tmp_path / "a.mp4", None, None, Progress("quiet"))
-    with pytest.raises(FoundError, match="nobody was found"):
+    with pytest.raises(FoundError, match="in fewer than 160 frames"):
         asked(Following(rate=4.0), tmp_path / "a.mp4", None, None, Progress("quiet"))

@@ -63,6 +63,19 @@ def test_of_two_alike_the_path_stays_with_the_marked_one(walk, stage):
         assert np.hypot(*(found - hips).T).max() < 2.0 * UNIT / DENSITY
 
 
+def test_who_was_found_is_not_left_for_somebody_who_stands_out_more(walk, stage):
+    """From a start without marks; the path that was found tells where."""
+    start = replace(walk.start(MIDDLE), known=np.zeros(len(walk.start().known), bool))
+    faint = (NOTHING + 0.4 * (stage.odds.astype(float) - NOTHING)).astype(np.uint8)
+    both = replace(stage, odds=np.maximum(faint, np.roll(stage.odds, -70, axis=2)))
+
+    def farthest(found):
+        hips, _ = place.walk(both, SHAPE, CYCLES, start, MIDDLE, found)
+        return np.hypot(*(hips - walk.hips).T).max()
+
+    assert farthest(walk.hips) < 2.0 * UNIT / DENSITY < 50.0 < farthest(None)
+
+
 def test_what_stands_still_beside_the_way_does_not_catch_the_path(walk, stage):
     odds = stage.odds.copy()
     odds[:, :, 190:220] = np.maximum(odds[:, :, 190:220], NOTHING + 40)
