@@ -154,11 +154,13 @@ class _Ways:
         plan, passage = self.plan, self._passage(way)
         tracker = passage.tracker
         state, estimate = begin(tracker, plan.start, self.marked, belief)
-        run = passage.run(plan.frame, state, estimate, self.clock.timed("read", images))
+        run = passage.run(plan.frame, state, estimate, self.marked, self.clock.timed("read", images))
         tracked = self._counted(way, self.clock.timed("track", run))
-        turned = None
-        for t, estimate in enumerate(self.clock.timed("smooth", passage.smooth(tracker, tracked))):
-            if t == 1 and plan.job.smooth and estimate.outcome.measured and not estimate.began:
+        turned, moved = None, 0
+        for estimate in self.clock.timed("smooth", passage.smooth(tracker, tracked)):
+            moved += not estimate.repeats
+            second = moved == 2 and not estimate.repeats
+            if second and plan.job.smooth and estimate.outcome.measured and not estimate.began:
                 turned = turned_belief(tracker.slds, state.belief, estimate.belief)
             prolong(tracker, trail, estimate)
         return turned

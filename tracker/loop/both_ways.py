@@ -8,6 +8,7 @@ least cost.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain, count, pairwise
 
 import numpy as np
 
@@ -19,8 +20,9 @@ from tracker.loop.detections import Detections
 from tracker.loop.estimate import NOTHING, Estimate, State
 from tracker.loop.tracker import Tracker
 from tracker.loop.trail import Trail
-from tracker.picture.pyramid import Image
+from tracker.picture.pyramid import Image, same
 
+ALIKE = 5  # pictures alike in a row by a conversion of the film; more show that nothing moves
 LEAST = 1e-9  # least misfit that a frame is weighted by
 
 
@@ -48,25 +50,49 @@ class Passage:
     places: Mapping[int, Array] = field(default_factory=dict)
 
     def run(
-        self, frame: int, state: State, estimate: Estimate, images: Iterable[Image]
+        self, frame: int, state: State, estimate: Estimate, image: Image, images: Iterable[Image]
     ) -> Iterator[Estimate]:
-        """Estimates from the start frame on; `images` are of the frames after it in this direction."""
-        last = frame
+        """Estimates from the start frame on.
+
+        Args:
+            image: picture of the start frame.
+            images: of the frames after it in this direction.
+        """
+        last, frames, images = frame, count(frame + self.way, self.way), chain([image], images)
         yield estimate
-        for image in images:
-            frame += self.way
-            state, estimate = self._step(self.tracker, state, frame, image)
+        followed = self._steps(self.tracker, state, estimate, frames, images)
+        for frame, image, state, estimate in followed:
             if frame in self.anchors:
                 estimate = replace(estimate, back=self._back(frame, last, state, image))
                 last = frame
             yield estimate
 
-    def _step(self, tracker: Tracker, before: State, frame: int, image: Image) -> tuple[State, Estimate]:
-        """Follow the figure into the next frame of either direction."""
-        place = self.places.get(frame)
-        if frame in self.anchors:
-            return passed(tracker, before, self.anchors[frame], image, place)
-        return tracker.step(before, image, self.detections.get(frame), place)
+    def _steps(
+        self,
+        tracker: Tracker,
+        state: State,
+        estimate: Estimate,
+        frames: Iterable[int],
+        images: Iterable[Image],
+    ) -> Iterator[tuple[int, Image, State, Estimate]]:
+        """Follow the figure into further frames of either direction.
+
+        In a picture that repeats the one before, nothing has moved: state and estimate stay.
+
+        Args:
+            images: of the frame of `state`, and of `frames`.
+        """
+        alike = 1
+        for frame, (before, image) in zip(frames, pairwise(images), strict=False):
+            alike = alike + 1 if same(before, image) else 1
+            place = self.places.get(frame)
+            if frame in self.anchors:
+                state, estimate = passed(tracker, state, self.anchors[frame], image, place)
+            elif 1 < alike <= ALIKE:
+                estimate = replace(estimate, began=False, repeats=True)
+            else:
+                state, estimate = tracker.step(state, image, self.detections.get(frame), place)
+            yield frame, image, state, estimate
 
     def _back(self, frame: int, last: int, state: State, image: Image) -> tuple[Estimate, ...]:
         """The pass from an anchor back to the one before it: the frames between, in this passage's order."""
@@ -75,9 +101,9 @@ class Passage:
         def run() -> Iterator[Estimate]:
             there, estimate = anew(other, state, self.anchors[frame], image)
             yield estimate
-            for t, picture in enumerate(self.span(frame - self.way, last), start=1):
-                there, estimate = self._step(other, there, frame - t * self.way, picture)
-                yield estimate
+            frames, images = count(frame - self.way, -self.way), self.span(frame - self.way, last)
+            found = self._steps(other, there, estimate, frames, chain([image], images))
+            yield from (each for *_, each in found)
 
         # Hypotheses, which take forty times the memory of the rest, are dropped.
         return tuple(replace(each, belief=NOTHING) for each in self.smooth(other, run()))[-2:0:-1]

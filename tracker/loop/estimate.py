@@ -28,6 +28,7 @@ class Estimate:
     shift   : (2,) pixels by which a moving camera has shifted the scene since the marked frame
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
     began   : whether the filter started here, without any link to the frame before
+    repeats : whether the picture is the one before again, so that nothing has moved
     back    : at an anchor, estimates of the frames since the last anchor by the pass back, oldest first
     """
 
@@ -38,6 +39,7 @@ class Estimate:
     shift: Array
     misfit: float = 0.0
     began: bool = False
+    repeats: bool = False
     back: tuple[Self, ...] = ()
 
 

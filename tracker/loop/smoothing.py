@@ -72,8 +72,9 @@ def _back(tracker: Tracker, window: Sequence[Estimate]) -> list[Estimate]:
     states = window[-1].belief.states[h]
     found = [_alone(tracker, window[-1], states, h)]
     for later, estimate in zip(window[:0:-1], window[-2::-1], strict=True):
-        s, h = later.belief.s[h], later.belief.parent[h]
-        states, _ = smooth(estimate.belief.states[h], states, slds.A[s], slds.b[s], slds.Q[s])
+        if not later.repeats:
+            s, h = later.belief.s[h], later.belief.parent[h]
+            states, _ = smooth(estimate.belief.states[h], states, slds.A[s], slds.b[s], slds.Q[s])
         found.append(_alone(tracker, estimate, states, h))
     return found[::-1]
 

@@ -21,7 +21,7 @@ from tracker.outline.stage import Stage
 SEEN = {"torso": 0.7, "head": 0.35}  # leg lengths; captured hip joints lie higher, the neck's base lower
 LARGER = (1.0, 1.25)  # sizes that are tried, as factors on the size at which the mean body fits best
 BEYOND = 1.0  # seconds before and after a path in which its person is searched for too
-AROUND = 25  # frames, at 30 a second, before and after the best one that decide which way a person faces
+AROUND = 45  # frames, at 30 a second, before and after the best one that decide which way a person faces
 FEW = 15  # rounds of optimisation for that
 AHEAD = 0.04  # prior advantage of walking forwards, nats times square leg lengths a frame
 ALIKE = 0.1  # largest deviation of trunk and legs in a start frame from their medians, log lengths

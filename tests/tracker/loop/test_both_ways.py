@@ -77,6 +77,25 @@ def test_between_two_frames_in_a_row_there_is_nothing_to_join():
     assert not between_anchors(TRACKER, [], [])
 
 
+def picture(number):
+    return np.full((1, 1), number)
+
+
+def test_where_a_picture_repeats_nothing_has_moved_unless_it_stays_for_long():
+    passage = Passage(
+        tracker=SimpleNamespace(step=lambda state, *_: (state + 1, estimate(state + 1))),
+        other=None,
+        anchors={},
+        way=1,
+        span=None,
+        smooth=None,
+    )
+    first, *images = map(picture, [0, 1, 1, 2, 3, 3, 3, 3, 3, 3, 3])
+    raw = list(passage.run(0, 0, estimate(0), first, images))
+    assert places(raw) == [0, 1, 1, 2, 3, 3, 3, 3, 3, 4, 5]
+    assert [each.repeats for each in raw] == [False] * 2 + [True] + [False] * 2 + [True] * 4 + [False] * 2
+
+
 @pytest.mark.parametrize("way", [1, -1])
 def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
     """Anchors at 0, 3 and 7 from the start; a frame's place is its number, 100 more on the way back."""
@@ -91,13 +110,13 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
         )
 
     def anchored(tracker, state, anchor, image, place):
-        assert place[0, 2] == image
+        assert place[0, 2] == image.item()
         seen.append(anchor)
-        return state, estimate(image)
+        return state, estimate(image.item())
 
     monkeypatch.setattr(passage_module, "passed", anchored)
     monkeypatch.setattr(
-        passage_module, "anew", lambda tracker, state, anchor, image: (state, estimate(image))
+        passage_module, "anew", lambda tracker, state, anchor, image: (state, estimate(image.item()))
     )
     monkeypatch.setattr(passage_module, "FAR", 1000.0)
     start = 10
@@ -107,11 +126,12 @@ def test_every_stretch_between_anchors_is_followed_back_too(way, monkeypatch):
         other=lambda: following(100.0),
         anchors={frames[t]: f"anchor {t}" for t in (0, 3, 7)},
         way=way,
-        span=lambda first, last: range(first, last - way, -way),
+        span=lambda first, last: map(picture, range(first, last - way, -way)),
         smooth=lambda _, estimates: list(estimates),
         places={frame: np.array([[1.0, 0.0, frame]]) for frame in frames},
     )
-    raw = list(passage.run(start, SimpleNamespace(), estimate(start), iter(frames[1:])))
+    first, *images = map(picture, frames)
+    raw = list(passage.run(start, SimpleNamespace(), estimate(start), first, images))
     assert places(raw) == frames
     trail = Trail(D)
     for each in raw:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 from dynamics.belief import Belief, first_belief, propose
 from dynamics.gaussian import Gaussian, apply
@@ -72,6 +72,17 @@ def test_windows_give_what_the_whole_run_gives_but_for_what_is_far_ahead(rng):
         # Systems of radius 0.95 at most forget within 40 frames to 0.95**80 = 2e-2 of a belief at the least.
         sd = np.sqrt(np.diag(other.pose.cov))
         assert (np.abs(one.pose.mean - other.pose.mean) < 0.05 * sd).all()
+
+
+def test_a_picture_that_repeats_adds_nothing_to_what_is_known_of_the_others(rng):
+    slds = random_slds(2, order=2, rng=rng)
+    estimates = filtered(slds, sample(slds, 20, rng)[2])
+    again = replace(estimates[7], repeats=True)
+    want = list(smoothed(tracker_of(slds), estimates))
+    found = list(smoothed(tracker_of(slds), [*estimates[:8], again, again, *estimates[8:]]))
+    for one, other in zip(found, [*want[:8], want[7], want[7], *want[8:]], strict=True):
+        assert_array_equal(one.pose.mean, other.pose.mean)
+        assert_array_equal(one.pose.cov, other.pose.cov)
 
 
 def test_smoothing_is_surer_than_filtering_and_ends_where_it_ends(rng):
