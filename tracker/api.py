@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from tracker.settings import Settings
 
 Place = str | PathLike[str]
-OPTION = re.compile(r"('[^']*')|--([a-z]+)")  # of the command; not within quotes, where a command stands
+# An option of the command and its value; not within quotes, where a whole command stands.
+OPTION = re.compile(r"('[^']*')|--([a-z]+)(?: (ahead|behind))?")
 
 
 def follow(
@@ -85,4 +86,9 @@ def _by_keywords(said: Any) -> Any:
     """A message that names keywords of `follow` instead of the command's options."""
     if not isinstance(said, str):
         return said
-    return OPTION.sub(lambda found: found[1] or {"from": "from_"}.get(found[2], found[2]), said)
+
+    def keyword(found: re.Match[str]) -> str:
+        quoted, name, value = found.groups()
+        return quoted or {"from": "from_"}.get(name, name) + (f"={value!r}" if value else "")
+
+    return OPTION.sub(keyword, said)

@@ -372,7 +372,7 @@ def test_marked_frames_are_not_asked_for_where_nothing_is_marked(options, seen, 
 def test_in_python_a_film_alone_is_followed_and_doubts_are_warnings(monkeypatch, video, walk):
     monkeypatch.setattr(found_module, "people", lambda *_: [walk.person(named=0.5)])
     other = nearer(walk.person()).other
-    with pytest.warns(UserWarning, match=f"if it is the one {other} in frame {MIDDLE}, give --near {other}"):
+    with pytest.warns(UserWarning, match=f"if it is the one {other} in frame {MIDDLE}, give near='{other}'"):
         track = follow(video.path, model="cv", stop=MIDDLE)
     ankles = [track.figure.joints.index(name) for name in ("near_ankle", "far_ankle")]
     off = np.hypot(*np.moveaxis(track.joints()[:, ankles] - walk.joints[: MIDDLE + 1, ankles], -1, 0))
