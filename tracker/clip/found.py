@@ -25,6 +25,7 @@ from videos.frames import Video
 WINDOW = 600  # surveyed frames that are searched together, which bounds memory
 TURNED = 0.07  # least advantage of the better facing, nats times square leg lengths a frame
 DOUBTED = 0.08  # spread of joints, leg lengths; no correct start on 200 rendered films had a larger one
+NOBODY = 0.5  # spread of joints above which a path shows no person, leg lengths
 CLEARLY = 0.1  # advantage of the better facing above which a person is not searched for again
 NARROW = 0.05  # spread of joints below which that is so, leg lengths
 AGAIN = SOMEBODY, GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
@@ -80,7 +81,7 @@ def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = N
             continue
         own = without_others(stage, path, everybody)
         one = person(own, figure, path, cycles, facing, alone=len(everybody) == 1)
-        if one is not None and not any(one.same(other) for other in seen):
+        if one is not None and one.spread < NOBODY and not any(one.same(other) for other in seen):
             seen.append(one)
     return seen
 

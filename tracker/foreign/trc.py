@@ -70,10 +70,10 @@ def read_people(path: Path) -> People:
     names = [name.strip() for name in rows[3][2:] if name.strip()]
     body = [row for row in rows[HEADER:] if any(cell.strip() for cell in row)]
     try:
-        first = round(float(body[0][1]) * float(header["DataRate"]))
+        first = round(float(body[0][1]) * float(header.get("DataRate", "no DataRate")))
         markers = ([float(cell or "nan") for cell in row[2 : 2 + 3 * len(names)]] for row in body)
         return {t: [_person(names, row)] for t, row in enumerate(markers, first)}
-    except ValueError as error:
+    except (IndexError, OverflowError, ValueError) as error:
         raise ForeignError(f"{path}: {error}; a row is a frame, a time and three numbers a marker") from error
 
 

@@ -88,7 +88,7 @@ def test_what_track_left_beside_the_table_is_suggested_without_a_look_at_the_fil
 def test_where_nobody_is_found_the_page_opens_without_marks_and_it_is_said(clip, table):
     with running(clip.video, "--out", table) as (process, address):
         opening = page(address)
-    assert process.said.startswith("nobody can be found in fewer than 20 frames")
+    assert process.said.startswith("nobody was found")
     assert (opening["taken"], opening["marks"], opening["frame"]["index"]) == (None, {}, 0)
 
 
