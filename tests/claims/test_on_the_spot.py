@@ -24,16 +24,16 @@ QUIET = Progress("quiet")
 
 
 @pytest.mark.parametrize(
-    ("clip", "moved"),
+    ("clip", "moved", "said"),
     [
-        ("gym_walk_rl", on_the_spot),
-        ("indoor_walk_lr", on_the_spot),
-        ("markers_walk_lr", panned),
-        ("indoor_walk_lr", panned),
+        ("gym_walk_rl", on_the_spot, "somebody may move on the spot, as on a treadmill"),
+        ("indoor_walk_lr", on_the_spot, ""),
+        ("markers_walk_lr", panned, "not sure which way the figure faces"),
+        ("indoor_walk_lr", panned, ""),
     ],
 )
 def test_a_walker_in_the_middle_of_the_picture_is_found_rightly_or_refused_with_a_suggestion(
-    clip: str, moved: Callable[[Film], Film], data_dir: Path, tmp_path: Path
+    clip: str, moved: Callable[[Film], Film], said: str, data_dir: Path, tmp_path: Path
 ) -> None:
     path = data_dir / "video" / f"{clip}.mp4"
     film = moved(read_film(path, marks_of(path)))
@@ -41,13 +41,15 @@ def test_a_walker_in_the_middle_of_the_picture_is_found_rightly_or_refused_with_
     video = Video(tmp_path / "film.mov")
     leg = leg_length(film.marks, sorted(film.marks))
     frame, marks, refused = _start(video)
+    assert bool(refused) == bool(said)
+    assert said in refused
     assert "\n" not in refused
     truth = _nearest(film, frame)
     exchanged = {other_side(name): mark for name, mark in marks.items()}
     if refused:
-        assert _away({"hip": truth["hip"]}, marks) < 0.8 * leg
+        assert _away({"hip": truth["hip"]}, marks) < 0.4 * leg
     else:
-        assert min(_away(truth, marks), _away(truth, exchanged)) < 0.2 * leg
+        assert min(_away(truth, marks), _away(truth, exchanged)) < 0.1 * leg
 
 
 def _start(video: Video) -> tuple[int, dict[str, Mark], str]:
