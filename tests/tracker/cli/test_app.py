@@ -88,26 +88,28 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_one_of_the_user(track, monk
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "said"),
     [
-        ["trak"],
-        ["track"],
-        ["track", "walk.mp4", "--keypoints", "k.csv", "--start", "-1"],
-        ["track", "walk.mp4", "--keypoints", "k.csv", "--start", "first"],
-        ["track", "walk.mp4", "--keypoints", "k.csv", "--facing", "north"],
-        ["track", "walk.mp4", "--keypoints", "k.csv", "--progress", "loud"],
-        ["track", "walk.mp4", "--keypoints", "k.csv", "--colour"],
-        ["track", "walk.mp4", "--height", "1.7", "--scale", "80"],
-        ["track", "walk.mp4", "--from", "9", "--stop", "2"],
-        ["track", "walk.mp4", "--start", "2"],
-        ["compare", "walk.mp4"],
-        ["learn"],
-        ["learn", "--trials", "t.csv", "--order", "3"],
-        [],
+        ("trak", "No such command 'trak'. Did you mean 'track'?"),
+        ("track", "Missing argument 'video'"),
+        ("track walk.mp4 --keypoints k.csv --start -1", "'--start': Input should be greater than or"),
+        ("track walk.mp4 --keypoints k.csv --start first", "'--start': Input should be a valid integer"),
+        ("track walk.mp4 --keypoints k.csv --facing north", "'north' is not one of 'left', 'right'"),
+        ("track walk.mp4 --keypoints k.csv --progress loud", "'loud' is not one of 'auto', 'plain', 'json'"),
+        ("track walk.mp4 --keypoints k.csv --colour", "No such option: --colour"),
+        ("track walk.mp4 --height 1.7 --scale 80", "give either height or scale, not both"),
+        ("track walk.mp4 --from 9 --stop 2", "from 9 comes after stop 2; choose a later stop"),
+        ("track walk.mp4 --start 2", "start and anchors are of marked frames; give keypoints"),
+        ("compare walk.mp4", "give marks to compare with: --keypoints or --truth"),
+        ("learn", "give either --trials TABLE or pose tables"),
+        ("learn --trials t.csv --order 3", "'--order': Input should be less than or equal to 2"),
+        ("", "To begin with:"),
     ],
 )
-def test_wrong_usage_ends_with_status_two(words):
-    assert figtrack(*words).exit_code == 2
+def test_wrong_usage_ends_with_status_two_and_is_named(words, said):
+    result = figtrack(*words.split())
+    assert result.exit_code == 2
+    assert said in result.stderr
 
 
 @pytest.mark.parametrize("words", [["--help"], ["track", "-h"], ["compare", "--help"], ["--version"]])
