@@ -24,13 +24,13 @@ def test_legs_that_swing_on_the_spot_tell_where_and_about_how_large(treadmill):
     stage, joints = treadmill
     found = spot(stage)
     assert found.hip == pytest.approx(joints[MIDDLE, 0], abs=0.4 * UNIT)
-    assert found.unit == pytest.approx(UNIT, rel=0.4)
+    assert found.unit == pytest.approx(UNIT, rel=0.2)
     apart = np.ptp(joints[:, LEGS, 0], axis=1)
     assert apart[found.frame] > 0.8 * apart.max()
     placed = found.joints(WALKER, CYCLES, 1)
     assert placed.shape == joints[0].shape
     assert placed[0] == pytest.approx(found.hip)
-    assert np.hypot(*(placed - joints[found.frame]).T).mean() < 0.5 * UNIT
+    assert np.hypot(*(placed - joints[found.frame]).T).mean() < 0.3 * UNIT  # facing left 0.5
     assert found.joints(WALKER, CYCLES, -1)[:, 0] - found.hip[0] == pytest.approx(found.hip[0] - placed[:, 0])
 
 
