@@ -55,13 +55,13 @@ def test_a_film_with_every_frame_twice_shows_the_same_poses(walk, stage, found):
     assert again.named == pytest.approx(found.named, rel=0.25)
 
 
-def test_the_head_is_held_at_the_marked_angle_to_the_trunk(walk, stage, found):
+def test_the_head_is_held_about_half_way_between_the_marked_angle_and_its_outline(walk, stage, found):
     neck = columns_of(WALKER)[NECK]
     start = walk.start()
     bowed = start.q.copy()
     bowed[neck] += np.radians(25.0)
     more = fit(walk, stage, replace(start, q=bowed)).q[:, neck] - found.q[:, neck]
-    assert np.all(more > np.radians(2.0))
+    np.testing.assert_allclose(more, np.radians(11.5), atol=np.radians(3.0))
 
 
 def test_a_fitted_pose_is_a_start_in_the_same_place(walk, found):
