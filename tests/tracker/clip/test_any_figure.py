@@ -176,3 +176,5 @@ def test_a_run_of_it_can_be_put_right(film, run):
     session = Correction(run, None, Progress("quiet"))
     shown = session.opening()["frame"]["figure"]
     assert set(shown) == set(FIVE.marks)
+    truth = film.joints[0, [FIVE.joints.index(name) for name in shown]]
+    assert [(mark["x"], mark["y"]) for mark in shown.values()] == pytest.approx(truth, abs=0.05 * VIEW.unit)
