@@ -191,8 +191,8 @@ def page(clips: Sequence[Path], draws: int, asked: dict[str, Row], worse: dict[s
             METHOD,
             "### Legs exchanged in 10 % of the frames, 10 % of the points missing, 5 px jitter",
             "",
-            f"{draws} draws a clip. Direction is the median error of leg links, swaps are frames that stay",
-            "exchanged.",
+            f"Each clip has {draws} draws. Direction is the median error of leg links, swaps are frames that",
+            "stay exchanged.",
             "The smoother's acceleration (px a frame squared) is the best of "
             f"{', '.join(f'{a:g}' for a in ACCELERATIONS)} on these clips.",
             "",

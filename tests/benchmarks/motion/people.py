@@ -125,9 +125,8 @@ def claims(results: Results) -> list[Claim]:
 def section(source: Source, results: Results) -> list[str]:
     lines = [
         f"Wrong frames in per cent, those more than {FAR} frames from any junction, and the person with",
-        "most. The default model, on sequences spliced from captures of one person, learned without that",
-        "one or without all joggers of HDM05; and the shipped `gait` on people whose licence does not",
-        "allow learning.",
+        "most. Sequences are spliced from captures of one person. The default model is learned without that",
+        "one or all joggers of HDM05; the shipped `gait` classifies people whose licence forbids learning.",
         "",
     ]
     rows = []

@@ -16,8 +16,8 @@ as `figtrack track` does.
 """
 KINDS = """\
 The error is the median of the films' mean errors in leg lengths; inside is the share of visible joints within
-two standard deviations, of which 86.5 % is right. Unmarked starts are wrong where their joints err by more
-than 0.25 leg lengths, the facing is wrong, or legs are exchanged that no warning announced.
+two standard deviations, for which 86.5 % is expected. Unmarked starts are wrong where their joints err by
+more than 0.25 leg lengths, the facing is wrong, or legs are exchanged that no warning announced.
 """
 HEADER = (
     "kind",
