@@ -67,8 +67,10 @@ def batches(slds: SLDS, ys: Sequence[Array]) -> list[list[int]]:
 def in_batches(
     slds: SLDS, ys: Sequence[Array], hints: Sequence[Array] | None, infer: Callable[[Frames], list[Result]]
 ) -> list[Result]:
-    """The result of `infer` for each sequence, in the order given; it gets a batch at a time. ValueError:
-    hints that do not fit the sequences."""
+    """The result of `infer` for each sequence, in the order given; each call of `infer` gets one batch.
+
+    ValueError: hints that do not fit the sequences.
+    """
     if hints is not None:
         _check(slds, ys, hints)
     results: dict[int, Result] = {}

@@ -50,7 +50,7 @@ class Regions:
         return np.asarray((apply(white, apply(self.regard, x) - self.mean) ** 2).sum(-1))
 
     def log_density(self, x: Array) -> Array:
-        """(..., K) log N of the states x (..., K or 1, N)."""
+        """(..., K) log density of the states x (..., K or 1, N) in each region; x K-fold or one for all."""
         return np.asarray(-0.5 * (self.distance(x) + self._root[1]))
 
     @cached_property

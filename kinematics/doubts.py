@@ -79,7 +79,7 @@ def _spans(figure: Figure, marks: Marks) -> dict[int, float]:
 
 
 def _usual(figure: Figure, spans: Mapping[int, float]) -> float | None:
-    """Length of a leg in pixels, by the median limb; None where too few limbs are marked."""
+    """Leg length in pixels according to the median of the marked limbs; None if too few are marked."""
     sizes = [length / figure.links[i].length for i, length in spans.items() if figure.links[i].breathes]
     return float(np.median(sizes)) if len(sizes) >= FEWEST else None
 

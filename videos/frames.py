@@ -240,7 +240,7 @@ class Video:
         self.cut_short = self._shortfall(index, damaged)
 
     def _recalled(self) -> Iterator[VideoFrame | None]:
-        """All pictures, None for damage; where their times do not grow, the film is not entered later."""
+        """All pictures, None for damage; unless their times grow, later readings start at frame 0."""
         last = -math.inf
         for picture in recalled(self.path, self._pictures, self.count_hint):
             if picture is not None:

@@ -55,7 +55,7 @@ def stationary(Pi: Array) -> Array:
 
 
 def run_moments(slds: SLDS, run: int) -> Gaussian:
-    """The poses of `run` frames together, oldest first, in each state: mean (K, run M), and cov."""
+    """Joint Gaussian of the poses of `run` successive frames, oldest first; mean (K, run M) by state."""
     d, (K, N) = len(slds.names), slds.b.shape
     n = N + (run - slds.order) * d
     whole = np.tile(np.eye(n), (K, 1, 1))

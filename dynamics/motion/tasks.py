@@ -126,7 +126,7 @@ def predict(slds: SLDS, ys: Sequence[Array], horizon: int = 1, tick: Tick = lamb
 
 
 def predict_ticks(ys: Sequence[Array]) -> int:
-    """How often `predict` ticks for these sequences."""
+    """How many times `predict` calls its `tick` for these sequences."""
     return 1 + len(_edges(ys)) * (SEARCHES + 2)
 
 

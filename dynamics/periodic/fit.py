@@ -139,7 +139,8 @@ class Stretch:
         return quick + _spread(self.correlations[1], self.stride.slow[self.k], one, other)
 
     def value(self, z: Array, start: float, cells: Cells) -> tuple[Array, Array, Array]:
-        """f (n,) at cells, df/dz (n, Z + W), and the phase (T,), which `start` is added to."""
+        """The pose f (n,) predicted at cells, its derivative df/dz (n, Z + W), and the phase (T,), `start`
+        included."""
         frame, freedom = cells
         stride, M = self.stride, len(self.stride.names)
         size, rows = stride.basis, np.arange(len(frame))

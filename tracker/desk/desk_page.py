@@ -108,7 +108,7 @@ class Server(LoopbackServer):
 
 
 class Handler(LoopbackHandler):
-    """Answers one request."""
+    """Answers one request of the page of a folder of films."""
 
     server: Server
 

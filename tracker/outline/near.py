@@ -101,7 +101,7 @@ def _legs(
 
 
 def _evidence(near: Leg, far: Leg, t: int) -> Array:
-    """(n,) evidence of each pixel of a frame for these names, grey levels."""
+    """(n,) evidence of each leg pixel of a frame that the legs are named rightly, grey levels."""
     return np.concatenate([_less_alike(near, far, t), -_less_alike(far, near, t)])
 
 

@@ -123,5 +123,5 @@ class Shape:
 
 
 def arms_worth(odds: Planes) -> Planes:
-    """The value of log odds in the arms' zone."""
+    """The log odds of places where arms may be, of which arms cover a share ARM_SHARE."""
     return np.asarray(np.log1p(np.float32(ARM_SHARE) * np.expm1(odds)), dtype=np.float32)

@@ -75,8 +75,8 @@ class Templates:
         )
 
     def learned(self, seen: Array | Planes, new: NDArray[np.bool_], place: Array) -> Self:
-        """The templates with sightings of unknown points added: a point that looks alike at enough places is
-        known.
+        """The templates with sightings of unknown points added: a point that looks alike at enough places
+        becomes known.
 
         The background of a moving figure, or something that hides it, does not stay alike.
 
