@@ -32,6 +32,8 @@ def test_nothing_is_known_of_others_and_all_of_oneself(two, rng):
     own, theirs = left.cover > 0.5, right.cover > 0.9
     np.testing.assert_array_equal(found[own], stage.odds[own])
     assert (found[theirs] == NOTHING).mean() > 0.95
+    small = replace(other, units=0.4 * other.units)  # a path of limbs alone
+    np.testing.assert_array_equal(without_others(stage, one, [one, small]).odds, found)
 
 
 def test_of_who_passes_close_nothing_is_known_either(two, rng):
@@ -90,5 +92,6 @@ def test_where_two_meet_the_path_is_that_of_who_goes_the_way_the_figure_faces(tw
 def test_a_path_leads_on_where_who_goes_along_it_is_hidden(two, led):
     hip, own = two[1].hips[5], path(two[1])
     later, earlier = own.part(slice(8, None)), own.part(slice(0, 4))
+    later.hips[0, 0] += 0.3 * UNIT  # one place is inexact
     assert led(hip, 5, [later]) is later
     assert led(hip, 5, [earlier, own]) is own
