@@ -171,7 +171,7 @@ def with_edges(rng, low=0, high=255):
     images = np.full((25, 20, 30, 3), 100, np.uint8)
     images[:, :, 20:] = 180
     images[:, 5:10, 3:12, 0] = rng.normal(100.0, 12.0, (25, 5, 9))
-    images[:, 0, 0, 0], images[:, 0, 3, 0] = low, high
+    images[5:, 0, 0, 0], images[5:, 0, 3, 0] = low, high  # not in the first pictures
     return np.clip(images, low, high)
 
 
