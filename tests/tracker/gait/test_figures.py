@@ -27,6 +27,7 @@ def test_a_known_walk_gets_its_own_figures():
     assert cadence.mean == pytest.approx(120.0 / PERIOD, rel=0.005)
     assert cadence.error / cadence.mean == pytest.approx(stride.error / stride.mean)
     assert cadence.error > 0.0
+    assert cadence.count == stride.count
     for side in ("near", "far"):
         assert getattr(found["stride time"], side).mean == pytest.approx(PERIOD, abs=0.005)
         assert getattr(found["step time"], side).mean == pytest.approx(PERIOD / 2.0, abs=0.01)
@@ -200,6 +201,19 @@ def test_a_run_has_flight_and_no_double_support():
     wanted = stride * (0.5 - stance / 100.0)
     assert found["flight time"].both.mean == pytest.approx(wanted, abs=0.01)
     assert gait.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("walks", "name", "times"), [(stroll, "double support", 2), (a_run, "flight time", 1)]
+)
+def test_errors_of_double_support_and_flight_are_those_of_the_moments_that_bound_them(walks, name, times):
+    gait = gait_of(walks(6.0))
+    stride, value = gait.strides["near"].sound[0], gait.named(name).both
+    own = np.sqrt(2.0 * times / value.count) * np.hypot(stride.strike.error, stride.off.error)
+    shared = times * np.hypot(stride.strike.shared, stride.off.shared)
+    unit = 1.0 / 30.0 if name == "flight time" else 100.0 / stride.frames
+    assert value.shared == pytest.approx(unit * shared)
+    assert value.error == pytest.approx(unit * np.hypot(own, shared), rel=0.01)
 
 
 @pytest.mark.parametrize("label", ["walk", "run", "free"])
