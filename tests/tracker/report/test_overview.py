@@ -35,6 +35,7 @@ def test_every_clip_has_a_row_and_the_followed_ones_a_picture_and_a_link(browser
     assert browser.value("document.querySelector('img').naturalWidth") == 240
     assert browser.value("document.querySelectorAll('a').length") == 1
     assert browser.value("document.documentElement.scrollWidth <= window.innerWidth")
+    assert min(browser.each("th", "one.clientWidth")) > 300
     browser.value("document.querySelector('a').click()")
     browser.wait("document.body?.innerText === 'a report'")
 
