@@ -10,6 +10,8 @@ import threading
 import time
 from contextlib import contextmanager
 
+import cv2
+import numpy as np
 import pytest
 
 from tests.tracker.annotate.test_server import Client
@@ -380,11 +382,16 @@ def test_a_film_goes_all_the_way_on_the_page(browser, folder):
 @pytest.mark.parametrize(("width", "dark"), [(390, False), (1280, True), (1920, False)])
 def test_nothing_sticks_out_of_the_page(browser, folder, width, dark):
     a_run(folder, headline="Walks at 99 steps a minute.", warnings=["a warning " * 30])
+    found = "person,first,last,facing,motion\n1,0,123,left,walk backwards\n"
+    (folder / "walk-people.csv").write_text(found)
+    cv2.imwrite(str(folder / "walk-people.png"), np.zeros((90, 160, 3), np.uint8))
     with served(folder) as client:
         browser.open(client.server.address, width=width, dark=dark)
         browser.wait("document.querySelector('.film img').complete")
         wide = "document.documentElement.scrollWidth <= window.innerWidth"
         assert browser.value(wide)
+        right = "one.getBoundingClientRect().right"
+        assert max(browser.each(".film *", right)) < max(browser.each(".film", right))
         assert browser.value("[...document.querySelectorAll('button, select, input')].every((one) => "
                              "one.innerText || one.labels.length || one.ariaLabel)")  # fmt: skip
         browser.open("about:blank")
