@@ -126,7 +126,9 @@ def test_the_page_draws_both_and_marks_what_changed(browser, runs, tmp_path):
     bold = browser.each("tr:has(b)", "one.cells[0].innerText")
     assert any("stride time, near" in name for name in bold)
     assert not any("hip range" in name for name in bold)
+    browser.open(page.as_uri(), width=390)
     assert browser.value("document.documentElement.scrollWidth <= window.innerWidth")
+    assert browser.each(".wide", "one.scrollWidth <= one.clientWidth") == [True]
 
 
 def test_the_command_writes_a_page_and_replaces_none(runs, tmp_path, monkeypatch):
