@@ -30,7 +30,7 @@ def test_every_clip_has_a_row_and_the_followed_ones_a_picture_and_a_link(browser
     browser.open(page.as_uri(), width=390)
     cells = browser.each("tr", "[...one.cells].map(cell => cell.innerText)")
     assert cells[0][1] == "a b.mp4"
-    assert cells[0][2].split("\n\n") == ["Walks <slowly>.", "3 ok", "A & B."]
+    assert cells[0][2].split("\n\n") == ["Walks <slowly>.", "Frames: 3 ok", "A & B."]
     assert cells[1][1:] == ["<i>c.mp4", "no <video>"]
     assert browser.value("document.querySelector('img').naturalWidth") == 240
     assert browser.value("document.querySelectorAll('a').length") == 1
