@@ -10,6 +10,7 @@ from tracker.experiments.section import Claim, Heading, Section, Table, verdict
 from tracker.experiments.study import Study
 from tracker.models.centred import centred, rootless
 from tracker.motion.choices import Inference
+from tracker.progress import counted
 
 HEADING = Heading("runtime", "Which inference is quickest?", "2000, section 4.1")
 FRAMES = 2000
@@ -39,8 +40,8 @@ def run(study: Study) -> Section:
         for n, by in micro.items()
     ]
     table = Table(
-        f"Microseconds a frame, in brackets times Viterbi's; least of {repeats} runs over {frames} frames, "
-        "second order.",
+        "Microseconds a frame, in brackets times Viterbi's; least of "
+        f"{counted(repeats, 'run')} over {frames} frames, second order.",
         ("states in all", *NAMES.values()),
         rows,
     )
