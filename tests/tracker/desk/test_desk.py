@@ -455,4 +455,8 @@ def test_a_page_that_is_open_is_linked_though_somebody_was_searched_before_it(br
         browser.open(client.server.address)
         browser.push("[data-command=annotate]")
         browser.wait("document.querySelector('.task a')")
+        browser.push(".stop")
+        browser.wait("document.querySelector('.said .fault')")
+        assert "http" not in browser.text(".said")
+        assert "Ctrl-C" not in browser.text(".said")
         browser.open("about:blank")

@@ -3,6 +3,7 @@
 const GONE = "figtrack app has ended; start it again in the terminal";
 const EVERY = 700; // milliseconds between requests for the state
 const PAGES = ["annotate", "correct"]; // commands that open a page of their own
+const OF_A_PAGE = /http:\/\/|^this ends with/; // lines for a terminal, wrong once the page is closed
 const NONE = element("p", { class: "note" }, "There are no films in this folder. Put one there; it appears here.");
 const cards = new Map();
 const $ = (selector, root = document) => root.querySelector(selector);
@@ -68,7 +69,7 @@ function showWork(card, work) {
   const bar = $("progress", box);
   if (work.task?.total) [bar.max, bar.value] = [work.task.total, work.task.done];
   else bar.removeAttribute("value");
-  const told = running ? work.said.filter((line) => line.startsWith("warning")) : work.said;
+  const told = work.said.filter((line) => (running ? line.startsWith("warning") : !OF_A_PAGE.test(line)));
   const kind = (line) => (/^(error|warning)/.test(line) ? { class: "fault" } : {});
   renew($(".said", box), told, (line) => element("p", kind(line), line));
 }
