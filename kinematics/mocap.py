@@ -15,7 +15,7 @@ from kinematics.asfamc import read_amc
 from kinematics.bvh import Array, MotionError, read_bvh
 from kinematics.sagittal import Body, find_body, project
 from kinematics.sides import exchanged
-from kinematics.text_file import ordinary, why
+from kinematics.text_file import blanked, ordinary, why
 
 POSE_COLUMNS = ("root_x", "root_y", "torso", "neck", "hip_near", "knee_near", "hip_far", "knee_far")
 ARM_COLUMNS = ("shoulder_near", "elbow_near", "shoulder_far", "elbow_far")
@@ -182,7 +182,7 @@ def _read_trial(path: Path, line: int, row: dict[str, str | None]) -> Trial:
         path=path.parent / cells["file"],
         subject=cells["subject"],
         trial=cells["trial"],
-        activity=" ".join(cells["activity"].split()),
+        activity=blanked(cells["activity"]),
         fps=fps,
         segments=segments,
         tags=tuple(tag.strip() for tag in cells["tags"].split(";") if tag.strip()),

@@ -16,6 +16,11 @@ def read_text(path: Path) -> str:
     return ordinary(path).read_text(encoding="utf-8-sig")
 
 
+def blanked(text: str) -> str:
+    """The text with each stretch of white space as one blank, and none at its ends."""
+    return " ".join(text.split())
+
+
 def why(error: Exception) -> str:
     """Why a text file could not be read or parsed, without Python's additions."""
     if isinstance(error, UnicodeDecodeError):

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from kinematics.text_file import blanked
+
 if TYPE_CHECKING:
     from kinematics.figure import Figure
 
@@ -83,7 +85,7 @@ class Request:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(" ".join(label.split()) for label in self.label or ()))
+        return tuple(dict.fromkeys(map(blanked, self.label or ())))
 
     @property
     def subjects(self) -> dict[Path, str]:

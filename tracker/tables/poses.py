@@ -12,6 +12,7 @@ from dynamics.gaussian import Array
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from kinematics.mocap import POSE_COLUMNS
+from kinematics.text_file import blanked
 from tracker.tables.table import Layout, finite, write_table
 
 ROOT_COLUMNS = 2  # root_x and root_y, which are optional for some uses
@@ -158,7 +159,7 @@ def _read_row(rows: Rows, row: Mapping[str, str], columns: Sequence[str], layout
         raise PosesError(f"{where}: frame {frame} is given twice; number frames within each seq")
     given = tuple(row.get(name, "") for name in columns)
     largest = [LARGEST] * ROOT_COLUMNS + [TURNS] * (len(columns) - ROOT_COLUMNS)
-    cells, label = zip(given, columns, largest, strict=True), " ".join(row.get("label", "").split())
+    cells, label = zip(given, columns, largest, strict=True), blanked(row.get("label", ""))
     pose = np.array([layout.number(text, name, where, most, empty=True) for text, name, most in cells])
     pose[ROOT_COLUMNS:] = np.radians(pose[ROOT_COLUMNS:])
     unseen, time = row.get("outcome") in UNSEEN, finite(row.get("time_s", ""))
