@@ -62,6 +62,8 @@ def people(
         seen = _whole(seen, film, spot(stage))
         if seen:
             return [_legs_named(one.in_film(first, film.every), video) for one in seen]
+        if film.last == stop or len(film.survey.places) < WINDOW:  # nothing is left to search
+            return []
         first = film.last + 1
 
 

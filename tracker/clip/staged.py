@@ -70,9 +70,8 @@ def surveyed(
         step: of how many frames one is surveyed.
         by: least number of the film's pixels along the side of a pixel of the small pictures.
     """
-    total = None if video.count_hint is None else -((first - min(last + 1, video.count_hint)) // step)
-    if total is not None and total <= 0:
-        return None
+    announced = video.count_hint or 0  # joined recordings may announce too few
+    total = -((first - min(last + 1, announced)) // step) if first < announced else None
     images = video.pictures(first, last, step)
     images = progress.through(f"{video.path.name} surveyed", images, total)
     begin = next(images, None)  # None if the film is shorter than it announces

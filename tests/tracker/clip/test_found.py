@@ -241,7 +241,9 @@ def test_in_fewer_frames_than_tell_the_scene_nobody_is_looked_for(video, monkeyp
     assert people(video, QUIET, stop=FEWEST - 2) == []
 
 
-def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(walk, video, monkeypatch):
+@pytest.mark.parametrize("hint", [None, 10, 32])  # joined recordings announce the frames of one
+def test_who_comes_after_a_long_empty_part_is_found_in_the_next_one(hint, walk, video, monkeypatch):
+    monkeypatch.setattr(video, "count_hint", hint)
     parts = []
 
     def paths(stage, *rest):
