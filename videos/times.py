@@ -12,6 +12,7 @@ PAUSE = 4.0  # median steps; a longer one is a pause of the recording, or a firs
 UNLIKE = 0.1  # share by which pauses must change the average rate to count
 LATE = 0.25  # nominal frames by which a frame counts as early or late
 ALIKE = 5  # pictures alike in a row by a conversion
+CLOSE = 2e-5  # seconds; what grows by less repeats, and would be one tick of a written film
 APART = 2.0  # nominal frames; a time that goes back by more begins another recording
 
 
@@ -55,14 +56,15 @@ class Growing:
     def next(self, told: float | None) -> float:
         """The next frame's time in seconds, from the file's; None if the file gives none, which is no fault.
 
-        A time that repeats or goes back a little becomes half a frame after the one before, so that the next
-        can stay. A part that begins anew follows a frame after the one before and keeps its own intervals.
+        A time that repeats, hardly grows or goes back a little becomes half a frame after the one before, so
+        that the next can stay. A part that begins anew follows a frame after the one before and keeps its own
+        intervals.
         """
         if told is None:
             told = 0.0 if math.isinf(self.last) else self.last + self.step - self.added
         time = told + self.added
         self.count += 1
-        if time <= self.last:
+        if time - self.last < CLOSE:
             self.wrong += 1
             begins_anew = self.last - time >= APART * self.step
             time = self.last + (self.step if begins_anew else 0.5 * self.step)

@@ -19,6 +19,7 @@ from videos import recall
 from videos.container import VideoError, announced, decode
 from videos.frames import Frame, Video, files_of, films_in
 from videos.times import FASTEST, Growing, rate_of
+from videos.writer import Writer
 
 WIDTH, HEIGHT = 96, 64
 # Flat patches at crf 10: quantisation and the way to yuv420p and back move a mean by a few grey levels.
@@ -345,6 +346,16 @@ def test_times_that_repeat_are_put_between_those_that_stand(tmp_path):
     half = 0.5 / video.fps
     assert_allclose(times, [0, 0.033, 0.033 + half, 0.067, 0.1, 0.1 + half, 0.133], atol=1e-9)
     assert video.retimed.startswith("2 times of frames in screen.mkv did not grow")
+
+
+def test_times_that_hardly_grow_count_as_repeated_and_can_be_written(tmp_path):
+    times = Growing(0.04)
+    found = [times.next(told) for told in (0.0, 0.04, 0.040004, 0.08)]
+    assert_allclose(found, [0.0, 0.04, 0.06, 0.08], atol=1e-12)
+    assert times.wrong == 1
+    with Writer(tmp_path / "copy.mp4", 25, (WIDTH, HEIGHT)) as writer:
+        for time in found:
+            writer.write(picture(0), time)
 
 
 def test_of_a_file_whose_times_all_are_one_the_times_grow():
