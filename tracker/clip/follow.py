@@ -1,5 +1,6 @@
 """One clip followed: from a job to a run."""
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -105,10 +106,9 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
 def _followed(
     plan: Plan, span: tuple[int, int | None], clock: Clock, progress: Progress
 ) -> tuple[list[float], Trail]:
-    """Times of all frames up to the span's last (None: the clip's last), and estimates of the span's
-    frames."""
+    """Times of the job's frames, and estimates of the span's frames; its last is None for the clip's last."""
     job, frame, (first, last) = plan.job, plan.frame, span
-    reel, end = Reel(plan.video, last), plan.video.count_hint if last is None else last + 1
+    reel, end = Reel(plan.video, job.stop), plan.video.count_hint if last is None else last + 1
     images = reel.ahead()
     foreseen = end and end - first
     with progress.task(f"{job.video.name} with {job.model}", foreseen) as advance:
@@ -123,7 +123,8 @@ def _followed(
             belief = ways.follow(trail, -1, reel.span(frame - 1, first))
             trail.reverse()
             trail.pop(1)  # the start frame, which the forward pass contains as well
-        ways.follow(trail, 1, images, belief)
+        ways.follow(trail, 1, images if last is None else islice(images, last - frame), belief)
+    deque(clock.timed("read", images), 0)  # the video's notes are of all frames, not of the span's alone
     return reel.times, trail
 
 
@@ -187,7 +188,7 @@ def _track(plan: Plan, first: int, times: Sequence[float], trail: Trail) -> Trac
         model=plan.job.model,
         labels=plan.slds.labels,
         first=first,
-        times=np.array(times[first:]) - times[0],
+        times=np.array(times[first : first + len(trail)]) - times[0],
         q=trail.column("mean"),
         cov=_covs(plan, first, trail),
         s=trail.column("s"),

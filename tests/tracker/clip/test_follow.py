@@ -13,6 +13,7 @@ from tests.tracker.clips import FPS, read_csv, read_json, write_images, write_vi
 from tracker.clip import follow as follow_module
 from tracker.clip import pictures as reel_module
 from tracker.clip import plan as plan_module
+from tracker.clip.again import Kept
 from tracker.clip.follow import follow
 from tracker.clip.job import Found, Job, Nearer
 from tracker.clip.plan import FOUND, prepare
@@ -278,6 +279,8 @@ def test_of_a_video_cut_short_what_was_read_is_followed_and_it_is_said(clip, job
     (warning,) = [text for text in finished.warnings if "cut.mp4" in text]
     assert warning == f"cut.mp4 ends after {finished.frames} of about 20 frames; what was read was used"
     assert 3 < finished.frames == len(finished.track) < 18
+    corrected = follow(finished.job, QUIET, Kept(finished.track, anew=(1, 1), span=(0, 1)))
+    assert corrected.warnings == finished.warnings  # of all frames, though one alone is followed again
 
 
 def test_the_first_marked_frame_is_the_start_unless_told(job):
