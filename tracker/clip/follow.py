@@ -205,9 +205,9 @@ def _covs(plan: Plan, first: int, trail: Trail) -> Array:
     in frames whose marks the track passes through."""
     covs, view, crowd = trail.column("cov"), plan.start.view, crowded(plan.video.fps)
     anchors = plan.job.passed(plan.frame).keys() - {plan.frame}
-    outline = {} if plan.measured else {t: each for t, each in plan.points.items() if t not in anchors}
+    outline = {} if plan.measured else plan.points
     for t, (q, shift) in enumerate(zip(trail.column("mean"), trail.column("shift"), strict=True)):
-        found = outline.get(first + t)
+        found = None if first + t in anchors else outline.get(first + t)
         if found is not None:
             here, doubt = view.shifted(shift), found.doubt / crowd
             covs[t] += Detector(plan.start.figure, here, plan.tracker.settings, doubt).elsewhere(found, q)
