@@ -181,7 +181,7 @@ def _clutter(canvas: Image, foot: int, echo: Image, rng: np.random.Generator) ->
 
 def _hedge(canvas: Image, foot: int, rng: np.random.Generator) -> None:
     height, width = canvas.shape[:2]
-    wide, high = int(rng.uniform(0.5, 0.8) * height), int(rng.uniform(0.2, 0.3) * height)
+    wide, high = min(int(rng.uniform(0.5, 0.8) * height), width), int(rng.uniform(0.2, 0.3) * height)
     x0 = int(rng.integers(0, max(1, width - wide)))
     leaves = value_noise(rng, (high, wide), (5.0, 9.0, 40.0))
     bulge = value_noise(rng, (1, wide), (12.0, 60.0))[0] * 0.05 * high

@@ -34,8 +34,9 @@ def distance_to_near_leg(scene: Scene, name: str) -> Array:
     return np.min([np.linalg.norm(scene.joints[name] - p, axis=1) for p in points], axis=0)
 
 
-def test_the_same_seed_gives_the_same_pictures_and_another_seed_does_not():
-    one, again, other = (render(seed, frames=2, size=(160, 90)) for seed in (5, 5, 6))
+@pytest.mark.parametrize("size", [(160, 90), (90, 160)])
+def test_the_same_seed_gives_the_same_pictures_and_another_seed_does_not(size):
+    one, again, other = (render(seed, frames=2, size=size) for seed in (5, 5, 6))
     assert all(np.array_equal(a, b) for a, b in zip(one.images, again.images, strict=True))
     assert truth_table(one) == truth_table(again)
     assert not np.array_equal(one.images[0], other.images[0])
