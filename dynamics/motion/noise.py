@@ -107,5 +107,12 @@ def _search(cost: Callable[[float], float], low: float, high: float) -> tuple[fl
 
 def _some(ys: Sequence[Array]) -> list[Array]:
     """About FRAMES frames: whole sequences, spread evenly over the list; the first frames of a long one."""
-    every = max(1, sum(len(y) for y in ys) // FRAMES)
-    return [y[:FRAMES] for y in ys[::every]]
+    some = [y[:FRAMES] for y in ys]
+    share = min(1.0, FRAMES / sum(map(len, some)))
+    owed, taken = 0.0, []
+    for y in some:
+        owed += share * len(y)
+        if owed >= 0.5 * len(y):
+            owed -= len(y)
+            taken.append(y)
+    return taken

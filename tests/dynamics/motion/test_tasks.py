@@ -245,10 +245,14 @@ def test_more_sequences_than_needed_are_thinned_evenly(rng):
     every = [sample(slds, 100, rng)[2] for _ in range(45)]
     loud = [y + 0.2 * rng.normal(size=y.shape) for y in every]
     # Of 4,500 frames 1,500 are enough: every third sequence.
-    others = [loud[n] if n % 3 else y for n, y in enumerate(every)]
-    thirds = [every[n] if n % 3 else y for n, y in enumerate(loud)]
+    others = [every[n] if n % 3 == 1 else y for n, y in enumerate(loud)]
+    thirds = [loud[n] if n % 3 == 1 else y for n, y in enumerate(every)]
     assert_allclose(added(slds, at_noise(slds, others)), 0.0, atol=0.02)
     assert_allclose(added(slds, at_noise(slds, thirds)), 0.2, rtol=0.1)
+    # Short ones between long ones do not stand for these.
+    long = sample(slds, 1500, rng)[2]
+    long += 0.2 * rng.normal(size=long.shape)
+    assert_allclose(added(slds, at_noise(slds, [every[0], long, every[1], long])), 0.2, rtol=0.1)
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 4.0])
