@@ -1,6 +1,7 @@
 """The folder in which the documentation's commands are run, and how each of them is run.
 
-Every page is run from its top to its end in a folder of its own, as its reader would. Commands that take
+Every page is run from its top to its end in a folder of its own, as its reader would. A command that several
+pages run on the same files is run once; the other pages get what it left. Commands that take
 minutes or wait for somebody are run in the form that IN_ITS_PLACE tells of; those in NOT_RUN are not run, for
 the reason it gives.
 """
@@ -11,7 +12,9 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import chdir
 from functools import cache, partial
+from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -21,7 +24,7 @@ from kinematics.figure_file import load_figure
 from tests.handbook.blocks import FIGTRACK, PYTHON, ROOT
 from tests.tracker.annotate.test_launch import page, post, running
 from tests.tracker.annotate.test_server import told
-from tests.tracker.clips import figtrack, write_table
+from tests.tracker.clips import everything, figtrack, write_table
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tests.tracker.report.test_before_after import run as walked
 from tracker.cli import demo
@@ -34,6 +37,8 @@ from tracker.tables.keypoints import read_keypoints
 
 FRAMES, SIZE = 24, (480, 270)  # enough for the walker to be found
 SCHEDULER = "tcp://10.0.0.1:8786"  # of the pages; the address of a real one is put in its place
+
+LEFT = {}  # the files that a command left, by its words and the files that these name
 
 OF_PEM = "--tls-ca-file cluster.pem --tls-cert cluster.pem --tls-key cluster.pem"
 
@@ -99,9 +104,9 @@ def furnish(folder):
             rows.append((f"captures/{who}_{label}.bvh", who, label, label, FPS, f"0-{T}", "", "free"))
     write_table(folder / "trials.csv", rows, COLUMNS.split(","))
     write_points(folder)
-    track = ("track", folder / "walk.mp4", "--keypoints", folder / "walk.keypoints.csv")
-    run_figtrack(*track, "--out", folder / "walk-track")
-    run_figtrack("learn", "--trials", folder / "trials.csv", "--states", 2, "--out", folder / "mine.npz")
+    with chdir(folder):
+        run_once(["track", "walk.mp4", "--keypoints", "walk.keypoints.csv"], folder)
+        run_once(["learn", "--trials", "trials.csv", "--states", "2", "--out", "mine.npz"], folder)
     return folder
 
 
@@ -139,14 +144,14 @@ def run(words, folder, scheduler):
     elif rest[0] == "compare-runs":
         set_side_by_side(rest, folder)
     elif rest[0] == "reproduce":
-        run_figtrack(*rest, "--quick")
+        run_once([*rest, "--quick"], folder)
     elif rest[0] == "batch":
         workers = rest.index("--workers") if "--workers" in rest else len(rest)
         asked = [*rest[:workers], *rest[workers + 2 :]]
         more = () if SCHEDULER in rest else ("--scheduler", scheduler())
-        run_figtrack(*(scheduler() if word == SCHEDULER else word for word in asked), *more)
+        run_once([*(scheduler() if word == SCHEDULER else word for word in asked), *more], folder)
     else:
-        run_figtrack(*(scheduler() if word == SCHEDULER else word for word in rest))
+        run_once(rest, folder)
 
 
 def shorten(monkeypatch):
@@ -199,6 +204,20 @@ def set_side_by_side(words, folder):
         for number, name in enumerate(words[1:3]):
             walked(Path(aside) / name, period=1.1 - 0.1 * number)
         run_figtrack(words[0], *(Path(aside) / name for name in words[1:3]), *words[3:])
+
+
+def run_once(words, folder):
+    """Run a command of ours; where it read the same before, and none of what it left is there, take that."""
+    named = [folder / word for word in words if (folder / word).exists()]
+    read = [everything(path) if path.is_dir() else path.read_bytes() for path in named]
+    key = sha256(repr((words, read)).encode()).digest()
+    if key not in LEFT or any((folder / name).exists() for name in LEFT[key]):
+        before = everything(folder)
+        run_figtrack(*words)
+        LEFT[key] = dict(everything(folder).items() - before.items())
+    for name, data in LEFT[key].items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
 
 
 def run_figtrack(*words):

@@ -1,6 +1,5 @@
 """The pages hang together: every command has one, links lead somewhere, figures are where they come from."""
 
-import json
 import re
 
 import pytest
@@ -55,15 +54,3 @@ def test_figures_in_prose_are_in_the_page_that_they_are_said_to_come_from():
         for said, where in figures(page):
             text = (ROOT / "docs" / where).read_text(encoding="utf-8")
             assert re.search(rf"(?<![\d.]){re.escape(said)}(?!\d)", text), f"{page}: {said} is not in {where}"
-
-
-@pytest.mark.handbook
-def test_every_file_of_a_run_and_all_that_is_said_of_it_is_told(stage):
-    text, folder = (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), stage / "walk-track"
-    news = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    heads = [
-        (folder / name).read_text(encoding="utf-8").splitlines()[0] for name in ("keypoints.csv", "pose.csv")
-    ]
-    columns = ",".join(heads).split(",")
-    names = [*news, *(path.name for path in folder.iterdir()), *columns]
-    assert [name for name in names if not re.search(rf"\b{re.escape(name)}\b", text)] == []
