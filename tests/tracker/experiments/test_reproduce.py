@@ -81,9 +81,9 @@ def left_out(news):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """A quick run on four people who walk and run."""
-    rows = [(who, "walk", 31.0 + i) for i, who in enumerate("abcd")]
-    rows += [(who, "run", 20.0 + i) for i, who in enumerate("abcd")]
+    """A quick run on two people who walk and run."""
+    rows = [(who, "walk", 31.0 + i) for i, who in enumerate("ab")]
+    rows += [(who, "run", 20.0 + i) for i, who in enumerate("ab")]
     return run(tmp_path_factory.mktemp("whole"), rows)
 
 
@@ -375,9 +375,7 @@ def test_real_captures_give_every_part(data_dir, tmp_path):
     mocap = data_dir / "mocap"
     head, *rows = (mocap / "trials.csv").read_text(encoding="utf-8").splitlines()
     some = [
-        row.replace("open/", f"{mocap}/open/", 1)
-        for row in rows
-        if re.match(r"open/(am1|bn2|02|35_0[1-9]|35_2)", row)
+        row.replace("open/", f"{mocap}/open/", 1) for row in rows if re.match("open/(bn2_.*-normal|02)", row)
     ]
     (tmp_path / "trials.csv").write_text("\n".join([head, *some]), encoding="utf-8")
     said = reproduce(tmp_path / "trials.csv", tmp_path / "out", overwrite=False, progress=QUIET, quick=True)
