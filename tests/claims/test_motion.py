@@ -1,7 +1,7 @@
 """What the learned models make of walks and runs on captures; docs/motion.md has all of it.
 
-Splices and predictions are of the splices' six subjects, left out together; what is made is runs alone, whose
-model is learned soonest.
+Splices and predictions are of the splices' six subjects, left out together; what is made is runs alone, by
+that part of the same model.
 """
 
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from dynamics.slds import SLDS
 from dynamics.store import Model
 from tests.benchmarks.motion.ahead import SHARE, Forecast, Rival
 from tests.benchmarks.motion.data import SPLICED, Job, Source, learn
@@ -18,11 +19,12 @@ from tests.benchmarks.motion.synthesis import RUN_STRIDE, Likeness, Making
 from tracker.experiments.measures import rms
 from tracker.experiments.study import Recipe
 from tracker.motion.choices import Inference
+from tracker.motion.free_run import of_motion
 
 pytestmark = pytest.mark.claims
 
 UNSEEN = Recipe(held=SPLICED)
-RUNS = Recipe(motions=("run",))
+RUNS = Recipe(held=SPLICED, motions=("run",))
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +34,10 @@ def source(data_dir: Path) -> Source:
 
 @pytest.fixture(scope="module")
 def models(source: Source) -> dict[Recipe, Model]:
-    """Without the six subjects, and of everyone's runs."""
-    return {recipe: learn(source, recipe) for recipe in (UNSEEN, RUNS)}
+    """Without the six subjects: of walks and runs, and its part of runs."""
+    both = learn(source, UNSEEN)
+    assert isinstance(both, SLDS)
+    return {UNSEEN: both, RUNS: of_motion(both, "run")}
 
 
 @pytest.fixture(scope="module")
