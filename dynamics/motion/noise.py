@@ -108,7 +108,7 @@ def _search(cost: Callable[[float], float], low: float, high: float) -> tuple[fl
 def _some(ys: Sequence[Array]) -> list[Array]:
     """About FRAMES frames: whole sequences, spread evenly over the list; the first frames of a long one."""
     some = [y[:FRAMES] for y in ys]
-    share = min(1.0, FRAMES / sum(map(len, some)))
+    share = FRAMES / max(FRAMES, sum(map(len, some)))
     owed, taken = 0.0, []
     for y in some:
         owed += share * len(y)

@@ -280,7 +280,8 @@ def test_the_process_noise_of_one_state_is_the_likeliest_by_the_joint_gaussian(o
 
 def test_where_nothing_tells_the_process_noise_stays(rng):
     slds = random_slds(2, rng=rng)
-    assert at_process_noise(slds, [np.full((5, 2), np.nan)]) is slds
+    for ys in ([np.full((5, 2), np.nan)], []):
+        assert at_process_noise(slds, ys) is slds
 
 
 @pytest.mark.parametrize("order", [1, 2])
