@@ -12,7 +12,9 @@ PAUSE = 4.0  # median steps; a longer one is a pause of the recording, or a firs
 UNLIKE = 0.1  # share by which pauses must change the average rate to count
 LATE = 0.25  # nominal frames by which a frame counts as early or late
 ALIKE = 5  # pictures alike in a row by a conversion
-CLOSE = 2e-5  # seconds; what grows by less repeats, and would be one tick of a written film
+# Ticks a second of a written film: frames at 24, 25, 30, 29.97, 50, 60 and 120 a second take whole numbers.
+CLOCK = 90_000
+CLOSE = 1.8 / CLOCK  # seconds; what grows by less repeats, and might be one tick there
 APART = 2.0  # nominal frames; a time that goes back by more begins another recording
 
 

@@ -14,10 +14,9 @@ import numpy as np
 from av.video.reformatter import Colorspace, VideoReformatter
 
 from videos.container import VideoError
+from videos.times import CLOCK
 from videos.upright import Image
 
-# Ticks per second: 24, 25, 30, 29.97, 50, 60 and 120 frames a second are whole numbers of ticks.
-CLOCK = 90_000
 CRF = 20
 # More threads save no CPU time, and each holds frames in memory; fast decoding settings also encode fast.
 QUICK = {"preset": "superfast", "tune": "fastdecode", "threads": "1"}
