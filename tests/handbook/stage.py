@@ -1,9 +1,9 @@
 """The folder in which the documentation's commands are run, and how each of them is run.
 
 Every page is run from its top to its end in a folder of its own, as its reader would. A command that several
-pages run on the same files is run once; the other pages get what it left. Commands that take
-minutes or wait for somebody are run in the form that IN_ITS_PLACE tells of; those in NOT_RUN are not run, for
-the reason it gives.
+pages run on the same files is run once; the other pages get what it left. Commands that take minutes or wait
+for somebody are run in the form that IN_ITS_PLACE tells of; those in NOT_RUN are not run, for the reason it
+gives.
 """
 
 import os
@@ -215,6 +215,7 @@ def run_once(words, folder):
         before = everything(folder)
         run_figtrack(*words)
         LEFT[key] = dict(everything(folder).items() - before.items())
+        return
     for name, data in LEFT[key].items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)

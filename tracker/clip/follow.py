@@ -106,7 +106,7 @@ def follow(job: Job, progress: Progress, kept: Kept | None = None, seen: Seen | 
 def _followed(
     plan: Plan, span: tuple[int, int | None], clock: Clock, progress: Progress
 ) -> tuple[list[float], Trail]:
-    """Times of the job's frames, and estimates of the span's frames; its last is None for the clip's last."""
+    """Times of the job's frames, and estimates of the span's: from a frame to another, None for the last."""
     job, frame, (first, last) = plan.job, plan.frame, span
     reel, end = Reel(plan.video, job.stop), plan.video.count_hint if last is None else last + 1
     images = reel.ahead()
