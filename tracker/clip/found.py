@@ -11,6 +11,7 @@ from tracker.clip.start import FoundError, objections
 from tracker.compiled import tell_unkept
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
+from tracker.outline.occluders import forget_occluders
 from tracker.outline.others import without_others
 from tracker.outline.person import Person, person, seen_figure
 from tracker.outline.pieces import joined
@@ -82,6 +83,7 @@ def _before(stage: Stage, facing: int | None, those: Sequence[Person] | None = N
         if those is not None and not any(one.near(path) for one in those):
             continue
         own = without_others(stage, path, everybody)
+        forget_occluders(own, path)
         one = person(own, figure, path, cycles, facing, alone=len(everybody) == 1)
         if one is not None and one.spread < NOBODY and not any(one.same(other) for other in seen):
             seen.append(one)

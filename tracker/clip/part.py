@@ -13,6 +13,7 @@ from tracker.clip.staged import every, surveyed
 from tracker.outline.bodies import paths
 from tracker.outline.cycles import Cycles
 from tracker.outline.fit import Outline, fitted
+from tracker.outline.occluders import forget_occluders
 from tracker.outline.others import path_of, without_others
 from tracker.outline.pieces import joined
 from tracker.outline.shape import Shape
@@ -108,8 +109,12 @@ def _seen_whole(figure: Figure, outline: Outline, facing: int, first: int, some:
 
 
 def _alone(stage: Stage, start: Start, frame: int, cycles: Cycles) -> Stage:
-    """The film with the places of other people set to unknown, if there are any."""
+    """The film with the places of other people, and of what is in front of the figure, set to unknown."""
     hip, unit = np.asarray(start.view.origin), start.view.unit
     everybody = joined(stage, paths(stage, Shape.of(start.figure), cycles, unit))
     own = path_of(stage, hip, unit, frame, everybody)
-    return stage if own is None else without_others(stage, own, everybody)
+    if own is None:
+        return stage
+    alone = without_others(stage, own, everybody)
+    forget_occluders(alone, own)
+    return alone

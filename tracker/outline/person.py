@@ -185,7 +185,8 @@ def _direction(stage: Stage, outline: Outline) -> int:
 def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> int | None:
     """The frame that shows the figure best among those with the ankles about as far apart as they come.
 
-    Frames in which the limbs have about their usual length are preferred.
+    Frames in which every link stands out from the scene are preferred, and those in which the limbs have
+    about their usual length.
 
     Args:
         sure: frames that are preferred.
@@ -200,6 +201,8 @@ def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> in
     apart = np.abs(np.diff(outline.joints[:, ankles, 0], axis=1))[:, 0] / outline.units
     if not shown.any():
         return None
+    if (whole := shown & outline.shown.all(1)).any():
+        shown = whole
     shown &= apart >= NEARLY * apart[shown].max()
     if (alike := shown & _as_long(outline, figure)).any():
         shown = alike

@@ -53,22 +53,20 @@ def walk(
     """
     zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
     unit, marked = start.view.unit * float(zoom[frame]), bool(start.known.any())
-    extent, corners = _extent(stage, DENSITY / unit)
+    size, corners = extent(stage, DENSITY / unit)
     hips = np.full((len(stage), 2), np.nan) if found is None else found.copy()
     hips[frame] = start.view.origin
-    maps = _maps(stage, unit, extent, corners)
+    odds = maps(stage, DENSITY / unit, size, corners)
     # Without marks uncovered foreground has a cost too, like covered background; it determines the size.
-    weighed = maps if marked else (odds + np.maximum(odds, 0.0) for odds in maps)
-    sums = _sums(weighed, extent, _silhouettes(shape, cycles, stage.facing))
-    held = _held(
-        DENSITY / unit * stage.in_scene(hips) - corners, extent, frame, HELD if marked else HELD_FOUND
-    )
+    weighed = odds if marked else (each + np.maximum(each, 0.0) for each in odds)
+    sums = _sums(weighed, size, _silhouettes(shape, cycles, stage.facing))
+    held = _held(DENSITY / unit * stage.in_scene(hips) - corners, size, frame, HELD if marked else HELD_FOUND)
     scores = (score - cost for score, cost in zip(sums, held, strict=True))
     path = best_path(scores, corners, STEP, stage.often * (RESIZE if marked else RESIZE_FOUND), REACH)
     places = smooth((path[:, [2, 1]] + corners).astype(np.float64), stage.often * SMOOTH)
-    size = smooth(SIZES[path[:, 0]], stage.often * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
-    size -= size[frame] if marked else 0.0
-    return stage.in_frames(places * unit / DENSITY), unit * np.exp(size) / zoom
+    larger = smooth(SIZES[path[:, 0]], stage.often * (SMOOTH_SIZE if marked else SMOOTH_FOUND))
+    larger -= larger[frame] if marked else 0.0
+    return stage.in_frames(places * unit / DENSITY), unit * np.exp(larger) / zoom
 
 
 def _held(
@@ -85,7 +83,7 @@ def _held(
             yield 0.0
 
 
-def _extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]:
+def extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]:
     """Rows and columns of a coarse map of any frame, `by` places a pixel, with camera motion removed.
 
     The second result is (T, 2) column and row of each one's corner in the scene.
@@ -98,10 +96,9 @@ def _extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]
     return (height, width), low
 
 
-def _maps(stage: Stage, unit: float, size: tuple[int, int], corners: NDArray[np.intp]) -> Iterator[Planes]:
-    """(h, w) coarse map of each frame's log odds in turn, with camera motion removed."""
-    by = DENSITY / unit
-    pixels = round(unit / stage.up[0, 0] / DENSITY)
+def maps(stage: Stage, by: float, size: tuple[int, int], corners: NDArray[np.intp]) -> Iterator[Planes]:
+    """(h, w) coarse map of each frame's log odds in turn, with camera motion removed, as `extent` has it."""
+    pixels = round(1.0 / (stage.up[0, 0] * by))
     for odds, place, (left, top) in zip(stage.odds, stage.places, corners, strict=True):
         to_map = np.array([[by, 0.0, -left], [0.0, by, -top], [0.0, 0.0, 1.0]])
         way = to_map @ place @ stage.up

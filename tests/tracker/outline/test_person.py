@@ -70,6 +70,18 @@ def test_a_start_is_a_frame_in_which_the_trunk_is_as_long_as_elsewhere(walk, rng
     assert apart(joints)[found] >= 0.9 * apart(joints).max()
 
 
+def test_a_start_is_found_where_every_link_is_seen_if_there_is_such_a_frame(walk, rng):
+    film = walk.part(slice(8, 28))
+    stage, one = film.stage(rng), found_in(film, rng)
+    seen = np.ones_like(one.outline.shown)
+    seen[one.frame - one.first, -1] = False  # something hides a foot
+    hidden = replace(one.outline, shown=seen)
+    found = outlines._clearest(stage, hidden, WALKER, slice(None))
+    assert found not in (None, one.frame - one.first)
+    nowhere = replace(one.outline, shown=np.zeros_like(seen))
+    assert outlines._clearest(stage, nowhere, WALKER, slice(None)) is not None
+
+
 def test_who_is_never_in_sight_as_a_whole_is_nobody(walk, rng):
     stage = walk.part(slice(8, 28)).stage(rng)
     cut = slice(0, 136)  # of rows: the feet are below

@@ -1,0 +1,111 @@
+"""What stands in front of a walker: places of the scene that hide a figure which passes them.
+
+Over the frames of a path each place relative to the hip shows foreground in a share P of them. The sum of P
+over the frames in which the figure passes a place of the scene is the number of frames in which that place
+should show foreground. If it shows hardly any, the place is in front of the figure, and so are those below it
+down to the ground, unless they show foreground themselves.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_closing, binary_dilation, find_objects, label, median_filter, uniform_filter
+
+from kinematics.figure import Array
+from tracker.outline.bodies import Path
+from tracker.outline.place import extent, maps
+from tracker.outline.shape import Grid
+from tracker.outline.smooth import smooth
+from tracker.outline.stage import Stage
+from tracker.survey.evidence import NOTHING
+
+DENSITY = 16.0  # places in a leg length
+GRID = Grid((-1.0, 1.0), DENSITY, (38, 33))
+HIP = (16, 16)  # row and column of the hip in it
+STEADY = 1.5  # seconds whose median is the hip's height, since paths rise where legs are hidden
+LIKELY = 0.4  # least share of frames with foreground at a place that counts
+EXPECTED = 2.0  # least number of frames, at 30 a second, in which an occluder should show foreground
+SHOWN = 0.1  # largest share of them in which it does
+LEAST = 6  # least number of its places
+WIDEST = 1.0  # its largest width, leg lengths
+ENDS = 0.5  # its least distance from both ends of what the figure passes, leg lengths
+BELOW = 2.0  # distance below the lowest places passed down to which it may reach, leg lengths
+
+
+def forget_occluders(stage: Stage, path: Path) -> None:
+    """Set the places in front of the walker of a path to unknown; changes the stage's log odds."""
+    part = stage.part(slice(path.first, path.last + 1))
+    zoom = np.hypot(part.places[:, 0, 0], part.places[:, 1, 0])
+    by = DENSITY / float(np.median(path.units * zoom))
+    hidden, corner = _occluders(part, path.hips, by)
+    if hidden.any():
+        to_map = np.array([[by, 0.0, -corner[0]], [0.0, by, -corner[1]], [0.0, 0.0, 1.0]])
+        size, how = stage.odds.shape[:0:-1], cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+        for odds, place in zip(stage.odds, stage.places, strict=True):
+            way = (to_map @ place @ stage.up)[:2]
+            odds[cv2.warpAffine(hidden.astype(np.uint8), way, size, flags=how) > 0] = NOTHING
+
+
+def _occluders(part: Stage, hips: Array, by: float) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    """A map of the scene, `by` places a pixel: what is in front; and the column and row of its corner."""
+    shown, known, corners = _passing(part, hips, by)
+    rows, columns = GRID.shape
+    share = shown.sum(0) / np.maximum(known.sum(0), 1)
+    share[share < LIKELY] = 0.0
+    corner = corners.min(0)
+    width, height = corners.max(0) - corner + [columns, rows + round(BELOW * DENSITY)]
+    wanted, found = np.zeros((2, height, width))
+    for t, (x, y) in enumerate(corners - corner):
+        here = slice(y, y + rows), slice(x, x + columns)
+        wanted[here] += share * known[t]
+        found[here] += shown[t]
+    wanted, found = (uniform_filter(each, 3, mode="constant") for each in (wanted, found))
+    least = EXPECTED * part.often
+    passed, empty = wanted > least, found < SHOWN * np.maximum(wanted, least)
+    front = _large(passed & empty, np.flatnonzero(passed.any(0)))
+    for above, below, through in zip(front, front[1:], empty[1:], strict=False):
+        below |= above & through
+    return np.asarray(binary_dilation(front, np.ones((3, 3), bool))), corner
+
+
+def _passing(
+    part: Stage, hips: Array, by: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.intp]]:
+    """(T, *GRID.shape) whether places around the hip show foreground, and whether they are known; and (T, 2)
+    column and row of each frame's first place in a map of the scene."""
+    size, corners = extent(part, by)
+    rows, columns = GRID.shape
+    hip = np.rint(_steady(part, hips) * by).astype(np.intp)
+    shown, known = (np.zeros((len(part), rows, columns), bool) for _ in range(2))
+    for t, odds in enumerate(maps(part, by, size, corners)):
+        x, y = hip[t] - corners[t]
+        if 0 <= x <= size[1] and 0 <= y <= size[0]:
+            wide = cv2.copyMakeBorder(odds, HIP[0], rows, HIP[1], columns, cv2.BORDER_CONSTANT, value=0.0)
+            here = wide[y : y + rows, x : x + columns]
+            shown[t], known[t] = here > 0.0, here != 0.0
+    return shown, known, hip - HIP[::-1]
+
+
+def _steady(part: Stage, hips: Array) -> Array:
+    """(T, 2) the hips in the scene, with a height that changes slowly."""
+    scene = part.in_scene(hips)
+    half = round(0.5 * STEADY * part.fps)
+    height = smooth(median_filter(scene[:, 1], 2 * half + 1, mode="nearest"), half / 3.0)
+    return np.column_stack([scene[:, 0], height])
+
+
+def _large(front: NDArray[np.bool_], passed: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """The regions of places in front that may be occluders.
+
+    Args:
+        passed: columns that the figure passes, ascending.
+    """
+    front = binary_closing(front, np.ones((3, 3), bool))
+    regions, _ = label(front)
+    kept = np.zeros_like(front)
+    for number, (rows, columns) in enumerate(find_objects(regions), 1):
+        region = regions[rows, columns] == number
+        inside = columns.start > passed[0] + ENDS * DENSITY and columns.stop < passed[-1] + 1 - ENDS * DENSITY
+        if inside and region.sum() >= LEAST and columns.stop - columns.start <= WIDEST * DENSITY:
+            kept[rows, columns] |= region
+    return kept
