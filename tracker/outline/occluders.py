@@ -8,8 +8,8 @@ down to the ground, unless they show foreground themselves.
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing, binary_dilation, find_objects, label, median_filter, uniform_filter
 
 from kinematics.figure import Array
 from tracker.outline.bodies import Path
@@ -17,11 +17,13 @@ from tracker.outline.place import extent, maps
 from tracker.outline.shape import Grid
 from tracker.outline.smooth import smooth
 from tracker.outline.stage import Stage
+from tracker.picture.pyramid import Image
 from tracker.survey.evidence import NOTHING
 
 DENSITY = 16.0  # places in a leg length
 GRID = Grid((-1.0, 1.0), DENSITY, (38, 33))
 HIP = (16, 16)  # row and column of the hip in it
+SQUARE = np.ones((3, 3), np.uint8)
 STEADY = 1.5  # seconds whose median is the hip's height, since paths rise where legs are hidden
 LIKELY = 0.4  # least share of frames with foreground at a place that counts
 EXPECTED = 2.0  # least number of frames, at 30 a second, in which an occluder should show foreground
@@ -43,11 +45,12 @@ def forget_occluders(stage: Stage, path: Path) -> None:
         size, how = stage.odds.shape[:0:-1], cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
         for odds, place in zip(stage.odds, stage.places, strict=True):
             way = (to_map @ place @ stage.up)[:2]
-            odds[cv2.warpAffine(hidden.astype(np.uint8), way, size, flags=how) > 0] = NOTHING
+            odds[cv2.warpAffine(hidden, way, size, flags=how) > 0] = NOTHING
 
 
-def _occluders(part: Stage, hips: Array, by: float) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
-    """A map of the scene, `by` places a pixel: what is in front; and the column and row of its corner."""
+def _occluders(part: Stage, hips: Array, by: float) -> tuple[Image, NDArray[np.intp]]:
+    """A map of the scene, `by` places a pixel of the film, with 1 for what is in front; and the column and row
+    of its corner."""
     shown, known, corners = _passing(part, hips, by)
     rows, columns = GRID.shape
     share = shown.sum(0) / np.maximum(known.sum(0), 1)
@@ -59,13 +62,13 @@ def _occluders(part: Stage, hips: Array, by: float) -> tuple[NDArray[np.bool_], 
         here = slice(y, y + rows), slice(x, x + columns)
         wanted[here] += share * known[t]
         found[here] += shown[t]
-    wanted, found = (uniform_filter(each, 3, mode="constant") for each in (wanted, found))
+    wanted, found = (cv2.blur(each, (3, 3), borderType=cv2.BORDER_CONSTANT) for each in (wanted, found))
     least = EXPECTED * part.often
     passed, empty = wanted > least, found < SHOWN * np.maximum(wanted, least)
     front = _large(passed & empty, np.flatnonzero(passed.any(0)))
     for above, below, through in zip(front, front[1:], empty[1:], strict=False):
         below |= above & through
-    return np.asarray(binary_dilation(front, np.ones((3, 3), bool))), corner
+    return np.asarray(cv2.dilate(front.astype(np.uint8), SQUARE)), corner
 
 
 def _passing(
@@ -89,8 +92,9 @@ def _passing(
 def _steady(part: Stage, hips: Array) -> Array:
     """(T, 2) the hips in the scene, with a height that changes slowly."""
     scene = part.in_scene(hips)
-    half = round(0.5 * STEADY * part.fps)
-    height = smooth(median_filter(scene[:, 1], 2 * half + 1, mode="nearest"), half / 3.0)
+    half = max(round(0.5 * STEADY * part.fps), 1)
+    around = sliding_window_view(np.pad(scene[:, 1], half, mode="edge"), 2 * half + 1)
+    height = smooth(np.median(around, axis=1), half / 3.0)
     return np.column_stack([scene[:, 0], height])
 
 
@@ -100,12 +104,10 @@ def _large(front: NDArray[np.bool_], passed: NDArray[np.intp]) -> NDArray[np.boo
     Args:
         passed: columns that the figure passes, ascending.
     """
-    front = binary_closing(front, np.ones((3, 3), bool))
-    regions, _ = label(front)
-    kept = np.zeros_like(front)
-    for number, (rows, columns) in enumerate(find_objects(regions), 1):
-        region = regions[rows, columns] == number
-        inside = columns.start > passed[0] + ENDS * DENSITY and columns.stop < passed[-1] + 1 - ENDS * DENSITY
-        if inside and region.sum() >= LEAST and columns.stop - columns.start <= WIDEST * DENSITY:
-            kept[rows, columns] |= region
-    return kept
+    closed = cv2.morphologyEx(front.astype(np.uint8), cv2.MORPH_CLOSE, SQUARE)
+    count, regions, about, _ = cv2.connectedComponentsWithStats(closed, connectivity=4)
+    first, width = about[:, cv2.CC_STAT_LEFT], about[:, cv2.CC_STAT_WIDTH]
+    kept = (about[:, cv2.CC_STAT_AREA] >= LEAST) & (width <= WIDEST * DENSITY) & (np.arange(count) > 0)
+    if len(passed):
+        kept &= (first > passed[0] + ENDS * DENSITY) & (first + width < passed[-1] + 1 - ENDS * DENSITY)
+    return np.asarray(kept[regions])
