@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kinematics.figure import Array
 from tracker.outline.bodies import Path
-from tracker.outline.place import extent, maps
+from tracker.outline.place import extent, maps, to_map
 from tracker.outline.shape import Grid
 from tracker.outline.smooth import smooth
 from tracker.outline.stage import Stage
@@ -37,14 +37,12 @@ BELOW = 2.0  # distance below the lowest places passed down to which it may reac
 def forget_occluders(stage: Stage, path: Path) -> None:
     """Set the places in front of the walker of a path to unknown; changes the stage's log odds."""
     part = stage.part(slice(path.first, path.last + 1))
-    zoom = np.hypot(part.places[:, 0, 0], part.places[:, 1, 0])
-    by = DENSITY / float(np.median(path.units * zoom))
+    by = DENSITY / float(np.median(path.units * part.zoom))
     hidden, corner = _occluders(part, path.hips, by)
     if hidden.any():
-        to_map = np.array([[by, 0.0, -corner[0]], [0.0, by, -corner[1]], [0.0, 0.0, 1.0]])
         size, how = stage.odds.shape[:0:-1], cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
         for odds, place in zip(stage.odds, stage.places, strict=True):
-            way = (to_map @ place @ stage.up)[:2]
+            way = (to_map(by, corner) @ place @ stage.up)[:2]
             odds[cv2.warpAffine(hidden, way, size, flags=how) > 0] = NOTHING
 
 

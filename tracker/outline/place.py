@@ -51,7 +51,7 @@ def walk(
     Returns:
         (T, 2) the hip, pixels of the film in each frame, and (T,) leg lengths in pixels.
     """
-    zoom = np.hypot(stage.places[:, 0, 0], stage.places[:, 1, 0])  # scene pixels in a pixel of each frame
+    zoom = stage.zoom
     unit, marked = start.view.unit * float(zoom[frame]), bool(start.known.any())
     size, corners = extent(stage, DENSITY / unit)
     hips = np.full((len(stage), 2), np.nan) if found is None else found.copy()
@@ -96,12 +96,17 @@ def extent(stage: Stage, by: float) -> tuple[tuple[int, int], NDArray[np.intp]]:
     return (height, width), low
 
 
+def to_map(by: float, corner: NDArray[np.intp]) -> Array:
+    """(3, 3) map from the scene to such a map whose corner has this column and row (2,)."""
+    left, top = corner.tolist()
+    return np.array([[by, 0.0, -left], [0.0, by, -top], [0.0, 0.0, 1.0]])
+
+
 def maps(stage: Stage, by: float, size: tuple[int, int], corners: NDArray[np.intp]) -> Iterator[Planes]:
     """(h, w) coarse map of each frame's log odds in turn, with camera motion removed, as `extent` has it."""
     pixels = round(1.0 / (stage.up[0, 0] * by))
-    for odds, place, (left, top) in zip(stage.odds, stage.places, corners, strict=True):
-        to_map = np.array([[by, 0.0, -left], [0.0, by, -top], [0.0, 0.0, 1.0]])
-        way = to_map @ place @ stage.up
+    for odds, place, corner in zip(stage.odds, stage.places, corners, strict=True):
+        way = to_map(by, corner) @ place @ stage.up
         cut = cv2.warpAffine(blurred(odds, pixels), way[:2], size[::-1], borderValue=NOTHING)
         yield (cut.astype(np.float32) - NOTHING) / UNITS
 

@@ -41,6 +41,11 @@ class Stage:
         """Frames for each at 30 a second, see `tracker.often`."""
         return often(self.fps)
 
+    @property
+    def zoom(self) -> Array:
+        """(T,) pixels of the first frame in a pixel of each frame."""
+        return np.asarray(np.hypot(self.places[:, 0, 0], self.places[:, 1, 0]))
+
     def part(self, frames: slice) -> "Stage":
         """The film's log odds reduced to some of its frames."""
         return replace(self, odds=self.odds[frames], light=self.light[frames], places=self.places[frames])
