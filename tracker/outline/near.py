@@ -6,7 +6,6 @@ after in which the other leg does not cover it. Where the legs overlap, a pixel 
     e = min(|x - grey of the far leg's|, MOST) - min(|x - grey of the near leg's|, MOST)
 
 is positive if the legs are named correctly. The evidence is its mean over a film's frames in standard errors.
-Frames around which something hides one leg do not count: there the outline lays it on the other one.
 """
 
 from dataclasses import dataclass
@@ -31,9 +30,7 @@ AROUND = 1.5  # standard deviation of the weights of neighbouring frames in a gr
 ENOUGH = 0.08  # share of that weight that frames with the place uncovered must have
 MOST = 20.0  # largest difference that counts, grey levels; more is something else
 SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
-FEWEST = 5  # pixels that a frame needs to count
-HIDDEN = 0.4  # share of a link's places that stand out from the scene below which something hides it
-AROUND_HIDDEN = 2  # frames on either side of a hidden one that do not count either, at 30 a second
+FEWEST = 8  # pixels that a frame needs to count
 TOGETHER = 3.0  # number of neighbouring frames with correlated errors, at 30 a second
 NEARER = 1.5  # log odds of a naming for a standard error
 
@@ -46,14 +43,12 @@ class Leg:
     value  : (T, P) grey level in the frame there
     look   : (T, P) grey level of the leg itself; NaN where no neighbouring frame shows it
     shared : (T, P) whether the other leg covers the same place, which stands out from the scene
-    hidden : (T,) whether most of a link does not stand out from the scene, as where nothing is seen
     """
 
     place: Array
     value: Array
     look: Array
     shared: NDArray[np.bool_]
-    hidden: NDArray[np.bool_]
 
 
 def nearness(
@@ -67,9 +62,7 @@ def nearness(
         seen: (T,) whether the outline is seen.
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
-    around = np.ones(2 * round(AROUND_HIDDEN * stage.often) + 1)
-    whole = sums_around((near.hidden | far.hidden).astype(np.float64), around) == 0.0
-    frames = [_evidence(near, far, t) for t in np.flatnonzero(whole).tolist()]
+    frames = [_evidence(near, far, t) for t in range(len(q))]
     return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]), stage.fps)
 
 
@@ -95,8 +88,7 @@ def _legs(
         value = stage.at(stage.light, hips, units, place)
         out = seen[:, None] & (stage.at(stage.odds, hips, units, place, NOTHING) > NOTHING)
         look = _greys(value, out & (depth < -FREE), stage.fps)
-        hidden = out.reshape(len(q), len(own), -1).mean(-1).min(-1) < HIDDEN
-        legs.append(Leg(place, value, look, out & (depth > 0.0), hidden))
+        legs.append(Leg(place, value, look, out & (depth > 0.0)))
     return legs[0], legs[1]
 
 

@@ -5,7 +5,6 @@ import pytest
 
 from tests.tracker.outline.films import SHAPE, WALKER, film
 from tracker.outline.near import nearness
-from tracker.survey.evidence import NOTHING
 
 
 def told(film, stage, *, q=None, seen=None):
@@ -52,13 +51,6 @@ def test_what_stands_before_the_legs_is_not_heard(walk, stage):
     hidden = replace(stage, odds=odds)
     assert told(walk, replace(hidden, light=spoiled)) == told(walk, hidden) > 4.0
     assert told(walk, replace(stage, light=spoiled)) != told(walk, stage)
-
-
-@pytest.mark.parametrize(("every", "heard"), [(5, False), (6, True)])
-def test_two_frames_before_and_after_one_that_hides_a_leg_are_not_heard(every, heard, walk, stage):
-    odds = stage.odds.copy()
-    odds[::every] = NOTHING
-    assert (told(walk, replace(stage, odds=odds)) != 0.0) is heard
 
 
 def test_a_film_with_every_frame_twice_tells_as_much(walk, stage):
