@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from tracker.clip.job import Following, Found, towards
 from tracker.clip.naming import borne_out, marked, marks_of, nearer, start_from, sure_of_leg
 from tracker.clip.staged import FEWEST, Surveyed, every, surveyed
@@ -27,8 +25,9 @@ WINDOW = 600  # surveyed frames that are searched together, which bounds memory
 TURNED = 0.07  # least advantage of the better facing, nats times square leg lengths a frame
 DOUBTED = 0.08  # spread of joints, leg lengths; no correct start on 200 rendered films had a larger one
 NOBODY = 0.5  # spread of joints above which a path shows no person, leg lengths
-CLEARLY = 0.1  # advantage of the better facing above which a person is not searched for again
+CLEARLY = 0.2  # advantage of the better facing above which a person is not searched for again
 NARROW = 0.05  # spread of joints below which that is so, leg lengths
+LEAD = 1.1  # factor on the advantage of the better facing in an earlier search
 AGAIN = SOMEBODY, GREY_CLOTHES, AS_THE_SCENE, HARDLY_SHADOWS
 MOSTLY = 0.5  # share of frames that must show the camera's path; else it may follow a person
 
@@ -108,17 +107,16 @@ def _clear(one: Person) -> bool:
 
 
 def _clearer(one: Person, again: list[Person]) -> Person:
-    """The clearest version of a person among those of several searches; if none is clear, the largest.
+    """The person as the search shows it in which the facing is told best, the earlier one if about as well.
 
-    A person whose legs were missed looks smaller.
+    Where legs were missed or a shadow was taken for one, a person fits either facing about as badly.
     """
 
-    def clear(seen: Person) -> tuple[bool, bool, bool, float]:
-        sure, turned = not _doubted(seen), seen.turned >= CLEARLY
-        by = seen.turned if turned or not sure else float(np.median(seen.outline.units))
-        return sure, turned, _clear(seen), by
+    def worth(seen: Person, lead: float = 1.0) -> tuple[bool, bool, float]:
+        return not _doubted(seen), seen.spread < NARROW, lead * seen.turned
 
-    return max([one, *filter(one.same, again)], key=clear)
+    best = max(filter(one.same, again), key=worth, default=one)
+    return best if worth(best) > worth(one, LEAD) else one
 
 
 def _legs_named(one: Person, video: Video) -> Person:

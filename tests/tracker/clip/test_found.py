@@ -11,7 +11,7 @@ from tracker import follow
 from tracker.clip import found as found_module
 from tracker.clip import staged as staged_module
 from tracker.clip.asked import asked
-from tracker.clip.found import AGAIN, DOUBTED, NARROW, TURNED, people, start_of
+from tracker.clip.found import AGAIN, CLEARLY, DOUBTED, NARROW, TURNED, people, start_of
 from tracker.clip.job import Following, Nearer
 from tracker.clip.naming import nearer, sure_of_leg
 from tracker.clip.outlines import look
@@ -148,15 +148,26 @@ def test_who_is_not_seen_clearly_is_looked_for_again_with_other_clothes_and_shad
     assert (sure.frame, sure.turned) == (0, 0.3)  # who was clear stays
 
 
-def test_of_looks_that_are_not_clear_that_counts_which_shows_most_of_the_person(walk, video, monkeypatch):
-    one = walk.person(turned=0.09, frame=1)
-    larger = walk.person(turned=0.08, frame=2)
-    larger = replace(larger, outline=replace(larger.outline, units=1.2 * larger.outline.units))
-    doubted = replace(larger, turned=0.9 * TURNED, frame=3)
-    looks = iter([one, doubted, larger, one, one])
+@pytest.mark.parametrize(
+    ("turned", "which"), [((0.12, 0.13, 0.1), 0), ((0.12, 0.14, 0.15), 1), ((0.12, 0.08, 0.16), 2)]
+)
+def test_a_later_look_counts_where_it_tells_the_facing_better_by_a_tenth(
+    turned, which, walk, video, monkeypatch
+):
+    everybody = [walk.person(turned=each, frame=i) for i, each in enumerate((*turned, 0.01, 0.01))]
+    looks = iter(everybody)
     monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
-    (found,) = people(video, QUIET)
-    assert (found.frame, found.turned) == (2, 0.08)
+    assert people(video, QUIET)[0].frame == which
+
+
+def test_a_doubted_look_does_not_count_however_well_it_tells_the_facing(walk, video, monkeypatch):
+    spread = np.full(len(walk.q), 2.0 * DOUBTED)
+    doubted = walk.person(turned=0.3, frame=2)
+    doubted = replace(doubted, outline=replace(doubted.outline, spread=spread))
+    one = walk.person(turned=0.9 * CLEARLY, frame=1)
+    looks = iter([one, doubted, *[one] * 3])
+    monkeypatch.setattr(found_module, "_before", lambda *_: [next(looks)])
+    assert people(video, QUIET)[0].frame == 1
 
 
 def test_of_a_person_whose_joints_are_spread_the_look_that_is_clear_counts(walk, video, monkeypatch):
