@@ -21,7 +21,7 @@ from tracker.outline.stage import Stage
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING
 
-LEAST = 0.3  # least log odds under the outline, nats times square leg lengths; 0.8 to 1.9 in full sight
+LEAST = 0.1  # least log odds under the outline, nats times square leg lengths; 0.8 to 1.9 in full sight
 # Numbers of frames are those at 30 a second.
 SMOOTH = 1.0  # frames over which the path's small shifts are smoothed
 LASTING = 0.2  # seconds over which the difference between the marked pose and its cycle decays
