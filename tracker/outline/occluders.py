@@ -41,8 +41,9 @@ def forget_occluders(stage: Stage, path: Path) -> None:
     hidden, corner = _occluders(part, path.hips, by)
     if hidden.any():
         size, how = stage.odds.shape[:0:-1], cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+        from_scene = to_map(by, corner)
         for odds, place in zip(stage.odds, stage.places, strict=True):
-            way = (to_map(by, corner) @ place @ stage.up)[:2]
+            way = (from_scene @ place @ stage.up)[:2]
             odds[cv2.warpAffine(hidden, way, size, flags=how) > 0] = NOTHING
 
 
