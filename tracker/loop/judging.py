@@ -15,7 +15,7 @@ LEAST_MATCH = 0.25  # mean robust weight of the visible points below which the f
 DOUBTFUL_MATCH = 0.5  # the same limit where the background explains the picture better
 BARE = 0.5  # share of points that show just the background above which the figure is lost
 DENIED = 16.0  # disagreement with detected points, nats, above which matching templates are on something else
-LEAST_VISIBLE = 0.3  # visible share of each link below which the figure is hidden
+LEAST_VISIBLE = 0.3  # share of each link, visible and not bare background, below which the figure is hidden
 
 
 def judged(
@@ -34,7 +34,8 @@ def judged(
     matched = found.match[inner].sum() / max(found.shown * inner.sum(), 1.0)
     gone = found.inside < LEAST_INSIDE or matched < LEAST_MATCH
     doubtful = matched < DOUBTFUL_MATCH or not before.measured
-    lost = gone or (doubtful and found.cost > 0.0) or field.scenery.plain(found.pixels[inner]).mean() > BARE
+    bare = field.scenery.plain(found.pixels)
+    lost = gone or (doubtful and found.cost > 0.0) or bare[inner].mean() > BARE
     # A climb without a match may have ended anywhere.
     if inside(field.figure, field.view, foreseen if lost else found.q, size) < LEAST_INSIDE:
         return Outcome.OUTSIDE
@@ -43,7 +44,7 @@ def judged(
     if not before.measured:
         return Outcome.FOUND
     number = np.bincount(templates.link[inner])
-    visible = np.bincount(templates.link[inner & (found.match > 0)], minlength=len(number))
+    visible = np.bincount(templates.link[inner & (found.match > 0) & ~bare], minlength=len(number))
     hidden = (visible < LEAST_VISIBLE * number).any()
     return Outcome.HIDDEN if hidden else Outcome.OK
 

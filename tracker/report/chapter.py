@@ -26,7 +26,7 @@ OWN_SPEED = (0.8, 1.25)  # measured playback speeds that count as real time
 DISCORD = 0.1  # relative difference of the legs' stride times above which the track is unreliable
 WORDS = {
     Outcome.OK: "all in view",
-    Outcome.HIDDEN: "a limb is covered",
+    Outcome.HIDDEN: "a limb is not seen",
     Outcome.LOST: "lost: nothing matched",
     Outcome.FOUND: "found again",
     Outcome.OUTSIDE: "out of the picture",

@@ -18,11 +18,11 @@ from tests.tracker.painted import BARE, FULL, STRIDE, VIEW, Painted, freedoms, l
 from tests.tracker.walls import behind_wall
 from tracker.loop.begin import START_ANGLE, START_LENGTH, START_PLACE, begin, start_belief
 from tracker.loop.estimate import Estimate, State
-from tracker.loop.judging import LEAST_INSIDE
+from tracker.loop.judging import LEAST_INSIDE, judged
 from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import ANKLE_KEEP, BREATH_KEEP, Tracker, make_tracker
 from tracker.models.find import find_model
-from tracker.picture.backdrop import ALIKE, first_backdrop
+from tracker.picture.backdrop import ALIKE, UNKNOWN, UNSEEN, Scenery, first_backdrop
 from tracker.registration.align import align
 from tracker.registration.field import Field, Registration
 from tracker.registration.templates import Templates
@@ -201,6 +201,25 @@ def check_against_twin(walk: Walk, slds: SLDS, frames: int) -> None:
         assert_array_equal(state.templates.alike, refreshed.alike)
         assert_allclose(state.templates.light, refreshed.light, atol=1e-3)
         assert state.scenery.differs.max() > 1.0 > ALIKE > np.median(state.scenery.differs)
+
+
+def test_a_limb_that_shows_the_bare_scene_is_hidden(walk, models):
+    tracker, image = make_tracker(walk.start, models["cv"], WHOLE), walk.images[0]
+    state, estimate = begin(tracker, walk.start, image)
+    field = field_of(tracker, state.templates, state, image)
+    (found,) = align(field, Gaussian(estimate.pose.mean[None], 1e-9 * estimate.pose.cov[None]))
+
+    def outcome(scenery):
+        return judged(replace(field, scenery=scenery), Outcome.OK, found.q, found, image.shape[:2])
+
+    assert outcome(UNSEEN) is Outcome.OK
+    differs = np.full(image.shape[:2], UNKNOWN, np.float32)
+    shank = state.templates.link == [link.name for link in WALKER.links].index("shank_near")
+    column, row = np.floor(found.pixels[shank] + 0.5).astype(int).T
+    differs[row, column] = 0.0
+    assert outcome(Scenery(differs, 1)) is Outcome.HIDDEN
+    differs[row, column] = 2.0 * ALIKE
+    assert outcome(Scenery(differs, 1)) is Outcome.OK
 
 
 @pytest.mark.parametrize("name", ["cv", "walk-run-1"])

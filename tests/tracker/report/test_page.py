@@ -567,7 +567,7 @@ def test_what_is_not_seen_is_drawn_broken_and_told(browser, tmp_path):
     report = Report(browser, made(tmp_path, replace(track, outcome=outcomes)))
     dash = "getComputedStyle(document.querySelector('.limbs path:not(.rim)')).strokeDasharray"
     for frame, words, broken in (
-        (3, "", False), (13, "a limb is covered", True), (23, "lost: nothing matched", True),
+        (3, "", False), (13, "a limb is not seen", True), (23, "lost: nothing matched", True),
         (30, "found again", False), (40, "", False),
     ):  # fmt: skip
         report.go(frame)
