@@ -13,14 +13,15 @@ from urllib.parse import unquote
 
 from pydantic import BaseModel
 
-from tracker.annotate.frames import Frames
 from tracker.annotate.loopback import LoopbackHandler, LoopbackServer, RefusalError, nothing_here
 from tracker.desk.work import EXPORTS, Asked, Command, Film, Work, check_apart, films, words_for
 from tracker.report.document import POLICY, Document
+from tracker.report.thumbnail import thumbnail
 from tracker.run.folder import FolderError
 from tracker.run.read import FILM, REPORT
 
 POLL = 0.1  # seconds between checks for an interrupt
+WIDTH = 800  # pixels of a film's picture, at most
 MOST_SENT = 8 * 2**20  # largest part of a clip sent at a time, bytes
 STYLES, SCRIPTS = ("annotate/base.css", "desk/desk.css"), ("annotate/asking.js", "desk/desk.js")
 PAGE = Document("desk/desk.html", STYLES, SCRIPTS)
@@ -86,10 +87,10 @@ class Desk:
                 work.stop()
 
     def picture(self, film: Film) -> bytes:
-        """The first frame of a film as a small JPEG; raises VideoError if it cannot be read."""
+        """A frame of a film as a small JPEG; raises VideoError if it cannot be read."""
         key = film.path, film.path.stat().st_mtime
         if key not in self._pictures:
-            self._pictures[key] = Frames(film.path).jpeg(0)
+            self._pictures[key] = thumbnail(film.path, WIDTH)
         return self._pictures[key]
 
 

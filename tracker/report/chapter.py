@@ -214,7 +214,7 @@ def unusual(chapter: Chapter) -> str:
 
 def _walked(gait: Gait, camera: float) -> list[tuple[str, str]]:
     """The gait, the unit of its lengths, and whether camera motion was subtracted."""
-    lengths = "in leg lengths (thigh + shank); --height METRES tells metres"
+    lengths = "in leg lengths (thigh + shank); follow with a height for metres"
     if gait.leg is not None:
         lengths = f"in metres; a leg length (thigh + shank) is {gait.leg:.2f} m"
     if camera > 0.0:

@@ -6,13 +6,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 from markupsafe import Markup
 
 from tracker.report.document import STYLES, Document, linked_from, write_page
+from tracker.report.thumbnail import thumbnail
 from tracker.run.read import OVERLAY, REPORT, RunError, read_news
 from videos.container import VideoError
-from videos.frames import Video
 
 PAGE = Document("report/overview.html", STYLES)
 MADE = Markup('<meta name="generator" content="figtrack batch">')
@@ -58,12 +57,8 @@ def _shown(row: Row, place: Path) -> dict[str, object]:
 
 
 def _picture(clip: Path) -> str:
-    """The first frame as a small JPEG in base64; "" if there is none."""
+    """A picture of a clip as a small JPEG in base64; "" if it cannot be read."""
     try:
-        image = next(iter(Video(clip))).image
+        return base64.b64encode(thumbnail(clip, WIDTH)).decode("ascii")
     except VideoError:
         return ""
-    height = round(image.shape[0] * WIDTH / image.shape[1])
-    small = cv2.resize(image, (WIDTH, height), interpolation=cv2.INTER_AREA)
-    _, data = cv2.imencode(".jpg", cv2.cvtColor(small, cv2.COLOR_RGB2BGR))
-    return base64.b64encode(data.tobytes()).decode("ascii")

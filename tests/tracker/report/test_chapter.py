@@ -70,7 +70,7 @@ def test_too_few_strides_and_strides_left_out_and_legs_in_discord_are_said():
 def test_facts_say_what_lengths_are_told_in_and_what_the_camera_does():
     facts = dict(chapter().facts())
     assert facts["Motion"] == "walk"
-    assert facts["Lengths"] == "in leg lengths (thigh + shank); --height METRES tells metres"
+    assert facts["Lengths"] == "in leg lengths (thigh + shank); follow with a height for metres"
     moved = replace(stroll(), shift=np.outer(np.arange(len(stroll())), (0.3, 0.4)))
     facts = dict(chapter(moved, gait=gait_of(moved, known=Known(height=1.75))).facts())
     assert "in metres; a leg length (thigh + shank) is 0." in facts["Lengths"]

@@ -101,7 +101,7 @@ function begun(film, formats) {
   const address = encodeURIComponent(film.name);
   $("h2", card).textContent = film.name;
   $(".face", card).src = `picture/${address}`;
-  $(".face", card).alt = `The first frame of ${film.name}`;
+  $(".face", card).alt = `A frame of ${film.name}`;
   $(".found", card).alt = `Who was found in ${film.name}`;
   $(".report", card).href = `../${opening.shown}/run/${address}/report.html`;
   choices($(".to", card), formats.map((name) => [name, name]));
