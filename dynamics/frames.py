@@ -69,8 +69,10 @@ def in_batches(
 ) -> list[Result]:
     """The result of `infer` for each sequence, in the order given; each call of `infer` gets one batch.
 
-    ValueError: hints that do not fit the sequences.
+    ValueError: a sequence without a frame, or hints that do not fit the sequences.
     """
+    if not all(len(y) for y in ys):
+        raise ValueError("every sequence must have a frame at least")
     if hints is not None:
         _check(slds, ys, hints)
     results: dict[int, Result] = {}

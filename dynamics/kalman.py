@@ -41,7 +41,7 @@ def log_likelihood(e: Array, S: Array, seen: Array) -> Array:
     factorisation gives both terms.
     """
     M = e.shape[-1]
-    bordered = np.full((*np.broadcast(e[..., 0], S[..., 0, 0]).shape, M + 1, M + 1), CORNER)
+    bordered = np.full((*np.broadcast_shapes(e.shape[:-1], S.shape[:-2]), M + 1, M + 1), CORNER)
     bordered[..., :M, :M], bordered[..., M, :M] = S, e
     root = np.linalg.cholesky(bordered)
     diagonal = root.diagonal(axis1=-2, axis2=-1)[..., :-1]

@@ -47,8 +47,10 @@ def kind_of(model: Model) -> str:
 def save(model: Model, path: str | Path, origin: str) -> None:
     """Write the model; an older file of that name is replaced only when the new one is complete.
 
-    ValueError: a name or label that `load` would refuse.
+    ValueError: freedoms that drift, which a file does not hold; a name or label that `load` would refuse.
     """
+    if isinstance(model, SLDS) and model.drifts:
+        raise ValueError(f"a model file holds no freedoms that drift; got {', '.join(model.drifts)}")
     target = Path(path)
     aside = target.with_name(f".{target.name}.part")
     fields = {name: getattr(model, name) for name in _kept(type(model))}
@@ -122,7 +124,7 @@ def _read(source: Path | Traversable, name: str) -> Model:
         raise
     except Exception as error:  # zipfile, zlib, numpy and json raise many kinds for damaged bytes
         raise ModelError(f"{name} is no model file or is damaged; copy or learn it again") from error
-    if not isinstance(header, dict) or header.get("format") not in KINDS:
+    if not isinstance(header, dict) or str(header.get("format")) not in KINDS:
         raise ModelError(f"{name} is no model file; learn one with 'figtrack learn'")
     if header.get("version") != VERSION:
         raise ModelError(
@@ -137,7 +139,7 @@ def _read(source: Path | Traversable, name: str) -> Model:
         model = kind(**values, fps=_rate(header["fps"]))
         for key, covs in _covariances(model).items():
             _check_positive(key, covs)
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, OverflowError) as error:
         raise ModelError(f"{name} is damaged: {error}; copy or learn it again") from error
     return model
 
@@ -148,6 +150,8 @@ def _texts(key: str, stored: Any) -> tuple[str, ...]:
         raise ValueError(f"{key} must be a list of printable texts")
     if key != "labels" and len(set(stored)) < len(stored):
         raise ValueError(f"{key} must differ from one another")
+    if key == "names" and not stored:
+        raise ValueError("names must name a freedom at least")
     return tuple(stored)
 
 
@@ -171,9 +175,13 @@ def _covariances(model: Model) -> dict[str, Array]:
         return {"quick": model.quick, "slow": model.slow, "R": model.R}
     if isinstance(model, HMM):
         return {"cov": model.cov}
-    d = model.layout.d
+    d, N = model.layout.d, model.layout.N
     if model.Q[:, d:].any() or model.Q[:, :, d:].any():
         raise ValueError("Q must be zero but for the pose")
+    if (model.A[:, d:] != np.eye(N)[: N - d]).any() or model.b[:, d:].any():
+        raise ValueError("A and b must carry the last pose over as it is")
+    if (model.layout.pose != model.C).any():
+        raise ValueError("C must measure the pose")
     return {"Q": model.Q[:, :d, :d], "R": model.R[None], "cov0": model.cov0}
 
 

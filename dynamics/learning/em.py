@@ -120,7 +120,7 @@ def _climb(
         least = options.tolerance * abs(value)
         falls += rise < 0
         fell = rise < 0 and (falls > 1 or -rise > least)
-        if fell or 0 <= rise < least or len(values) == options.rounds:
+        if fell or 0 <= rise < least or len(values) >= options.rounds:
             return Fit(best, tuple(values))
         slds = maximise(slds, ys, posteriors, prior, weights)
 

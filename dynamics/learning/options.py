@@ -15,6 +15,7 @@ class Options:
     tolerance  : stop when the penalised value rises by less than this share
     prior      : strength of all priors; 0 is maximum likelihood
     ridge      : weight of the prior towards constant velocity; 4: as much as the data of a mean state
+                 if sequences weigh alike
     stickiness : Dirichlet counts added to each state's transition to itself
     restarts   : number of starts, of which the best is kept
     seed       : random seed of the starts

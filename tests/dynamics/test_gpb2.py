@@ -291,6 +291,8 @@ def test_what_cannot_be_inferred_from_is_named(rng):
             gpb2(slds, y, np.full((5, 2), wrong))
     with pytest.raises(ValueError, match="every sequence needs its hints; got 1 for 2 sequences"):
         gpb2_all(slds, [y, y], [np.zeros((5, 2))])
+    with pytest.raises(ValueError, match="every sequence must have a frame at least"):
+        gpb2_all(slds, [y, y[:0]])
     hints = np.zeros((5, 2))
     hints[3] = -np.inf
     with pytest.raises(ValueError, match="no switching state is possible at frame 3"):

@@ -63,6 +63,13 @@ def test_the_innovations_likelihood_reads_the_lower_triangle_only(rng):
     assert float(log_likelihood(e, spoiled, np.array(M))) == pytest.approx(want, rel=1e-12)
 
 
+def test_a_measurement_of_nothing_is_certain_and_tells_nothing(rng):
+    prior = Gaussian(rng.normal(size=(2, 3)), np.stack([random_covariance(3, rng) for _ in range(2)]))
+    after, log_p = update(prior, np.empty(0), np.empty((0, 3)), np.empty((2, 0, 0)))
+    assert_gaussian(after, prior, atol=1e-12)
+    assert_array_equal(log_p, np.zeros(2))
+
+
 def test_an_innovation_of_any_size_has_a_likelihood(rng):
     S = random_covariance(M, rng)
     e = 1e50 * rng.normal(size=M)

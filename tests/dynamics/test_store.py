@@ -108,7 +108,7 @@ def test_another_format_version_says_which(version, path):
         load(path)
 
 
-@pytest.mark.parametrize("format_", ["figtrack-track", None, 5])
+@pytest.mark.parametrize("format_", ["figtrack-track", None, 5, ["figtrack-slds"]])
 def test_another_kind_of_file_is_refused(format_, path):
     rewrite(path, entries={"format": format_})
     with pytest.raises(ModelError, match="is no model file; learn one"):
@@ -139,12 +139,14 @@ def test_parts_that_do_not_fit_are_named(path):
     "entries",
     [
         {"names": None},
+        {"names": [], "travelling": []},
         {"names": 5},
         {"labels": ["walk"]},
         {"travelling": ["z"]},
         {"fps": "fast"},
         {"fps": None},
         {"fps": -30.0},
+        {"fps": 10**400},
     ],
 )
 def test_a_header_that_does_not_fit_is_damage(entries, path):
@@ -191,6 +193,26 @@ def test_noise_beyond_the_pose_is_refused(path, slds):
         load(path)
 
 
+def test_dynamics_that_do_not_carry_the_pose_over_are_refused(path, slds):
+    d = slds.layout.d
+    for part in (slice(0, d), slice(d, None)):
+        A, b = slds.A.copy(), slds.b.copy()
+        A[:, d:, part] += 0.1
+        rewrite(path, A=A)
+        with pytest.raises(ModelError, match="is damaged: A and b must carry the last pose over"):
+            load(path)
+    b[:, d:] += 0.1
+    rewrite(path, A=slds.A, b=b)
+    with pytest.raises(ModelError, match="is damaged: A and b must carry the last pose over"):
+        load(path)
+
+
+def test_a_measurement_of_something_else_is_refused(path, slds):
+    rewrite(path, C=slds.C[:, ::-1])
+    with pytest.raises(ModelError, match="is damaged: C must measure the pose"):
+        load(path)
+
+
 LABELS = [[None, None], [1, 2], "ab", ["walk", ""], ["walk", "\x1b[2J"], [["a"], "b"]]
 
 
@@ -205,6 +227,13 @@ def test_labels_are_text(labels, path):
 def test_what_could_not_be_loaded_is_not_saved(entry, slds, tmp_path):
     with pytest.raises(ValueError, match=r"the model cannot be saved: .*; rename them"):
         save(replace(slds, **entry), tmp_path / "model.npz", "a test")
+
+
+def test_freedoms_that_drift_are_not_saved(slds, tmp_path):
+    drifting = slds.with_drifts(("z",), np.ones(1), np.ones(1), np.ones(1))
+    with pytest.raises(ValueError, match="holds no freedoms that drift; got z"):
+        save(drifting, tmp_path / "model.npz", "a test")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("fps", [True, "30", float("inf"), float("nan"), [30]])

@@ -274,6 +274,14 @@ def test_any_inference_is_an_e_step(infer, gaps, rng):
     assert max(right, 1.0 - right) > 0.85
 
 
+@pytest.mark.parametrize(("rounds", "values"), [(0, 1), (1, 1), (3, 3)])
+def test_rounds_are_a_limit(rounds, values, rng):
+    ys, names = gait(2, 20, 2, rng)
+    options = Options(states=2, rounds=rounds, tolerance=-np.inf)
+    fit = learn(ys, names=names, travelling=("a",), options=options, **LEARNT)
+    assert len(fit.values) == values
+
+
 def test_a_sequence_may_begin_and_end_without_measurements(rng):
     ys, names = gait(6, 30, 2, rng)
     there = np.array([40.0, 0.0])

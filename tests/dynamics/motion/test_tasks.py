@@ -582,6 +582,12 @@ def swinging(radius, *, travelling=True):
     return replace(slds, pi0=[0.5, 0.5], A=A, b=b, Q=Q, mean0=mean0, cov0=cov0, Pi=Pi, C=np.eye(2, 4))
 
 
+def test_where_all_freedoms_travel_the_first_order_is_synthesised_too(rng):
+    slds = random_slds(2, travelling=("a", "b"), rng=rng)
+    _, y = synthesise(slds, 50, np.random.default_rng(1))
+    assert np.isfinite(y).all()
+
+
 @pytest.mark.parametrize("radius", [0.97, 1.05])
 def test_synthesis_stays_in_range_over_800_frames(radius):
     slds = swinging(radius)
