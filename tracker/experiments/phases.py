@@ -39,7 +39,7 @@ def run(study: Study) -> Section:
         found = [p.path for p in viterbi_all(slds, [centred(c.y) for c in jogs])]
         cut.add(jogs, found)
         if count == 2:
-            path = dict(zip((c.name for c in jogs), found, strict=True)).get(shown.name, path)
+            path = next((p for c, p in zip(jogs, found, strict=True) if c is shown), path)
     rows = [
         (
             str(n),

@@ -229,5 +229,6 @@ def _label(track: Track) -> float:
 
 
 def _mean_around(values: Array, wide: int) -> Array:
-    counts = np.convolve(np.ones(len(values)), np.ones(wide), mode="same")
-    return np.asarray(np.convolve(values, np.ones(wide), mode="same")[: len(values)] / counts[: len(values)])
+    part = slice((wide - 1) // 2, (wide - 1) // 2 + len(values))
+    total, count = (np.convolve(each, np.ones(wide))[part] for each in (values, np.ones(len(values))))
+    return np.asarray(total / count)

@@ -11,7 +11,8 @@ from tracker.gait.moments import OFF, STRIKE, Event, Way, named, read_weights
 from tracker.run.track import Track
 
 ODD = (0.6, 1.6)  # range of durations over the median; outside, a strike was missed or is false
-BACKWARDS = -0.5  # travel below which the figure walks backwards, leg lengths
+BACKWARDS = -0.5  # travel below which the figure walks backwards, leg lengths,
+DRIFT = -0.1  # if it is not as slow as a drift on a treadmill, leg lengths a second
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,10 @@ def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
 
 def goes_backwards(track: Track) -> bool:
     """Whether the figure moves against its facing."""
-    return bool(len(track) and track.q[-1, 0] - track.q[0, 0] < BACKWARDS)
+    if not len(track):
+        return False
+    travel = float(track.q[-1, 0] - track.q[0, 0])
+    return travel < min(BACKWARDS, DRIFT * float(track.times[-1] - track.times[0]))
 
 
 def between(events: Iterable[Event], start: Event, end: Event) -> Event | None:
@@ -110,7 +114,8 @@ def _sound(
     sound = [
         stride
         for stride in found
-        if track.measured[int(stride.strike.at) : int(np.ceil(stride.end.at)) + 1].all()
+        if 0.0 <= stride.strike.at < stride.end.at <= len(track) - 1
+        and track.measured[int(stride.strike.at) : int(np.ceil(stride.end.at)) + 1].all()
         and ODD[0] * usual < stride.frames < ODD[1] * usual
     ]
     missed = max(len(strikes) - 1, 0) - len(sound)

@@ -109,6 +109,8 @@ def _read_tables(request: Request, progress: Progress) -> tuple[Data, list[str],
     runs: Data = []
     rows: list[str] = []  # the label of each frame
     _warn_of_unknown(request, request.subjects.values(), progress)
+    if not set(request.subjects.values()) - set(request.excluded):
+        raise ValueError(f"--exclude-subjects leaves none of {', '.join(sorted(request.subjects.values()))}")
     for path, subject in request.subjects.items():
         if subject in request.excluded:
             continue

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from dynamics.gaussian import Array, Gaussian
 from dynamics.motion.gaps import interpolate
 from dynamics.motion.noise import SEARCHES, at_noise
-from dynamics.periodic.filling import NOISES, Filling, around, fill, gaps, spaced
+from dynamics.periodic.filling import MOST, NOISES, Filling, around, fill, gaps, spaced
 from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride
@@ -25,7 +25,15 @@ from dynamics.viterbi import best_log_p_all
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import centred, own_offset, rootless
 from tracker.models.find import motion_model
-from tracker.motion.tasks import SILENT, UNKNOWN_PLACE, check_names, check_switch, first_measured, whole_pose
+from tracker.motion.tasks import (
+    SILENT,
+    UNKNOWN_NECK,
+    UNKNOWN_PLACE,
+    check_names,
+    check_switch,
+    first_measured,
+    whole_pose,
+)
 from tracker.progress import Progress
 from tracker.tables.poses import ROOT_COLUMNS, PoseSequence
 
@@ -99,6 +107,10 @@ def fill_gaps(fillers: Fillers, sequence: PoseSequence, rng: np.random.Generator
     taken = own_offset(sequence.y)
     found, by = _poses(fillers, sequence.y - taken, rng)
     sd = np.sqrt(np.diagonal(found.cov, axis1=1, axis2=2))
+    for name, unknown in UNKNOWN_NECK.items():
+        column = POSE_COLUMNS.index(name)
+        if not seen[:, column].any():
+            sd[:, column] = np.hypot(sd[:, column], unknown)
     filled = np.where(seen, sequence.y, found.mean + taken)
     return Filled(np.where(placed, filled, np.nan), np.where(placed & ~seen, sd, np.nan), by)
 
@@ -148,7 +160,7 @@ def _by_stride(
     window = y[around(y, rows, fps)]
     if slds is None:
         return fill(stride, y, rows, fps)
-    if np.isnan(window[:, ROOT_COLUMNS:]).all():
+    if len(rows) > MOST or np.isnan(window[:, ROOT_COLUMNS:]).all():
         return None
     gap = fill(stride, y, rows, fps)
     return gap if gap.log_evidence >= angles_evidence(slds, window, fps) else None

@@ -99,7 +99,7 @@ class Chapter:
         said = []
         if not self.gait.measures:
             said.append(
-                "Too short for gait figures: they want one whole stride, from a foot's strike to its next, "
+                "No gait figures: they want one whole stride, from a foot's strike to its next, "
                 "in which the figure was not lost."
             )
         elif any(value.count == 1 for m in self.gait.measures for value in (m.near, m.far) if value):
@@ -173,7 +173,9 @@ class Chapter:
                     yield {"title": joint.capitalize(), "legs": legs, "norm": norm}
 
     def _on_floor(self, side: Side) -> list[list[float]]:
-        strides = () if self.gait is None else self.gait.strides[side].sound
+        """First and last frame of the foot on the floor in each stride; none where the stance is left out."""
+        told = self.gait is not None and self.gait.named(STANCE) is not None
+        strides = self.gait.strides[side].sound if self.gait is not None and told else ()
         first = self.track.first
         return [[round(s.strike.at - first, 2), round(s.off.at - first, 2)] for s in strides]
 

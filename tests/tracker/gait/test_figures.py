@@ -10,7 +10,7 @@ from tests.kinematics.figures import FOOTLESS, HORSE, WALKER
 from tests.tracker.strolls import SWING, stroll
 from tests.tracker.tracks import random_track
 from tracker.gait.evened import evened
-from tracker.gait.figures import LEAST_STANCE, gait_of
+from tracker.gait.figures import LEAST_STANCE, _mean_around, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.strides import strides_of
 
@@ -389,3 +389,11 @@ def test_a_long_walk_takes_little_more_memory_than_its_poses():
     finally:
         tracemalloc.stop()
     assert peak < 5000 * len(track)
+
+
+@pytest.mark.parametrize("wide", [1, 2, 3, 8, 11, 30])
+def test_a_running_mean_is_over_the_values_around_however_few(wide, rng):
+    values = rng.normal(size=9)
+    before, after = wide // 2, (wide - 1) // 2
+    want = [values[max(t - before, 0) : t + after + 1].mean() for t in range(len(values))]
+    assert _mean_around(values, wide) == pytest.approx(want)

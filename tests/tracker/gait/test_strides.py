@@ -12,7 +12,7 @@ from tests.benchmarks.rendered.captures import RATE
 from tests.kinematics.figures import FOOTLESS, WALKER
 from tests.tracker.strolls import stroll, track_of
 from tracker.gait.moments import _peaks
-from tracker.gait.strides import strides_of
+from tracker.gait.strides import goes_backwards, strides_of
 from tracker.scene.steps import random_build, walk
 
 FPS, PERIOD, START = 30.0, 1.1, 0.3
@@ -99,6 +99,17 @@ def test_who_walks_backwards_strikes_where_with_time_running_back_a_foot_leaves(
     last = len(track) - 1
     assert [event.at for event in back.strikes] == pytest.approx([last - e.at for e in ahead.offs[::-1]])
     assert [event.at for event in back.offs] == pytest.approx([last - e.at for e in ahead.strikes[::-1]])
+
+
+def test_who_drifts_back_on_a_treadmill_walks_forwards():
+    track = stroll(20.0)
+    still = track.q.copy()
+    still[:, 0] = 0.0
+    drifts = still.copy()
+    drifts[:, 0] = np.linspace(0.0, -0.8, len(still))
+    there, here = (of(replace(track, q=q), "near") for q in (still, drifts))
+    assert moments(here, "strike") == pytest.approx(moments(there, "strike"), abs=0.01)
+    assert goes_backwards(replace(track, q=track.q[::-1].copy()))
 
 
 def test_strides_in_which_the_figure_was_lost_are_left_out():

@@ -274,5 +274,7 @@ def test_pose_tables_of_one_name_in_two_folders_are_two_subjects(tmp_path, monke
     assert "of subjects anna-track/pose, ben-track/pose;" in figtrack(*words, "--out", "both.npz").stdout
     all_of_them = figtrack(*words, "--exclude-subjects", "pose", "--out", "all.npz")
     assert "no subject is called pose; there are anna-track/pose, ben-track/pose" in all_of_them.stderr
+    nobody = refused(*words, "--exclude-subjects", "anna-track/pose,ben-track/pose", "--out", "none.npz")
+    assert "--exclude-subjects leaves none of anna-track/pose, ben-track/pose" in nobody
     one = figtrack(*words, "--exclude-subjects", "ben-track/pose", "--out", "one.npz")
     assert "from 1 sequence of subjects anna-track/pose;" in one.stdout

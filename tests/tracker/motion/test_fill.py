@@ -90,6 +90,20 @@ def test_a_root_that_was_never_measured_stays_empty(rng, way):
 
 
 @EACH_WAY
+def test_a_neck_that_was_never_measured_may_be_held_anyhow(rng, way):
+    neck = POSE_COLUMNS.index("neck")
+    filled = fill_gaps(WAYS[way](), sequence(blanked(gait("walk", 40, rng), slice(None), neck)), rng)
+    assert np.isfinite(filled.y).all()
+    assert (np.degrees(filled.sd[:, neck]) > 19.9).all()
+
+
+def test_a_gap_that_is_too_long_for_the_stride_is_filled_by_the_switching_model(rng, monkeypatch):
+    monkeypatch.setattr("tracker.motion.fill.MOST", 9)
+    given = blanked(gait("walk", 60, rng), slice(25, 35))
+    assert fill_gaps(WAYS["by evidence"](), sequence(given), rng).by == (BY_SWITCHING,)
+
+
+@EACH_WAY
 def test_a_sequence_without_gaps_comes_back_as_it_was(rng, way):
     y = gait("walk", 12, rng)
     filled = fill_gaps(WAYS[way](), sequence(y), rng)

@@ -396,7 +396,7 @@ def test_a_clip_of_one_frame_is_a_page_too(browser, tmp_path):
     report.shows(0)
     browser.press("ArrowRight")
     report.shows(0)
-    assert "Too short for gait figures" in browser.text("article")
+    assert "No gait figures" in browser.text("article")
 
 
 # Where a joint is on the screen, by the page's own numbers: CSS pixels of the window.
