@@ -81,7 +81,7 @@ def read_bvh(path: str | Path) -> Capture:
 def read_lines(path: str | Path) -> list[str]:
     """The lines of a text file; MotionError when it cannot be read."""
     try:
-        return ordinary(Path(path)).read_text(encoding="utf-8", errors="replace").splitlines()
+        return ordinary(Path(path)).read_text(encoding="utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         raise MotionError(f"cannot read {path} ({why(error)}); give one that can be read") from error
 

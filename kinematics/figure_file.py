@@ -32,12 +32,12 @@ def load_figure(source: str | Path = "walker") -> Figure:
         known = f"{', '.join(names[:-1])} and {names[-1]}"
         raise ValueError(f"no figure {str(source)!r} ships, only {known}; give the path of a TOML file")
     try:
-        table = tomllib.loads(content.decode("utf-8"))
+        table = tomllib.loads(content.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # the parser has several ways to fail
         raise ValueError(f"{source} is no TOML file ({why(error)}); docs/figures.md shows one") from error
     try:
         return figure_from(table)
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise ValueError(f"figure {source}: {error}") from error
 
 
@@ -105,7 +105,7 @@ def _link_from(entry: Mapping[str, Any]) -> Link:
     numbers = {key: float(value) for key, value in entry.items() if (_NEEDED | _OPTIONAL)[key] is float}
     angles = {
         "rest": np.radians(numbers.get("rest", 0.0)).item(),
-        "limits": tuple(np.radians(limits).tolist()),
+        "limits": tuple(np.radians([float(limit) for limit in limits]).tolist()),
     }
     return Link(**{**entry, **numbers, **angles})
 

@@ -74,6 +74,12 @@ def test_root_position_channels_replace_the_root_offset(tmp_path):
     assert_allclose(capture.at("Hips"), [[1, 2, 3]])
 
 
+def test_a_byte_order_mark_is_no_word(tmp_path):
+    path = chain(tmp_path, "1 2 3 0 0 0 0 0 0")
+    path.write_text("\ufeff" + path.read_text(), encoding="utf-8")
+    assert_allclose(read_bvh(path).at("Hips"), [[1, 2, 3]])
+
+
 def test_a_position_channel_replaces_only_its_own_entry_of_the_offset(tmp_path):
     capture = read_bvh(chain(tmp_path, "0 0 0 0 0 0 7", knee="1 Xposition"))
     assert_allclose(capture.at("Knee"), [[7, -2, 0]])

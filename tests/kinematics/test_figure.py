@@ -194,6 +194,8 @@ MISTAKES = {
     "falling limits": ("[-90, 90]", "[90, -90]", r"link 'upper': limits must rise; got \[90.0, -90.0\]"),
     "nan limits": ("[-90, 90]", "[nan, 90]", "link 'upper': limits must rise"),
     "one limit": ("[-90, 90]", "[90]", r"link 'upper': limits must be two angles; got \[90\]"),
+    "limits beyond all bounds": ("[-90, 90]", f"[-90, 1{400 * '0'}]", "int too large"),
+    "length beyond all bounds": ("length = 0.4", f"length = 1{400 * '0'}", "int too large"),
     "limits as text": ("[-90, 90]", '["a", "b"]', "link 'upper': each of limits must be a number; got 'a'"),
     "length as text": ("length = 0.4", 'length = "long"', "link 'fore': length must be a number; got 'long'"),
     "length as truth": ("length = 0.4", "length = true", "link 'fore': length must be a number; got True"),

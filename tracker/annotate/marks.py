@@ -42,7 +42,7 @@ class Table:
         self._found = path.read_bytes() if path.exists() else None
         if self._found is not None and not overwrite:
             try:
-                self.marks = read_keypoints(path, figure.marks)
+                self.marks = read_keypoints(path, figure.marks, figure.joints)
             except KeypointsError as error:
                 raise KeypointsError(
                     f"{error}; repair it, give another --out, or start anew with --overwrite"
@@ -50,7 +50,8 @@ class Table:
             lines = csv.reader(io.StringIO(self._found.decode("utf-8-sig"), newline=""))
             header, *self._rows = [row for row in lines if any(cell.strip() for cell in row)]
             self._header = [name.strip() for name in header]
-            if VISIBLE not in self._header:
+            if VISIBLE not in self._header:  # cells beyond the header would come to stand below it
+                self._rows = [row[: len(self._header)] for row in self._rows]
                 self._header.append(VISIBLE)
         elif begin is not None:
             self.marks = begin

@@ -2,6 +2,7 @@
 
 import math
 import os
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -73,10 +74,12 @@ def read_jobs(jobs: Path, place: Path, progress: Progress) -> list[Row]:
 
 def _films(folder: Path, place: Path) -> list[Row]:
     """A row for each film, with the marks that `figtrack annotate` left beside it, if any."""
-    rows = []
-    for video in films_in(folder):
+    rows, films = [], films_in(folder)
+    stems = Counter(video.stem for video in films)
+    for video in films:
         marks = video.with_name(f"{video.stem}.keypoints.csv")
-        rows.append(Row(video, marks if marks.exists() else None, place / _out(video), Following()))
+        out = _out(video) if stems[video.stem] == 1 else f"{video.name}-track"
+        rows.append(Row(video, marks if marks.exists() else None, place / out, Following()))
     if not rows:
         raise JobsError(
             f"{folder} has no films ({', '.join(FILM_SUFFIXES)}); give a folder of films or a table of jobs"
@@ -143,7 +146,7 @@ def _value(option: Option, text: str, beside: Path, where: str) -> Any:
     if option.kind is Path:
         return beside / text
     if option.kind is str:
-        return str(beside / text) if text.endswith(".npz") or (beside / text).is_file() else text
+        return str(beside / text) if text.endswith((".npz", ".toml")) or (beside / text).is_file() else text
     if option.kind in (int, float):
         return _number(option, text, where)
     known = FLAGS if option.kind is bool else {word: option.kind(word) for word in option.words}

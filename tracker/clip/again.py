@@ -10,7 +10,7 @@ from pydantic import BaseModel, NonNegativeInt
 from kinematics.recover import Start
 from tracker.clip.asked import marks_in
 from tracker.clip.job import Facing, Following, Job
-from tracker.run.read import News, RunError, read_news
+from tracker.run.read import News, RunError, read_json, read_news
 from tracker.run.track import Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import Marks
@@ -62,7 +62,7 @@ def read_finished(folder: Path) -> Finished:
     """
     read_news(folder)
     try:
-        news = _Asked.model_validate_json((folder / "run.json").read_bytes())
+        news = _Asked.model_validate(read_json(folder / "run.json"))
         given = {"start": news.start.frame, "facing": Facing(news.facing), "anchors": True}
         how = Following(**news.options | given)
         marks = marks_in(folder / START, how)

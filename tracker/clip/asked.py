@@ -53,7 +53,8 @@ def asked(
 
 def marks_in(table: Path, how: Following) -> Marks:
     """The marks of the followed figure in a table; raises KeypointsError, ValueError."""
-    return read_keypoints(table, load_figure(how.figure).marks)
+    figure = load_figure(how.figure)
+    return read_keypoints(table, figure.marks, figure.joints)
 
 
 def suggestion_path(folder: Path, video: Path) -> Path:

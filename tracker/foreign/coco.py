@@ -58,8 +58,10 @@ def _labelled(content: Mapping[str, Any]) -> tuple[Mapping[Any, int], People]:
             name: (x, y, 1.0 if flag in (OCCLUDED, LABELLED) else 0.0, flag == LABELLED)
             for name, (x, y, flag) in points.items()
         }
-        frame = frames.setdefault(one["image_id"], int(one["image_id"]))
-        people.setdefault(frame, []).append(person(flagged))
+        image = one["image_id"]
+        if image not in frames:
+            frames[image] = int(image)
+        people.setdefault(frames[image], []).append(person(flagged))
     return frames, people
 
 

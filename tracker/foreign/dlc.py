@@ -1,5 +1,6 @@
 """DeepLabCut's CSV: rows scorer, (individuals,) bodyparts, coords, then one row a frame or labelled image."""
 
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from tracker.foreign.people import People, Person, frame_number, person
 from tracker.foreign.points import Points
-from tracker.foreign.text_files import ForeignError, load_rows, write_rows
+from tracker.foreign.text_files import ForeignError, load_rows, opened, write_rows
 
 SCORER = "figtrack"
 COORDS = ("x", "y", "likelihood")
@@ -34,6 +35,12 @@ def write_dlc(points: Points, path: Path) -> None:
 def is_dlc(head: str) -> bool:
     """Whether a file's first line has this layout."""
     return head.partition(",")[0].strip('" \r\n') == HEADS[0]
+
+
+def has_parts(path: Path) -> bool:
+    """Whether one of the first rows names body parts."""
+    with opened(path) as file:
+        return any(line.partition(",")[0].strip('" ') == "bodyparts" for line in islice(file, len(HEADS)))
 
 
 def read_people(path: Path) -> People:
@@ -94,8 +101,13 @@ def _frame(front: list[str], path: Path) -> int:
 
 def _person(cells: dict[Column, float], who: str) -> Person:
     parts = {
-        part: (x, cells[who, part, "y"], cells.get((who, part, "likelihood"), 1.0))
+        part: (x, cells[who, part, "y"], _likelihood(cells.get((who, part, "likelihood"), 1.0)))
         for (owner, part, axis), x in cells.items()
         if owner == who and axis == "x"
     }
     return person(parts)
+
+
+def _likelihood(told: float) -> float:
+    """1 for a point without a likelihood, as data without confidence are written."""
+    return 1.0 if np.isnan(told) else told

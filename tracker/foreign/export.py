@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tracker.foreign import dlc, mot, myogait, openpose, trc
-from tracker.foreign.points import ARMS, HALPE, JOINTS, named_points, of_people
+from tracker.foreign.points import ARMS, HALPE, JOINTS, named_points, near_far, of_people
 from tracker.foreign.scale import Scale, scale_by_height, scale_by_pixels, scale_by_points
 from tracker.foreign.text_files import ForeignError
 from tracker.progress import Progress
@@ -100,7 +100,11 @@ class Format:
 
 
 def _dlc(record: Record, wish: Wish, facing: int, path: Path) -> None:
-    names = JOINTS | ARMS if of_people(record) else {name: name for name in record.names}
+    names = {name: name for name in record.names}
+    if of_people(record):
+        known = JOINTS | ARMS
+        taken = {near_far(joint, facing) for joint in known.values()}
+        names = known | {name: name for name in names if name not in taken}
     dlc.write_dlc(named_points(record, names, facing), path)
 
 

@@ -25,8 +25,8 @@ def read_people(path: Path) -> tuple[str, People]:
     people = read(path)
     if not any(any(seen) for seen in people.values()):
         raise ForeignError(f"nobody is marked in {path}; give another file")
-    if not 0 <= min(people) <= max(people) < LONGEST:
-        raise ForeignError(f"{path} goes from frame {min(people)} to {max(people)}; export it again")
+    if len(people) > 1:  # the name of a single picture need not number it
+        _check_frames(people, path)
     return program, people
 
 
@@ -37,6 +37,7 @@ def read_points(path: Path, facing: int, figure: Figure = WALKER) -> Points:
     a known name.
     """
     _, people = read_people(path)
+    _check_frames(people, path)
     found = {}
     for frame, seen in people.items():
         parts = parts_of(seen[largest(seen)], figure) if seen else {}
@@ -62,8 +63,14 @@ def is_foreign(path: Path) -> bool:
         head = _head(path)
     except ForeignError:
         return False
-    deeplabcut = dlc.is_dlc(head) and "bodyparts" in head  # any table may have a column "scorer"
-    return deeplabcut or trc.is_trc(head) or head.startswith(JSON)
+    if dlc.is_dlc(head):  # any table may have a column "scorer"
+        return dlc.has_parts(path)
+    return trc.is_trc(head) or head.startswith(JSON)
+
+
+def _check_frames(people: People, path: Path) -> None:
+    if not 0 <= min(people) <= max(people) < LONGEST:
+        raise ForeignError(f"{path} goes from frame {min(people)} to {max(people)}; export it again")
 
 
 def _head(path: Path) -> str:

@@ -31,7 +31,7 @@ def sighting(x: object, y: object, confidence: object = 1.0, visible: bool = Tru
     """A point from a file's numbers; None if a number is not finite or the confidence is 0."""
     try:
         numbers = [float(value) for value in (x, y, confidence)]  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
     if not all(map(math.isfinite, numbers)) or numbers[2] <= 0.0:
         return None
@@ -48,7 +48,7 @@ def triples(names: Sequence[str], numbers: Sequence[Any]) -> dict[str, tuple[Any
     """Numbers x, y, c, x, y, c, .. by point; ValueError if there are not three for each name."""
     if len(numbers) != 3 * len(names):
         raise ValueError(f"{len(names)} points need {3 * len(names)} numbers; got {len(numbers)}")
-    return {name: tuple(numbers[3 * i : 3 * i + 3]) for i, name in enumerate(names)}
+    return {str(name): tuple(numbers[3 * i : 3 * i + 3]) for i, name in enumerate(names)}
 
 
 def largest(people: Sequence[Person]) -> int:

@@ -1,8 +1,8 @@
 """From pixels to metres in the plane in which the figure walks, with camera motion removed (`in_scene`).
 
 x points the way the figure faces, from the first place of its hip; y points up from the floor, which is the
-median height of the lower foot. The length of a pixel comes from two points with a known distance, or from
-the person's height (`tracker.run.stature`).
+median height of the lower foot (of the lower ankle where neither toes nor a height are known). The length of
+a pixel comes from two points with a known distance, or from the person's height (`tracker.run.stature`).
 """
 
 from dataclasses import dataclass
@@ -44,7 +44,8 @@ def scale_by_pixels(record: Record, pixels: float, facing: int) -> Scale:
     """The scale from pixels a metre; RunError if the figure was followed in no frame."""
     feet, below = ("near_toe", "far_toe"), 0.0
     if not all(np.isfinite(record.place(name)).any() for name in feet):
-        feet, below = ("near_ankle", "far_ankle"), ANKLE_HEIGHT * _height(record)
+        tall = _height(record)
+        feet, below = ("near_ankle", "far_ankle"), ANKLE_HEIGHT * tall if np.isfinite(tall) else 0.0
     lower = np.maximum(*(record.place(name)[:, 1] for name in feet))
     floor = middle(lower, record) + below
     return Scale(1.0 / pixels, float(record.place("hip")[record.measured][0, 0]), floor, facing)

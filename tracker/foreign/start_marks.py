@@ -36,7 +36,7 @@ def read_marks(
     """The marks of a keypoints table, or those of `read_start` with a remark on them; KeypointsError or
     ForeignError."""
     if not is_foreign(path):
-        return read_keypoints(path, figure.marks), ""
+        return read_keypoints(path, figure.marks, figure.joints), ""
     taken = read_start(path, frame, facing, first, last, figure)
     return {taken.frame: dict(taken.marks)}, taken.told
 
@@ -95,7 +95,7 @@ def _choose_frame(
         return next(iter(people))
     frames, (first, last) = sorted(number for number, seen in people.items() if any(seen)), between
     within = [number for number in frames if first <= number and (last is None or number <= last)]
-    asked = [number for number in within if frame in (None, number)]
+    asked = within if frame is None else [number for number in frames if number == frame]
     if not asked:
         part = f"from frame {first}" + (f" to {last}" if last is not None else " on")
         which = f"in frame {frame}" if frame is not None else part

@@ -34,7 +34,7 @@ def laid_out(path: Path, kind: str, advice: str = "export it again") -> Iterator
         yield
     except ForeignError:
         raise
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
         raise ForeignError(f"{path} is no {kind} that can be read ({error}); {advice}") from error
 
 

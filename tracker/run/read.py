@@ -110,7 +110,7 @@ def read_news(folder: Path) -> News:
     """The fields of run.json; RunError: no complete run in this folder."""
     path = folder / "run.json"
     try:
-        return News.model_validate_json(ordinary(path).read_bytes())
+        return News.model_validate(read_json(path))
     except (FileNotFoundError, NotADirectoryError) as error:
         inner = sorted(found.parent.name for found in folder.glob("*/run.json"))
         advice = f"give one of the runs in it, {', '.join(inner)}" if inner else "track a clip first"
@@ -121,6 +121,16 @@ def read_news(folder: Path) -> News:
         first = error.errors()[0]
         fault = " ".join([*map(str, first["loc"]), first["msg"].lower()])
         raise RunError(f"{path} is no run of figtrack ({fault}); track the clip again") from error
+    except (ValueError, RecursionError) as error:
+        raise RunError(f"{path} is no run of figtrack (invalid json); track the clip again") from error
+
+
+def read_json(path: Path) -> Any:
+    """The content of a JSON file; ValueError or RecursionError if it is none.
+
+    Names of films may hold bytes that are no UTF-8, which pydantic's own reader refuses.
+    """
+    return json.loads(ordinary(path).read_bytes())
 
 
 def read_run(folder: Path) -> Record:

@@ -8,14 +8,14 @@ third where there is one.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from kinematics.figure import Figure
+from kinematics.figure import Array, Figure
 from kinematics.figure_file import WALKER
+from kinematics.recover import span
 from tracker.run.track import Track
-from tracker.tables.keypoints import Mark, Marks
+from tracker.tables.keypoints import Mark, Marks, points
 
 LOST_ERROR = 0.25  # mean error of a frame above which a track is lost, leg lengths
 SWAP_GAIN = 0.1  # decrease of the error that shows exchanged legs, leg lengths
@@ -69,7 +69,7 @@ def places(track: Track) -> dict[int, dict[str, tuple[float, float]]]:
 def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure = WALKER) -> Score:
     """Errors of a track in every marked frame after the start frame. ValueError: no such frame has a scored
     joint, or no leg is wholly marked."""
-    legs, twins = _legs(figure), _twins(figure)
+    twins = _twins(figure)
     frames = [frame for frame in sorted(truth) if frame >= start]
     later = [frame for frame in frames if frame > start]
     if not later:
@@ -82,7 +82,7 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
         raise ValueError(f"the truth marks none of {scored} after frame {start}; mark some")
     everything = np.concatenate([list(error.values()) for error in errors.values()])
     failure = _first_failure(means)
-    angles = [angle for frame in later for angle in _angles(truth[frame], found.get(frame, {}), legs)]
+    angles = [angle for frame in later for angle in _angles(figure, truth[frame], found.get(frame, {}))]
     return Score(
         first_failure_frame=failure,
         frames_followed=sum(1 for frame in means if failure is None or frame < failure),
@@ -100,17 +100,13 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
 
 def leg_length(truth: Marks, frames: list[int], figure: Figure = WALKER) -> float:
     """Leg length in pixels, the mean of the wholly marked legs in the first marked frame that has any."""
-    legs = _legs(figure)
     for frame in frames:
-        marks = truth[frame]
-        whole = [
-            sum(_apart(marks[one], marks[other]) for one, other in pairwise(leg))
-            for leg in legs
-            if set(leg) <= set(marks)
-        ]
-        if whole:
+        places = _arrays(points(truth[frame]))
+        legs = [[span(figure, i, places) for i in leg] for leg in figure.legs]
+        lengths = [sum(np.nan if link is None else np.hypot(*link) for link in leg) for leg in legs]
+        if whole := [length for length in lengths if np.isfinite(length)]:
             return float(np.mean(whole))
-    wanted = ", ".join(legs[0]) if legs else "none is listed"
+    wanted = ", ".join(_joints(figure)) or "none is listed"
     raise ValueError(f"the truth marks no whole leg ({wanted}) in any frame; mark one")
 
 
@@ -124,12 +120,14 @@ def parting(errors: list[Mapping[int, float]]) -> int | None:
     return common[int(np.flatnonzero(gaps >= gaps.max() - 1e-12)[0])]
 
 
-def _legs(figure: Figure) -> list[tuple[str, ...]]:
-    """Joints of each leg, from its start."""
-    return [
-        (figure.joints[figure.parents[leg[0]] + 1], *(figure.links[i].joint for i in leg))
-        for leg in figure.legs
-    ]
+def _joints(figure: Figure) -> list[str]:
+    """The joints of a leg, from its parent's."""
+    leg = figure.legs[0] if figure.legs else ()
+    return [figure.joints[i + 1] for i in (*(figure.parents[i] for i in leg[:1]), *leg)]
+
+
+def _arrays(places: Places) -> dict[str, Array]:
+    return {name: np.array(place) for name, place in places.items()}
 
 
 def _twins(figure: Figure) -> dict[str, str]:
@@ -160,16 +158,17 @@ def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, twins: Mappin
     return bool((as_named - exchanged) / leg > SWAP_GAIN)
 
 
-def _angles(marks: Mapping[str, Mark], found: Places, legs: Sequence[Sequence[str]]) -> list[float]:
+def _angles(figure: Figure, marks: Mapping[str, Mark], found: Places) -> list[float]:
     out = []
-    begins = {leg[0] for leg in legs}  # marks of a leg's start are uncertain in every frame
-    for start, end in (link for leg in legs for link in pairwise(leg)):
-        if not ({start, end} <= set(marks) and {start, end} <= set(found)):
+    places, tracked = _arrays(points(marks)), _arrays(found)
+    for n, i in ((n, i) for leg in figure.legs for n, i in enumerate(leg)):
+        wanted, got = span(figure, i, places), span(figure, i, tracked)
+        if wanted is None or got is None or not marks[figure.links[i].joint].visible:
             continue
-        if marks[end].visible and (marks[start].visible or start in begins):
-            wanted = np.arctan2(marks[end].x - marks[start].x, marks[end].y - marks[start].y)
-            got = np.arctan2(found[end][0] - found[start][0], found[end][1] - found[start][1])
-            out.append(float(abs(np.degrees((wanted - got + np.pi) % (2.0 * np.pi) - np.pi))))
+        # Marks of a leg's start are uncertain in every frame.
+        if n == 0 or marks[figure.links[figure.parents[i]].joint].visible:
+            apart = np.arctan2(*wanted) - np.arctan2(*got)
+            out.append(float(abs(np.degrees((apart + np.pi) % (2.0 * np.pi) - np.pi))))
     return out
 
 

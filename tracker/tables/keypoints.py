@@ -1,6 +1,6 @@
 """The keypoints table of marked joints; in pixels, (0, 0) is the centre of the top-left one."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,14 +39,19 @@ class Mark:
 Marks = dict[int, dict[str, Mark]]
 
 
-def read_keypoints(path: str | Path, names: tuple[str, ...] = KEYPOINTS) -> Marks:
+def read_keypoints(
+    path: str | Path, names: Collection[str] = KEYPOINTS, others: Collection[str] = ()
+) -> Marks:
     """Marks of every frame in a table `frame,keypoint,x,y[,visible]`; rows without a position are left out.
+
+    Rows of `others`, joints that are followed and not marked, are left out as well.
 
     KeypointsError: no such file, not a keypoints table, an unknown joint, or a cell that is no finite number.
     """
     marks: Marks = {}
     for where, row in LAYOUT.rows(path):
-        _read_row(marks, row, names, where)
+        if row["keypoint"] in names or row["keypoint"] not in others:
+            _read_row(marks, row, names, where)
     if not marks:
         raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
     return marks
@@ -72,7 +77,7 @@ def hidden(marks: Mapping[str, Mark]) -> frozenset[str]:
     return frozenset(name for name, mark in marks.items() if not mark.visible)
 
 
-def _read_row(marks: Marks, row: Mapping[str, str], known: tuple[str, ...], where: str) -> None:
+def _read_row(marks: Marks, row: Mapping[str, str], known: Collection[str], where: str) -> None:
     name = row["keypoint"]
     if name not in known:
         raise KeypointsError(f"{where}: unknown joint {name!r}; known are {', '.join(known)}")

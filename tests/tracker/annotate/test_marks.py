@@ -151,3 +151,9 @@ def test_a_save_that_fails_leaves_the_old_table_and_nothing_else(old, monkeypatc
     assert everything(old.parent) == before
     table.save({0: {"hip": Mark(8, 8)}})
     assert read_keypoints(old)[0] == {"hip": Mark(8, 8)}
+
+
+def test_cells_beyond_the_header_do_not_come_to_stand_below_another_column(path):
+    path.write_text("frame,keypoint,x,y\n0,hip,1,2,checked\n")
+    Table(path).save({3: {"hip": Mark(1, 1)}})
+    assert read_keypoints(path) == {0: {"hip": Mark(1, 2)}, 3: {"hip": Mark(1, 1)}}

@@ -121,6 +121,18 @@ def test_a_folder_of_films_has_a_row_for_each_with_the_marks_beside_it(tmp_path)
     assert one.how == other.how == Following()
 
 
+def test_films_of_one_name_have_results_of_their_own(tmp_path):
+    for name in ("walk.mp4", "walk.avi", "run.mp4"):
+        (tmp_path / name).touch()
+    rows = read_jobs(tmp_path, tmp_path / "place", QUIET)
+    assert [row.out.name for row in rows] == ["run-track", "walk.avi-track", "walk.mp4-track"]
+
+
+def test_a_figure_is_relative_to_the_table(table, tmp_path):
+    (row,) = read_jobs(table(("a.mp4", "dog.toml"), header=("video", "figure")), tmp_path, QUIET)
+    assert row.how.figure == str(tmp_path / "Läufe" / "dog.toml")
+
+
 def test_a_folder_without_films_is_told(tmp_path):
     with pytest.raises(JobsError, match=r"has no films \(.avi, .*\); give a folder of films or a table"):
         read_jobs(tmp_path, tmp_path, QUIET)

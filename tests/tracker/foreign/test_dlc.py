@@ -5,7 +5,7 @@ import pytest
 
 from tests.tracker.records import FRAMES, made_record, validated, validator
 from tracker.foreign.dlc import read_people, write_dlc
-from tracker.foreign.formats import read_points
+from tracker.foreign.formats import is_foreign, read_points
 from tracker.foreign.people import Sighting
 from tracker.foreign.points import JOINTS, Points, named_points
 from tracker.foreign.text_files import ForeignError
@@ -47,13 +47,28 @@ def test_the_validator_finds_nothing_wrong_and_what_is_spoiled(points, tmp_path)
     [
         ("scorer,a,a\nbodyparts,k,k\ncoords,x,y\n0,1,2\n2,3,4\n", {0: (1, 2), 2: (3, 4)}),
         ("scorer,a,a\nindividuals,i,i\nbodyparts,k,k\ncoords,x,y\n0,1,nan\n1,3,4\n", {0: None, 1: (3, 4)}),
+        (
+            "scorer,a,a,a\nbodyparts,k,k,k\ncoords,x,y,likelihood\n0,1,2,\n1,3,4,0\n",
+            {0: (1, 2), 1: None},
+        ),
         ("\ufeffscorer,a,a\r\nbodyparts,k,k\r\ncoords,y,x\r\n0,2,1\r\n", {0: (1, 2)}),
     ],
 )
 def test_other_tables_of_the_kind_are_read(tmp_path, text, rows):
     (tmp_path / "p.csv").write_text(text)
     wanted = {frame: [{"k": Sighting(*place)}] if place else [] for frame, place in rows.items()}
-    assert read_people(tmp_path / "p.csv") == wanted
+    found = {
+        frame: [one for one in people if one] for frame, people in read_people(tmp_path / "p.csv").items()
+    }
+    assert found == wanted
+
+
+def test_a_table_is_known_however_long_its_first_row(tmp_path):
+    row = ",".join(["a_long_name_of_a_network"] * 900)
+    (tmp_path / "p.csv").write_text(f"scorer,{row}\nbodyparts,k,k\n")
+    assert is_foreign(tmp_path / "p.csv")
+    (tmp_path / "p.csv").write_text("scorer,frame,keypoint,x,y\nme,0,hip,1,2\n")
+    assert not is_foreign(tmp_path / "p.csv")
 
 
 HEAD = "scorer,a,a\nbodyparts,k,k\ncoords,x,y\n"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.kinematics.figures import ARMS
+from tests.kinematics.figures import ARMS, WALKER
 from tests.tracker import clips
 from tests.tracker.clips import everything, figtrack
 from tests.tracker.records import FIRST, FRAMES, T, made_track, write_folder
@@ -90,6 +90,15 @@ def test_all_readers_find_the_run_s_own_pixels(run, tmp_path, monkeypatch):
             places = points.places[:, points.names.index(joint)]
             assert_allclose(places[record.measured], record.place(joint)[record.measured], atol=0.01)
             assert np.isnan(places[~record.measured]).all()
+
+
+def test_deeplabcut_has_every_joint_of_a_person_with_further_ones(rng, tmp_path):
+    heel = replace(WALKER.links[-1], name="heel", joint="far_heel", freedom=None, twin=None, learned=False)
+    run = write_folder(made_track(rng, figure=replace(WALKER, links=(*WALKER.links, heel))), tmp_path / "run")
+    exported(run, "dlc", "--out", tmp_path / "a.csv")
+    parts = (tmp_path / "a.csv").read_text().splitlines()[1].split(",")[1::3]
+    assert len(parts) == len(WALKER.marks) + 1
+    assert {"Hip", "RAnkle", "far_heel"} < set(parts)
 
 
 def test_elbows_and_wrists_and_their_angles_have_their_places(rng, tmp_path):

@@ -41,6 +41,15 @@ def test_the_lower_foot_stands_on_the_floor(standing):
     assert (toes[0, record.measured, 1] > 0.1).all()
 
 
+def test_without_toes_and_head_the_lower_ankle_tells_the_floor(standing):
+    marks = tuple(name for name in FOOTLESS.marks if name not in ("head_top", "neck"))
+    legs = replace(FOOTLESS, links=FOOTLESS.links[2:], marks=marks, scored=marks, panels=())
+    record = standing(legs, bent=1.8)
+    scale = scale_by_points(record, (0.0, 0.0, 50.0, 0.0, 1.0), record.facing)
+    ankles = np.stack([scale.to_metres(record.place(f"{side}_ankle")) for side in ("near", "far")])
+    assert_allclose(np.nanmedian(ankles[..., record.measured, 1].min(0)), 0.0, atol=1e-4)
+
+
 def test_x_points_the_way_the_figure_faces_from_where_its_hip_was(standing):
     record = standing()
     hip = record.place("hip")[record.measured]

@@ -27,6 +27,18 @@ WRITERS = {
 every_format = pytest.mark.parametrize("program", WRITERS)
 
 
+def test_the_name_of_a_single_picture_need_not_number_it(tmp_path):
+    path = people.labelme(tmp_path / "a.json", [WALKER])
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps(content | {"imagePath": "IMG_20240105.jpg"}))
+    assert read_start(path, 4).frame == 4
+
+
+def test_a_frame_that_is_asked_for_is_taken_wherever_it_is(tmp_path):
+    path = people.dlc(tmp_path / "a.csv", {str(t): WALKER for t in range(9)})
+    assert read_start(path, 4, first=5).frame == 4
+
+
 @pytest.mark.parametrize("program", [*WRITERS, "TRC"])
 def test_a_walker_is_read_from_whatever_format_told_apart_by_content(tmp_path, program):
     write = people.trc if program == "TRC" else WRITERS[program]

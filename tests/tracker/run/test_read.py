@@ -68,3 +68,8 @@ def test_a_run_json_that_does_not_fit_is_said(rng, tmp_path, changes, words):
     folder = write_folder(made_track(rng), tmp_path / "run", **changes)
     with pytest.raises(RunError, match=words):
         read_run(folder)
+
+
+def test_the_name_of_a_film_may_be_no_utf_8(rng, tmp_path):
+    record = read_run(write_folder(made_track(rng), tmp_path / "run", video="l\udce4uft.mp4"))
+    assert record.news.video == "l\udce4uft.mp4"

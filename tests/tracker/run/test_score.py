@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from kinematics.figure import Figure, Link
 from kinematics.sides import other_side
 from tests.kinematics.figures import WALKER, Puppet
 from tests.tracker.records import validator
 from tests.tracker.tracks import random_track
-from tracker.run.score import parting, places, score
+from tracker.run.score import leg_length, parting, places, score
 from tracker.tables.keypoints import KEYPOINTS, Mark
 
 # A leg of 100 px on each side, hanging straight.
@@ -191,6 +192,42 @@ def test_a_truth_without_later_frames_or_whole_legs_is_refused():
     toes = {"near_toe": (0.0, 0.0), "far_toe": (5.0, 0.0)}
     with pytest.raises(ValueError, match=r"the truth marks none of head_top, .* after frame 1; mark some"):
         score(marks([1]) | marks([4], toes), {}, 1)
+
+
+def dog(at):
+    """A figure whose legs hang on its trunk at this share of it."""
+
+    def link(name, joint, length, **more):
+        return Link(name, joint, length, width=0.1, rest=0.0, limits=(-1.0, 1.0), **more)
+
+    legs = [
+        link(f"{part}_{side}", f"{side}_{joint}", 0.5, parent=parent, at=start)
+        for side in ("near", "far")
+        for part, joint, parent, start in (
+            ("thigh", "knee", "trunk", at),
+            ("shank", "ankle", f"thigh_{side}", 1.0),
+        )
+    ]
+    joints = tuple(leg.joint for leg in legs)
+    marks = ("rump", "withers", *joints)
+    trunk = link("trunk", "withers", 2.0)
+    return Figure("dog", "rump", (trunk, *legs), leg=("thigh", "shank"), marks=marks, scored=marks)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.25, 1.0])
+def test_a_leg_begins_where_it_hangs_on_its_parent(at):
+    hip, sides = 200.0 * at, ("near", "far")
+    pose = {"rump": (0.0, 0.0), "withers": (200.0, 0.0)}
+    pose |= {f"{side}_knee": (hip, 50.0) for side in sides} | {
+        f"{side}_ankle": (hip, 100.0) for side in sides
+    }
+    truth = marks([0, 1], pose)
+    assert leg_length(truth, [0], dog(at)) == pytest.approx(100.0)
+    lower = score(truth, {1: {name: (x, y + 20.0) for name, (x, y) in pose.items()}}, 0, dog(at))
+    assert lower.mean_error_leg == pytest.approx(0.2)
+    assert lower.link_errors == pytest.approx([0.0] * 4)
+    bent = score(truth, {1: pose | {f"{side}_ankle": (hip + 50.0, 50.0) for side in sides}}, 0, dog(at))
+    assert sorted(bent.link_errors) == pytest.approx([0.0, 0.0, 90.0, 90.0])
 
 
 def test_places_are_the_joints_of_each_frame_from_the_first(rng):

@@ -68,3 +68,10 @@ def test_a_table_without_a_mark_is_refused(table, text):
 def test_other_figures_name_other_joints(table):
     path = table(HEADER + "0,hoof,1,2,1\n")
     assert read_keypoints(path, ["hoof"]) == {0: {"hoof": Mark(1.0, 2.0)}}
+
+
+def test_joints_that_are_followed_and_not_marked_are_passed_over(table):
+    path = table(HEADER + "0,hoof,1,2,1\n0,belly,3,4,1\n")
+    assert read_keypoints(path, ["hoof"], ["hoof", "belly"]) == {0: {"hoof": Mark(1.0, 2.0)}}
+    with pytest.raises(KeypointsError, match="unknown joint 'belly'"):
+        read_keypoints(path, ["hoof"])
