@@ -2,8 +2,10 @@
 
 import shlex
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 
@@ -17,7 +19,7 @@ from tracker.errors import fault
 from tracker.progress import Progress, counted
 from tracker.report.results import write_run
 from tracker.run.folder import CORRECTED, FolderError, check_inputs, fresh_folder
-from tracker.run.read import OVERLAY, REPORT, read_run, read_track
+from tracker.run.read import NEWS, OVERLAY, REPORT, read_run, read_track
 from tracker.tables.keypoints import Mark
 from tracker.tables.poses import stretches
 
@@ -40,7 +42,7 @@ class Correction(Session):
             FolderError: the film or another of the run's inputs lies in its folder.
         """
         self.folder, self.progress = folder, progress
-        self._said, self._follows = "", False
+        self._said, self._follows, self._turn = "", False, Lock()
         self._read()
         self._shown = self._finished.start if first is None else first
         job = self._finished.job
@@ -60,9 +62,14 @@ class Correction(Session):
         return super().opening() | {"run": run}
 
     def save(self, request: SaveRequest) -> Reply:
+        with self._turn:
+            return self._save(request)
+
+    def _save(self, request: SaveRequest) -> Reply:
         start = self._finished.start
         if self._follows:
             raise FolderError("the figure is just being followed; wait until that is done")
+        self._check_same()
         if request.frames.get(start) == {}:
             raise FolderError(f"frame {start} is the one that the run starts from; its marks must stay")
         reply = super().save(request)
@@ -71,11 +78,12 @@ class Correction(Session):
     def follow(self, request: SaveRequest) -> Reply:
         """Save, and follow the figure again unless marks look wrong; `follows` says whether it does.
         FolderError, OSError: nothing was written."""
-        reply = self.save(request)
-        self._follows = request.anyway or not reply["wrong"]
-        if self._follows:
-            self._said, self._shown, self.progress.name = "", request.frame, ""
-            self._asked.put(self._follow)
+        with self._turn:
+            reply = self._save(request)
+            self._follows = request.anyway or not reply["wrong"]
+            if self._follows:
+                self._said, self._shown, self.progress.name = "", request.frame, ""
+                self._asked.put(self._follow)
         return reply | {"follows": self._follows}
 
     def following(self) -> Reply:
@@ -94,14 +102,19 @@ class Correction(Session):
 
     def _follow(self) -> None:
         before = self._finished.job
-        job = replace(before, marks=dict(self.table.marks), facing=self.facing)
+        marks, start = dict(self.table.marks), self._start()
+        found = before.found if marks[start] == before.marks[start] else None
+        job = replace(before, marks=marks, facing=self.facing, found=found)
         overlay, report = ((self.folder / name).exists() for name in (OVERLAY, REPORT))
         try:
+            self._check_same()
             track = read_track(self.folder, before.settings.mark, self.table.figure)
-            kept = Kept.of(track, before.marks, job.marks, self._start())
+            kept = Kept.of(track, before.marks, job.marks, start)
             with fresh_folder(self.folder, overwrite=True, inputs=job.inputs, corrected=True) as aside:
                 run = follow(job, self.progress, kept)
                 write_run(run, aside, self.progress, self._finished.key, overlay=overlay, report=report)
+                self._check_same()
+            self.saved = True
             self._read()
             self.table = self._table()
             frames = counted(len(job.marks), "frame")
@@ -120,7 +133,16 @@ class Correction(Session):
         return self._finished.start
 
     def _read(self) -> None:
+        with suppress(OSError):  # `read_finished` says what is wrong
+            self._news = (self.folder / NEWS).read_bytes()
         self._finished, self._run = read_finished(self.folder), read_run(self.folder)
+
+    def _check_same(self) -> None:
+        """FolderError if the folder does not hold the run any more that was read."""
+        with suppress(OSError):
+            if (self.folder / NEWS).read_bytes() == self._news:
+                return
+        raise FolderError(f"{self.folder} was replaced since it was opened here; open it again")
 
     def _table(self) -> Table:
         job = self._finished.job

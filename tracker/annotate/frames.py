@@ -61,16 +61,23 @@ class Frames:
 
     def _frame(self, index: int) -> Frame:
         if self._passed and index < self._passed[0].index:
-            self._coming = iter(self._video)
-            self._passed.clear()
+            self._begin()
         for frame in self._passed:
             if frame.index == index:
                 return frame
-        for frame in self._coming:
-            self._passed.append(frame)
-            if frame.index == index:
-                return frame
+        try:
+            for frame in self._coming:
+                self._passed.append(frame)
+                if frame.index == index:
+                    return frame
+        except VideoError:
+            self._begin()  # a file may be away for a while only
+            raise
         self.count_hint = self._passed[-1].index + 1
         raise VideoError(
             f"frame {index} is not in {self._video.path.name}, which ends with frame {self.count_hint - 1}"
         )
+
+    def _begin(self) -> None:
+        self._coming = iter(self._video)
+        self._passed.clear()

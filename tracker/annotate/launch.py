@@ -3,6 +3,7 @@
 from pathlib import Path
 from threading import Thread
 
+from kinematics.figure import Figure
 from kinematics.figure_file import load_figure
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
@@ -11,6 +12,7 @@ from tracker.annotate.wanted import Request
 from tracker.clip.job import towards
 from tracker.progress import Progress, counted
 from tracker.run.folder import FolderError
+from videos.container import VideoError
 
 POLL = 0.1  # seconds between looks at whether the page was closed
 
@@ -38,7 +40,7 @@ def mark(request: Request, progress: Progress) -> None:
     session = Session(request.video, table, first, taken, facing, request.figure)
     with Server(session, request.port) as server:
         if taken is None and not table.marks and not request.empty and figure.outline:
-            _suggest(request, session, progress)
+            _suggest(request, session, figure, progress)
         _serve(server, "mark the joints", not request.no_browser)
     print(f"{counted(len(table.marks), 'frame')} marked in {table.path}")
     print(f"next: {session.next_command()}")
@@ -80,15 +82,19 @@ def _serve(server: Server, what: str, browser: bool) -> None:
             server.shutdown()
 
 
-def _suggest(request: Request, session: Session, progress: Progress) -> None:
+def _suggest(request: Request, session: Session, figure: Figure, progress: Progress) -> None:
     """Open the page with a suggestion, if there is one for the requested frame."""
     from tracker.annotate.suggestion import suggested
 
-    taken = suggested(request.video, request.table, progress)
+    taken = suggested(request.video, request.table, figure, towards(request.facing), progress)
     if taken is None:
         print("nobody was found who walks through the film; the page opens without marks")
     elif request.frame not in (None, taken.frame):
         print(f"frame {taken.frame} has a suggestion, frame {request.frame} has none")
     else:
-        session.start_from(taken)
-        print(taken.told)
+        try:
+            session.start_from(taken)
+        except VideoError as error:  # left by another film of this name
+            print(f"the page opens without a suggestion: {error}")
+        else:
+            print(taken.told)

@@ -119,7 +119,8 @@ class Session:
 
     def start_from(self, taken: "Taken") -> None:
         """Show marks that are not saved yet, at their frame; raises VideoError."""
-        self.taken, self._opening = taken, self.frame(taken.frame)
+        self._opening = self.frame(taken.frame)
+        self.taken = taken
 
     def opening(self) -> Reply:
         taken = self.taken

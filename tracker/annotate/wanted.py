@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tracker.clip.job import Facing
+from tracker.clip.job import Facing, bare_name
 
 Port = Annotated[
     int, typer.Option(min=0, max=65535, help="Of the page's address on this machine; 0 for any that is free.")
@@ -57,4 +57,4 @@ class Request:
 
     @property
     def table(self) -> Path:
-        return self.out or Path(f"{self.video.absolute().stem}.keypoints.csv")
+        return self.out or Path(f"{bare_name(self.video)}.keypoints.csv")

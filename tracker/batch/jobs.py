@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tracker.clip.asked import asked
-from tracker.clip.job import Following, Job, Option, options
+from tracker.clip.job import Following, Job, Option, bare_name, options
 from tracker.progress import Progress
 from tracker.tables.table import Layout, finite
 from videos.frames import FILM_SUFFIXES, films_in
@@ -88,7 +88,7 @@ def _films(folder: Path, place: Path) -> list[Row]:
 
 
 def _out(video: Path) -> str:
-    return f"{video.stem}-track"
+    return f"{bare_name(video)}-track"
 
 
 def _rows(table: Path, place: Path, progress: Progress) -> list[Row]:

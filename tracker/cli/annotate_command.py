@@ -80,18 +80,19 @@ def find(
     from tracker.report.walkers import listed, write_people, write_picture
     from tracker.run.folder import FolderError, check_file, fresh_file
     from videos.frames import Video as Film
+    from videos.frames import files_of
 
     table = out or Path(f"{beside(video, 'people')}.csv")
     picture = table.with_suffix(".png")
     if picture == table:
         raise FolderError(f"table and picture would be one file, {table}; choose another --out")
-    film = Film(video)
-    with fresh_file(table, overwrite=common.overwrite, inputs=[video]) as aside:
-        check_file(picture, common.overwrite)
+    film, read = Film(video), files_of(video)
+    with fresh_file(table, overwrite=common.overwrite, inputs=read) as aside:
+        check_file(picture, common.overwrite, read)
         everybody = people(film, common.shown())
         write_people(aside, everybody)
         if everybody:
-            with fresh_file(picture, overwrite=common.overwrite, inputs=[video]) as drawn:
+            with fresh_file(picture, overwrite=common.overwrite, inputs=read) as drawn:
                 write_picture(drawn, everybody, film)
         elif common.overwrite:
             picture.unlink(missing_ok=True)  # of an earlier table

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 import typer
 from typer.models import OptionInfo
 
-from tracker.clip.job import About, OptionsError
+from tracker.clip.job import About, OptionsError, bare_name
 
 if TYPE_CHECKING:
     from tracker.progress import Progress
@@ -110,7 +110,7 @@ def offered(command: Callable[..., None]) -> Callable[..., None]:
 
 def beside(source: Path, what: str) -> Path:
     """The default place of results, in the current folder."""
-    return Path(f"{source.absolute().stem}-{what}")
+    return Path(f"{bare_name(source)}-{what}")
 
 
 @contextmanager

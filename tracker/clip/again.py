@@ -9,8 +9,8 @@ from pydantic import BaseModel, NonNegativeInt
 
 from kinematics.recover import Start
 from tracker.clip.asked import marks_in
-from tracker.clip.job import Facing, Following, Job
-from tracker.run.read import News, RunError, read_json, read_news
+from tracker.clip.job import Facing, Following, Found, Job, Nearer
+from tracker.run.read import NEWS, News, RunError, read_json, read_news
 from tracker.run.track import Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import Marks
@@ -26,6 +26,7 @@ class _Film(BaseModel):
 
 class _Began(BaseModel):
     frame: NonNegativeInt
+    marks: str
     near_leg: str
 
 
@@ -62,16 +63,24 @@ def read_finished(folder: Path) -> Finished:
     """
     read_news(folder)
     try:
-        news = _Asked.model_validate(read_json(folder / "run.json"))
+        news = _Asked.model_validate(read_json(folder / NEWS))
         given = {"start": news.start.frame, "facing": Facing(news.facing), "anchors": True}
         how = Following(**news.options | given)
         marks = marks_in(folder / START, how)
-    except (TypeError, ValueError) as error:
+        found = _found(news, marks) if news.start.marks == "found" else None
+    except (KeyError, TypeError, ValueError) as error:
         raise RunError(
             f"{folder} does not say how it was made as this version of figtrack does; track the clip again"
         ) from error
-    job = how.job(_there(news.film, folder), marks, news.settings)
+    job = replace(how.job(_there(news.film, folder), marks, news.settings), found=found)
     return Finished(job, news.start.frame, news.job, news.start.near_leg == "unsure")
+
+
+def _found(news: _Asked, marks: Marks) -> Found:
+    """The start as it was found."""
+    of_start, facing = marks[news.start.frame], 1 if news.facing == "right" else -1
+    ahead = facing * (of_start["near_ankle"].x - of_start["far_ankle"].x)
+    return Found(news.start.frame, of_start, facing, Nearer.of(ahead), news.start.near_leg)
 
 
 def film_told(job: Job) -> dict[str, Any]:

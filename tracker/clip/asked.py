@@ -1,9 +1,10 @@
 """The job from a user's options: marks read from a table, or a start found in the film."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from kinematics.figure_file import load_figure
-from tracker.clip.job import Following, Job, OptionsError, towards
+from tracker.clip.job import Following, Job, OptionsError, bare_name, towards
 from tracker.foreign.start_marks import read_marks
 from tracker.models.find import find_model
 from tracker.progress import Progress
@@ -28,6 +29,10 @@ def asked(
     if keypoints is not None:
         when = (how.start, towards(how.facing), how.from_ or 0, how.stop)
         marks, taken = read_marks(keypoints, *when, figure)
+        if taken and how.anchors:
+            raise OptionsError(
+                "anchors are the marked frames of a keypoints table; another program's file gives one frame"
+            )
         if taken:
             counted = " Pictures are counted from 0, whatever their names." if video.is_dir() else ""
             progress.note(taken + counted)
@@ -48,7 +53,9 @@ def asked(
     # A part may show people in another order than the film, in which their numbers are told.
     part = how.from_ is not None or how.stop is not None
     listed = people(film, progress) if how.person is not None and part else None
-    return how.job(video, start_of(everybody, how, film, listed), settings)
+    found = start_of(everybody, how, film, listed)
+    of_figure = {name: mark for name, mark in found.marks.items() if name in figure.marks}
+    return how.job(video, replace(found, marks=of_figure), settings)
 
 
 def marks_in(table: Path, how: Following) -> Marks:
@@ -60,4 +67,4 @@ def marks_in(table: Path, how: Following) -> Marks:
 def suggestion_path(folder: Path, video: Path) -> Path:
     """The file for marks of an uncertain start, beside other results: `track` writes it, `annotate` reads
     it."""
-    return folder / f"{video.absolute().stem}.suggested.keypoints.csv"
+    return folder / f"{bare_name(video)}.suggested.keypoints.csv"

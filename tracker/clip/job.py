@@ -31,9 +31,19 @@ class Nearer(StrEnum):
     AHEAD = "ahead"
     BEHIND = "behind"
 
+    @classmethod
+    def of(cls, ahead: float) -> "Nearer":
+        """By how far its ankle is ahead of the other one."""
+        return cls.AHEAD if ahead > 0.0 else cls.BEHIND
+
     @property
     def other(self) -> "Nearer":
         return Nearer.BEHIND if self is Nearer.AHEAD else Nearer.AHEAD
+
+
+def bare_name(path: Path) -> str:
+    """The name of a file without its ending, or of a folder, which has none: results are called after it."""
+    return path.absolute().name if path.is_dir() else path.absolute().stem
 
 
 class OptionsError(ValueError):

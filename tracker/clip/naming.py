@@ -38,7 +38,7 @@ def sure_of_leg(one: Person) -> bool:
 def nearer(one: Person) -> Nearer:
     """Whether the leg named near is ahead or behind in the start frame."""
     near, far = (one.joints[one.figure.joints.index(name), 0] for name in ("near_ankle", "far_ankle"))
-    return Nearer.AHEAD if one.facing * (near - far) > 0.0 else Nearer.BEHIND
+    return Nearer.of(one.facing * (near - far))
 
 
 def marks_of(one: Person) -> dict[str, Mark]:

@@ -87,9 +87,7 @@ def fresh_file(path: Path, *, overwrite: bool, inputs: Iterable[Path | None] = (
     """
     place = _real(path)
     _sweep(place)
-    if place.exists() and place in [_real(each) for each in inputs if each is not None]:
-        raise FolderError(f"{path} is what the work reads; choose another --out")
-    check_file(path, overwrite)
+    check_file(path, overwrite, inputs)
     with _workshop(place) as workshop:
         new = workshop / "new" / place.name
         yield new
@@ -152,8 +150,10 @@ def check_folder(
         )
 
 
-def check_file(path: Path, overwrite: bool) -> None:
+def check_file(path: Path, overwrite: bool, inputs: Iterable[Path | None] = ()) -> None:
     """FolderError if no file can be put there, by the rules of `fresh_file`."""
+    if path.exists() and _real(path) in [_real(each) for each in inputs if each is not None]:
+        raise FolderError(f"{path} is what the work reads; choose another --out")
     if path.is_dir():
         raise FolderError(f"{path} is a folder; --out wants a file, choose another name")
     if path.exists() and not path.is_file():

@@ -19,8 +19,8 @@ from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from tracker.run.write import VERSION, whole_times
 
-OVERLAY, REPORT, FILM = "overlay.mp4", "report.html", "film.mp4"
-RUN_FILES = ("run.json", "keypoints.csv", "pose.csv", "track.npz", "gait.json", OVERLAY)
+NEWS, OVERLAY, REPORT, FILM = "run.json", "overlay.mp4", "report.html", "film.mp4"
+RUN_FILES = (NEWS, "keypoints.csv", "pose.csv", "track.npz", "gait.json", OVERLAY)
 
 
 class RunError(ValueError):
@@ -108,7 +108,7 @@ class Record:
 
 def read_news(folder: Path) -> News:
     """The fields of run.json; RunError: no complete run in this folder."""
-    path = folder / "run.json"
+    path = folder / NEWS
     try:
         return News.model_validate(read_json(path))
     except (FileNotFoundError, NotADirectoryError) as error:

@@ -49,9 +49,14 @@ def read_keypoints(
     KeypointsError: no such file, not a keypoints table, an unknown joint, or a cell that is no finite number.
     """
     marks: Marks = {}
+    passed = False
     for where, row in LAYOUT.rows(path):
         if row["keypoint"] in names or row["keypoint"] not in others:
             _read_row(marks, row, names, where)
+        else:
+            passed = True
+    if passed and not marks:
+        raise KeypointsError(f"{path} has none of the joints that are marked; known are {', '.join(names)}")
     if not marks:
         raise KeypointsError(f"{path} has no marked joints; mark one frame at least")
     return marks

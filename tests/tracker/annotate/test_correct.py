@@ -168,6 +168,20 @@ def test_the_legs_of_all_frames_are_exchanged_undone_and_done_again_together(bro
         assert turned(",", 0) == exchanged(start)
         browser.push("#undo")
         assert turned(".", 1) == corrected
+        browser.push("#redo")
+        (x, y) = shown.points()["hip"]
+        shown.drag((x, y), (x + 8, y + 4))
+        assert turned(",", 0) == exchanged(start)
+        browser.push("#undo")
+        assert "Frame 1 was changed after the legs of all frames" in browser.text("#saved")
+        assert shown.points() == exchanged(start)
+        turned(".", 1)
+        browser.push("#undo")
+        browser.push("#undo")
+        assert shown.points() == corrected
+        shown.drag((x, y), (x + 8, y + 4))
+        assert turned(",", 0) == start
+        assert browser.value("document.querySelector('#redo').disabled")
 
 
 @pytest.mark.whole
@@ -342,3 +356,64 @@ def test_another_facing_can_be_followed_once_more_where_that_failed(browser, run
         assert not browser.value("document.querySelector('#follow').disabled")
         browser.push("#right")
         assert browser.value("document.querySelector('#follow').disabled")
+
+
+def moved(session, frame):
+    """The figure as it was followed into a frame, by a pixel, as a request of the page."""
+    figure = session.frame(frame)["figure"]
+    placed = {name: Placed(**mark | {"x": mark["x"] + 1.0}) for name, mark in figure.items()}
+    return SaveRequest(frames={frame: placed}, anyway=True)
+
+
+def test_a_run_that_was_replaced_meanwhile_is_not_replaced_again(run):
+    one, other = Correction(run, None, QUIET), Correction(run, None, QUIET)
+    request = moved(other, 20)
+    one.follow(moved(one, 10))
+    one.work(1.0)
+    assert "Followed again" in one.opening()["run"]["told"]
+    assert one.saved
+    for act in (other.save, other.follow):
+        with pytest.raises(FolderError, match="was replaced since it was opened here; open it again"):
+            act(request)
+    assert read_keypoints(run / "start.keypoints.csv").keys() == {0, 10}
+    assert not (run / "corrected.keypoints.csv").exists()
+
+
+def test_a_run_that_is_replaced_while_it_is_followed_stays(run, monkeypatch):
+    session = Correction(run, None, QUIET)
+    session.follow(moved(session, 10))
+    news = read_json(run / "run.json")
+    (run / "run.json").write_text(json.dumps(news | {"height": 1.8}))
+    session.work(1.0)
+    assert "was replaced since" in session.opening()["run"]["told"]
+    assert read_json(run / "run.json")["height"] == 1.8
+
+
+def test_of_two_requests_at_once_one_is_followed(run):
+    session = Correction(run, None, QUIET)
+    request, both, answers = moved(session, 10), threading.Barrier(2), []
+
+    def ask():
+        both.wait()
+        try:
+            answers.append(session.follow(request)["follows"])
+        except FolderError as error:
+            answers.append(str(error))
+
+    threads = [threading.Thread(target=ask) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(map(str, answers)) == ["True", "the figure is just being followed; wait until that is done"]
+
+
+def test_a_leg_that_was_not_sure_stays_so_while_the_start_is_as_it_was(run):
+    news = read_json(run / "run.json")
+    start = news["start"] | {"marks": "found", "near_leg": "unsure"}
+    (run / "run.json").write_text(json.dumps(news | {"start": start}))
+    session = Correction(run, None, QUIET)
+    for frame, told in ((10, start), (0, news["start"])):
+        session.follow(moved(session, frame))
+        session.work(1.0)
+        assert read_json(run / "run.json")["start"] == told

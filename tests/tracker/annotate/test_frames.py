@@ -52,3 +52,19 @@ def test_a_frame_beyond_the_end_is_refused_and_the_others_still_come(clip):
     assert frames.png(0)
     with pytest.raises(VideoError, match=r"frame 100000000 is not in walk\.mp4"):
         frames.png(10**8)
+
+
+def test_a_film_that_was_away_for_a_while_comes_again(clip, monkeypatch):
+    frames = Frames(clip.video)
+    wanted = frames.png(3)
+    frames = Frames(clip.video)
+
+    def away(_):
+        raise VideoError("the disk is away")
+        yield
+
+    frames._coming = away(frames)
+    with pytest.raises(VideoError, match="away"):
+        frames.png(3)
+    assert frames.png(3) == wanted
+    assert frames.count_hint == 10

@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 
 from kinematics.sides import other_side
-from tests.tracker.annotate.test_launch import annotate, page, running
+from tests.kinematics.figures import FOOTLESS
+from tests.tracker.annotate.test_launch import page, running
 from tests.tracker.annotate.test_page import Page, near, session_page
 from tests.tracker.annotate.test_server import told
 from tests.tracker.clips import figtrack, write_video
 from tests.tracker.outline.films import WALKER, a_walk
 from tracker.annotate import suggestion as module
+from tracker.annotate.launch import _suggest
 from tracker.annotate.marks import Table
 from tracker.annotate.session import Placed, SaveRequest, Session
 from tracker.annotate.suggestion import suggested
+from tracker.annotate.wanted import Request
 from tracker.clip.asked import suggestion_path
 from tracker.clip.found import TURNED, people
 from tracker.foreign.start_marks import Taken
@@ -60,7 +63,7 @@ def table(tmp_path):
 
 
 def test_the_suggestion_is_who_walks_through_the_film_with_the_ankles_apart(film, table):
-    taken = suggested(film, table, QUIET)
+    taken = suggested(film, table, WALKER, None, QUIET)
     truth = truth_of(taken.frame)
     assert taken.marks.keys() == truth.keys()
     for name, place in points(taken.marks).items():
@@ -70,8 +73,8 @@ def test_the_suggestion_is_who_walks_through_the_film_with_the_ankles_apart(film
 
 def test_what_is_not_sure_is_suggested_all_the_same_and_said(film, walker, table, monkeypatch):
     unsure = replace(walker, turned=0.9 * TURNED, outline=replace(walker.outline, named=0.1))
-    monkeypatch.setattr(module, "people", lambda *_: [unsure, walker])
-    taken = suggested(film, table, QUIET)
+    monkeypatch.setattr(module, "people", lambda *_, **__: [unsure, walker])
+    taken = suggested(film, table, WALKER, None, QUIET)
     assert "the surest of 2 people who walk through the film" in taken.told
     assert "faces right (not sure), the near leg behind (not sure)" in taken.told
 
@@ -79,7 +82,7 @@ def test_what_is_not_sure_is_suggested_all_the_same_and_said(film, walker, table
 def test_what_track_left_beside_the_table_is_suggested_without_a_look_at_the_film(film, table, monkeypatch):
     monkeypatch.setattr(module, "people", None)
     write_marks(suggestion_path(table.parent, film), LEFT)
-    taken = suggested(film, table, QUIET)
+    taken = suggested(film, table, WALKER, None, QUIET)
     assert {taken.frame: taken.marks} == LEFT
     assert "the suggestion of walk.suggested.keypoints.csv" in taken.told
 
@@ -116,11 +119,6 @@ def test_a_table_with_marks_opens_without_a_suggestion_unless_it_is_begun_anew(f
     assert opening["marks"] == {"1": told({"neck": Mark(3.0, 4.0)})}
     with running(film, "--out", table, "--overwrite") as (_, address):
         assert page(address)["taken"]["frame"] == 6
-
-
-def test_a_suggestion_of_a_frame_that_the_film_has_not_is_said_in_one_line(film, table):
-    write_marks(suggestion_path(table.parent, film), {99: LEFT[6]})
-    assert "ends with frame 26" in annotate(film, table)
 
 
 @pytest.mark.whole
@@ -192,3 +190,23 @@ def test_what_was_saved_in_place_of_a_suggestion_stays_where_the_page_is_opened_
     opening = session.opening()
     assert opening["taken"] is None
     assert opening["marks"][3]["hip"]["x"] == 130.0
+
+
+def test_a_suggestion_is_of_the_marked_joints_and_of_the_facing_that_is_told(film, table, monkeypatch):
+    asked, one = [], people(Video(film), QUIET)
+    monkeypatch.setattr(module, "people", lambda *_, facing: asked.append(facing) or one)
+    taken = suggested(film, table, FOOTLESS, 1, QUIET)
+    assert asked == [1]
+    assert set(taken.marks) == set(FOOTLESS.marks)
+    toe = {"near_toe": Mark(103.0, 120.0)}
+    write_marks(suggestion_path(table.parent, film), {taken.frame: LEFT[6] | toe})
+    left = suggested(film, table, FOOTLESS, None, QUIET)
+    assert {left.frame: left.marks} == {taken.frame: LEFT[6]}
+
+
+def test_a_suggestion_beyond_the_film_is_left_out(film, table, capsys):
+    write_marks(suggestion_path(table.parent, film), {99: LEFT[6]})
+    session = Session(film, Table(table), 0, None, None)
+    _suggest(Request(video=film, out=table), session, WALKER, QUIET)
+    assert "the page opens without a suggestion: frame 99 is not in walk.mp4" in capsys.readouterr().out
+    assert session.opening()["taken"] is None

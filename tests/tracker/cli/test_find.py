@@ -1,5 +1,7 @@
 """figtrack find, and commands that start without a mark."""
 
+import cv2
+import numpy as np
 import pytest
 
 from tests.tracker.clips import (
@@ -147,6 +149,16 @@ def test_a_model_or_settings_that_cannot_be_are_told_before_anybody_is_looked_fo
     (tmp_path / "wrong.toml").write_text("blur = 1\n")
     assert "nosuch" in refused("track", video, "--model", "nosuch")
     assert "blur" in refused("track", video, "--settings", "wrong.toml")
+
+
+def test_an_image_of_the_film_is_no_place_for_the_picture(tmp_path, unseen):
+    (tmp_path / "images").mkdir()
+    for t in range(3):
+        cv2.imwrite(str(tmp_path / "images" / f"img00{t}.png"), np.full((40, 60, 3), 99, np.uint8))
+    before = everything(tmp_path)
+    said = refused("find", tmp_path / "images", "--out", tmp_path / "images" / "img001.csv", "--overwrite")
+    assert "img001.png is what the work reads" in said
+    assert everything(tmp_path) == before
 
 
 def test_a_picture_of_people_who_are_no_longer_found_goes(seen, video, tmp_path):

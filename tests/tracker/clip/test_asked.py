@@ -7,8 +7,8 @@ import pytest
 from tests.tracker import people
 from tests.tracker.clips import figtrack, write_table
 from tracker.batch.jobs import read_jobs
-from tracker.clip.asked import asked
-from tracker.clip.job import Following
+from tracker.clip.asked import asked, suggestion_path
+from tracker.clip.job import Following, OptionsError, bare_name
 from tracker.progress import Progress
 from tracker.tables.keypoints import points, read_keypoints
 
@@ -37,6 +37,18 @@ def test_another_programs_marks_are_those_of_the_frame_with_the_ankles_apart_and
     )
     asked(Following(), clip.video, net, None, Progress("quiet"))
     assert capsys.readouterr().err == ""
+
+
+def test_another_programs_file_has_no_anchors(clip, net):
+    with pytest.raises(OptionsError, match="another program's file gives one frame"):
+        asked(Following(anchors=True), clip.video, net, None, Progress("quiet"))
+
+
+def test_results_are_called_after_a_file_without_its_ending_and_after_a_whole_folder(tmp_path):
+    (tmp_path / "trial.1").mkdir()
+    assert bare_name(tmp_path / "trial.1") == "trial.1"
+    assert bare_name(tmp_path / "trial.1.mp4") == "trial.1"
+    assert suggestion_path(tmp_path, tmp_path / "trial.1").name == "trial.1.suggested.keypoints.csv"
 
 
 def test_start_stop_and_facing_say_what_is_taken(clip, net):

@@ -108,6 +108,14 @@ def test_what_is_done_is_what_would_be_typed(tmp_path, asked, typed):
     assert not any(word.startswith("-b") for word in dashed)
 
 
+def test_every_marked_frame_is_passed_through(tmp_path):
+    (tmp_path / "a.mp4").touch()
+    film, asked = films(tmp_path)["a.mp4"], Asked(film="", command=Command.TRACK, marked=True)
+    for rows, anchors in (("0,hip,1,1\n", False), ("0,hip,1,1\n9,hip,2,1\n", True), ("no table", False)):
+        (tmp_path / "a.keypoints.csv").write_text(f"frame,keypoint,x,y\n{rows}")
+        assert ("--anchors" in words_for(asked, film, browser=False)) == anchors
+
+
 def test_a_film_is_shown_with_what_was_made_of_it(folder):
     with served(folder) as client:
         (bare,) = state(client)["films"]

@@ -29,8 +29,29 @@ class Marks {
   replace(frame, marks, burst = null) {
     if (!burst || !this.goesOn(frame, burst)) this.note(this.pasts, frame, null);
     this.last = burst && { burst: `${frame} ${burst}`, time: Date.now() };
-    this.futures.delete(frame);
+    this.forget(frame);
     this.frames.set(frame, marks);
+  }
+
+  /** Forget what could be done again in a frame, and in others the steps of all that it was part of. */
+  forget(frame) {
+    for (const { together } of this.futures.get(frame) ?? []) {
+      for (const each of this.sharing(this.futures, together)) this.futures.delete(each);
+    }
+    this.futures.delete(frame);
+  }
+
+  /** Frames with a part of a step of all. */
+  sharing(stacks, together) {
+    if (!together) return [];
+    return [...stacks.keys()].filter((frame) => stacks.get(frame).some((step) => step.together === together));
+  }
+
+  /** Frames whose later steps come before the next one of this frame, which was one of all. */
+  before(frame, way) {
+    const stacks = way === "undo" ? this.pasts : this.futures;
+    const together = stacks.get(frame)?.at(-1)?.together;
+    return this.sharing(stacks, together).filter((each) => stacks.get(each).at(-1).together !== together);
   }
 
   /** Put what `change` makes of them in place of the marks of all marked frames: one step of all. */
@@ -38,7 +59,7 @@ class Marks {
     const together = {};
     for (const frame of this.marked()) {
       this.note(this.pasts, frame, together);
-      this.futures.delete(frame);
+      this.forget(frame);
       this.frames.set(frame, change(this.of(frame)));
     }
     this.last = null;
@@ -70,7 +91,7 @@ class Marks {
     if (!from.get(frame)?.length) return null;
     const before = this.of(frame);
     const { together } = from.get(frame).at(-1);
-    const others = together ? [...from.keys()].filter((each) => from.get(each).at(-1)?.together === together) : [frame];
+    const others = together ? this.sharing(from, together) : [frame];
     for (const each of others) {
       this.note(to, each, together);
       this.frames.set(each, from.get(each).pop().marks);

@@ -173,6 +173,8 @@ function face(way) {
 
 function undo(way) {
   hold();
+  const [first] = marks.before(shown.index, way);
+  if (first !== undefined) return say(`Frame ${first} was changed after the legs of all frames; ${way} that first.`, "wrong");
   const name = marks[way](shown.index);
   if (!name) return;
   left().delete(name);
