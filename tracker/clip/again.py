@@ -76,9 +76,11 @@ def read_finished(folder: Path) -> Finished:
     return Finished(job, news.start.frame, news.job, news.start.near_leg == "unsure")
 
 
-def _found(news: _Asked, marks: Marks) -> Found:
-    """The start as it was found."""
+def _found(news: _Asked, marks: Marks) -> Found | None:
+    """The start as it was found; None for marks of a figure without ankles."""
     of_start, facing = marks[news.start.frame], 1 if news.facing == "right" else -1
+    if not {"near_ankle", "far_ankle"} <= of_start.keys():
+        return None
     ahead = facing * (of_start["near_ankle"].x - of_start["far_ankle"].x)
     return Found(news.start.frame, of_start, facing, Nearer.of(ahead), news.start.near_leg)
 

@@ -14,7 +14,7 @@ from tests.tracker.clips import read_json
 from tests.tracker.tracks import random_track
 from tracker.clip.again import Kept, read_finished
 from tracker.clip.follow import follow
-from tracker.clip.job import Following, Job
+from tracker.clip.job import Following, Found, Job, Nearer
 from tracker.progress import Progress
 from tracker.report.results import write_run
 from tracker.run.read import RunError, read_track
@@ -73,7 +73,13 @@ def test_with_anchors_every_marked_frame_is_read_back(ran, tmp_path):
 
 def test_a_leg_that_is_not_sure_is_told(moved):
     start = {"frame": 4, "marks": "found", "near_leg": "unsure"}
-    assert read_finished(changed(moved, start=start)).unsure
+    again = read_finished(changed(moved, start=start))
+    assert again.unsure
+    marks = again.job.marks[4]
+    facing = {"right": 1, "left": -1}[read_json(moved / "run.json")["facing"]]
+    ahead = facing * (marks["near_ankle"].x - marks["far_ankle"].x) > 0.0
+    nearer = Nearer.AHEAD if ahead else Nearer.BEHIND
+    assert again.job.found == Found(4, marks, facing, nearer, "unsure")
 
 
 @pytest.mark.parametrize(
