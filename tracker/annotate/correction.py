@@ -10,6 +10,7 @@ from threading import Lock
 import numpy as np
 
 from kinematics.figure_file import load_figure
+from kinematics.text_file import ordinary
 from tracker.annotate.marks import Table
 from tracker.annotate.session import Reply, SaveRequest, Session, side, told
 from tracker.clip.again import Kept, read_finished
@@ -134,13 +135,13 @@ class Correction(Session):
 
     def _read(self) -> None:
         with suppress(OSError):  # `read_finished` says what is wrong
-            self._news = (self.folder / NEWS).read_bytes()
+            self._news = ordinary(self.folder / NEWS).read_bytes()
         self._finished, self._run = read_finished(self.folder), read_run(self.folder)
 
     def _check_same(self) -> None:
         """FolderError if the folder does not hold the run any more that was read."""
         with suppress(OSError):
-            if (self.folder / NEWS).read_bytes() == self._news:
+            if ordinary(self.folder / NEWS).read_bytes() == self._news:
                 return
         raise FolderError(f"{self.folder} was replaced since it was opened here; open it again")
 

@@ -25,8 +25,6 @@ def read_people(path: Path) -> tuple[str, People]:
     people = read(path)
     if not any(any(seen) for seen in people.values()):
         raise ForeignError(f"nobody is marked in {path}; give another file")
-    if len(people) > 1:  # the name of a single picture need not number it
-        _check_frames(people, path)
     return program, people
 
 
@@ -37,7 +35,7 @@ def read_points(path: Path, facing: int, figure: Figure = WALKER) -> Points:
     a known name.
     """
     _, people = read_people(path)
-    _check_frames(people, path)
+    check_frames(people, path)
     found = {}
     for frame, seen in people.items():
         parts = parts_of(seen[largest(seen)], figure) if seen else {}
@@ -68,7 +66,8 @@ def is_foreign(path: Path) -> bool:
     return trc.is_trc(head) or head.startswith(JSON)
 
 
-def _check_frames(people: People, path: Path) -> None:
+def check_frames(people: People, path: Path) -> None:
+    """ForeignError if the numbers of frames are none of a film."""
     if not 0 <= min(people) <= max(people) < LONGEST:
         raise ForeignError(f"{path} goes from frame {min(people)} to {max(people)}; export it again")
 

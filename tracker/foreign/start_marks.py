@@ -8,7 +8,7 @@ from kinematics.doubts import doubts
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
 from kinematics.recover import needed_joints
-from tracker.foreign.formats import is_foreign, read_people
+from tracker.foreign.formats import check_frames, is_foreign, read_people
 from tracker.foreign.names import Parts, facing_seen, joints_of, parts_of
 from tracker.foreign.people import People, Person, Sighting, largest
 from tracker.foreign.text_files import ForeignError
@@ -61,6 +61,8 @@ def read_start(
         ForeignError: none of these formats, nobody in it, or not in this frame.
     """
     program, people = read_people(path)
+    if frame is None or len(people) > 1:  # the name of a single picture need not number it
+        check_frames(people, path)
     people = {number: seen for number, seen in people.items() if seen}
     source = _choose_frame(people, frame, (first, last), path, figure)
     seen = people[source]
