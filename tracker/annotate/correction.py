@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from threading import Lock
 
 import numpy as np
 
@@ -43,7 +42,7 @@ class Correction(Session):
             FolderError: the film or another of the run's inputs lies in its folder.
         """
         self.folder, self.progress = folder, progress
-        self._said, self._follows, self._turn = "", False, Lock()
+        self._said, self._follows = "", False
         self._read()
         self._shown = self._finished.start if first is None else first
         job = self._finished.job
@@ -63,24 +62,21 @@ class Correction(Session):
         return super().opening() | {"run": run}
 
     def save(self, request: SaveRequest) -> Reply:
-        with self._turn:
-            return self._save(request)
-
-    def _save(self, request: SaveRequest) -> Reply:
         start = self._finished.start
-        if self._follows:
-            raise FolderError("the figure is just being followed; wait until that is done")
-        self._check_same()
-        if request.frames.get(start) == {}:
-            raise FolderError(f"frame {start} is the one that the run starts from; its marks must stay")
-        reply = super().save(request)
+        with self._lock:
+            if self._follows:
+                raise FolderError("the figure is just being followed; wait until that is done")
+            self._check_same()
+            if request.frames.get(start) == {}:
+                raise FolderError(f"frame {start} is the one that the run starts from; its marks must stay")
+            reply = super().save(request)
         return reply if self.table.path.exists() else reply | {"saved": str(self.folder)}
 
     def follow(self, request: SaveRequest) -> Reply:
         """Save, and follow the figure again unless marks look wrong; `follows` says whether it does.
         FolderError, OSError: nothing was written."""
-        with self._turn:
-            reply = self._save(request)
+        with self._lock:
+            reply = self.save(request)
             self._follows = request.anyway or not reply["wrong"]
             if self._follows:
                 self._said, self._shown, self.progress.name = "", request.frame, ""

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from queue import Empty, Queue
-from threading import Lock
+from threading import RLock
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, Field
@@ -113,7 +113,7 @@ class Session:
         self.saved = False
         self._frames = Frames(video)
         self._name, self._figure = figure, table.figure
-        self._lock = Lock()
+        self._lock = RLock()
         self._asked: Queue[Callable[[], None]] = Queue()
         self._opening = self.frame(first)
 

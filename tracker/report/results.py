@@ -12,7 +12,7 @@ from tracker.progress import Progress
 from tracker.report.chapter import Chapter, headline
 from tracker.report.drawing import write_film, write_overlay
 from tracker.report.page import linked, write_report
-from tracker.run.read import FILM, OVERLAY, REPORT
+from tracker.run.read import FILM, NEWS, OVERLAY, REPORT
 from tracker.run.write import write_tables
 from tracker.tables.keypoints import write_marks
 from videos.playable import Playable
@@ -76,5 +76,5 @@ def write_run(
         "seconds_per_frame": finished.seconds | {"write": round(write, 5)},
         "warnings": told.warnings,
     } | ({"job": key} if key else {})
-    (folder / "run.json").write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
+    (folder / NEWS).write_text(json.dumps(news, indent=2) + "\n", encoding="utf-8")
     return told
