@@ -62,7 +62,7 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     """
     if not figure.leg:
         raise ValueError(f"figure {figure.name!r} has no leg to measure in; list its links under leg")
-    pixels = _positions(marks)
+    pixels = positions(marks)
     _check_complete(figure, marks, pixels)
     lengths = _link_lengths(figure, pixels)
     foreshortened = _foreshortened(figure, lengths)
@@ -162,9 +162,9 @@ def facing_of(marks: Marks, later: Marks | None = None, figure: Figure = WALKER)
     bent legs (knees) if all are marked, else from the marked pairs, else from the movement of the base,
     else from a bend that is slight or of one leg only. Right if nothing shows it.
     """
-    seen, base = _positions(marks), figure.base
+    seen, base = positions(marks), figure.base
     toes, clear, toe, bend = _votes(seen, figure)
-    after = _positions(later or {})
+    after = positions(later or {})
     travel = after[base][0] - seen[base][0] if base in seen and base in after else 0.0
     votes = [vote for vote in (toes, clear, toe, travel, bend) if vote != 0.0]
     return 1 if not votes or votes[0] > 0 else -1
@@ -175,7 +175,7 @@ def facing_told(marks: Marks, figure: Figure = WALKER) -> bool:
 
     Also true for a figure without joints that lie ahead and without bending legs, where no mark could.
     """
-    toes, clear, _, _ = _votes(_positions(marks), figure)
+    toes, clear, _, _ = _votes(positions(marks), figure)
     nothing = not figure.ahead and all(len(leg) < 2 for leg in figure.legs)
     return nothing or toes != 0.0 or clear != 0.0
 
@@ -195,7 +195,7 @@ def _votes(seen: Mapping[str, Array], figure: Figure) -> tuple[float, float, flo
     return toes, clear, toe, sum(bends)
 
 
-def _positions(marks: Marks) -> dict[str, Array]:
+def positions(marks: Marks) -> dict[str, Array]:
     """Pixel (2,) of every mark with a finite position, by name."""
     points = {name: np.asarray(point, dtype=np.float64) for name, point in marks.items()}
     return {name: point for name, point in points.items() if np.isfinite(point).all()}

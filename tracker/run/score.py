@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinematics.figure import Array, Figure
+from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
-from kinematics.recover import span
+from kinematics.recover import positions, span
 from tracker.run.track import Track
 from tracker.tables.keypoints import Mark, Marks, points
 
@@ -101,7 +101,7 @@ def score(truth: Marks, found: Mapping[int, Places], start: int, figure: Figure 
 def leg_length(truth: Marks, frames: list[int], figure: Figure = WALKER) -> float:
     """Leg length in pixels, the mean of the wholly marked legs in the first marked frame that has any."""
     for frame in frames:
-        places = _arrays(points(truth[frame]))
+        places = positions(points(truth[frame]))
         legs = [[span(figure, i, places) for i in leg] for leg in figure.legs]
         lengths = [sum(np.nan if link is None else np.hypot(*link) for link in leg) for leg in legs]
         if whole := [length for length in lengths if np.isfinite(length)]:
@@ -124,10 +124,6 @@ def _joints(figure: Figure) -> list[str]:
     """The joints of a leg, from its parent's."""
     leg = figure.legs[0] if figure.legs else ()
     return [figure.joints[i + 1] for i in (*(figure.parents[i] for i in leg[:1]), *leg)]
-
-
-def _arrays(places: Places) -> dict[str, Array]:
-    return {name: np.array(place) for name, place in places.items()}
 
 
 def _twins(figure: Figure) -> dict[str, str]:
@@ -160,7 +156,7 @@ def _swapped(marks: Mapping[str, Mark], found: Places, leg: float, twins: Mappin
 
 def _angles(figure: Figure, marks: Mapping[str, Mark], found: Places) -> list[float]:
     out = []
-    places, tracked = _arrays(points(marks)), _arrays(found)
+    places, tracked = positions(points(marks)), positions(found)
     for n, i in ((n, i) for leg in figure.legs for n, i in enumerate(leg)):
         wanted, got = span(figure, i, places), span(figure, i, tracked)
         if wanted is None or got is None or not marks[figure.links[i].joint].visible:
