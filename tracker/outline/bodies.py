@@ -114,14 +114,15 @@ def paths(stage: Stage, shape: Shape, cycles: Cycles, about: float | None = None
     sizes = [bodies.of_size(stage, unit) for unit in units.tolist()]
     places = [_places(stage, t, sizes, bodies) for t in range(0, len(stage), every)]
     found = []
-    while (path := _best(places, units, stage.fps / every, stage.often * LEAST / every)) is not None:
+    zoom = stage.zoom[::every]
+    while (path := _best(places, units, zoom, stage.fps / every, stage.often * LEAST / every)) is not None:
         first, picked = path
         scene = np.stack([places[i].scene[k] for i, k in enumerate(picked, first)])
         size = units[[places[i].size[k] for i, k in enumerate(picked, first)]]
         score = np.array([places[i].score[k] for i, k in enumerate(picked, first)])
         found.append(_path(stage, first * every, every, np.column_stack([scene, size, score])))
         for i, (here, unit) in enumerate(zip(scene, size, strict=True), first):
-            free = np.hypot(*(places[i].scene - here).T) > APART * unit
+            free = np.hypot(*(places[i].scene - here).T) > APART * unit * zoom[i]
             places[i] = Places(places[i].scene[free], places[i].size[free], places[i].score[free])
     return found
 
@@ -207,7 +208,7 @@ def _places(stage: Stage, t: int, sizes: list[tuple[Kernels, Kernels]], bodies: 
         small = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_AREA)
         rows, columns, sums = bodies.at((small.astype(np.float32) - NOTHING) / UNITS, means)
         x = (np.stack([columns, rows], axis=1) + 0.5) * [w / small.shape[1], h / small.shape[0]] - 0.5
-        film = x * stage.up[0, 0] + stage.up[:2, 2]
+        film = x * np.diag(stage.up)[:2] + stage.up[:2, 2]
         scene.append(film @ stage.places[t, :2, :2].T + stage.places[t, :2, 2])
         size.append(np.full(len(sums), s))
         score.append(sums)
@@ -224,7 +225,9 @@ def _around(odds: Planes, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> 
     return np.asarray(wide.take(corner[..., None] + inner.ravel()))
 
 
-def _best(places: list[Places], units: Array, fps: float, least: float) -> tuple[int, list[int]] | None:
+def _best(
+    places: list[Places], units: Array, zoom: Array, fps: float, least: float
+) -> tuple[int, list[int]] | None:
     """First frame of the best path, and its place in each frame; None if no path scores `least`."""
     step = STEP * DENSITY * fps / 30.0
     worth = units / np.sqrt(units[0] * units[-1])
@@ -236,7 +239,7 @@ def _best(places: list[Places], units: Array, fps: float, least: float) -> tuple
         back = np.full(len(gain), -1)
         if t > 0 and len(value[-1]):
             last = places[t - 1]
-            unit = np.maximum(units[here.size][:, None], units[last.size][None])
+            unit = zoom[t] * np.maximum(units[here.size][:, None], units[last.size][None])
             away = np.hypot(*np.moveaxis(here.scene[:, None] - last.scene[None], -1, 0)) / unit
             cost = step * away + RESIZE * np.abs(here.size[:, None] - last.size[None])
             reached = np.where(away <= FAR, value[-1] - cost, -np.inf)

@@ -136,9 +136,9 @@ def fitted(
     best = climb(odds, shape, ways[better][0], marks, rounds, often)
     looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
     named = looks + agreeing(margin, RIGHTLY)
-    if named < 0.0 and margin < RIGHTLY:
+    if named < 0.0 and margin < RIGHTLY and start.known.any():
         best = climb(odds, shape, ways[1 - better][0], marks, rounds, often)
-    elif named < 0.0:  # the fit follows the marks, so the marks themselves name the legs wrongly
+    elif named < 0.0:  # nothing is marked, or the fit follows the marks and these name the legs wrongly
         best = replace(best, q=best.q[:, figure.exchanged])
     pixels = hips[:, None] + joints(figure, best.q) * axes[:, None]
     shown = _shown(shape, best.q, stage, hips, units)

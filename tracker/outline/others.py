@@ -30,7 +30,7 @@ def path_of(stage: Stage, hip: Array, unit: float, frame: int, everybody: list[P
         off = np.abs(_prolonged(stage, path)[frame] - hip) / unit
         if (off < [BESIDE, ABOVE]).all():
             scene = in_scene(stage, path)
-            away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit
+            away = stage.facing * float(scene[0, 0] - scene[-1, 0]) > unit * stage.zoom[frame]
             ranked.append(((away, not path.first <= frame <= path.last, float(off[0])), path))
     return min(ranked, key=lambda each: each[0])[1] if ranked else None
 

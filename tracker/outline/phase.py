@@ -24,11 +24,15 @@ ROWS_OFF = np.arange(-3, 4)
 SPREAD = (0.12, 0.08)  # standard deviation of the shift along and up, leg lengths
 LEANS = np.radians([0.0, 30.0])  # leans that are tried, beyond the cycle's own
 LEANING = float(np.radians(15.0))  # standard deviation of a lean beyond the cycle's own
-FASTEST, SLOWEST = 0.37, 2.5  # range of stride times in seconds, slow motion included
-SPEEDS = 16
+FASTEST, SLOWEST = 0.37, 2.5  # range of stride times, seconds of film
+SPEEDS = 16  # phase speeds in this range; in slow motion, which goes on beyond it, more
+LONG = 2.5  # longest stride of most people, leg lengths; who goes less far in the slowest is in slow motion,
+SLOW_MOTION = 8.0  # with stride times up to this, seconds of film
 FINE = 3  # steps from one phase to the next, at 30 frames a second
 CHANGE = 1.5  # cost of a change to the next phase speed, nats
-TRAVEL = 1.0  # least travel over the scene that decides between walking forwards and backwards, leg lengths
+TRAVEL = (
+    1.0  # least travel over the scene that tells how fast somebody walks and whether backwards, leg lengths
+)
 SLIP = 1.0  # standard deviation of a step in phase about the phase speed, fine steps
 DIFFERS = float(np.radians(12.0))  # scale of the Student t of marked angles about a cycle's
 FREEDOM = 4.0  # its degrees of freedom; few, as people who start or stop are in no phase of a cycle
@@ -65,8 +69,9 @@ def phases(
     score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     named = likeness(np.nan_to_num(cycles.pose - marked))
     fine = max(FINE, int(np.ceil(FINE * stage.fps / 30.0)))
-    ways = _ways(stage, hips, units)
-    periods = np.geomspace(FASTEST * stage.fps, SLOWEST * stage.fps, SPEEDS)
+    travel = _travel(stage, hips, units)
+    ways = (1, -1) if abs(travel) < TRAVEL else (1,) if travel > 0.0 else (-1,)
+    periods = _periods(travel, len(stage) / stage.fps) * stage.fps
     found = []
     for cycle in range(len(cycles.pose)):
         whole = np.tile(score[:, cycle], 2)
@@ -88,12 +93,20 @@ def likeness(off: Array) -> Array:
     return np.asarray(-0.5 * (FREEDOM + len(COUNTED)) * np.log1p(square / (FREEDOM * DIFFERS**2)))
 
 
-def _ways(stage: Stage, hips: Array, units: Array) -> tuple[int, ...]:
-    """Possible directions of time in the stride, by the hip's travel over the scene relative to the
-    facing."""
+def _travel(stage: Stage, hips: Array, units: Array) -> float:
+    """Travel of the hip over the scene towards where the figure faces, leg lengths."""
     scene = stage.in_scene(hips)
-    travel = stage.facing * float(scene[-1, 0] - scene[0, 0]) / float(np.median(units))
-    return (1, -1) if abs(travel) < TRAVEL else (1,) if travel > 0.0 else (-1,)
+    return stage.facing * float(scene[-1, 0] - scene[0, 0]) / float(np.median(units * stage.zoom))
+
+
+def _periods(travel: float, seconds: float) -> Array:
+    """(S,) possible stride times of who travels so many leg lengths in a time, seconds."""
+    usual = np.geomspace(FASTEST, SLOWEST, SPEEDS)
+    if abs(travel) < TRAVEL:
+        return usual
+    longest = min(LONG * seconds / abs(travel), SLOW_MOTION)
+    slower = SLOWEST * (usual[1] / usual[0]) ** np.arange(1, SPEEDS)
+    return np.concatenate([usual, slower[slower <= longest]])
 
 
 def _compared(

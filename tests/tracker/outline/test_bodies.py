@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, FPS, SHAPE, UNIT, film
+from tests.tracker.outline.films import CYCLES, FPS, SHAPE, UNIT, enlarged, film
 from tracker.outline.bodies import LARGEST, paths
 from tracker.outline.stage import Stage
 from tracker.survey.surveyed import survey
@@ -64,6 +64,20 @@ def test_two_who_walk_apart_are_two_paths(walk, rng):
     assert found[0].score.sum() >= found[1].score.sum()
     one, other = sorted(found, key=lambda path: path.hips[0, 0])
     assert max(away(one, left).max(), away(other, right).max()) < NEAR
+
+
+@pytest.mark.parametrize("by", [0.5, 2.0])
+def test_the_same_two_are_found_whatever_the_size_of_the_first_frame(by, walk, rng):
+    left, right = (walk.shifted(by).part(slice(8, 28)) for by in (-44, 44))
+    stage = left.behind(right).stage(rng)
+    for found, same in zip(found_in(stage), found_in(enlarged(stage, by)), strict=True):
+        np.testing.assert_allclose(same.hips, found.hips, atol=1e-6)
+
+
+def test_a_place_is_told_to_a_pixel_in_rows_and_columns_though_their_scales_differ(walk, stage):
+    stretched = replace(stage, up=np.diag([4.0, 4.1, 1.0]))
+    (found,), (same,) = found_in(stage), found_in(stretched)
+    np.testing.assert_allclose(same.hips, found.hips * [4.0, 4.1], atol=0.5)
 
 
 def test_who_is_of_another_size_is_not_looked_for(walk, stage):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import SPEED, UNIT
+from tests.tracker.outline.films import SPEED, UNIT, enlarged
 from tracker.outline.bodies import Path
 from tracker.outline.others import ABOVE, BESIDE, path_of, without_others
 from tracker.survey.evidence import NOTHING
@@ -87,6 +87,18 @@ def test_where_two_meet_the_path_is_that_of_who_goes_the_way_the_figure_faces(tw
     beside = replace(own, hips=own.hips + np.array([0.5 * BESIDE * UNIT, 0.0]))
     assert led(hip, 5, [against, beside]) is beside
     assert led(hip, 5, [against]) is against  # who walks backwards alone
+
+
+@pytest.mark.parametrize("by", [0.3, 3.0])
+def test_which_way_a_path_goes_is_told_whatever_the_size_of_the_first_frame(by, two, rng):
+    hip, own = two[1].hips[5], path(two[1])
+    little = (own.hips - hip) * 0.8 * UNIT / np.ptp(own.hips[:, 0])  # too little to be against the facing
+    slow, beside = (
+        replace(own, hips=hip - little),
+        replace(own, hips=own.hips + np.array([0.5 * BESIDE * UNIT, 0.0])),
+    )
+    stage = enlarged(two[0].behind(two[1]).stage(rng), by)
+    assert path_of(stage, hip, UNIT, 5, [slow, beside]) is slow
 
 
 def test_a_path_leads_on_where_who_goes_along_it_is_hidden(two, led):

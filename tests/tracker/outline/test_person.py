@@ -115,6 +115,14 @@ def test_who_steps_on_the_spot_goes_nowhere(walk, rng):
     assert (found.facing, found.direction) == (1, 0)
 
 
+@pytest.mark.parametrize("by", [0.3, 3.0])
+def test_how_far_somebody_goes_is_told_whatever_the_size_of_the_first_frame(by, walk, rng):
+    film = walk.part(slice(4, 28))
+    for each, direction in ((film, 1), (film.on_the_spot(12), 0)):
+        moved = replace(each, places=np.diag([by, by, 1.0]) @ each.places)
+        assert found_in(moved, rng).direction == direction
+
+
 def test_who_is_mostly_in_one_place_is_one_person_and_who_only_passes_is_not(walk):
     one = walk.person()
     again = walk.part(slice(6, 20)).person(frame=3).in_film(6, 1)

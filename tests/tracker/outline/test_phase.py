@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, SHAPE, WALK, WALKER
+from tests.tracker.outline.films import CYCLES, FPS, MIDDLE, SHAPE, WALK, WALKER, enlarged
 from tracker.outline.cycles import PHASES, columns_of
 from tracker.outline.phase import phases
 
@@ -41,6 +41,24 @@ def test_of_who_stays_in_one_place_the_poses_alone_tell_that_they_run_back(walk,
     seen = walk.backwards().on_the_spot()  # as on a treadmill
     hips = np.tile(seen.hips[MIDDLE], (len(seen.hips), 1))
     assert found(seen, seen.stage(rng), hips=hips).way == -1
+
+
+@pytest.mark.parametrize("by", [0.3, 3.0])
+def test_who_goes_backwards_is_told_whatever_the_size_of_the_first_frame(by, walk, rng):
+    assert found(walk, enlarged(walk.stage(rng), by)).way == 1
+    spot = walk.backwards().on_the_spot()
+    hips = np.tile(spot.hips[MIDDLE], (len(spot.hips), 1)) + np.linspace(0.0, 16.0, len(spot.hips))[
+        :, None
+    ] * [1, 0]
+    assert found(spot, enlarged(spot.stage(rng), by), hips=hips).way == -1  # too little travel to decide
+
+
+@pytest.mark.parametrize("times", [4, 6])
+def test_the_phase_is_found_in_slow_motion(times, walk, rng):
+    slow = walk.part(np.repeat(np.arange(len(walk.q)), times))
+    seen = found(slow, slow.stage(rng))
+    assert (seen.cycle, seen.way) == (WALK, 1)
+    assert np.abs(late(slow, seen.phase)).max() < 2.0
 
 
 def test_with_the_legs_marked_the_other_way_round_the_phase_is_half_a_stride_off(walk, stage):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import FPS, UNIT, film
+from tests.tracker.outline.films import FPS, UNIT, enlarged, film
 from tracker.outline.bodies import Path
 from tracker.outline.pieces import ALIKE, HIGHER, LONGEST, NEAR, SPEED, in_scene, joined
 
@@ -46,6 +46,14 @@ def test_three_pieces_are_one_and_the_surest_comes_first(stage):
     surest, one = joined(stage, [*pieces, other])
     assert (surest.first, surest.last) == (10, 60)
     assert (one.first, one.last) == (0, 70)
+
+
+@pytest.mark.parametrize("by", [0.4, 2.5])
+def test_pieces_are_of_one_person_whatever_the_size_of_the_first_frame(by, stage):
+    near = piece(stage, 50, 80, x=10.0 + 0.8 * NEAR * UNIT)
+    off = piece(stage, 50, 80, x=10.0 + 1.2 * NEAR * UNIT)
+    assert len(joined(enlarged(stage, by), [piece(stage, 0, 30), near])) == 1
+    assert len(joined(enlarged(stage, by), [piece(stage, 0, 30), off])) == 2
 
 
 @pytest.mark.parametrize(
