@@ -14,7 +14,7 @@ from tracker.outline.stage import Stage
 from tracker.picture.pyramid import within
 from tracker.picture.small import SIDE
 from tracker.progress import Progress
-from tracker.survey.evidence import USUAL, Expected
+from tracker.survey.evidence import NOTHING, USUAL, Expected
 from tracker.survey.surveyed import Survey, survey
 from videos.frames import Video
 
@@ -45,7 +45,7 @@ class Surveyed:
             expected: prior shares of grey clothes and shadow.
         """
         T, (w, h) = len(self.survey.places), self.survey.size
-        odds, light = (np.zeros((T, h, w), np.uint8) for _ in range(2))  # two, so that either can be freed
+        odds, light = np.full((T, h, w), NOTHING, np.uint8), np.zeros((T, h, w), np.uint8)
         seen = self.survey.seen(self.video.pictures(self.first, self.last, self.every), expected)
         for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
             odds[t], light[t] = shown

@@ -72,8 +72,9 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
     way = place.copy()
     way[:2, 2] -= scene.corner
     lab, spread = (_seen(planes, way, (w, h)) for planes in (scene.lab, scene.spread))
-    nearest = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-    known = np.asarray(cv2.warpAffine(scene.known.astype(np.uint8), way[:2], (w, h), flags=nearest), np.uint8)
+    linear = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    share = cv2.warpAffine(np.uint8(255) * scene.known, way[:2], (w, h), flags=linear)
+    known = np.asarray(share == 255, np.uint8)  # wherever no unknown place is mixed in
     apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
     light = (np.median(apart, axis=0) if len(apart) else np.zeros(3)).astype(np.float32)
     chroma, shaded = GREY * scene.contrast, expected.shaded

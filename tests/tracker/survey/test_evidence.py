@@ -98,6 +98,17 @@ def test_a_frame_is_compared_with_the_part_of_the_scene_that_the_camera_saw(rng)
     np.testing.assert_array_equal(evidence(image, place, scene), evidence(image, np.eye(3), part))
 
 
+def test_beside_a_place_that_no_frame_showed_nothing_is_known(rng):
+    scene = some_scene(rng, extra=1)
+    scene.known[:], scene.known[:, -1] = True, False
+    scene.lab[:, -1] = 255
+    place = np.array([[1.0, 0.0, 0.4], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    image = scene.lab[: SHAPE[0], : SHAPE[1]].astype(np.uint8)
+    odds = evidence(image, place, replace(scene, corner=np.zeros(2)))
+    assert np.all(odds[:, SHAPE[1] - 1] == NOTHING)
+    assert np.any(odds[:, SHAPE[1] - 2] != NOTHING)
+
+
 def test_what_is_lighter_is_something_else_unless_all_of_the_picture_is(rng):
     scene, flat = some_scene(rng), np.array([50.0, 10.0, 10.0])
     lighter = np.rint(scene.lab + flat).astype(np.uint8)
