@@ -31,6 +31,7 @@ STRIDES = (31.0, 37.0)  # range of a stride's duration, frames
 SHRUBS = ((0.25, 0.35), (0.6, 0.75))  # ranges of the shrubs' places, shares of the way
 NOISE = 3.2  # noise of the sensor, grey levels
 QUALITY = 60  # JPEG quality
+LOWEST = 30  # least height of a picture, pixels; in a lower one the hedge has no room
 
 
 @dataclass(frozen=True)
@@ -78,8 +79,10 @@ def render(
         advance: called after every picture.
 
     Raises:
-        ValueError: the walk would leave the picture.
+        ValueError: the picture is too small, or the walk would leave it.
     """
+    if size[1] < LOWEST:
+        raise ValueError(f"a rendered picture must be at least {LOWEST} px high; got {size[1]}")
     rng = np.random.default_rng(seed)
     build = random_build(rng)
     facing = int(rng.choice([-1, 1]))

@@ -175,7 +175,8 @@ def _wander(steps: int, stride: float, rng: np.random.Generator) -> Array:
     """Noise of unit variance that changes from stride to stride rather than within one."""
     sigma = 0.4 * stride
     noise = gaussian_filter1d(rng.standard_normal(steps), sigma, mode="wrap")
-    return np.asarray(noise * np.sqrt(2.0 * np.sqrt(np.pi) * sigma))
+    weights = gaussian_filter1d(np.eye(1, steps)[0], sigma, mode="wrap")
+    return np.asarray(noise / np.sqrt((weights**2).sum()))
 
 
 def _ahead(sole: float, build: Build, pitch: Array) -> Array:

@@ -196,7 +196,7 @@ def _hedge(canvas: Image, foot: int, rng: np.random.Generator) -> None:
 
 def _lamp_post(canvas: Image, foot: int, rng: np.random.Generator) -> None:
     height, width = canvas.shape[:2]
-    x, half = int(rng.uniform(0.1, 0.9) * width), int(0.008 * height)
+    x, half = int(rng.uniform(0.1, 0.9) * width), max(int(0.008 * height), 1)
     base = foot + int(0.03 * height)
     for i in range(-half, half + 1):
         _box(canvas, x + i, 0, x + i + 1, base, np.array([58.0, 66.0, 62.0]) * (1.15 - 0.3 * (i / half) ** 2))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tracker.scene.film import KEYPOINTS, STRIDES, Scene, compress, render, truth_table
+from tracker.scene.film import KEYPOINTS, LOWEST, STRIDES, Scene, compress, render, truth_table
+from tracker.scene.steps import _wander
 
 Array = NDArray[np.float64]
 
@@ -204,6 +205,19 @@ def test_compression_changes_pixels_little_and_less_at_a_higher_quality(rng):
     assert compress([red])[0].mean(axis=(0, 1)) == pytest.approx(
         [200, 30, 20], abs=4
     )  # channels keep their order
+
+
+@pytest.mark.parametrize("steps", [1, 10, 300])
+def test_people_vary_as_much_in_a_short_walk_as_in_a_long_one(steps, rng):
+    drawn = np.array([_wander(steps, 140.0, rng) for _ in range(500)])
+    assert np.sqrt(np.mean(drawn**2)) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_low_picture_is_rendered_and_a_lower_one_refused(seed):
+    assert render(seed, frames=2, size=(90, LOWEST)).images[0].shape == (LOWEST, 90, 3)
+    with pytest.raises(ValueError, match=f"at least {LOWEST} px high"):
+        render(seed, frames=2, size=(90, LOWEST - 1))
 
 
 def test_a_walk_too_long_for_its_picture_is_refused_with_what_to_do():
