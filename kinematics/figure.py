@@ -255,6 +255,11 @@ class Figure:
         return (self.base, *(link.joint for link in self.links))
 
     @cached_property
+    def needed(self) -> tuple[str, ...]:
+        """Joints that a start pose requires."""
+        return tuple(name for name in self.joints if name in self.marks and name not in self.optional)
+
+    @cached_property
     def parents(self) -> tuple[int, ...]:
         """Each link's parent as a position in `links`, -1 at the base."""
         index = {link.name: i for i, link in enumerate(self.links)}

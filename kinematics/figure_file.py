@@ -36,9 +36,24 @@ def load_figure(source: str | Path = "walker") -> Figure:
     except (ValueError, RecursionError) as error:  # the parser has several ways to fail
         raise ValueError(f"{source} is no TOML file ({why(error)}); docs/figures.md shows one") from error
     try:
-        return figure_from(table)
+        figure = figure_from(table)
+        if figure.outline and figure.outline != source:
+            _check_outlined(figure)
     except (ValueError, OverflowError) as error:
         raise ValueError(f"figure {source}: {error}") from error
+    return figure
+
+
+def _check_outlined(figure: Figure) -> None:
+    """Only the walker's outline is known, and only who has all its joints has that."""
+    if figure.outline != WALKER.name:
+        raise ValueError(f"outline must be {WALKER.name!r} or left out; got {figure.outline!r}")
+    lacking = [joint for joint in WALKER.needed if joint not in figure.marks]
+    if lacking:
+        raise ValueError(
+            f"the outline of a {WALKER.name} needs {', '.join(lacking)} among the marks; "
+            "add what is missing, or leave out the outline"
+        )
 
 
 def figure_from(table: Mapping[str, Any]) -> Figure:

@@ -79,11 +79,6 @@ def start_pose(figure: Figure, marks: Marks, facing: int) -> Start:
     return Start(figure, view, q, known, foreshortened=names)
 
 
-def needed_joints(figure: Figure) -> list[str]:
-    """Joints that a start pose requires."""
-    return [name for name in figure.joints if name in figure.marks and name not in figure.optional]
-
-
 def recover(figure: Figure, points: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
     """The pose q (D,), scale and stretches zero, whose links point the way the joints lie; and (D,) whether
     each freedom was seen.
@@ -217,7 +212,7 @@ def _bent_ahead(figure: Figure, leg: Sequence[int], seen: Mapping[str, Array]) -
 
 
 def _check_complete(figure: Figure, marks: Marks, pixels: Mapping[str, Array]) -> None:
-    needed = needed_joints(figure)
+    needed = figure.needed
     for name in needed:
         if name not in marks:
             raise PoseError(f"the start pose lacks {name}; mark {', '.join(needed)} at least")

@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field
 
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
-from kinematics.recover import PoseError, needed_joints, start_pose
+from kinematics.recover import PoseError, start_pose
 from tracker.annotate.frames import Frames
 from tracker.annotate.marks import Table
 from tracker.clip.job import Facing, towards
@@ -226,7 +226,7 @@ class Session:
 
 def _joints(figure: Figure) -> list[Reply]:
     """The joints in the order of marking, with the start of their limb, its side, and whether required."""
-    needed = needed_joints(figure)
+    needed = figure.needed
     twins = dict(zip(figure.joints, (figure.joints[i] for i in figure.joint_twins), strict=True))
     return [
         {
@@ -265,7 +265,7 @@ def advise(figure: Figure, marks: Mapping[str, Mark], size: tuple[int, int], fac
     `size` is width and height of the picture in pixels, `facing` +1 right, -1 left.
     """
     places = points(marks)
-    missing = tuple(name for name in needed_joints(figure) if name not in marks)
+    missing = tuple(name for name in figure.needed if name not in marks)
     wrong, faces = [*_outside(marks, size), *objections(figure, places, facing, "choose Faces")], None
     if not missing:
         try:

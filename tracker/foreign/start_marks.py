@@ -7,7 +7,6 @@ from pathlib import Path
 from kinematics.doubts import doubts
 from kinematics.figure import Figure
 from kinematics.figure_file import WALKER
-from kinematics.recover import needed_joints
 from tracker.foreign.formats import check_frames, is_foreign, read_people
 from tracker.foreign.names import Parts, facing_seen, joints_of, parts_of
 from tracker.foreign.people import People, Person, Sighting, largest
@@ -132,7 +131,7 @@ def _can_be(parts: Parts, figure: Figure) -> bool:
 
 
 def _whole(joints: Mapping[str, Sighting], figure: Figure) -> bool:
-    return joints.keys() >= set(needed_joints(figure))
+    return joints.keys() >= set(figure.needed)
 
 
 def _likely(person: Person) -> Person:
