@@ -144,7 +144,7 @@ def _noise(tracker: Tracker, anchor: Anchor, q: Array) -> Array:
         # The base slides along the first link that starts there, other joints along the link that ends there.
         link, along = figure.links[max(j - 1, 0)], limb[:, max(j - 1, 0)]
         sd = SEEN if seen else HIDDEN
-        if not link.breathes:
+        if j > 0 and not link.breathes:
             further = RIGID
         elif j == 0 or (figure.is_leg(link) and link.name in inner):
             further = np.sqrt(max(ALONG**2 - sd**2, 0.0))

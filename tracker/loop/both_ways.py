@@ -18,12 +18,14 @@ from kinematics.spm import joints
 from tracker.loop.anchors import FAR, Anchor, anew, passed
 from tracker.loop.detections import Detections
 from tracker.loop.estimate import NOTHING, Estimate, State
+from tracker.loop.outcome import Outcome
 from tracker.loop.tracker import Tracker
 from tracker.loop.trail import Trail
 from tracker.picture.pyramid import Image, same
 
 ALIKE = 5  # pictures alike in a row by a conversion of the film; more show that nothing moves
 LEAST = 1e-9  # least misfit that a frame is weighted by
+MORE = 1.0 + 1e-6  # factor by which losing the figure costs more than the worst misfit
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,9 @@ class Passage:
             if frame in self.anchors:
                 state, estimate = passed(tracker, state, self.anchors[frame], image, place)
             elif 1 < alike <= ALIKE:
-                estimate = replace(estimate, began=False, repeats=True)
+                # It is found again once, not in every repetition.
+                outcome = Outcome.OK if estimate.outcome is Outcome.FOUND else estimate.outcome
+                estimate = replace(estimate, outcome=outcome, began=False, repeats=True)
             else:
                 state, estimate = tracker.step(state, image, self.detections.get(frame), place)
             yield frame, image, state, estimate
@@ -125,11 +129,12 @@ def between_anchors(
     back = [_in_scene_of(a, b, tracker.view.axes) for a, b in zip(there, back, strict=True)]
     ways = [np.array([e.pose.mean for e in way]) for way in (there, back)]
     apart = np.linalg.norm(np.subtract(*(joints(tracker.figure, q) for q in ways)), axis=-1)
-    worst = max(e.misfit for e in (*there, *back))
+    worst = (max(e.misfit for e in (*there, *back)) or 1.0) * MORE
     costs = [_costs(way, worst) for way in (there, back)]
     if apart.max() > FAR:
         until = np.append(0.0, costs[0].cumsum()) + np.append(costs[1][::-1].cumsum()[::-1], 0.0)
-        cut = int(until.argmin())
+        least = np.flatnonzero(until <= until.min() + LEAST)
+        cut = int(least[len(least) // 2])  # where both passes are lost, each is taken half of the way
         return [*there[:cut], *back[cut:]]
     near = np.arange(1, len(there) + 1)
     weights = near / costs[1], near[::-1] / costs[0]
@@ -145,7 +150,8 @@ def _in_scene_of(a: Estimate, b: Estimate, axes: Array) -> Estimate:
 
 
 def _costs(way: Sequence[Estimate], worst: float) -> Array:
-    """Misfits of a pass; `worst` where the figure was not found, as nothing fits nothing perfectly."""
+    """Misfits of a pass; `worst`, more than any, where the figure was not found, as nothing fits nothing
+    perfectly."""
     return np.array([max(e.misfit if e.outcome.measured else worst, LEAST) for e in way])
 
 

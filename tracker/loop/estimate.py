@@ -29,7 +29,7 @@ class Estimate:
     misfit  : of the picture at the best of them, see `Registration`; 0 where the pose was marked
     began   : whether the filter started here, without any link to the frame before
     repeats : whether the picture is the one before again, so that nothing has moved
-    back    : at an anchor, estimates of the frames since the last anchor by the pass back, oldest first
+    back    : at an anchor, estimates of the frames since the last anchor by the pass back, in its order
     """
 
     pose: Gaussian

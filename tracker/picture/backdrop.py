@@ -139,7 +139,8 @@ def _difference(now: Planes, scene: Planes, known: NDArray[np.bool_], area: tupl
     differs = np.full(known.shape, UNKNOWN, np.float32)
     if not known.any() or not known[area].size:
         return differs
-    some = np.flatnonzero(known)[:: max(known.size // SOME, 1)]
+    places = np.flatnonzero(known)
+    some = places[:: max(len(places) // SOME, 1)]
     light = np.median(now.reshape(-1, 3)[some] - scene.reshape(-1, 3)[some], axis=0)
     least = np.empty(known[area].shape, np.float32)
     _nearest(now[area] - light.astype(np.float32), scene, area[0].start, area[1].start, least)

@@ -23,7 +23,7 @@ AS_FILMED: Image = np.arange(LEVELS, dtype=np.uint8)  # the tone curve that chan
 class Level:
     """One blurred copy of a part of a frame.
 
-    planes : (h, w, 3) grey levels; h and w are at least 4, as interpolated gradients require
+    planes : (h, w, 3) grey levels; places beyond are those at the edge
     corner : (2,) pixel of the part's top-left corner
     sigma  : blur, pixels
     """

@@ -82,7 +82,7 @@ class Field:
         return np.asarray(shown - offset[templates.link])
 
     def new(self, found: Registration) -> NDArray[np.bool_]:
-        """(P,) which unknown points the frame shows, on fully visible links."""
+        """(P,) which unknown points the frame shows, on links mostly in sight."""
         templates, pixels = self.templates, found.pixels
         links = self._in_sight(found) & ~templates.strange
         if templates.strange.any():

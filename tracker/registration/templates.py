@@ -163,6 +163,8 @@ def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Arra
         length = np.arange(0.0, part.length + tip + 1e-9, settings.spacing)
         half = 0.5 * part.width * max(1.0, part.taper) + rim
         width = np.arange(-half, half + 1e-9, settings.spacing)
+        if abs(width).min() > 0.5 * part.width * min(1.0, part.taper):  # no row would lie in a thin link
+            width = np.zeros(1)
         u, v = (grid.ravel() for grid in np.meshgrid(length, width, indexing="ij"))
         edge = 0.5 * part.width * (1.0 + (part.taper - 1.0) * np.clip(u / part.length, 0.0, 1.0))
         keep = np.abs(v) <= edge + rim

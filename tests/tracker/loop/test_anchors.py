@@ -1,6 +1,7 @@
 """Anchors: marks as a measurement of the pose, and a new start where the figure was lost."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from kinematics.spm import joint_jacobian, joints
 from tests.kinematics.figures import FOOTLESS, WALKER, upright
 from tests.tracker.painted import CLASSIC, FULL, STRIDE, VIEW, Painted
 from tracker.loop import anchors as anchors_module
-from tracker.loop.anchors import Anchor, anew, passed
+from tracker.loop.anchors import ALONG, SEEN, Anchor, anew, passed
 from tracker.loop.anchors import _noise as noise
 from tracker.loop.begin import begin
 from tracker.loop.outcome import Outcome
@@ -112,6 +113,16 @@ def test_a_knee_is_surer_across_its_limb_than_along_it(begun):
     P = spread(estimate, "near_knee")
     assert along @ P @ along > 1.1 * (across @ P @ across)
     assert across @ P @ across < 1.5**2
+
+
+@pytest.mark.parametrize("breathes", [True, False])
+def test_the_base_is_as_sure_whether_the_first_link_breathes_or_not(breathes):
+    first, *others = WALKER.links
+    figure = replace(WALKER, links=(replace(first, breathes=breathes), *others))
+    tracker = SimpleNamespace(figure=figure, view=VIEW)
+    base = Anchor.of(figure, {"hip": (0.0, 0.0)})
+    sds = np.sqrt(np.linalg.eigvalsh(noise(tracker, base, np.zeros((1, len(figure.freedoms))))[0]))
+    assert_allclose(sds, VIEW.unit * np.array([SEEN, ALONG]))
 
 
 def test_a_toe_marked_nearer_than_the_foot_is_long_only_turns_it(begun):

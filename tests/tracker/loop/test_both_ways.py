@@ -73,6 +73,26 @@ def test_a_way_that_left_the_picture_fits_nothing_perfectly():
     assert places(between_anchors(TRACKER, near, back)) == pytest.approx([0.06, 0.07, 0.08, 0.09])
 
 
+def lost_after(good, off, misfit):
+    """Twenty frames of a pass that is lost after some, and drifts from there on."""
+    drift = off * np.maximum(np.arange(1, 21) - good, 0)
+    return [
+        estimate(x, misfit if x else 0.5 * misfit, outcome=Outcome.LOST if x else Outcome.OK)
+        for x in drift.tolist()
+    ]
+
+
+def test_where_both_ways_are_lost_each_is_taken_half_of_the_way():
+    there, back = lost_after(4, 0.06, 3.0), lost_after(4, -0.06, 3.0)[::-1]
+    assert np.abs(places(between_anchors(TRACKER, there, back))).max() == pytest.approx(6 * 0.06)
+
+
+def test_of_two_ways_without_pictures_the_one_that_was_lost_is_not_taken():
+    found, lost = lost_after(20, 0.0, 0.0), [estimate(0.5, 0.0, outcome=Outcome.LOST)] * 20
+    assert places(between_anchors(TRACKER, found, lost)) == [0.0] * 20
+    assert places(between_anchors(TRACKER, lost, found)) == [0.0] * 20
+
+
 def test_between_two_frames_in_a_row_there_is_nothing_to_join():
     assert not between_anchors(TRACKER, [], [])
 
@@ -94,6 +114,21 @@ def test_where_a_picture_repeats_nothing_has_moved_unless_it_stays_for_long():
     raw = list(passage.run(0, 0, estimate(0), first, images))
     assert places(raw) == [0, 1, 1, 2, 3, 3, 3, 3, 3, 4, 5]
     assert [each.repeats for each in raw] == [False] * 2 + [True] + [False] * 2 + [True] * 4 + [False] * 2
+
+
+def test_who_is_found_again_is_so_once_though_the_picture_repeats():
+    again = estimate(outcome=Outcome.FOUND)
+    passage = Passage(
+        tracker=SimpleNamespace(step=lambda state, *_: (state, again)),
+        other=None,
+        anchors={},
+        way=1,
+        span=None,
+        smooth=None,
+    )
+    first, *images = map(picture, [0, 1, 1, 1])
+    raw = list(passage.run(0, 0, estimate(0), first, images))
+    assert [each.outcome for each in raw[1:]] == [Outcome.FOUND, Outcome.OK, Outcome.OK]
 
 
 @pytest.mark.parametrize("way", [1, -1])

@@ -1,6 +1,7 @@
 """The loop: a rendered walk is followed, one hypothesis is a Kalman filter, what hides grows uncertain."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -679,3 +680,13 @@ def test_templates_are_renewed_as_fast_in_a_second_at_any_frame_rate(walk, monke
     at_24, at_30, at_60 = shares
     assert at_24 == at_30 == pytest.approx(FULL.blend)
     assert (1.0 - at_60) ** 2 == pytest.approx(1.0 - FULL.blend)
+
+
+def test_the_searched_box_covers_wide_links():
+    wide = replace(WALKER, links=tuple(replace(link, width=1.6, taper=1.2) for link in WALKER.links))
+    for figure, margin in ((WALKER, FULL.margin), (wide, 0.96)):
+        pose = np.zeros(len(figure.freedoms))
+        tracker = SimpleNamespace(figure=figure, view=VIEW, settings=FULL)
+        pixels = VIEW.to_pixels(joints(figure, pose))
+        wanted = np.array([pixels.min(0), pixels.max(0)]) + margin * VIEW.unit * np.array([[-1.0], [1.0]])
+        assert_allclose(Tracker.box(tracker, pose[None]), wanted.ravel())

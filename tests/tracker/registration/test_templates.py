@@ -22,6 +22,7 @@ from tests.tracker.painted import (
     placed,
 )
 from tracker.registration.templates import ALIKE, ELSEWHERE, ENOUGH, RIM_WEIGHT, Templates, cut
+from tracker.settings import Settings
 
 CROSSING = upright(WALKER, hip_near=0.1, knee_near=0.2, hip_far=-0.1, knee_far=0.1)
 
@@ -65,6 +66,17 @@ def test_points_are_spread_evenly_over_every_link(levels):
         most = (link.length + BARE.spacing) * (link.width * max(1.0, link.taper) + BARE.spacing)
         count = (templates.link == i).sum() * BARE.spacing**2
         assert 0.8 * area < count < 1.001 * most
+
+
+@pytest.mark.parametrize("spacing", [0.022, 0.13, 0.2])
+@pytest.mark.parametrize("figure", [WALKER, HORSE], ids=lambda figure: figure.name)
+def test_every_link_has_points_however_wide_apart(figure, spacing, rng):
+    pose = np.zeros(len(figure.freedoms))
+    levels = levels_of(Painted(rng).picture(CROSSING))
+    settings = Settings(rim=0.0, spacing=spacing)
+    templates = cut(figure, VIEW, pose, levels, settings)
+    assert len(templates.strange) == len(figure.links)
+    assert np.bincount(templates.link, templates.weight == 1.0, len(figure.links)).min() >= 1
 
 
 @pytest.mark.parametrize("facing", [1, -1], ids=["right", "left"])
