@@ -62,7 +62,7 @@ def run(study: Study) -> Section:
     return Section(
         HEADING,
         f"The six angles of every capture with {NOISE:g} degrees of white noise; the clean angles up to "
-        f"{keys[-1][1]} frames ahead are forecast from the noisy ones up to now. People were "
+        f"{counted(keys[-1][1], 'frame')} ahead are forecast from the noisy ones up to now. People were "
         f"{study.unseen}. The SLDS (second order, GPB2 filter, switch by the pose) has the "
         f"states a motion that learning uses by default; the hidden Markov model has {HIDDEN}."
         + (f" Captures of {FIRST} frames or fewer are not judged; there are {short}." if short else ""),

@@ -128,7 +128,7 @@ def claim(cuts: dict[int, Cut]) -> Claim:
     two = cuts[2]
     regular, chance = float(np.mean(two.regular)), float(np.mean(two.commonest))
     leg = {count: float(np.mean(cut.leg)) for count, cut in cuts.items()}
-    gained = (regular - chance) / (100.0 - chance)
+    gained = (regular - chance) / max(100.0 - chance, 1e-9)
     here = (
         f"The two states are where they usually are in the stride in {regular:.0f} % of the frames (by "
         f"chance {chance:.0f} %) and change {np.mean(two.switches):.1f} times a stride. "

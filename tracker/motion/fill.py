@@ -3,9 +3,8 @@
 Both are compared on the angles measured around a gap, at frames far enough apart that both must bridge the
 time between them (`dynamics.periodic.filling`): frame by frame the switching model would win in gait too, as
 it follows measured frames more closely than it bridges missing ones. If its evidence, that of its best path,
-is
-greater, it fills the gap: the motion is not periodic. The figure's place and the neck's angle are subtracted
-before and added afterwards, as in `tracker.motion.tasks`.
+is greater, it fills the gap: the motion is not periodic. The figure's place and the neck's angle are
+subtracted before and added afterwards, as in `tracker.motion.tasks`.
 """
 
 from collections.abc import Sequence
@@ -19,12 +18,11 @@ from dynamics.motion.gaps import interpolate
 from dynamics.motion.noise import SEARCHES, at_noise
 from dynamics.periodic.filling import MOST, NOISES, Filling, around, fill, gaps, spaced
 from dynamics.slds import SLDS
-from dynamics.store import Model
+from dynamics.store import Model, load_shipped
 from dynamics.stride import Stride
 from dynamics.viterbi import best_log_p_all
 from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import centred, own_offset, rootless
-from tracker.models.find import motion_model
 from tracker.motion.tasks import (
     SILENT,
     UNKNOWN_NECK,
@@ -78,7 +76,7 @@ def fillers(name: str, model: Model, fps: float, *, recurrent: bool) -> Fillers:
         check_names(model.names)
         return Fillers(None, model, fps)
     slds = whole_pose(model, "interpolate")
-    shipped = motion_model(STRIDE) if name == BY_EVIDENCE else None
+    shipped = load_shipped(STRIDE, fps) if name == BY_EVIDENCE else None
     return Fillers(slds, shipped if isinstance(shipped, Stride) else None, fps, recurrent)
 
 

@@ -11,11 +11,14 @@ from dynamics.periodic.synthesis import synthesise_stride
 from dynamics.slds import SLDS
 from dynamics.store import Model
 from dynamics.stride import Stride
-from kinematics.mocap import POSE_COLUMNS
 from tracker.models.centred import ANGLES
 from tracker.motion.tasks import check_names, check_switch, whole_pose
 
 TURNED = float(np.radians(360.0))  # larger angles mean that the sample diverged
+WILD = (
+    "the model's motion leaves all that a figure can do{}; "
+    "try another --seed, fewer --frames, less --noise, or a model of fewer states"
+)
 
 
 def free_run(
@@ -51,14 +54,11 @@ def free_run(
     try:
         with np.errstate(over="ignore", invalid="ignore"):
             states, y = synthesise(driven, frames, rng, recurrent=recurrent)
-    except np.linalg.LinAlgError:
-        y = np.full((frames, len(POSE_COLUMNS)), np.nan)
+    except np.linalg.LinAlgError as error:
+        raise ValueError(WILD.format("")) from error
     wild = np.flatnonzero(~(np.abs(y[:, ANGLES]) < TURNED).all(1))
     if len(wild):
-        raise ValueError(
-            f"the model's motion leaves all that a figure can do at frame {wild[0]}; "
-            "try another --seed, fewer --frames, less --noise, or a model of fewer states"
-        )
+        raise ValueError(WILD.format(f" at frame {wild[0]}"))
     return own[states], [slds.labels[s] for s in states], y
 
 

@@ -254,6 +254,8 @@ def test_a_cut_by_the_leg_ahead_is_regular_and_tells_the_leg_and_a_random_one_do
     assert max(by_chance.regular) < 70.0
     assert phases.claim({2: by_leg}).verdict is Verdict.HOLDS
     assert phases.claim({2: by_chance}).verdict is Verdict.FAILS
+    one_state_alone = phases.Cut([100.0], [50.0], [100.0], [0.0])
+    assert phases.claim({2: one_state_alone}).verdict is Verdict.FAILS
 
 
 def test_the_hidden_markov_forecast_is_the_mean_over_all_paths(rng):

@@ -176,6 +176,12 @@ def test_models_that_fill_no_gaps_are_refused(rng):
         fillers("stride", gait_stride(), 30.0, recurrent=False)
 
 
+def test_a_file_that_is_named_as_the_shipped_stride_is_not_taken_for_it(tmp_path, monkeypatch):
+    (tmp_path / "stride").write_text("how far I walked")
+    monkeypatch.chdir(tmp_path)
+    assert fillers("gait", gait_model(), 30.0, recurrent=True).stride is not None
+
+
 def test_the_shipped_stride_joins_the_shipped_gait_alone():
     both, one = (fillers(name, gait_model(), 30.0, recurrent=True) for name in ("gait", "mine.npz"))
     assert both.stride is not None

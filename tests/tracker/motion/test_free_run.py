@@ -1,5 +1,7 @@
 """Motions of a model's own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -48,6 +50,13 @@ def test_more_noise_is_a_rougher_motion():
         return np.diff(y[:, 2:], 4, axis=0).std()
 
     assert roughness(0.1) < 0.6 * roughness(1.0) < 0.6 * roughness(2.0)
+
+
+@pytest.mark.parametrize(("frames", "told"), [(60, " at frame"), (2000, ";")])
+def test_a_frame_is_named_only_where_it_is_known(frames, told):
+    model = load_shipped("gait", 30.0)
+    with pytest.raises(ValueError, match=f"leaves all that a figure can do{told}"):
+        free_run(replace(model, A=1.2 * model.A), frames, 30.0, np.random.default_rng(0))
 
 
 def test_what_has_no_dynamics_is_refused():
