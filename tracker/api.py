@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from tracker.settings import Settings
 
 Place = str | PathLike[str]
-# An option of the command and its value; not within quotes, where a whole command stands.
-OPTION = re.compile(r"('[^']*')|--([a-z]+)(?: (ahead|behind))?")
+# An option of the command and its value; not within quotes, where a whole command stands, nor within a name.
+OPTION = re.compile(r"(?<!\w)('[^']*')|(?<![\w-])--([a-z]+)(?: (ahead|behind))?")
 
 
 def follow(

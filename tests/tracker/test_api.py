@@ -1,5 +1,6 @@
 """The Python face: the same poses as the command, as arrays, and nothing written."""
 
+import re
 import statistics
 import time
 import warnings
@@ -76,6 +77,12 @@ def test_errors_name_keywords_and_a_wrong_one_the_nearest(clip):
         tracker.follow(clip.video, clip.keypoints, start=0, from_=4)
     with pytest.raises(ValueError, match="'figtrack annotate --figure horse' and give keypoints"):
         tracker.follow(clip.video, figure="horse")
+
+
+@pytest.mark.parametrize("name", ["my--marks.csv", "it's--near ahead.csv"])
+def test_names_of_files_are_left_as_they_are_in_errors(name, clip, tmp_path):
+    with pytest.raises(ValueError, match=re.escape(name)):
+        tracker.follow(clip.video, tmp_path / name)
 
 
 def test_it_writes_nothing_and_says_nothing(clip, tmp_path, monkeypatch, capfd):

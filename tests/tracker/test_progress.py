@@ -99,6 +99,12 @@ def test_automatic_is_plain_where_stderr_is_no_terminal():
     assert Progress("auto").style == "plain"
 
 
+def test_a_name_on_the_bar_is_no_markup(capsys):
+    with Progress("bar").task("take[/x] and clip[red].mp4", 3) as advance:
+        advance()
+    assert "take[/x] and clip[red].mp4" in capsys.readouterr().err
+
+
 def test_the_bar_counts_to_the_end(capsys):
     work(Progress("bar"))
     assert "3/3" in capsys.readouterr().err

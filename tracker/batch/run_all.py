@@ -1,7 +1,6 @@
 """Many clips from one table: every row is tracked independently, and complete runs are skipped."""
 
 import hashlib
-import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
@@ -20,7 +19,7 @@ from tracker.report.overview import Row as Shown
 from tracker.report.overview import is_overview, write_overview
 from tracker.report.results import write_run
 from tracker.run.folder import FolderError, fresh_file, fresh_folder, swept
-from tracker.run.read import RunError, read_news, read_run
+from tracker.run.read import RunError, read_gait, read_news, read_run
 from tracker.tables.table import write_table
 from videos.frames import files_of
 
@@ -221,14 +220,13 @@ def _ending(status: str, folder: Path) -> Ending:
 
 def _gait(folder: Path) -> dict[str, str]:
     """Motion, figures and unit of length from gait.json; empty without one."""
-    try:
-        news = json.loads((folder / "gait.json").read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    gait = read_gait(folder)
+    if gait is None:
         return {}
-    found = {column: news["measures"].get(measure, {}).get(legs) for column, (measure, legs) in GAIT.items()}
-    figures = {column: f"{value['mean']:.4g}" for column, value in found.items() if value is not None}
-    unit = "m" if news["metres_in_leg"] else "leg lengths"
-    return {"motion": news["motion"], **figures, "length_unit": unit}
+    found = {column: gait.mean(measure, legs) for column, (measure, legs) in GAIT.items()}
+    figures = {column: f"{mean:.4g}" for column, mean in found.items() if mean is not None}
+    unit = "m" if gait.metres_in_leg else "leg lengths"
+    return {"motion": gait.motion, **figures, "length_unit": unit}
 
 
 def _key_in(folder: Path) -> str:

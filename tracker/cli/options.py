@@ -31,7 +31,12 @@ class Style(StrEnum):
     JSON = "json"
 
 
-Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.")]
+def named(path: Path) -> Path:
+    """The path, in full where its last part is no name, as in `.`; results and pages are called after it."""
+    return path.resolve() if path.name in ("", "..") else path
+
+
+Video = Annotated[Path, typer.Argument(help="A video file or a folder of numbered images.", callback=named)]
 Keypoints = Annotated[
     Path | None,
     typer.Option(

@@ -62,21 +62,31 @@ def export_run(folder: Path, wish: Wish, out: Path, *, overwrite: bool, progress
 
 def export_all(folder: Path, wish: Wish, *, overwrite: bool, progress: Progress) -> list[str]:
     """Write the run in every format under its usual name; returns a line for each, also for those that are
-    not possible. RunError, FolderError: as `export_run`, before anything is written."""
+    not possible.
+
+    Raises:
+        RunError, FolderError: as `export_run`, before anything is written.
+        ForeignError: interrupted after some were written; names these.
+    """
     places = {to: Path(export_name(folder, to)) for to in FORMATS}
     for to, place in places.items():
         if to == "openpose":
             check_folder(place, overwrite, openpose.holds_frames)
         else:
             check_file(place, overwrite)
-    lines = []
+    lines, written = [], []
     for to, its in FORMATS.items():
         place = places[to]
         of = replace(wish, to=to) if its.scaled else Wish(to, facing=wish.facing)
         try:
             lines.append(export_run(folder, of, place, overwrite=overwrite, progress=progress))
+            written.append(str(place))
         except ForeignError as error:
             lines.append(f"left out {place}: {error}")
+        except KeyboardInterrupt as error:
+            if written:
+                raise ForeignError(f"interrupted; written are {', '.join(written)}") from error
+            raise
     return lines
 
 

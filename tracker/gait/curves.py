@@ -14,7 +14,7 @@ import numpy as np
 from dynamics.gaussian import Array
 from kinematics.sides import SIDES
 from tracker.gait.figures import Gait
-from tracker.gait.strides import Stride, goes_backwards
+from tracker.gait.strides import Stride
 from tracker.gait.times import STANCE
 from tracker.run.track import Track
 
@@ -58,10 +58,10 @@ def legs_of(track: Track, gait: Gait, joint: str) -> dict[str, Drawn]:
     return legs
 
 
-def norm_of(track: Track, gait: Gait, joint: str) -> Drawn | None:
+def norm_of(gait: Gait, joint: str) -> Drawn | None:
     """The reference band of people who walk forwards, or run; None if too few of them were captured."""
     norm = read_norms().get(f"{gait.motion}_{joint}")
-    if norm is None or goes_backwards(track):
+    if norm is None or gait.backwards:
         return None
     return {"mean": tenths(norm.mean), "sigma": tenths(norm.sigma), "people": norm.people}
 

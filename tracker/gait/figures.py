@@ -11,7 +11,7 @@ from kinematics.sides import SIDES, Side
 from kinematics.spm import joints
 from tracker.gait.evened import evened
 from tracker.gait.lengths import Known, lengths
-from tracker.gait.strides import Stride, Strides, strides_of
+from tracker.gait.strides import Stride, Strides, goes_backwards, strides_of
 from tracker.gait.times import CONTACT, STANCE, STRIDE, Clock, times
 from tracker.gait.values import Measure, Sample, each
 from tracker.run.track import Track
@@ -37,6 +37,7 @@ class Gait:
     strides  : of each foot
     rate     : playback speed, by which the film's seconds were multiplied
     motion   : "walk" or "run"
+    backwards: whether the figure goes backwards
     leg      : metres in a leg length, None if lengths are in leg lengths
     warnings : on impossible values, which were left out
     """
@@ -45,6 +46,7 @@ class Gait:
     strides: Mapping[Side, Strides]
     rate: float
     motion: str
+    backwards: bool
     leg: float | None
     warnings: tuple[str, ...] = ()
 
@@ -96,7 +98,7 @@ def gait_of(track: Track, rate: float = 1.0, known: Known | None = None) -> Gait
     track = evened(film)
     run = runs(track)
     strides, leg = strides_of(track, run), None if known is None else known.leg(track)
-    gait = Gait((), strides, rate, "run" if run else "walk", leg)
+    gait = Gait((), strides, rate, "run" if run else "walk", goes_backwards(track), leg)
     if not any(strides[side].sound for side in SIDES):
         return gait
     clock = Clock(track.first, track.times)

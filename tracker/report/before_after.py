@@ -1,6 +1,5 @@
 """Two runs of one person side by side: their gait figures, what changed, and angles over the stride."""
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,14 +10,13 @@ from markupsafe import Markup
 
 from kinematics.figure_file import WALKER, load_figure
 from kinematics.sides import OTHER, SIDES, Side
-from kinematics.text_file import read_text
 from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.values import Value
 from tracker.report.document import STYLES, Document, write_page
 from tracker.report.html_tables import SIGMAS, html_table, in_columns, small_errors, spoken, unit_of
-from tracker.run.read import RunError, read_news, read_track
+from tracker.run.read import RunError, read_gait, read_news, read_track
 from tracker.run.track import Track
 
 COLUMNS = ("", "before", "after", "change")
@@ -97,7 +95,7 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
         page,
         PAGE,
         {"cycles": list(_cycles(runs, gaits, pairs))},
-        title=f"{before.name} and {after.name}",
+        title=f"{before.resolve().name} and {after.resolve().name}",
         notes=_notes(gaits, metres, runs, turned),
         table=html_table(COLUMNS, [change.row() for change in changes]),
     )
@@ -105,15 +103,12 @@ def compare_runs(before: Path, after: Path, page: Path) -> str:
 
 
 def _walked(folder: Path) -> Walked:
-    news = read_news(folder)
-    try:
-        rate = float(json.loads(read_text(folder / "gait.json"))["rate"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        absent = isinstance(error, FileNotFoundError)
-        advice = "only runs of people have one" if absent else "track the clip again"
-        raise RunError(f"{folder} has no gait.json that can be read; {advice}") from error
+    news, gait = read_news(folder), read_gait(folder)
+    if gait is None:
+        raise RunError(f"{folder} has no gait.json; only runs of people have one")
     figure = load_figure(news.options.get("figure", WALKER.name))
-    return Walked(folder, read_track(folder, mark=0.0, figure=figure), rate, Known(news.height, news.scale))
+    track = read_track(folder, mark=0.0, figure=figure)
+    return Walked(folder, track, gait.rate, Known(news.height, news.scale))
 
 
 def _changes(before: Gait, after: Gait, pairs: Mapping[str, Side]) -> Iterator[Change]:
@@ -164,5 +159,5 @@ def _cycles(
         for joint, (before, after) in drawn.items():
             if side in before and pairs[side] in after:
                 legs = {"before": before[side], "after": after[pairs[side]]}
-                norm = norm_of(runs[0].track, gaits[0], joint)
+                norm = norm_of(gaits[0], joint)
                 yield {"title": f"{joint.capitalize()}, {side}", "legs": legs, "norm": norm}

@@ -12,7 +12,6 @@ from tracker.clip.follow import Run
 from tracker.gait.curves import legs_of, norm_of
 from tracker.gait.figures import LEG_JOINTS, Gait, gait_of
 from tracker.gait.lengths import Known
-from tracker.gait.strides import goes_backwards
 from tracker.gait.times import STANCE, SWING
 from tracker.gait.values import Measure, Value
 from tracker.loop.outcome import Outcome
@@ -104,8 +103,8 @@ class Chapter:
             )
         elif any(value.count == 1 for m in self.gait.measures for value in (m.near, m.far) if value):
             said.append(
-                "A leg with one stride does not show how much strides differ: its \N{PLUS-MINUS SIGN} is the "
-                "poses' uncertainty alone."
+                "A figure of one stride does not show how much strides differ: its \N{PLUS-MINUS SIGN} is "
+                "the poses' uncertainty alone."
             )
         if self.gait.discord > DISCORD:
             said.append(
@@ -168,7 +167,7 @@ class Chapter:
         if self.gait is not None:
             for joint in LEG_JOINTS:
                 legs = legs_of(self.track, self.gait, joint)
-                norm = norm_of(self.track, self.gait, joint)
+                norm = norm_of(self.gait, joint)
                 if legs:
                     yield {"title": joint.capitalize(), "legs": legs, "norm": norm}
 
@@ -186,9 +185,7 @@ def headline(chapter: Chapter) -> str:
     cadence = None if gait is None else gait.named("cadence")
     if gait is None or cadence is None or cadence.both is None:
         return ""
-    verb = {"walk": "Walks", "run": "Runs"}[gait.motion] + (
-        " backwards" if goes_backwards(chapter.track) else ""
-    )
+    verb = {"walk": "Walks", "run": "Runs"}[gait.motion] + (" backwards" if gait.backwards else "")
     told = f"{verb} at {cadence.both.mean:.0f} steps a minute"
     speed = gait.named("speed")
     if speed is not None and speed.both is not None:
@@ -219,7 +216,7 @@ def _walked(gait: Gait, camera: float) -> list[tuple[str, str]]:
     lengths = "in leg lengths (thigh + shank); follow with a height for metres"
     if gait.leg is not None:
         lengths = f"in metres; a leg length (thigh + shank) is {gait.leg:.2f} m"
-    if camera > 0.0:
+    if round(camera) > 0:
         lengths += f"; against the background, which the camera moves by up to {camera:.0f} px"
     return [("Motion", gait.motion), ("Lengths", lengths)]
 

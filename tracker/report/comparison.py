@@ -60,9 +60,13 @@ def compare_models(
         chapters[name] = replace(write_run(finished, folder / name, progress, film=films[0]), name=name)
         for warning in finished.warnings:
             progress.warn(f"{name}: {warning}")
-        scores[name] = score(
-            _within(truth, finished.frames - 1, figure.scored), places(finished.track), start, figure
-        )
+        reached = _within(truth, finished.frames - 1, figure.scored)
+        if not any(frame > start for frame in reached):
+            raise ValueError(
+                f"the truth marks no frame from {start + 1} to {finished.frames - 1}, the film's last; "
+                "mark some or give another --truth"
+            )
+        scores[name] = score(reached, places(finished.track), start, figure)
     write_error_plot(scores, folder / "errors.png")
     sheet = folder / "failure.png"
     write_sheet(job.video, {name: each.track for name, each in chapters.items()}, scores, sheet)

@@ -60,10 +60,8 @@ def by_layer(figure: Figure) -> list[int]:
 
 
 def paint(image: Image, track: Track, frame: int, title: str = "") -> Image:
-    """The frame with the figure drawn on it: limbs, two-sigma ellipses of joints, state and frame number."""
+    """A followed frame with the figure drawn: limbs, two-sigma ellipses of joints, state and frame number."""
     t = frame - track.first
-    if not 0 <= t < len(track):
-        return draw(image, caption=f"{title}frame {frame}: not tracked")
     now = slice(t, t + 1)  # one row; converting the whole track for each frame would take quadratic time
     (places,), (covs,) = track.joints(now), track.joint_covs(now)
     figure, shades = track.figure, colours(track.figure)

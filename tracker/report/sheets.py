@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tracker.report.drawing import paint
-from tracker.run.score import LOST_ERROR, Score, parting
+from tracker.run.score import LOST_ERROR, Score
 from tracker.run.track import Track
 from videos.frames import Video, images_of
 
@@ -18,7 +18,7 @@ Image = NDArray[np.uint8]
 DPI = 130
 SHOWN = 4  # largest number of frames
 GAP, LABEL = 0.1, 0.5  # space around pictures, and beside them for the rows' labels, inches
-CROP = 1.1  # width kept on either side of the marked figure's hip, leg lengths
+CROP = 1.1  # width kept on either side of the middle of the tracked joints, leg lengths
 matplotlib.rcParams["text.parse_math"] = False  # names may have a $ in them
 
 
@@ -26,9 +26,11 @@ def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
     """Plot the mean error of every marked frame against time, one line a model."""
     figure = Figure(figsize=(7.0, 3.2), dpi=DPI, layout="constrained")
     axes = figure.subplots()
-    for name, result in scores.items():
+    lines = []
+    for result in scores.values():
         frames, errors = list(result.frame_errors), list(result.frame_errors.values())
-        (line,) = axes.plot(frames, errors, marker="o", markersize=3, label=name)
+        (line,) = axes.plot(frames, errors, marker="o", markersize=3)
+        lines.append(line)
         if result.first_failure_frame is not None:
             at = result.first_failure_frame
             axes.plot(at, result.frame_errors[at], marker="x", markersize=11, mew=2.5, color=line.get_color())
@@ -38,17 +40,18 @@ def write_error_plot(scores: Mapping[str, Score], path: Path) -> None:
     )
     axes.set(xlabel="frame", ylabel="mean error, leg lengths", ylim=(0.0, None), xlim=(0.0, None))
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False)
+    axes.legend(lines, list(scores), frameon=False)  # a name may begin with _, which a label may not
     figure.savefig(path)
 
 
 def sheet_frames(scores: Mapping[str, Score]) -> list[int]:
     """Marked frames that show how the tracks part: evenly up to the largest difference of best and worst."""
     ranked = sorted(scores.values(), key=lambda result: result.mean_error_leg)
-    frames = sorted(ranked[0].frame_errors)
-    worst = parting([ranked[0].frame_errors, ranked[-1].frame_errors]) if len(ranked) > 1 else frames[-1]
-    upto = frames[: frames.index(worst) + 1] if worst in frames else frames
-    after = frames[frames.index(upto[-1]) + 1 :]
+    best, worst = ranked[0].frame_errors, ranked[-1].frame_errors
+    frames = sorted(best)
+    differ = [round(abs(best[frame] - worst[frame]), 12) for frame in frames]
+    parting = 1 + (int(np.argmax(differ)) if len(ranked) > 1 else len(frames) - 1)
+    upto, after = frames[:parting], frames[parting:]
     chosen = [upto[round(i)] for i in np.linspace(0, len(upto) - 1, min(SHOWN - bool(after), len(upto)))]
     return sorted(set(chosen) | set(after[-1:]))
 
@@ -78,8 +81,7 @@ def write_sheet(video: Path, tracks: Mapping[str, Track], scores: Mapping[str, S
 
 def _cropped(image: Image, reference: Track, frame: int) -> Image:
     """The drawn frame cropped around the figure of the reference track."""
-    t = int(np.clip(frame - reference.first, 0, len(reference) - 1))
-    places = reference.joints()[t]
+    places = reference.joints()[frame - reference.first]
     centre, unit = places.mean(axis=0), reference.view.unit
     H, W = image.shape[:2]
     half_w, half_h = min(CROP * unit, W / 2), min(1.35 * CROP * unit, H / 2)

@@ -35,7 +35,7 @@ def holds_run(path: Path) -> bool:
     """Whether this folder holds complete results of a figtrack command."""
     for name, key in MARKERS.items():
         # run.json may be missing, or another program's: binary or no JSON object.
-        with suppress(OSError, ValueError):
+        with suppress(OSError, ValueError, RecursionError):
             if (path / name).is_file():
                 news = json.loads((path / name).read_text(encoding="utf-8"))
                 if isinstance(news, dict) and key in news:

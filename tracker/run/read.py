@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
+from pydantic import AllowInfNan, BaseModel, FiniteFloat, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT, SCALE, Figure
@@ -47,6 +47,26 @@ class News(BaseModel, allow_inf_nan=False):
     headline: str = ""
     job: str = ""
     options: dict[str, Any] = {}
+
+
+class Mean(BaseModel):
+    """A gait figure of a leg or of both in gait.json."""
+
+    mean: FiniteFloat
+
+
+class Figures(BaseModel):
+    """The fields of gait.json that other modules read; a figure of a leg is a mean, its unit a text."""
+
+    motion: str = ""
+    rate: Annotated[PositiveFloat, AllowInfNan(False)]
+    metres_in_leg: float | None = None
+    measures: dict[str, dict[str, Mean | str | None]] = {}
+
+    def mean(self, measure: str, legs: str) -> float | None:
+        """The mean over strides; None if there is none of these legs."""
+        found = self.measures.get(measure, {}).get(legs)
+        return found.mean if isinstance(found, Mean) else None
 
 
 @dataclass(frozen=True)
@@ -118,11 +138,15 @@ def read_news(folder: Path) -> News:
     except OSError as error:
         raise RunError(f"{path} is no run of figtrack ({why(error)}); track the clip again") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        fault = " ".join([*map(str, first["loc"]), first["msg"].lower()])
-        raise RunError(f"{path} is no run of figtrack ({fault}); track the clip again") from error
+        raise RunError(f"{path} is no run of figtrack ({_fault(error)}); track the clip again") from error
     except (ValueError, RecursionError) as error:
         raise RunError(f"{path} is no run of figtrack (invalid json); track the clip again") from error
+
+
+def read_gait(folder: Path) -> Figures | None:
+    """The fields of gait.json, None without one; RunError: it is damaged."""
+    with _sound(folder / "gait.json") as path:
+        return Figures.model_validate(read_json(path)) if path.exists() else None
 
 
 def read_json(path: Path) -> Any:
@@ -169,9 +193,17 @@ def _sound(path: Path) -> Iterator[Path]:
     """A file to read in this block; RunError if its content is not that of a run."""
     try:
         yield path
-    except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
+    except ValidationError as error:
+        raise RunError(f"{path} is damaged ({_fault(error)}); track the clip again") from error
+    except (OSError, ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
         lacks = f"there is no {error.args[0]!r}" if isinstance(error, KeyError) else why(error)
         raise RunError(f"{path} is damaged ({lacks}); track the clip again") from error
+
+
+def _fault(error: ValidationError) -> str:
+    """Where the first fault is, and which."""
+    first = error.errors()[0]
+    return " ".join([*map(str, first["loc"]), first["msg"].lower()])
 
 
 def read_track(folder: Path, mark: float, figure: Figure) -> Track:

@@ -1,4 +1,4 @@
-"""Tracks against marked poses: errors in leg lengths, the loss of a track, the frame where two tracks part.
+"""Tracks against marked poses: errors in leg lengths, and the loss of a track.
 
 Errors are over the scored joints of a figure (for the walking one head top, neck, hip, knees and ankles), in
 leg lengths (thigh + shank, the mean of the legs in the first marked frame), each at most 1. A
@@ -110,16 +110,6 @@ def leg_length(truth: Marks, frames: list[int], figure: Figure = WALKER) -> floa
     raise ValueError(f"the truth marks no whole leg ({wanted}) in any frame; mark one")
 
 
-def parting(errors: list[Mapping[int, float]]) -> int | None:
-    """The first marked frame in which two tracks' errors differ most; None if they share no frame."""
-    first, second = errors
-    common = sorted(set(first) & set(second))
-    if not common:
-        return None
-    gaps = np.array([abs(first[frame] - second[frame]) for frame in common])
-    return common[int(np.flatnonzero(gaps >= gaps.max() - 1e-12)[0])]
-
-
 def _joints(figure: Figure) -> list[str]:
     """The joints of a leg, from its parent's."""
     leg = figure.legs[0] if figure.legs else ()
@@ -162,7 +152,8 @@ def _angles(figure: Figure, marks: Mapping[str, Mark], found: Places) -> list[fl
         if wanted is None or got is None or not marks[figure.links[i].joint].visible:
             continue
         # Marks of a leg's start are uncertain in every frame.
-        if n == 0 or marks[figure.links[figure.parents[i]].joint].visible:
+        before = marks.get(figure.links[figure.parents[i]].joint)
+        if n == 0 or (before is not None and before.visible):
             apart = np.arctan2(*wanted) - np.arctan2(*got)
             out.append(float(abs(np.degrees((apart + np.pi) % (2.0 * np.pi) - np.pi))))
     return out

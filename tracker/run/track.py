@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, transpose
-from kinematics.figure import ROOT, SCALE, Figure
+from kinematics.figure import ROOT, Figure
 from kinematics.spm import View, joint_jacobian, joints
 from tracker.loop.outcome import Outcome
 from tracker.progress import tally
@@ -131,7 +131,7 @@ class Track:
             "motion": self.motions,
             "outcome": [str(outcome) for outcome in self.outcome],
         }
-        for k, name in enumerate(self.figure.freedoms[: self.figure.index(SCALE)]):
+        for k, name in enumerate(self.figure.pose_freedoms):
             columns[name] = self.q[:, k] if name in ROOT else np.degrees(self.q[:, k])
         for name, places in zip(self.figure.joints, np.moveaxis(self.joints(), 1, 0), strict=True):
             columns |= {f"{name}_{axis}": places[:, a] for a, axis in enumerate(SPACE)}

@@ -176,7 +176,7 @@ def _sequence(name: str, frames: Mapping[int, Row], path: str | Path) -> PoseSeq
             f"at most {LONGEST} frames are read, correct the numbers"
         )
     for before, after in pairwise(sorted(frames)):
-        if after - before > GAP:
+        if after - before - 1 > GAP:
             raise PosesError(
                 f"{path}: in sequence {name!r} frame {after} comes after frame {before}; at most {GAP} "
                 "frames may be left out, correct the numbers or give the rest a seq of its own"

@@ -2,13 +2,14 @@
 
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from tracker.cli.options import offered
+from tracker.cli.options import beside, named, offered
 from tracker.clip.job import About
 
 
@@ -59,6 +60,15 @@ def test_words_and_ranges_are_those_of_the_field(call):
     assert "--hot / --no-hot" in said
     assert "--no-milk" not in said
     assert call("--sugar", 4)[1].exit_code == 2
+
+
+def test_a_film_has_a_name_though_it_is_the_folder_that_one_is_in(tmp_path, monkeypatch):
+    (tmp_path / "walk" / "inner").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "walk" / "inner")
+    assert named(Path(".")) == tmp_path / "walk" / "inner"
+    assert named(Path("..")) == tmp_path / "walk"
+    assert named(Path("a.mp4")) == Path("a.mp4")
+    assert beside(named(Path("..")), "track") == Path("walk-track")
 
 
 def test_what_cannot_be_done_is_one_line_and_a_mistake_of_ours_is_not_hidden(call):

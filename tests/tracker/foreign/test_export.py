@@ -11,6 +11,7 @@ from tests.kinematics.figures import ARMS, WALKER
 from tests.tracker import clips
 from tests.tracker.clips import everything, figtrack
 from tests.tracker.records import FIRST, FRAMES, T, made_track, write_folder
+from tracker.foreign import export
 from tracker.foreign.export import FORMATS
 from tracker.foreign.formats import read_people, read_points
 from tracker.run.read import read_run
@@ -228,6 +229,23 @@ def test_what_is_there_is_replaced_only_when_asked(run, tmp_path, to):
     exported(run, to, "--out", out, "--overwrite", "--facing", "left")
     assert everything(tmp_path).keys() == before.keys()
     assert everything(tmp_path) != before
+
+
+def test_what_was_written_before_an_interrupt_is_told(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write, done = export.export_run, []
+
+    def interrupted(*words, **more):
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(write(*words, **more))
+        return done[-1]
+
+    monkeypatch.setattr(export, "export_run", interrupted)
+    said = refused(run, "--to", "all")
+    written = {path.name for path in tmp_path.iterdir() if path != run.parent}
+    assert len(written) == 2
+    assert all(name in said for name in written)
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ def test_one_leg_is_not_compared_with_the_other():
     def gait(near, far):
         sides = Measure("stride time", "s", near, far, both=near or far)
         return Gait(
-            (sides, Measure("cadence", "steps/min", both=Value(110.0, 1.0, 4))), {}, 1.0, "walk", None
+            (sides, Measure("cadence", "steps/min", both=Value(110.0, 1.0, 4))), {}, 1.0, "walk", False, None
         )
 
     value = Value(1.0, 0.1, 4)
@@ -150,12 +150,22 @@ def test_a_run_without_strides_is_refused_in_one_line(runs, tmp_path):
     short = run(tmp_path / "short", period=50.0)
     with pytest.raises(RunError, match="short has no whole stride"):
         compare_runs(runs[0], short, tmp_path / "page.html")
-    (runs[1] / "gait.json").write_text("{")
-    with pytest.raises(RunError, match=r"friday has no gait\.json that can be read; track the clip again"):
-        compare_runs(*runs, tmp_path / "page.html")
     (runs[1] / "gait.json").unlink()  # as of a horse
-    with pytest.raises(RunError, match=r"friday has no gait\.json .* only runs of people have one"):
+    with pytest.raises(RunError, match=r"friday has no gait\.json; only runs of people have one"):
         compare_runs(*runs, tmp_path / "page.html")
+    assert not (tmp_path / "page.html").exists()
+
+
+@pytest.mark.parametrize("rate", ["0", "-1", "NaN", '"half"'])
+def test_damaged_gait_figures_are_told_by_their_file(rate, runs, tmp_path):
+    path = runs[1] / "gait.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"rate": None}).replace("null", rate, 1))
+    with pytest.raises(RunError, match=r"friday/gait\.json is damaged"):
+        compare_runs(*runs, tmp_path / "page.html")
+    for content in ("{", "[" * 100_000):
+        path.write_text(content)
+        with pytest.raises(RunError, match=r"friday/gait\.json is damaged .*; track the clip again"):
+            compare_runs(*runs, tmp_path / "page.html")
     assert not (tmp_path / "page.html").exists()
 
 

@@ -15,6 +15,7 @@ from tracker.clip.job import Job
 from tracker.gait.curves import read_norms
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
+from tracker.gait.strides import goes_backwards
 from tracker.report.chapter import Chapter, headline, unusual
 from tracker.report.document import written
 
@@ -57,7 +58,7 @@ def test_a_clear_walk_has_no_cautions():
 
 def test_too_few_strides_and_strides_left_out_and_legs_in_discord_are_said():
     assert said(chapter(stroll(0.9)), "No gait figures")
-    assert said(chapter(stroll(2.0)), "A leg with one stride")
+    assert said(chapter(stroll(2.0)), "A figure of one stride")
     track = stroll()
     outcome = list(track.outcome)
     outcome[55] = "lost"
@@ -200,6 +201,25 @@ def test_what_was_not_measured_is_not_told():
 def test_who_goes_backwards_is_said_to():
     track = stroll()
     assert headline(chapter(replace(track, q=track.q[::-1].copy()))).startswith("Walks backwards at 109")
+
+
+def test_the_way_is_judged_by_the_seconds_walked():
+    """In slow motion half a leg length back in six seconds of film is as quick as in three."""
+    track = stroll(12.0)
+    drift = replace(track, q=track.q.copy())
+    drift.q[:, 0] = np.linspace(0.0, -0.9, len(track))
+    told = chapter(drift, rate=0.5, given=True, gait=gait_of(drift, 0.5))
+    assert goes_backwards(drift) != told.gait.backwards
+    assert ("backwards" in headline(told)) == told.gait.backwards
+    assert all((cycle["norm"] is None) == told.gait.backwards for cycle in told.drawn()["cycles"])
+
+
+def test_a_camera_that_hardly_moves_is_not_told():
+    for moves, told in ((0.3, False), (3.0, True)):
+        track = stroll()
+        shift = np.zeros((len(track), 2))
+        shift[-1, 0] = moves
+        assert ("camera moves" in dict(chapter(replace(track, shift=shift)).facts())["Lengths"]) == told
 
 
 def test_without_gait_figures_nothing_is_said(rng):

@@ -112,7 +112,7 @@ def test_corrections_that_were_not_followed_are_never_replaced(tmp_path):
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
-@pytest.mark.parametrize("content", [None, "not json", '{"script": "go"}', '["figtrack"]'])
+@pytest.mark.parametrize("content", [None, "not json", "[" * 100_000, '{"script": "go"}', '["figtrack"]'])
 def test_a_foreign_folder_is_never_replaced(tmp_path, overwrite, content):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").write_text("years of work")

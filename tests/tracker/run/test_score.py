@@ -8,7 +8,7 @@ from kinematics.sides import other_side
 from tests.kinematics.figures import WALKER, Puppet
 from tests.tracker.records import validator
 from tests.tracker.tracks import random_track
-from tracker.run.score import leg_length, parting, places, score
+from tracker.run.score import leg_length, places, score
 from tracker.tables.keypoints import KEYPOINTS, Mark
 
 # A leg of 100 px on each side, hanging straight.
@@ -240,14 +240,6 @@ def test_places_are_the_joints_of_each_frame_from_the_first(rng):
         for name, (x, y) in of_frame.items():
             assert x == pytest.approx(150.0 + right - 70.0 * body[name][0], abs=1e-9)
             assert y == pytest.approx(110.0 + down - 70.0 * body[name][1], abs=1e-9)
-
-
-def test_two_tracks_part_where_their_errors_differ_most():
-    learned = {1: 0.01, 2: 0.02, 3: 0.05, 5: 0.9}
-    rival = {1: 0.01, 2: 0.1, 3: 0.6, 4: 0.9}
-    assert parting([learned, rival]) == 3
-    assert parting([rival, learned]) == 3
-    assert parting([{1: 0.2}, {2: 0.3}]) is None
 
 
 def test_errors_run_in_time():

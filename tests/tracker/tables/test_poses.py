@@ -48,6 +48,11 @@ def test_frames_left_out_are_rows_of_missing_data(tmp_path):
     assert np.isnan(sequence.y).all(axis=1).tolist() == [False, True, True, False]
 
 
+def test_as_many_frames_may_be_left_out_as_is_said(tmp_path):
+    (sequence,) = read_poses(table(tmp_path, row(0), row(10_001)))
+    assert len(sequence) == 10_002
+
+
 def test_a_run_ends_at_a_gap_at_an_empty_cell_and_at_another_label(tmp_path):
     rows = [row(0), row(1), row(3), "a,4,0,0,,0,0,0,0,0,walk", row(5), row(6, "run"), row(0, seq="b")]
     first, second = read_poses(table(tmp_path, *rows))
@@ -83,7 +88,7 @@ def test_a_run_ends_where_the_tracker_did_not_see_the_pose(tmp_path):
         ((row(0, angle=2 * LARGEST),), "torso 2000000000.0 is out of all range"),
         ((row(0), row(1, angle=-3601)), "line 3: torso -3601 is out of all range"),
         ((row(0), row(0, seq="b"), row(1)), "line 4: sequence 'a' ended before and comes again"),
-        ((row(0), row(10_001)), "frame 10001 comes after frame 0; at most 10000 frames may be left out"),
+        ((row(0), row(10_002)), "frame 10002 comes after frame 0; at most 10000 frames may be left out"),
         ((row(0), row(10**9)), "sequence 'a' goes from frame 0 to frame 1000000000; at most"),
     ],
 )
