@@ -118,6 +118,7 @@ class Asked(BaseModel):
     film   : its name
     person : number of the person to follow, None for the only one
     near   : the nearer leg in the start frame, None to find it
+    facing : of the person, None to find it
     height : of the person, metres
     marked : whether to start from the marks beside the film
     to     : format of an export
@@ -127,6 +128,7 @@ class Asked(BaseModel):
     command: Command
     person: int | None = Field(None, ge=1)
     near: Literal["ahead", "behind"] | None = None
+    facing: Literal["left", "right"] | None = None
     height: float | None = Field(None, ge=0.3, le=3.0)
     marked: bool = False
     to: Literal[EXPORTS] | None = None  # type: ignore[valid-type]
@@ -247,7 +249,7 @@ def _how(asked: Asked, film: Film) -> list[str]:
     given: dict[str, object] = {"--person": asked.person, "--near": asked.near}
     if asked.marked:
         given = {"--keypoints": _here(film.marks)}
-    given["--height"] = asked.height
+    given |= {"--facing": asked.facing, "--height": asked.height}
     words = [str(word) for option, value in given.items() if value is not None for word in (option, value)]
     return words + ["--anchors"] * (asked.marked and _marked_frames(film.marks) > 1)
 

@@ -30,9 +30,7 @@ LONG = 2.5  # longest stride of most people, leg lengths; who goes less far in t
 SLOW_MOTION = 8.0  # with stride times up to this, seconds of film
 FINE = 3  # steps from one phase to the next, at 30 frames a second
 CHANGE = 1.5  # cost of a change to the next phase speed, nats
-TRAVEL = (
-    1.0  # least travel over the scene that tells how fast somebody walks and whether backwards, leg lengths
-)
+TRAVEL = 1.0  # least travel over the scene that shows how fast somebody walks, and which way, leg lengths
 SLIP = 1.0  # standard deviation of a step in phase about the phase speed, fine steps
 DIFFERS = float(np.radians(12.0))  # scale of the Student t of marked angles about a cycle's
 FREEDOM = 4.0  # its degrees of freedom; few, as people who start or stop are in no phase of a cycle

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AllowInfNan, BaseModel, FiniteFloat, PositiveFloat, PositiveInt, ValidationError
+from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
 
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT, SCALE, Figure
@@ -49,17 +49,17 @@ class News(BaseModel, allow_inf_nan=False):
     options: dict[str, Any] = {}
 
 
-class Mean(BaseModel):
+class Mean(BaseModel, allow_inf_nan=False):
     """A gait figure of a leg or of both in gait.json."""
 
-    mean: FiniteFloat
+    mean: float
 
 
-class Figures(BaseModel):
+class Figures(BaseModel, allow_inf_nan=False):
     """The fields of gait.json that other modules read; a figure of a leg is a mean, its unit a text."""
 
     motion: str = ""
-    rate: Annotated[PositiveFloat, AllowInfNan(False)]
+    rate: PositiveFloat
     metres_in_leg: float | None = None
     measures: dict[str, dict[str, Mean | str | None]] = {}
 

@@ -90,8 +90,8 @@ def state(client):
             "track a.mp4 --out a-track --overwrite --person 2 --near ahead --height 1.7",
         ),
         (
-            Asked(film="", command=Command.TRACK, person=2, near="ahead", marked=True),
-            "track a.mp4 --out a-track --overwrite --keypoints a.keypoints.csv",
+            Asked(film="", command=Command.TRACK, person=2, near="ahead", facing="left", marked=True),
+            "track a.mp4 --out a-track --overwrite --keypoints a.keypoints.csv --facing left",
         ),
         (Asked(film="", command=Command.ANNOTATE), "annotate a.mp4 --out a.keypoints.csv --no-browser"),
         (Asked(film="", command=Command.CORRECT), "correct a-track --no-browser"),

@@ -43,6 +43,7 @@ function request(card, name, command) {
     marked: start === "marks",
     person: start === "marks" || !start ? null : Number(start),
     near: $(".near", card).value || null,
+    facing: $(".facing", card).value || null,
     height: Number.isFinite(height) ? height : null,
     to: $(".to", card).value || null,
   };
