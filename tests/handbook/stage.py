@@ -36,6 +36,7 @@ from tracker.scene import film
 from tracker.tables.keypoints import read_keypoints
 
 FRAMES, SIZE = 24, (480, 270)  # enough for the walker to be found
+SEED = 1  # of a walker who is seen so clearly that no second search is needed
 SCHEDULER = "tcp://10.0.0.1:8786"  # of the pages; the address of a real one is put in its place
 
 LEFT = {}  # the files that a command left, by its words and the files that these name
@@ -54,7 +55,7 @@ NOT_RUN = {
 }
 IN_ITS_PLACE = {
     "make": "what it would do (-n), and of that the commands of ours: it also installs and runs all tests",
-    "demo": "a walk of fewer frames, also in place of the film that is fetched",
+    "demo": "one walk of fewer frames for every seed, also in place of the film that is fetched",
     "annotate": "without a browser: what one clicks is sent, then Save and close",
     "correct": "without a browser: a frame is kept as it was followed, then Follow on, then Save and close",
     "app": "without a browser: the films are asked for, then Ctrl-C",
@@ -78,14 +79,14 @@ class CommandFailedError(AssertionError):
 
 
 @cache
-def rendered(seed, frames):
-    """A small rendered walk, each once; short as it is, nothing hides the walker."""
-    return film.render(seed, frames=frames, size=SIZE, shrubs=False)
+def rendered():
+    """A small rendered walk, once for all; short as it is, nothing hides the walker."""
+    return film.render(SEED, frames=FRAMES, size=SIZE, shrubs=False)
 
 
 def furnish(folder):
     """All that any page may find: a clip and its marks, tables of clips and captures, a run and a model."""
-    demo.write_scene(rendered(3, FRAMES), folder)
+    demo.write_scene(rendered(), folder)
     for name in ("anna 1", "ben"):
         shutil.copy(folder / "walk.mp4", folder / f"{name}.mp4")
         shutil.copy(folder / "walk.keypoints.csv", folder / f"{name}.keypoints.csv")
@@ -156,9 +157,9 @@ def run(words, folder, scheduler):
 
 def shorten(monkeypatch):
     """The demo on a short walk, the papers' experiments but one."""
-    monkeypatch.setattr(demo, "render", lambda seed, frames, advance: rendered(seed, frames))
+    monkeypatch.setattr(demo, "render", lambda *_, **__: rendered())
     monkeypatch.setattr(demo, "run_demo", partial(demo.run_demo, frames=FRAMES))
-    monkeypatch.setattr(demo, "fetch", lambda folder: demo.write_scene(rendered(3, FRAMES), folder)[0])
+    monkeypatch.setattr(demo, "fetch", lambda folder: demo.write_scene(rendered(), folder)[0])
     monkeypatch.setattr(experiments, "EXPERIMENTS", (runtime,))
 
 
