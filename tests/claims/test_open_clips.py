@@ -22,6 +22,7 @@ pytestmark = pytest.mark.claims
 
 QUIET = Progress("quiet")
 LEARNED, RIVAL = "walk-run", "cv"
+EIGHT, HARD = "video", "video_hard"  # folders
 Tracks = dict[str, dict[str, Track]]
 Scores = dict[str, dict[str, Score]]
 # Their marks in frame 0 are little more than half as far from the ankle as the other foot's.
@@ -29,9 +30,11 @@ TURNED = (("gym_walk_rl", "near_toe"), ("indoor_walk_lr", "far_toe"))
 
 
 def followed(clip: Path) -> dict[str, Track]:
-    """The whole clip from its first marks, as the program does it; by the rival, as far as it is marked."""
+    """The clip from its first marks, as the program does it: the eight to their ends, the others, and all by
+    the rival, as far as they are marked."""
     marks = marks_of(clip)
-    learned = Job(clip, marks, model=LEARNED, start=first_whole(marks))
+    stop = None if clip.parent.name == EIGHT else max(marks)
+    learned = Job(clip, marks, model=LEARNED, start=first_whole(marks), stop=stop)
     rival = replace(learned, model=RIVAL, stop=max(marks))
     seen = look(prepare(learned), QUIET)
     return {job.model: follow(job, QUIET, seen=seen).track for job in (learned, rival)}
@@ -40,13 +43,13 @@ def followed(clip: Path) -> dict[str, Track]:
 @pytest.fixture(scope="module")
 def clips(data_dir: Path) -> list[Path]:
     """The eight and the four hard ones."""
-    return [clip for name in ("video", "video_hard") for clip in sorted((data_dir / name).glob("*.mp4"))]
+    return [clip for name in (EIGHT, HARD) for clip in sorted((data_dir / name).glob("*.mp4"))]
 
 
 @pytest.fixture(scope="module")
 def eight(clips: list[Path], tracks: Tracks) -> dict[str, Track]:
     """The learned model's tracks of the first eight."""
-    return {clip.stem: tracks[LEARNED][clip.stem] for clip in clips if clip.parent.name == "video"}
+    return {clip.stem: tracks[LEARNED][clip.stem] for clip in clips if clip.parent.name == EIGHT}
 
 
 @pytest.fixture(scope="module")

@@ -367,21 +367,29 @@ def test_a_camera_taken_for_still_is_still(panned):
     assert_array_equal(run.track.shift, 0.0)
 
 
-@pytest.mark.claims
-@pytest.mark.parametrize("way", [sway(22, 16.0, 40), shake(22, 5.0)], ids=["pans", "shakes"])
-def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, data_dir, tmp_path):
+def error(job):
+    """Mean error at the marks, leg lengths."""
+    return score(job.marks, places(follow(job, QUIET).track), 0).mean_error_leg
+
+
+@pytest.fixture(scope="module")
+def still(data_dir):
+    """A real run before a camera that is still, and the error there."""
     source = data_dir / "video" / "fence_run_lr.mp4"
     marks = read_keypoints(source.with_name("fence_run_lr.keypoints.csv"))
+    job = Job(source, marks, start=0, stop=max(marks))
+    return job, error(job)
+
+
+@pytest.mark.claims
+@pytest.mark.parametrize("way", [sway(22, 16.0, 40), shake(22, 5.0)], ids=["pans", "shakes"])
+def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, still, tmp_path):
+    job, settled = still
+    source, marks = job.video, job.marks
     assert max(marks) == len(way) - 1
-
-    def error(job):
-        return score(job.marks, places(follow(job, QUIET).track), 0).mean_error_leg
-
-    still = Job(source, marks, start=0, stop=max(marks))
-    settled = error(still)
     images = [moved(frame.image, way[frame.index], border=110) for frame in islice(Video(source), len(way))]
     carry = {t: {n: carried(m, way[t] + 110.0) for n, m in of_frame.items()} for t, of_frame in marks.items()}
-    shifted = replace(still, video=write_images(tmp_path / "moved", images), marks=carry)
+    shifted = replace(job, video=write_images(tmp_path / "moved", images), marks=carry)
     assert error(shifted) < settled + 0.005
     assert error(replace(shifted, settings=Settings(camera=False, outline=False))) > settled + 0.05
 
