@@ -178,9 +178,8 @@ def _explained(stage: Stage, outline: Outline, figure: Figure) -> float:
 
 def _direction(stage: Stage, outline: Outline) -> int:
     """Direction of travel over the scene: 1 to the right, -1 to the left, 0 for neither."""
-    begins, ends = stage.in_scene(outline.hips)[[0, -1], 0]
-    far = abs(ends - begins) > GOES * np.median(outline.units * stage.zoom)
-    return int(np.sign(ends - begins)) if far else 0
+    travel = stage.travel(outline.hips, outline.units)
+    return int(np.sign(travel)) if abs(travel) > GOES else 0
 
 
 def _clearest(stage: Stage, outline: Outline, figure: Figure, sure: slice) -> int | None:

@@ -67,7 +67,7 @@ def phases(
     score, shift, lean = _compared(stage, shape, cycles, hips, units, float(np.nan_to_num(marked[NECK])))
     named = likeness(np.nan_to_num(cycles.pose - marked))
     fine = max(FINE, int(np.ceil(FINE * stage.fps / 30.0)))
-    travel = _travel(stage, hips, units)
+    travel = stage.facing * stage.travel(hips, units)
     ways = (1, -1) if abs(travel) < TRAVEL else (1,) if travel > 0.0 else (-1,)
     periods = _periods(travel, len(stage) / stage.fps) * stage.fps
     found = []
@@ -89,12 +89,6 @@ def likeness(off: Array) -> Array:
     """(...) log likelihood of marked angles that are (..., 8) radians off a cycle's, nats."""
     square = (off[..., COUNTED] ** 2).sum(-1)
     return np.asarray(-0.5 * (FREEDOM + len(COUNTED)) * np.log1p(square / (FREEDOM * DIFFERS**2)))
-
-
-def _travel(stage: Stage, hips: Array, units: Array) -> float:
-    """Travel of the hip over the scene towards where the figure faces, leg lengths."""
-    scene = stage.in_scene(hips)
-    return stage.facing * float(scene[-1, 0] - scene[0, 0]) / float(np.median(units * stage.zoom))
 
 
 def _periods(travel: float, seconds: float) -> Array:

@@ -90,6 +90,15 @@ class Stage:
         """(T, 2) pixels of each frame converted to the first frame's."""
         return np.asarray(np.einsum("tij,tj->ti", self.places[:, :2], _with_one(pixels)))
 
+    def travel(self, hips: Array, units: Array) -> float:
+        """Travel of a hip over the scene to the right, from the first to the last frame, leg lengths.
+
+        Args:
+            hips, units: as in `around`.
+        """
+        begins, ends = self.in_scene(hips)[[0, -1], 0]
+        return float((ends - begins) / np.median(units * self.zoom))
+
     def in_frames(self, pixels: Array) -> Array:
         """(T, 2) pixels of the first frame converted to each frame's."""
         return np.asarray(np.einsum("tij,tj->ti", np.linalg.inv(self.places)[:, :2], _with_one(pixels)))
