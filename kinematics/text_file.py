@@ -1,7 +1,9 @@
 """Text files as they are found on a disk: what may be opened, and why one cannot be read."""
 
 import errno
+import json
 from pathlib import Path
+from typing import Any
 
 
 def ordinary(path: Path) -> Path:
@@ -14,6 +16,14 @@ def ordinary(path: Path) -> Path:
 def read_text(path: Path) -> str:
     """A UTF-8 file's text without a byte order mark; raises as `ordinary`, and UnicodeDecodeError."""
     return ordinary(path).read_text(encoding="utf-8-sig")
+
+
+def read_json(path: Path) -> Any:
+    """The content of a JSON file; raises as `ordinary`, and ValueError or RecursionError if it is none.
+
+    Names of films may hold bytes that are no UTF-8, which pydantic's own reader refuses.
+    """
+    return json.loads(ordinary(path).read_bytes())
 
 
 def blanked(text: str) -> str:

@@ -8,9 +8,10 @@ import numpy as np
 from pydantic import BaseModel, NonNegativeInt
 
 from kinematics.recover import Start
+from kinematics.text_file import read_json
 from tracker.clip.asked import marks_in
 from tracker.clip.job import Facing, Following, Found, Job, Nearer
-from tracker.run.read import NEWS, News, RunError, read_json, read_news
+from tracker.run.read import NEWS, News, RunError, read_news
 from tracker.run.track import Track
 from tracker.settings import Settings
 from tracker.tables.keypoints import Marks

@@ -1,6 +1,5 @@
 """Folders of results, written under a temporary name and renamed when complete, so never incomplete."""
 
-import json
 import os
 import secrets
 import shutil
@@ -9,6 +8,8 @@ from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
 from stat import S_IMODE
+
+from kinematics.text_file import read_json
 
 try:
     import fcntl
@@ -36,10 +37,9 @@ def holds_run(path: Path) -> bool:
     for name, key in MARKERS.items():
         # run.json may be missing, or another program's: binary or no JSON object.
         with suppress(OSError, ValueError, RecursionError):
-            if (path / name).is_file():
-                news = json.loads((path / name).read_text(encoding="utf-8"))
-                if isinstance(news, dict) and key in news:
-                    return True
+            news = read_json(path / name)
+            if isinstance(news, dict) and key in news:
+                return True
     return False
 
 

@@ -14,7 +14,7 @@ from pydantic import BaseModel, PositiveFloat, PositiveInt, ValidationError
 from dynamics.gaussian import Array
 from kinematics.figure import ROOT, SCALE, Figure
 from kinematics.spm import View
-from kinematics.text_file import ordinary, why
+from kinematics.text_file import ordinary, read_json, why
 from tracker.loop.outcome import Outcome
 from tracker.run.track import Track
 from tracker.run.write import VERSION, whole_times
@@ -147,14 +147,6 @@ def read_gait(folder: Path) -> Figures | None:
     """The fields of gait.json, None without one; RunError: it is damaged."""
     with _sound(folder / "gait.json") as path:
         return Figures.model_validate(read_json(path)) if path.exists() else None
-
-
-def read_json(path: Path) -> Any:
-    """The content of a JSON file; ValueError or RecursionError if it is none.
-
-    Names of films may hold bytes that are no UTF-8, which pydantic's own reader refuses.
-    """
-    return json.loads(ordinary(path).read_bytes())
 
 
 def read_run(folder: Path) -> Record:
