@@ -67,6 +67,11 @@ class Link:
     learned: bool = True
     offset: str = ""
 
+    @property
+    def half_width(self) -> float:
+        """Half of its greatest width, leg lengths."""
+        return 0.5 * self.width * max(1.0, self.taper)
+
 
 @dataclass(frozen=True)
 class Panel:

@@ -208,9 +208,8 @@ class Tracker:
     def box(self, poses: Array, reach: Array | float = 0.0) -> Box:
         """Box of pixels around all poses (H, D), enlarged by `reach` (2,) leg lengths."""
         pixels = self.view.to_pixels(joints(self.figure, poses)).reshape(-1, 2)
-        layout = self.figure.layout
-        half = 0.5 * float((layout.width * np.maximum(layout.taper, 1.0)).max())
-        margin = self.view.unit * (max(self.settings.margin, half) + np.asarray(reach))
+        widest = max(link.half_width for link in self.figure.links)
+        margin = self.view.unit * (max(self.settings.margin, widest) + np.asarray(reach))
         (x0, y0), (x1, y1) = pixels.min(0) - margin, pixels.max(0) + margin
         return float(x0), float(y0), float(x1), float(y1)
 

@@ -42,7 +42,7 @@ def _one(stage: Stage, before: Path, after: Path) -> bool:
     n = max(round(LATELY * stage.fps), 2)
     (come, ahead), (gone, back) = line(in_scene(stage, before)[-n:]), line(in_scene(stage, after)[:n][::-1])
     along, up = np.abs(come - gone + [0.5 * between * (ahead - back), 0.0])
-    lately = np.array([np.median(sizes(stage, before)[-n:]), np.median(sizes(stage, after)[:n])])
+    lately = np.array([np.median(_sizes(stage, before)[-n:]), np.median(_sizes(stage, after)[:n])])
     unit, faster = float(lately.mean()), abs(ahead + back) * stage.fps
     alike = lately.max() < ALIKE * lately.min()
     return bool(alike and along < NEAR * unit and up < HIGHER * unit and faster < SPEED * unit)
@@ -64,7 +64,7 @@ def _straight(stage: Stage, path: Path) -> list[Path]:
     n = max(round(TURN * stage.fps), 2)
     if len(path.hips) <= 2 * n:
         return [path]
-    x, slow = in_scene(stage, path)[:, 0], SLOW * np.median(sizes(stage, path)) * n / stage.fps
+    x, slow = in_scene(stage, path)[:, 0], SLOW * np.median(_sizes(stage, path)) * n / stage.fps
     come, gone = x[n:-n] - x[: -2 * n], x[2 * n :] - x[n:-n]
     turns = (np.minimum(abs(come), abs(gone)) > slow) & (come * gone < 0.0)
     if not turns.any():
@@ -94,6 +94,6 @@ def in_scene(stage: Stage, path: Path) -> Array:
     return stage.part(slice(path.first, path.last + 1)).in_scene(path.hips)
 
 
-def sizes(stage: Stage, path: Path) -> Array:
+def _sizes(stage: Stage, path: Path) -> Array:
     """(n,) the leg lengths of a path in pixels of the first frame."""
     return path.units * stage.part(slice(path.first, path.last + 1)).zoom

@@ -161,7 +161,7 @@ def _grid(figure: Figure, settings: Settings) -> tuple[Index, Array, Array, Arra
     for i, part in enumerate(figure.links):
         tip = rim if i not in figure.parents else 0.0
         length = np.arange(0.0, part.length + tip + 1e-9, settings.spacing)
-        half = 0.5 * part.width * max(1.0, part.taper) + rim
+        half = part.half_width + rim
         width = np.arange(-half, half + 1e-9, settings.spacing)
         if abs(width).min() > 0.5 * part.width * min(1.0, part.taper):  # no row would lie in a thin link
             width = np.zeros(1)
