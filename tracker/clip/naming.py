@@ -2,7 +2,7 @@
 
 The nearer leg hides the other. With the names exchanged templates are cut from the wrong leg and laid the
 wrong way round where legs pass, so that they fit worse. The mean difference of fit in the frames around the
-start, in standard errors, is added to the evidence of `tracker.outline.near`, which compares single pixels.
+start, in standard errors, is added to the evidence of `tracker.outline.near` and `tracker.outline.swing`.
 """
 
 from collections.abc import Iterable
@@ -18,7 +18,8 @@ from tracker.clip.pictures import Reel
 from tracker.clip.plan import Plan, prepare
 from tracker.loop.begin import begin
 from tracker.models.find import CONSTANT_VELOCITY
-from tracker.outline.near import NEARER, in_standard_errors
+from tracker.often import often
+from tracker.outline.doubt import in_standard_errors
 from tracker.outline.person import Person
 from tracker.picture.pyramid import Image
 from tracker.settings import Settings
@@ -27,6 +28,8 @@ from videos.frames import Video
 
 SURE = 0.95  # probability of the nearer leg from which it counts as sure
 AROUND = 2.0 / 3.0  # seconds before and after the start in which templates are laid
+TOGETHER = 10.0  # number of neighbouring frames with correlated errors, at 30 a second
+FITTING = 1.0  # log odds for a standard error; half of NEARER, as the pose in the start frame may be wrong
 FEW = Settings(hypotheses=3)  # few hypotheses suffice for so short a time
 
 
@@ -59,7 +62,8 @@ def start_from(one: Person, told: str) -> Found:
 def borne_out(one: Person, video: Video) -> Person:
     """The person with the legs named as templates fit better, and with the certainty that they give."""
     ours, others = _misfits(one, video).T
-    named = one.outline.named + NEARER * in_standard_errors(others - ours, video.fps)
+    told = in_standard_errors(others - ours, TOGETHER * often(video.fps))
+    named = one.outline.named + FITTING * told
     heard = replace(one, outline=replace(one.outline, named=named))
     return heard if named >= 0.0 else heard.exchanged
 

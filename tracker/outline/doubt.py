@@ -35,3 +35,18 @@ def spread(shape: Shape, q: Array, odds: Planes, grid: Grid) -> Array:
         against = not_out / max(place * body.sum(), LITTLE[1])
         found[t] = np.exp(ALL + COVERED * share + AGAINST * against)
     return found
+
+
+def in_standard_errors(evidence: Array, together: float) -> float:
+    """The mean of frames' evidence (n,) in the standard errors that it has if its true mean is zero.
+
+    So measured, a difference that lasts counts no more than chance could make it last: at most
+    sqrt(n / together).
+
+    Args:
+        together: number of neighbouring frames with correlated errors; 0 is returned for fewer.
+    """
+    if len(evidence) < together:
+        return 0.0
+    square = float(np.square(evidence).mean())
+    return float(evidence.mean() / (np.sqrt(square * together / len(evidence)) + 1e-9))

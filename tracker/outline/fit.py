@@ -12,12 +12,13 @@ from kinematics.spm import View, joints, skeleton, surface
 from tracker.outline.climb import GRID, ROUNDS, Marked, climb
 from tracker.outline.cycles import NECK, TRUNK, Cycles, at_phases, columns_of, poses
 from tracker.outline.doubt import spread
-from tracker.outline.near import NEARER, nearness
+from tracker.outline.near import nearness
 from tracker.outline.phase import Phases, likeness, phases
 from tracker.outline.place import walk
 from tracker.outline.shape import Shape
 from tracker.outline.smooth import finer, smooth
 from tracker.outline.stage import Stage
+from tracker.outline.swing import swing
 from tracker.picture.pyramid import Planes
 from tracker.survey.evidence import NOTHING
 
@@ -29,6 +30,8 @@ AROUND = 6  # frames before and after the marked one that decide which leg is ne
 ALONG = np.linspace(0.1, 0.9, 9)  # places on the axis of a link, shares of its length
 MOSTLY = 0.65  # share of them that must stand out for a link to stand out
 RIGHTLY = 2.2  # prior log odds that marks name the legs correctly
+NEARER = 2.0  # log odds of a naming for a standard error of the picture's evidence
+AGAINST = 3.5  # prior log odds that somebody's arms swing against the legs
 MARGIN = 10.0  # divisor of differences between fits, since errors of neighbouring pixels are correlated
 ROWS = ("q", "hips", "units", "joints", "score", "shown", "spread")  # what an outline has of every frame
 SMOOTH_LEAN = 3.0  # frames over which the path's lean is smoothed
@@ -134,7 +137,7 @@ def fitted(
     often = stage.often
     better, margin = _as_marked(odds, shape, ways, marks, often) if start.known.any() else (0, 0.0)
     best = climb(odds, shape, ways[better][0], marks, rounds, often)
-    looks = NEARER * nearness(shape, best.q, stage, hips, units, _seen(best.score))
+    looks = _nearer(shape, best.q, stage, hips, units, _seen(best.score))
     named = looks + agreeing(margin, RIGHTLY)
     if named < 0.0 and margin < RIGHTLY and start.known.any():
         best = climb(odds, shape, ways[1 - better][0], marks, rounds, often)
@@ -177,6 +180,14 @@ def through(figure: Figure, path: Array, marked: Marked, fps: float) -> tuple[Ar
 def agreeing(one: float, other: float) -> float:
     """Log odds that two statements are both true or both false, from the log odds that each is true."""
     return float(np.logaddexp(0.0, one + other) - np.logaddexp(one, other))
+
+
+def _nearer(
+    shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
+) -> float:
+    """Log odds that the leg named near is in front, as legs that overlap and the arms show it."""
+    legs, arms = (tell(shape, q, stage, hips, units, seen) for tell in (nearness, swing))
+    return NEARER * legs + agreeing(NEARER * arms, AGAINST)
 
 
 def _improbable(log_odds: float) -> float:

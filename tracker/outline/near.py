@@ -17,6 +17,7 @@ from kinematics.figure import Array
 from kinematics.sides import exchanged, on_side
 from kinematics.spm import Skeleton, skeleton, surface
 from tracker.often import often
+from tracker.outline.doubt import in_standard_errors
 from tracker.outline.shape import Shape
 from tracker.outline.smooth import sums_around
 from tracker.outline.stage import Stage
@@ -32,7 +33,6 @@ MOST = 20.0  # largest difference that counts, grey levels; more is something el
 SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
 FEWEST = 8  # pixels that a frame needs to count
 TOGETHER = 3.0  # number of neighbouring frames with correlated errors, at 30 a second
-NEARER = 1.5  # log odds of a naming for a standard error
 
 
 @dataclass(frozen=True)
@@ -63,15 +63,8 @@ def nearness(
     """
     near, far = _legs(shape, q, stage, hips, units, seen)
     frames = [_evidence(near, far, t) for t in range(len(q))]
-    return in_standard_errors(np.array([each.mean() for each in frames if len(each) >= FEWEST]), stage.fps)
-
-
-def in_standard_errors(evidence: Array, fps: float) -> float:
-    """The mean of frames' evidence (n,), whose neighbours have correlated errors; 0 if there are too few."""
-    together = TOGETHER * often(fps)
-    if len(evidence) < together:
-        return 0.0
-    return float(evidence.mean() / (evidence.std() * np.sqrt(together / len(evidence)) + 1e-9))
+    means = np.array([each.mean() for each in frames if len(each) >= FEWEST])
+    return in_standard_errors(means, TOGETHER * stage.often)
 
 
 def _legs(

@@ -71,7 +71,7 @@ USE = """\
     figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates --out alone
 
 add the points of a pose network as an uncertain measurement: DeepLabCut CSV, OpenPose JSON (file or
-folder), COCO keypoints or TRC in pixels, [named as marks](annotate.md#marks-from-other-programs). The marked
+folder), COCO keypoints, labelme or TRC in pixels, [named as marks](annotate.md#marks-from-other-programs). The marked
 frame gives limb lengths and the near leg. `--no-templates` uses the points alone, which is worse where points
 are missing or poor. `compare` has both options.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.outline.test_shape import GRID, SHAPE, blobs, random_poses
-from tracker.outline.doubt import AGAINST, ALL, COVERED, LITTLE, spread
+from tracker.outline.doubt import AGAINST, ALL, COVERED, LITTLE, in_standard_errors, spread
 
 OUT, NOT_OUT = 3.0, -3.0  # nats
 
@@ -45,3 +45,23 @@ def test_an_outline_is_doubted_where_it_covers_what_does_not_stand_out_or_leaves
 def test_where_nothing_is_known_joints_may_be_anywhere(rng):
     q = random_poses(rng, 1)
     assert spread(SHAPE, q, np.zeros((1, *GRID.shape), np.float32), GRID)[0] > 1.0
+
+
+def test_evidence_without_meaning_is_a_standard_error_away_from_nothing(rng):
+    white = rng.normal(size=(2000, 60))
+    found = np.array([in_standard_errors(each, 1.0) for each in white])
+    assert found.mean() == pytest.approx(0.0, abs=0.07)
+    assert found.std() == pytest.approx(1.0, abs=0.05)
+    slow = np.repeat(white, 4, axis=1)
+    assert np.std([in_standard_errors(each, 4.0) for each in slow]) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_difference_that_lasts_counts_as_often_as_frames_are_independent():
+    assert in_standard_errors(np.full(40, 0.1), 8.0) == pytest.approx(np.sqrt(5.0))
+    assert in_standard_errors(np.full(40, -9.0), 8.0) == pytest.approx(-np.sqrt(5.0))
+
+
+def test_too_few_frames_tell_nothing():
+    assert in_standard_errors(np.ones(7), 8.0) == 0.0
+    assert in_standard_errors(np.zeros(0), 3.0) == 0.0
+    assert in_standard_errors(np.zeros(9), 3.0) == 0.0

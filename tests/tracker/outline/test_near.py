@@ -15,7 +15,7 @@ def told(film, stage, *, q=None, seen=None):
 @pytest.mark.parametrize("facing", [1, -1])
 def test_the_leg_in_front_is_told_from_the_leg_behind(facing, walk, rng):
     film = walk if facing > 0 else walk.mirrored()
-    assert told(film, film.stage(rng)) > 4.0
+    assert told(film, film.stage(rng)) > 2.0  # sqrt(n / TOGETHER), of n frames, is the most
 
 
 def test_with_the_legs_exchanged_the_same_speaks_against_the_names(walk, stage):
@@ -31,7 +31,7 @@ def test_a_pose_that_is_off_by_a_few_degrees_is_told_from_as_well(walk, stage, r
 
 def test_two_legs_of_one_colour_tell_nothing(rng):
     alike = film(rng, alike=True)
-    assert abs(told(alike, alike.stage(rng))) < 2.0
+    assert abs(told(alike, alike.stage(rng))) < 1.0
 
 
 def test_frames_in_which_nothing_is_seen_are_not_heard(walk, stage):
@@ -49,7 +49,7 @@ def test_what_stands_before_the_legs_is_not_heard(walk, stage):
     odds[:10, rows.start - 2 :] = 0
     spoiled[:10, rows] = 255 - spoiled[:10, rows]
     hidden = replace(stage, odds=odds)
-    assert told(walk, replace(hidden, light=spoiled)) == told(walk, hidden) > 4.0
+    assert told(walk, replace(hidden, light=spoiled)) == told(walk, hidden) > 1.5
     assert told(walk, replace(stage, light=spoiled)) != told(walk, stage)
 
 

@@ -1,0 +1,63 @@
+"""Which leg is nearer, by the arms: they swing against the legs, and only the near one is seen on the trunk.
+
+Where grey levels on the trunk move forward relative to it, the near arm swings forward, and the near leg
+moves backward relative to the far one. Their displacement between two frames is the least-squares one along
+the body's x, d = -sum(I_t I_x) / sum(I_x^2), as Lucas and Kanade have it. The evidence is the mean of -d
+times the forward displacement of the leg named near relative to the other one.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from kinematics.figure import Array
+from kinematics.sides import on_side
+from kinematics.spm import joints, skeleton, surface
+from tracker.outline.doubt import in_standard_errors
+from tracker.outline.shape import Shape
+from tracker.outline.stage import Stage
+
+ALONG = np.linspace(0.0, 0.85, 18)  # places along the trunk, shares of its length
+ACROSS = np.linspace(-0.6, 0.6, 9)  # and across it, shares of its half width; beyond, the scene shows
+FLAT = 0.1  # share of a usual frame's sum(I_x^2) that is added to each one's
+TOGETHER = 8.0  # number of neighbouring frames with correlated errors, at 30 a second
+
+
+def swing(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]) -> float:
+    """Evidence that the leg named near is in front, standard errors; negative if the far one is.
+
+    Args:
+        q: (T, D) poses.
+        hips, units: as in `Stage.around`.
+        seen: (T,) whether the outline is seen.
+    """
+    step = round(stage.often)
+    if len(q) <= 2 * step:
+        return 0.0
+    before, here, after = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
+    looks, ahead = _looks(shape, q, stage, hips, units), _ahead(shape, q)
+    change, slope = looks[after] - looks[before], np.gradient(looks[here], axis=2)
+    change -= np.median(change, axis=(1, 2), keepdims=True)  # of the light
+    steep = np.square(slope).sum((1, 2))
+    moved = -(change * slope).sum((1, 2)) / (steep + FLAT * np.median(steep) + 1e-9)
+    against = -moved * (ahead[after] - ahead[before])
+    return in_standard_errors(against[seen[before] & seen[here] & seen[after]], TOGETHER * stage.often)
+
+
+def _looks(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> Array:
+    """(T, ALONG, ACROSS) grey levels on the trunk, each the mean of nine neighbours."""
+    first, last, start, tip, beside = shape.bars[shape.trunk]
+    along, share = (each.ravel() for each in np.meshgrid(ALONG, ACROSS, indexing="ij"))
+    half = start + (tip - start) * (along - first) / (last - first)
+    trunk = np.full(len(along), shape.trunk)
+    places = surface(skeleton(shape.figure, q), trunk, along, beside - share * half)
+    greys = stage.at(stage.light, hips, units, places).reshape(len(q), len(ALONG), len(ACROSS))
+    return np.stack([cv2.blur(grey, (3, 3)) for grey in greys])
+
+
+def _ahead(shape: Shape, q: Array) -> Array:
+    """(T,) by how much the joints of the leg named near are ahead of the other's, leg lengths."""
+    figure = shape.figure
+    near = [j for j, name in enumerate(figure.joints) if on_side(name, "near")]
+    x = joints(figure, q)[..., 0]
+    return np.asarray((x[:, near] - x[:, figure.joint_twins[near]]).mean(1))
