@@ -71,9 +71,9 @@ USE = """\
     figtrack track walk.mp4 --keypoints walk.keypoints.csv --measure walk.dlc.csv --no-templates --out alone
 
 add the points of a pose network as an uncertain measurement: DeepLabCut CSV, OpenPose JSON (file or
-folder), COCO keypoints, labelme or TRC in pixels, [named as marks](annotate.md#marks-from-other-programs). The marked
-frame gives limb lengths and the near leg. `--no-templates` uses the points alone, which is worse where points
-are missing or poor. `compare` has both options.
+folder), COCO keypoints, labelme or TRC in pixels, [named as marks](annotate.md#marks-from-other-programs).
+The marked frame gives limb lengths and the near leg. `--no-templates` uses the points alone, which is worse
+where points are missing or poor. `compare` has both options.
 
 - Exchanged legs, gaps and jitter are repaired; run.json lists the exchanged frames. A constant offset of the
   network's joints, or a return from a long gap with exchanged legs, is not noticed.
