@@ -1,11 +1,12 @@
 """Which leg is nearer: where the legs overlap, the picture shows the grey level of the nearer one.
 
 Places on either leg move with its links. The grey level of a place is known from the frames just before and
-after in which the other leg does not cover it. Where the legs overlap, a pixel x shows a place of each, and
+after in which the other leg does not cover it. Where the legs overlap, a pixel x shows a place of one, and
 
-    e = min(|x - grey of the far leg's|, MOST) - min(|x - grey of the near leg's|, MOST)
+    e = min(|x - grey of the far leg|, MOST) - min(|x - grey of the near leg|, MOST)
 
-is positive if the legs are named correctly. The evidence is its mean over a film's frames in standard errors.
+is positive if the legs are named correctly; of the places that are as near as poses are exact, the one most
+like x counts. The evidence is its mean over a film's frames in standard errors.
 """
 
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ FREE = 0.03  # distance from the other leg's outline beyond which a place is unc
 AROUND = 1.5  # standard deviation of the weights of neighbouring frames in a grey level, at 30 a second
 ENOUGH = 0.08  # share of that weight that frames with the place uncovered must have
 MOST = 20.0  # largest difference that counts, grey levels; more is something else
-SAME = 0.08  # largest distance between two places shown by one pixel, leg lengths
+SAME = 0.05  # largest distance of a place that a pixel may show, as poses are inexact, leg lengths
 FEWEST = 8  # pixels that a frame needs to count
 TOGETHER = 3.0  # number of neighbouring frames with correlated errors, at 30 a second
 
@@ -93,15 +94,16 @@ def _evidence(near: Leg, far: Leg, t: int) -> Array:
 def _less_alike(own: Leg, other: Leg, t: int) -> Array:
     """(n,) by how much less the pixels at a leg's shared places in a frame look like the other leg."""
     places = np.flatnonzero(own.shared[t] & np.isfinite(own.look[t]))
-    others = np.flatnonzero(np.isfinite(other.look[t]))
-    if not len(places) or not len(others):
-        return np.zeros(0)
-    apart = np.square(own.place[t, places][:, None] - other.place[t, others]).sum(-1)
-    nearest, near = apart.argmin(1), apart.min(1) < SAME**2
-    places, at = places[near], others[nearest[near]]
-    value = own.value[t, places]
-    as_own, as_other = np.abs(value - own.look[t, places]), np.abs(value - other.look[t, at])
-    return np.asarray(np.minimum(as_other, MOST) - np.minimum(as_own, MOST))
+    as_own, as_other = (_unlike(leg, t, own.place[t, places], own.value[t, places]) for leg in (own, other))
+    known = np.isfinite(as_other)
+    return np.asarray(np.minimum(as_other, MOST) - np.minimum(as_own, MOST))[known]
+
+
+def _unlike(leg: Leg, t: int, places: Array, values: Array) -> Array:
+    """(n,) least difference of values at places (n, 2) from a leg close to them; inf where none is."""
+    near = np.square(places[:, None] - leg.place[t]).sum(-1) < SAME**2
+    off = np.where(near, np.abs(values[:, None] - leg.look[t]), np.nan)
+    return np.asarray(np.fmin.reduce(off, axis=1, initial=np.inf))
 
 
 def _places(shape: Shape, bones: Skeleton, links: list[int]) -> Array:

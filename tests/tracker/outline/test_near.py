@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.outline.films import SHAPE, WALKER, film
-from tracker.outline.near import nearness
+from tracker.outline.near import SAME, Leg, _evidence, nearness
 
 
 def told(film, stage, *, q=None, seen=None):
@@ -60,3 +60,14 @@ def test_a_film_with_every_frame_twice_tells_as_much(walk, stage):
     assert nearness(SHAPE, walk.q[twice], double, hips, units, seen) == pytest.approx(
         told(walk, stage), rel=0.15
     )
+
+
+def test_a_band_beside_the_place_where_the_pose_has_it_does_not_speak_against_the_names():
+    place = np.stack([np.zeros(30), 0.4 * SAME * np.arange(30)], axis=1)[None]
+    dark, banded, seen = (np.full((1, 30), 40.0) for _ in range(3))
+    banded[:, 10:15] = seen[:, 12:17] = 200.0
+    near, far = (Leg(place, seen, look, np.ones((1, 30), bool)) for look in (banded, dark))
+    told = _evidence(near, far, 0)
+    assert told.min() == 0.0
+    assert np.count_nonzero(told) == 10
+    np.testing.assert_array_equal(_evidence(far, near, 0), -np.roll(told, 30))
