@@ -30,8 +30,7 @@ METHOD = """\
 The films of [rendered.md](rendered.md) are followed from marks; walkers are {tall:g} m tall. The motion is
 that of captures whose feet are known in space: an end of the sole rests while it is lower than 0.03 leg
 lengths and slower than half the mean pace; a foot strikes when an end first rests and leaves when none rests
-any more. Limits of 0.35 or 0.7 of the pace, 0.02 or 0.05 leg lengths move these moments by 11 ms at most in
-the median.
+any more.
 """
 LEARNING = """\
 Late is positive; inside is the share within two standard errors, of which 95 % is right. The weights that

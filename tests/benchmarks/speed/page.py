@@ -20,8 +20,7 @@ COMMAND = f"""\
 frames are the clip played there and back, followed once. `figtrack classify` labels a table of {LONG}
 frames."""
 
-STAGES = """\
-The best of three runs in a process that has run before. Survey and outline read the film first."""
+STAGES = "The best of three runs in a process that has run before."
 
 GROWTH = "![Milliseconds against hypotheses, and against template points](speed.png)"
 
