@@ -14,6 +14,7 @@ from kinematics.figure import Array
 from kinematics.sides import on_side
 from kinematics.spm import joints, skeleton, surface
 from tracker.outline.doubt import in_standard_errors
+from tracker.outline.near import LINKS
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 
@@ -56,8 +57,9 @@ def _looks(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> A
 
 
 def _ahead(shape: Shape, q: Array) -> Array:
-    """(T,) by how much the joints of the leg named near are ahead of the other's, leg lengths."""
+    """(T,) by how much knee and ankle of the leg named near are ahead of the other's, leg lengths."""
     figure = shape.figure
-    near = [j for j, name in enumerate(figure.joints) if on_side(name, "near")]
+    legs = [link for link in figure.links if link.name.startswith(LINKS)]
+    near = [figure.joints.index(link.joint) for link in legs if on_side(link.name, "near")]
     x = joints(figure, q)[..., 0]
     return np.asarray((x[:, near] - x[:, figure.joint_twins[near]]).mean(1))
