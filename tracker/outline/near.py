@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinematics.figure import Array
+from kinematics.figure import Array, Figure
 from kinematics.sides import exchanged, on_side
-from kinematics.spm import Skeleton, skeleton, surface
+from kinematics.spm import Skeleton, skeleton
 from tracker.often import often
 from tracker.outline.doubt import in_standard_errors
 from tracker.outline.shape import Shape
@@ -68,16 +68,21 @@ def nearness(
     return in_standard_errors(means, TOGETHER * stage.often)
 
 
+def near_leg(figure: Figure) -> list[int]:
+    """The positions of the near thigh and shank among a figure's links."""
+    names = [link.name for link in figure.links]
+    return [i for i, name in enumerate(names) if on_side(name, "near") and name.startswith(LINKS)]
+
+
 def _legs(
     shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen: NDArray[np.bool_]
 ) -> tuple[Leg, Leg]:
     """The legs named near and far in all frames."""
-    names = [link.name for link in shape.figure.links]
-    near = [i for i, name in enumerate(names) if on_side(name, "near") and name.startswith(LINKS)]
-    sides = near, exchanged(names)[near].tolist()
+    near = near_leg(shape.figure)
+    sides = near, exchanged([link.name for link in shape.figure.links])[near].tolist()
     bones, legs = skeleton(shape.figure, q), []
     for own, other in (sides, sides[::-1]):
-        place = _places(shape, bones, own)
+        place = shape.places(bones, own, ALONG, ACROSS)
         depth = _depth(shape, bones, other, place)
         value = stage.at(stage.light, hips, units, place)
         out = seen[:, None] & (stage.at(stage.odds, hips, units, place, NOTHING) > NOTHING)
@@ -104,14 +109,6 @@ def _unlike(leg: Leg, t: int, places: Array, values: Array) -> Array:
     near = np.square(places[:, None] - leg.place[t]).sum(-1) < SAME**2
     off = np.where(near, np.abs(values[:, None] - leg.look[t]), np.nan)
     return np.asarray(np.fmin.reduce(off, axis=1, initial=np.inf))
-
-
-def _places(shape: Shape, bones: Skeleton, links: list[int]) -> Array:
-    """(T, P, 2) places on links, body coordinates."""
-    link, along, share = (each.ravel() for each in np.meshgrid(links, ALONG, ACROSS, indexing="ij"))
-    first, last, start, tip, beside = shape.bars[link].T
-    half = start + (tip - start) * (along - first) / (last - first)
-    return surface(bones, link, along, beside + share * half)
 
 
 def _depth(shape: Shape, bones: Skeleton, links: list[int], places: Array) -> Array:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kinematics.figure import Array, Figure
-from kinematics.spm import Skeleton, motions, skeleton
+from kinematics.spm import Skeleton, motions, skeleton, surface
 from tracker.outline.rasters import BAR, painted, silhouettes
 from tracker.picture.pyramid import Planes
 
@@ -84,6 +84,18 @@ class Shape:
             kind = link.name.removesuffix("_near").removesuffix("_far")
             found.append(BARS.get(kind, Bar(0.0, 1.0, half, half * link.taper)))
         return cls(figure, np.array([*found, ARMS]), names.index(TRUNK))
+
+    def places(self, bones: Skeleton, links: list[int], along: Array, across: Array) -> Array:
+        """(T, P, 2) places on links, body coordinates; P counts links, `along` and `across` in this order.
+
+        Args:
+            along: shares of a link's length.
+            across: shares of the half width there, to the left when looking along the link.
+        """
+        link, u, share = (each.ravel() for each in np.meshgrid(links, along, across, indexing="ij"))
+        first, last, start, tip, beside = self.bars[link].T
+        half = start + (tip - start) * (u - first) / (last - first)
+        return surface(bones, link, u, beside + share * half)
 
     def painted(self, q: Array, grid: Grid) -> tuple[Planes, Planes]:
         """(N, *grid.shape) silhouettes of poses (N, D), and of the arms' zone."""

@@ -11,15 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinematics.figure import Array
-from kinematics.sides import on_side
-from kinematics.spm import joints, skeleton, surface
+from kinematics.spm import joints, skeleton
 from tracker.outline.doubt import in_standard_errors
-from tracker.outline.near import LINKS
+from tracker.outline.near import near_leg
 from tracker.outline.shape import Shape
 from tracker.outline.stage import Stage
 
 ALONG = np.linspace(0.0, 0.85, 18)  # places along the trunk, shares of its length
-ACROSS = np.linspace(-0.6, 0.6, 9)  # and across it, shares of its half width; beyond, the scene shows
+ACROSS = np.linspace(0.6, -0.6, 9)  # and across it, forward, shares of its half width; beyond is the scene
 FLAT = 0.1  # share of a usual frame's sum(I_x^2) that is added to each one's
 TOGETHER = 8.0  # number of neighbouring frames with correlated errors, at 30 a second
 
@@ -47,11 +46,7 @@ def swing(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array, seen:
 
 def _looks(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> Array:
     """(T, ALONG, ACROSS) grey levels on the trunk, each the mean of nine neighbours."""
-    first, last, start, tip, beside = shape.bars[shape.trunk]
-    along, share = (each.ravel() for each in np.meshgrid(ALONG, ACROSS, indexing="ij"))
-    half = start + (tip - start) * (along - first) / (last - first)
-    trunk = np.full(len(along), shape.trunk)
-    places = surface(skeleton(shape.figure, q), trunk, along, beside - share * half)
+    places = shape.places(skeleton(shape.figure, q), [shape.trunk], ALONG, ACROSS)
     greys = stage.at(stage.light, hips, units, places).reshape(len(q), len(ALONG), len(ACROSS))
     return np.stack([cv2.blur(grey, (3, 3)) for grey in greys])
 
@@ -59,7 +54,6 @@ def _looks(shape: Shape, q: Array, stage: Stage, hips: Array, units: Array) -> A
 def _ahead(shape: Shape, q: Array) -> Array:
     """(T,) by how much knee and ankle of the leg named near are ahead of the other's, leg lengths."""
     figure = shape.figure
-    legs = [link for link in figure.links if link.name.startswith(LINKS)]
-    near = [figure.joints.index(link.joint) for link in legs if on_side(link.name, "near")]
+    near = [figure.joints.index(figure.links[i].joint) for i in near_leg(figure)]
     x = joints(figure, q)[..., 0]
     return np.asarray((x[:, near] - x[:, figure.joint_twins[near]]).mean(1))

@@ -144,6 +144,12 @@ class Film:
         return replace(self, **{name: getattr(self, name)[::-1] for name in names})
 
 
+def evidence(tell, film, stage, *, q=None, seen=None):
+    """What `nearness` or `swing` makes of a film: its own poses, in all frames, unless told otherwise."""
+    seen = np.ones(len(film.q), bool) if seen is None else seen
+    return tell(SHAPE, film.q if q is None else q, stage, film.hips, film.units, seen)
+
+
 def film(rng, *, frames=FRAMES, camera=(0.0, 0.0, 0.0, 0.0), alike=False, walker=True):
     """Who walks to the right through a scene, in its middle in the middle of the film.
 

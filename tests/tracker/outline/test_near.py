@@ -1,15 +1,13 @@
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
-from tests.tracker.outline.films import SHAPE, WALKER, film
+from tests.tracker.outline.films import SHAPE, WALKER, evidence, film
 from tracker.outline.near import SAME, Leg, _evidence, nearness
 
-
-def told(film, stage, *, q=None, seen=None):
-    seen = np.ones(len(film.q), bool) if seen is None else seen
-    return nearness(SHAPE, film.q if q is None else q, stage, film.hips, film.units, seen)
+told = partial(evidence, nearness)
 
 
 @pytest.mark.parametrize("facing", [1, -1])

@@ -1,14 +1,17 @@
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from kinematics.spm import joints
-from tests.tracker.outline.films import SHAPE, WALKER
+from tests.tracker.outline.films import SHAPE, WALKER, evidence
 from tracker.outline.swing import TOGETHER, swing
 
 SWING = 0.3  # of an arm for the distance of the knees
 STRIPES = 0.15  # leg lengths from one stripe to the next
+
+told = partial(evidence, swing)
 
 
 def dressed(film, stage, *, share=-SWING, light=0.0):
@@ -20,11 +23,6 @@ def dressed(film, stage, *, share=-SWING, light=0.0):
     stripes += light * np.arange(len(film.q))[:, None]
     whole = np.broadcast_to(stripes[:, None], stage.light.shape)
     return replace(stage, light=np.rint(whole).astype(np.uint8))
-
-
-def told(film, stage, *, q=None, seen=None):
-    seen = np.ones(len(film.q), bool) if seen is None else seen
-    return swing(SHAPE, film.q if q is None else q, stage, film.hips, film.units, seen)
 
 
 @pytest.mark.parametrize("facing", [1, -1])
@@ -51,6 +49,15 @@ def test_a_light_that_grows_is_no_motion(walk, stage):
     assert told(walk, dressed(walk, stage, light=2.0)) == pytest.approx(
         told(walk, dressed(walk, stage)), abs=0.1
     )
+
+
+def test_a_light_that_changes_with_every_step_is_no_motion(walk, stage):
+    knees = [WALKER.joints.index(name) for name in ("near_knee", "far_knee")]
+    near, far = joints(WALKER, walk.q)[:, knees, 0].T
+    x = (np.arange(stage.light.shape[2]) - walk.hips[:, :1]) / walk.units[:, None]
+    shaded = np.clip(120.0 + 100.0 * x, 20.0, 220.0) + 30.0 * (near - far)[:, None]
+    lit = replace(stage, light=np.rint(np.broadcast_to(shaded[:, None], stage.light.shape)).astype(np.uint8))
+    assert abs(told(walk, lit)) < 0.5
 
 
 def test_frames_in_which_nothing_is_seen_are_not_heard(walk, stage):
