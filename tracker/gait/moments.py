@@ -27,7 +27,7 @@ from tracker.run.track import Track, blocks
 REACH = 0.2  # least swing of the ankle in a stride, leg lengths
 PROMINENCE = 0.4  # least prominence of an extreme as a share of that swing
 SMOOTH = 0.03  # standard deviation of the smoothing before the search for extremes, seconds
-WINDOW = np.linspace(-0.1, 0.1, 5)  # times of x, shares of a stride
+WINDOW = np.linspace(-0.15, 0.15, 7)  # times of x, shares of a stride
 STRIKE, OFF = "strike", "off"
 
 

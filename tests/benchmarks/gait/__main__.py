@@ -18,7 +18,7 @@ from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
 from tracker.progress import Progress
 
-FIRST, FILMS = 200, 100
+FIRST, FILMS = 200, 140
 
 
 def main() -> None:

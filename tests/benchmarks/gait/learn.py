@@ -4,7 +4,7 @@
 
 Every capture is shown by figures of several people's lengths, either leg near, at several frame rates, under
 errors as tracks have them. What weights leave of a person is told by those learned from everybody else: of
-each capture what its moments share, and what they differ by.
+each capture what its moments share, and what they differ by; every person counts alike.
 """
 
 import argparse
@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from kinematics.figure import Figure
@@ -32,7 +33,7 @@ SHORTEST = 1.0  # seconds of a capture
 NOISE, GRAIN, TOGETHER = 1.3, 0.4, 0.08  # degrees of slow and of quick error; seconds that errors go together
 ANGLES = [WALKER.freedoms.index(f"{joint}_{side}") for joint in ("hip", "knee", "ankle") for side in SIDES]
 NEAR = 0.2  # of a stride, from a turn to its moment at most
-RIDGE = 1e-3
+RIDGE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -113,13 +114,13 @@ def cases(
                         continue
                     period = float(np.median(apart))
                     for kind, at in turns.items():
-                        moments = np.array([getattr(one, kind) for one in truth[side]])
+                        moments = [(getattr(one, kind), kind in one.clear) for one in truth[side]]
                         for t in at:
                             x = way.around(int(t), period)
-                            late = fps * (moments - track.times[t]) / period
-                            if x is not None and len(late) and np.abs(late).min() < NEAR:
-                                nearest = float(min(late, key=abs))
-                                yield kind, Case(subject, motion.name, licence, nearest, x)
+                            late = [(fps * (at - track.times[t]) / period, clear) for at, clear in moments]
+                            nearest, clear = min(late, key=lambda one: abs(one[0]), default=(np.inf, False))
+                            if x is not None and clear and abs(nearest) < NEAR:
+                                yield kind, Case(subject, motion.name, licence, float(nearest), x)
 
 
 def followed(motion: Motion, fps: float, rng: np.random.Generator) -> tuple[Track, Build, Gait]:
@@ -180,9 +181,14 @@ def _weights(cases: Sequence[Case], taught: Sequence[Case]) -> Weights:
         for i in np.flatnonzero(who == subject):
             left[i] = cases[i].late - base - (weights * cases[i].x).sum()
     shown = np.array([case.capture for case in cases])
-    means = {capture: float(left[shown == capture].mean()) for capture in set(shown)}
-    within = left - [means[capture] for capture in shown]
-    return Weights(b, w, float(within.std()), float(np.sqrt(np.mean(np.square(list(means.values()))))))
+    mean = {capture: left[shown == capture].mean() for capture in set(shown)}
+    shared = np.array([mean[capture] for capture in shown])
+    return Weights(b, w, _of_people(left - shared, who), _of_people(shared, who))
+
+
+def _of_people(errors: Array, who: NDArray[np.str_]) -> float:
+    """Root mean square, in which every person counts alike."""
+    return float(np.sqrt(np.mean([np.mean(errors[who == subject] ** 2) for subject in set(who)])))
 
 
 def _fit(cases: Sequence[Case]) -> tuple[float, Array]:

@@ -22,7 +22,7 @@ from tracker.clip.job import Job
 from tracker.clip.start import StartError
 from tracker.gait.figures import runs, turns
 from tracker.gait.lengths import Known, lengths
-from tracker.gait.moments import Event
+from tracker.gait.moments import OFF, STRIKE, Event
 from tracker.gait.strides import Stride, Strides, strides_of
 from tracker.gait.times import Clock, times
 from tracker.gait.values import Measure, Value
@@ -58,8 +58,9 @@ class Case:
     """A film's strides that have their truth; none where the start was refused.
 
     runs    : whether the film was taken for a run
-    strides : of the near and of the far leg
+    strides : of the near and of the far leg, with clear moments
     missed  : strides whose strike is no foot's, as where legs are exchanged
+    unclear : strides one of whose moments is unclear
     """
 
     seed: int
@@ -68,6 +69,7 @@ class Case:
     runs: bool = False
     strides: tuple[int, int] = (0, 0)
     missed: int = 0
+    unclear: int = 0
     moments: tuple[Moment, ...] = ()
     figures: tuple[Figure, ...] = ()
 
@@ -86,13 +88,15 @@ def measured(none: Case, plan: Plan, track: Track) -> Case:
     found = strides_of(track, run)
     pairs = {side: list(_pairs(plan, found[side].sound, contact[side])) for side in SIDES}
     known = {side: [one for one in pairs[side] if one is not None] for side in SIDES}
-    told = {side: replace(found[side], sound=tuple(one for one, _ in known[side])) for side in SIDES}
-    true = {side: _true_strides(plan, known[side], contact[side]) for side in SIDES}
+    clear = {side: [one for one in known[side] if _clear(*one[1])] for side in SIDES}
+    told = {side: replace(found[side], sound=tuple(one for one, _ in clear[side])) for side in SIDES}
+    true = {side: _true_strides(plan, clear[side], contact[side]) for side in SIDES}
     return replace(
         none,
         runs=run,
-        strides=(len(known["near"]), len(known["far"])),
+        strides=(len(clear["near"]), len(clear["far"])),
         missed=sum(one is None for side in SIDES for one in pairs[side]),
+        unclear=sum(len(known[side]) - len(clear[side]) for side in SIDES),
         moments=tuple(_moments(plan, known)),
         figures=tuple(
             _figures(_measures(plan, track, told), _measures(plan, _true_track(plan, track), true))
@@ -157,6 +161,10 @@ def _pairs(
         yield (stride, (true[i], true[i + 1])) if close else None
 
 
+def _clear(true: Contact, after: Contact) -> bool:
+    return {STRIKE, OFF} <= set(true.clear) and STRIKE in after.clear
+
+
 def _seconds(plan: Plan, frame: float) -> float:
     """Of the motion that is shown."""
     return plan.walkers[0].zero + frame * plan.speed / plan.fps
@@ -193,12 +201,12 @@ def _moments(
     for of_side in pairs.values():
         seen: set[float] = set()
         for stride, (true, after) in of_side:
-            moments = ((stride.strike, true.strike), (stride.off, true.off), (stride.end, after.strike))
-            for kind, (event, moment) in zip(("strike", "off", "strike"), moments, strict=True):
-                if event.at not in seen:
+            moments = ((stride.strike, STRIKE, true), (stride.off, OFF, true), (stride.end, STRIKE, after))
+            for event, kind, contact in moments:
+                if event.at not in seen and kind in contact.clear:
                     seen.add(event.at)
                     error = pace * float(np.hypot(event.error, event.shared))
-                    yield Moment(kind, _seconds(plan, event.at) - moment, error)
+                    yield Moment(kind, _seconds(plan, event.at) - getattr(contact, kind), error)
 
 
 def _measures(plan: Plan, track: Track, strides: Mapping[Side, Strides]) -> dict[str, Measure]:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from tests.benchmarks.gait.measure import TALL, Case, Figure, Moment
+from tests.benchmarks.gait.truth import CLEAR, LOW
 from tests.benchmarks.page import Claim, claim_table, table, written
 from tracker.gait.figures import Gait
 
@@ -27,19 +28,18 @@ FIGURES = (
 UNITS = {"cadence": "steps/min", "step length": "m", "stride length": "m", "speed": "m/s"}
 LEARNED = ("02", "05", "07", "08", "09", "10", "26", "29", "32", "35", "49", "wd2")
 METHOD = """\
-The films of [rendered.md](rendered.md) are followed from marks; walkers are {tall:g} m tall. The motion is
-that of captures whose feet are known in space: an end of the sole rests while it is lower than 0.03 leg
-lengths and slower than half the mean pace; a foot strikes when an end first rests and leaves when none rests
-any more.
+The films of [rendered.md](rendered.md) are followed from marks; walkers are {tall:g} m tall. An end of the
+sole rests while it is lower than {low:g} leg lengths and slower than half the mean pace; a foot strikes when
+one first rests and leaves when none does. Where nearby limits move a moment by over {clear:g} ms, as of feet
+that slip, it is unclear.
 """
 LEARNING = """\
 Late is positive; inside is the share within two standard errors, of which 95 % is right. The weights that
 time the feet were learned from the captures named learned.
 """
 CLIPS = """\
-Hand-marked walks, followed from their first marks, for a height of {tall:g} m. Their true contacts are
-unknown: a comfortable stance is 58 to 65 % of a stride, a slow one more. myogait gives 58.9 (near) and 61.9
-(far) for `gym_walk_rl`.
+Hand-marked walks, followed from their first marks. True contacts are unknown: a comfortable stance is 58 to
+65 % of a stride, a slow one more. myogait gives 58.9 (near) and 61.9 (far) for `gym_walk_rl`.
 """
 
 
@@ -58,7 +58,7 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
             f"{written(command)}, seeds {min(seeds)} to {max(seeds)}.",
             *([tried] if tried else []),
             "",
-            METHOD.format(tall=TALL),
+            METHOD.format(tall=TALL, low=LOW, clear=1e3 * CLEAR),
             "## What is wanted",
             "",
             *claim_table([*claims(cases), *clip_claims(clips)]),
@@ -75,7 +75,7 @@ def page(cases: Sequence[Case], clips: Mapping[str, Gait], command: str, tried: 
             *table(ERRORS, figure_rows(cases)),
             "## Open clips",
             "",
-            CLIPS.format(tall=TALL),
+            CLIPS,
             *table(OPEN, clip_rows(clips)),
         ]
     )
@@ -122,10 +122,13 @@ def clip_claims(clips: Mapping[str, Gait]) -> Iterator[Claim]:
 
 
 def nobodys(cases: Sequence[Case]) -> str:
-    """How many strides have no true one to be compared with."""
-    told = sum(sum(each.strides) + each.missed for each in cases)
-    missed = sum(each.missed for each in cases)
-    return f"{missed} of {told} strides found are left out: they are over half a stride from any true one."
+    """How many strides are compared with none."""
+    missed, unclear = sum(each.missed for each in cases), sum(each.unclear for each in cases)
+    told = sum(sum(each.strides) for each in cases) + missed + unclear
+    return (
+        f"Of {told} strides found, {missed} over half a stride from any true one and {unclear} with unclear "
+        "moments are left out."
+    )
 
 
 def moment_rows(cases: Sequence[Case]) -> Iterable[list[str]]:

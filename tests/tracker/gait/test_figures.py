@@ -47,9 +47,13 @@ def test_a_joint_turns_when_its_angle_is_greatest_or_least():
     # The knee is most bent 70 per cent after the near foot's strikes at 0.3 s, 1.4 s ...
     phase = ((track.times - 0.3) / 1.1) % 1.0
     bent[:, track.figure.index("knee_near")] = np.exp(-(((phase - 0.7) / 0.1) ** 2))
-    found = {measure.name: measure for measure in gait_of(replace(track, q=bent)).measures}
-    knee = found["knee flexion peak"].near
-    assert knee.mean == pytest.approx(70.0, abs=2.0)
+    gait = gait_of(replace(track, q=bent))
+    found = {measure.name: measure for measure in gait.measures}
+    # Straight legs are no walk of those that weights were learned from: strikes are told late.
+    strikes = np.array([stride.strike.at / 30.0 for stride in gait.strides["near"].sound])
+    late = 100.0 * (((strikes - 0.3) / 1.1 + 0.5) % 1.0 - 0.5).mean()
+    assert late == pytest.approx(2.0, abs=1.5)
+    assert found["knee flexion peak"].near.mean == pytest.approx(70.0 - late, abs=0.5)
     # Straight legs are farthest back when they leave the floor.
     hip = found["hip extension peak"].far
     assert hip.mean == pytest.approx(60.0, abs=3.5)
@@ -284,8 +288,8 @@ def test_errors_of_both_legs_and_of_their_symmetry_come_from_the_legs_own():
 def test_two_errors_cover_the_truth_as_often_as_they_should_and_are_no_larger_than_they_were(rng):
     """Forty walks under the very noise that their covariance speaks of."""
     sigma, trials = 0.004, 40
-    truth = {"stride time": (PERIOD, 0.0081), "step time": (PERIOD / 2.0, 0.0081)}
-    truth["stance share"] = 100.0 * DUTY, 1.82
+    truth = {"stride time": (PERIOD, 0.0055), "step time": (PERIOD / 2.0, 0.0055)}
+    truth["stance share"] = 100.0 * DUTY, 1.25
     inside = dict.fromkeys(truth, 0)
     for _ in range(trials):
         track = stroll(7.0, sigma=sigma)
