@@ -2,10 +2,12 @@
 
 A foot's place in the scene is the ankle's mean over the part of its stance in which the foot lies flat: the
 difference of two is a step or a stride, independent of the ankle's motion at the strike and while the heel
-rises. A moving camera's shift was measured against the scene, so lengths are as exact as that shift.
+rises. Speed is what the hip travels in a stride over the stride's time, so every stride has one, also the
+last, after which no foot is flat. A moving camera's shift was measured against the scene, so lengths are as
+exact as that shift.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +15,7 @@ import numpy as np
 from kinematics.sides import OTHER, SIDES, Side
 from kinematics.spm import joint_jacobian, joints
 from tracker.gait.moments import Event
-from tracker.gait.strides import Strides
+from tracker.gait.strides import Stride, Strides
 from tracker.gait.times import Clock, steps
 from tracker.gait.values import Measure, Sample
 from tracker.run.stature import stature
@@ -58,17 +60,11 @@ def lengths(
             way = long * (other_x - x)
             yield Sample(way, long**2 * (var + other_var), LENGTHS * abs(way))
 
-    def of_strides(told: Callable[[Sample, Sample], Sample]) -> dict[Side, list[Sample]]:
-        return {
-            side: [
-                told(way, clock.span(s.strike, s.end))
-                for s in strides[side].sound
-                for way in apart(s.strike, s.end, holds[side], holds[side])
-            ]
-            for side in SIDES
-        }
-
-    whole = Measure.of("stride length", unit, of_strides(lambda way, _: way))
+    of_strides = {
+        side: [way for s in strides[side].sound for way in apart(s.strike, s.end, holds[side], holds[side])]
+        for side in SIDES
+    }
+    whole = Measure.of("stride length", unit, of_strides)
     if whole.both is None or whole.both.mean < STAYS * long:
         return
     of_steps = {
@@ -81,20 +77,29 @@ def lengths(
     }
     yield Measure.of("step length", unit, of_steps)
     yield whole
-    yield Measure("speed", f"{unit}/s", both=Measure.of("", "", of_strides(_speed)).both)
+    speeds = {side: [_speed(track, s, clock, long) for s in strides[side].sound] for side in SIDES}
+    yield Measure("speed", f"{unit}/s", both=Measure.of("", "", speeds).both)
 
 
-def _speed(way: Sample, time: Sample) -> Sample:
-    pace = way.value / time.value
-    variance = (way.variance + pace**2 * time.variance) / time.value**2
-    return Sample(pace, variance, way.shared / time.value)
+def _speed(track: Track, stride: Stride, clock: Clock, long: float) -> Sample:
+    """The speed of the hip in a stride; an error of its moments changes way and time alike."""
+    frames, moments = track.first + np.arange(len(track)), [stride.strike.at, stride.end.at]
+    start, end = np.interp(moments, frames, _ahead(track) * track.q[:, 0])
+    variance = float(np.interp(moments, frames, track.cov[:, 0, 0]).sum())
+    rate = long / clock.span(stride.strike, stride.end).value
+    speed = rate * float(end - start)
+    return Sample(speed, rate**2 * variance, LENGTHS * abs(speed))
+
+
+def _ahead(track: Track) -> float:
+    """The sign of the direction of travel."""
+    return 1.0 if track.q[-1, 0] >= track.q[0, 0] else -1.0
 
 
 def _footholds(track: Track, side: Side, strides: Strides) -> dict[float, tuple[float, float]]:
     """Places of the foot for the strikes that begin or end a measured stride."""
     ankle = track.figure.joints.index(f"{side}_ankle")
-    way = 1.0 if track.q[-1, 0] >= track.q[0, 0] else -1.0
-    along = way * joints(track.figure, track.q)[:, ankle, 0]
+    along = _ahead(track) * joints(track.figure, track.q)[:, ankle, 0]
     found: dict[float, tuple[float, float]] = {}
     for stride in strides.sound:
         for strike in (stride.strike, stride.end):

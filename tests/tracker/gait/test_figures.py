@@ -250,6 +250,23 @@ def test_lengths_are_those_of_the_way_walked_and_metres_those_of_the_height():
     assert scaled.leg == pytest.approx(track.view.unit / 160.0)
 
 
+def test_every_stride_has_a_speed_though_the_last_foot_has_hardly_landed():
+    gait = gait_of(stroll(6.13))  # the near foot strikes at 5.8 s and is not flat for long enough
+    strides = {side: len(of_side.sound) for side, of_side in gait.strides.items()}
+    assert gait.named("stride length").near.count == strides["near"] - 1
+    assert gait.named("speed").both.count == sum(strides.values())
+    assert gait.named("speed").both.mean == pytest.approx(1.2, abs=0.02)
+
+
+def test_the_error_of_a_speed_is_that_of_the_hip():
+    track = stroll()
+    still, shaky = told(track)["speed"].both, track.cov.copy()
+    shaky[:, 0, 0] *= 9.0
+    unsure = told(replace(track, cov=shaky))["speed"].both
+    assert unsure.mean == still.mean
+    assert unsure.own == pytest.approx(3.0 * still.own, rel=1e-6)
+
+
 def test_who_walks_backwards_makes_strides_of_the_same_length():
     track = stroll(9.0)
     back = told(replace(track, q=track.q[::-1].copy()))
