@@ -33,13 +33,20 @@ def main() -> None:
         from tracker.cli.app import main as figtrack
 
         figtrack()
-    except (KeyboardInterrupt, SystemExit) as end:
-        if isinstance(end, SystemExit) and end.code != OF_TYPER:
+    except BaseException as end:
+        if not _interrupted(end):
             raise
         sys.exit("error: interrupted; nothing was written")
     finally:
         for number in _endings():  # Python prints a traceback for an interrupt while it exits
             signal.signal(number, signal.SIG_DFL)
+
+
+def _interrupted(end: BaseException) -> bool:
+    """Whether an interrupt ended the command, also one in a module or class that was being made."""
+    if isinstance(end, SystemExit):
+        return end.code == OF_TYPER
+    return isinstance(end, KeyboardInterrupt) or isinstance(end.__cause__, KeyboardInterrupt)
 
 
 def _endings() -> list[int]:

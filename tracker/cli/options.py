@@ -130,8 +130,9 @@ def plain_errors() -> Iterator[None]:
         _drop_output()
         raise typer.Exit(1) from None
     except Exception as error:
-        # Compiled code, or a library that is being loaded, reports Ctrl-C like this.
-        if isinstance(error, SystemError | ImportError) and isinstance(error.__cause__, KeyboardInterrupt):
+        # Compiled code, a library that is being loaded, or a class that is being made reports Ctrl-C so.
+        by_others = isinstance(error, SystemError | ImportError | RuntimeError)
+        if by_others and isinstance(error.__cause__, KeyboardInterrupt):
             _fail(INTERRUPTED)
         said = _fault(error)
         if said is None:

@@ -1,4 +1,5 @@
-"""Write docs/robustness.md: what bad start marks, bad pictures, hidden feet and shrubs do to a track.
+"""Write docs/robustness.md: what bad start marks, bad pictures, short films, hidden feet and shrubs do to a
+track.
 
     python -m tests.benchmarks.evaluation.robustness DATA docs/robustness.md [--draws N]
 
@@ -17,7 +18,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from kinematics.recover import PoseError
-from tests.benchmarks.evaluation import misplaced
+from tests.benchmarks.evaluation import misplaced, parts
 from tests.benchmarks.evaluation.cases import START, Ours, marks_of, measured
 from tests.benchmarks.evaluation.disturbances import (
     DISTURBANCES,
@@ -117,7 +118,10 @@ def main() -> None:
     clips, progress = sorted(folders[0].glob("*.mp4")), Progress()
     wrong = misplaced.cases(folders, asked.data / "mocap" / "trials.csv")
     told = measured(misplaced.told, wrong, progress, "marks put wrongly")
-    text = page(clips, *measure(clips, asked.draws, progress), list(zip(wrong, told, strict=True)))
+    cut = parts.cases(folders)
+    alone = measured(parts.told, cut, progress, "parts of films")
+    pairs = list(zip(wrong, told, strict=True)), list(zip(cut, alone, strict=True))
+    text = page(clips, *measure(clips, asked.draws, progress), *pairs)
     asked.out.write_text(text, encoding="utf-8")
 
 
@@ -168,9 +172,10 @@ def page(
     starts: Scores,
     feet: Scores,
     walks: Scores,
-    wrong: Sequence[tuple[misplaced.Case, misplaced.Told]],
+    wrong: misplaced.Answers,
+    alone: parts.Answers,
 ) -> str:
-    """The whole text, of what `measure` returns and what came of marks put wrongly."""
+    """The whole text, of what `measure` returns and what came of marks put wrongly and of parts of films."""
     draws = min(len(row) for row in starts.values())
     return "\n".join(
         [
@@ -182,7 +187,7 @@ def page(
             METHOD,
             "## What is wanted",
             "",
-            *claim_table([*claims(clips, pictures, starts), *misplaced.claims(wrong)]),
+            *claim_table([*claims(clips, pictures, starts), *misplaced.claims(wrong), *parts.claims(alone)]),
             "## Disturbed pictures",
             "",
             PICTURES,
@@ -193,6 +198,7 @@ def page(
             "",
             *_summaries("clip", starts),
             *misplaced.section(wrong),
+            *parts.section(alone),
             "## Feet that are not marked",
             "",
             HIDDEN_FEET,

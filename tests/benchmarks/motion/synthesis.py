@@ -129,7 +129,7 @@ def claims(results: Results) -> list[Claim]:
 
 
 def section(source: Source, results: Results) -> list[str]:
-    rows, strides, spreads = [], [], []
+    rows, strides = [], []
     for label in MOTIONS:
         for states, order in _rows(source):
             for recurrent in (True, False):
@@ -137,20 +137,15 @@ def section(source: Source, results: Results) -> list[str]:
                 switch = "by the pose" if recurrent else "papers'"
                 rows.append([f"{label}, {named(states, order)}, {switch}", *_cells(like)])
         strides.append(f"{like.stride:.1f} ({label})")
-        for who, times in zip(("drawn", "captured"), results[persons(label)], strict=True):
-            spreads.append([label, who, str(len(times)), *map(number, (times.mean(), times.std(ddof=1)))])
     return [
         f"{FRAMES} frames from each of {SEEDS} seeds, learned on everyone, with the switch by the pose and",
         f"the papers'. Out: frames with an angle out of the data's range, widened by {100 * WIDER:g} %; far",
         "out: by a whole range. Stride: frames, from the autocorrelation of near hip less far hip, median",
         f"of the seeds; the data's are {' and '.join(strides)}. Spectrum: distance in decibels (rms) up to",
-        f"{HIGHEST:g} Hz, where the data have at least {100 * WEAKEST:g} % of the angle's peak.",
+        f"{HIGHEST:g} Hz, where the data have at least {100 * WEAKEST:g} % of the angle's peak. The",
+        f"spread of stride times is that of {PERSONS} people drawn from the harmonic stride.",
         "",
         *table(HEADER, rows),
-        f"Frames of a stride, mean and standard deviation over people: {PERSONS} drawn from the harmonic",
-        "stride, and those captured.",
-        "",
-        *table(("motion", "people", "number", "mean", "deviation"), spreads),
     ]
 
 

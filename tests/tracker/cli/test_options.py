@@ -96,6 +96,7 @@ def ended(error, cause=None):
         (KeyboardInterrupt(), None),
         (SystemError("returned a result with an exception set"), KeyboardInterrupt()),  # compiled code
         (ImportError("initialization failed"), KeyboardInterrupt()),
+        (RuntimeError("Error calling __set_name__"), KeyboardInterrupt()),  # a class that is made
     ],
 )
 def test_what_is_interrupted_says_so_in_one_line(error, cause):
