@@ -152,8 +152,8 @@ Answers = Sequence[tuple[Case, Sequence[Told]]]
 
 HEADER = ("shown", "parts", "refused", "legs exchanged, said", "not said", "frames off")
 METHOD = f"""\
-Parts of {LONG} frames of the {{clips}} clips, one every {APART} frames, each a film of its own followed without
-marks, against the track of the whole clip from its marks.
+Parts of {LONG} frames of the {{clips}} clips, one every {APART} frames, each a film of its own followed
+without marks, against the track of the whole clip from its marks.
 """
 
 
