@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinematics.sides import SIDES, Side
 from tracker.gait.moments import OFF, STRIKE, Event, Way, named, read_weights
@@ -13,6 +14,9 @@ from tracker.run.track import Track
 ODD = (0.6, 1.6)  # range of durations over the median; outside, a strike was missed or is false
 BACKWARDS = -0.5  # travel below which the figure walks backwards, leg lengths,
 DRIFT = -0.1  # if it is not as slow as a drift on a treadmill, leg lengths a second
+TRAVELS = 0.5  # least travel in a stride of somebody who is not on a treadmill, leg lengths
+STAND = 0.3  # share of the speed of a stride below which that person stands
+PAUSE = 0.2  # seconds that this takes at least
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,8 @@ class Stride:
 class Strides:
     """The measurable strides of one foot, in order, and the number of others.
 
-    Strides in which the figure was lost and those of implausible duration are left out.
+    Strides in which the figure was lost, those of implausible duration and those that begin or end a stand
+    are left out.
 
     strikes, offs : all moments of this foot, including those of incomplete strides
     """
@@ -52,9 +57,24 @@ def strides_of(track: Track, runs: bool) -> dict[Side, Strides]:
     """The strides of both feet of the walking figure, in frames of the clip."""
     events = _events(track, runs)
     found = {side: _joined(*events[side]) for side in SIDES}
-    lengths = [s.frames for of_side in found.values() for s in of_side]
-    usual = float(np.median(lengths)) if lengths else 0.0
-    return {side: _sound(track, found[side], usual, *events[side]) for side in SIDES}
+    every = [stride for of_side in found.values() for stride in of_side]
+    usual = float(np.median([stride.frames for stride in every])) if every else 0.0
+    stands = _stands(track, every)
+
+    def sound(stride: Stride) -> bool:
+        return (
+            0.0 <= stride.strike.at < stride.end.at <= len(track) - 1
+            and bool(track.measured[int(stride.strike.at) : int(np.ceil(stride.end.at)) + 1].all())
+            and ODD[0] * usual < stride.frames < ODD[1] * usual
+            and not stands[_beside(stride)].any()
+        )
+
+    return {
+        side: _strides([stride for stride in found[side] if sound(stride)], *events[side]).moved(
+            lambda row: row + track.first
+        )
+        for side in SIDES
+    }
 
 
 def goes_backwards(track: Track) -> bool:
@@ -108,19 +128,32 @@ def _joined(strikes: Sequence[Event], offs: Sequence[Event]) -> list[Stride]:
     return found
 
 
-def _sound(
-    track: Track, found: Sequence[Stride], usual: float, strikes: Sequence[Event], offs: Sequence[Event]
-) -> Strides:
-    sound = [
-        stride
-        for stride in found
-        if 0.0 <= stride.strike.at < stride.end.at <= len(track) - 1
-        and track.measured[int(stride.strike.at) : int(np.ceil(stride.end.at)) + 1].all()
-        and ODD[0] * usual < stride.frames < ODD[1] * usual
-    ]
-    missed = max(len(strikes) - 1, 0) - len(sound)
-    return Strides(tuple(sound), missed, tuple(strikes), tuple(offs)).moved(lambda row: row + track.first)
+def _strides(sound: Sequence[Stride], strikes: Sequence[Event], offs: Sequence[Event]) -> Strides:
+    return Strides(tuple(sound), max(len(strikes) - 1, 0) - len(sound), tuple(strikes), tuple(offs))
 
 
 def _moved(events: Sequence[Event], to: Callable[[float], float]) -> tuple[Event, ...]:
     return tuple(replace(event, at=to(event.at)) for event in events)
+
+
+def _stands(track: Track, strides: Sequence[Stride]) -> NDArray[np.bool_]:
+    """(T,) whether the figure stands, of a figure that travels; all False of one that never does."""
+    rows, ends = np.arange(len(track)), np.array([[s.strike.at, s.end.at] for s in strides]).reshape(-1, 2)
+    travel, seconds = (
+        np.diff(np.interp(ends, rows, values))[:, 0] for values in (track.q[:, 0], track.times)
+    )
+    if not len(ends) or abs(np.median(travel)) < TRAVELS:
+        return np.zeros(len(track), np.bool_)
+    pace = float(np.median(travel / seconds))
+    later = np.searchsorted(track.times, track.times + PAUSE)
+    rows = rows[later < len(track)]
+    speed = (track.q[later[rows], 0] - track.q[rows, 0]) / (track.times[later[rows]] - track.times[rows])
+    slow = np.zeros(len(track), np.bool_)
+    slow[(rows + later[rows]) // 2] = speed / pace < STAND
+    return slow
+
+
+def _beside(stride: Stride) -> slice:
+    """Rows of the stride and half a stride on either side."""
+    half = 0.5 * stride.frames
+    return slice(max(int(np.ceil(stride.strike.at - half)), 0), int(stride.end.at + half) + 1)

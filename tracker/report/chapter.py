@@ -118,7 +118,8 @@ class Chapter:
             )
         if self.gait.left_out:
             said.append(
-                f"Left out: {counted(self.gait.left_out, 'stride')} with lost frames or of an odd length."
+                f"Left out: {counted(self.gait.left_out, 'stride')} with lost frames, of an odd length, or "
+                "beside a stand."
             )
         if self.looks_altered:
             said.append(

@@ -122,6 +122,28 @@ def test_strides_in_which_the_figure_was_lost_are_left_out():
     assert strides.left_out == 1
 
 
+@pytest.mark.parametrize(
+    ("walks", "kept"),
+    [((0.7, 9.0), slice(1, None)), ((1.2, 9.0), slice(2, None)), ((0.0, 8.2), slice(-1))],
+    ids=["from a stand", "from a longer one", "to a stand"],
+)
+def test_strides_within_half_a_stride_of_a_stand_are_left_out(walks, kept):
+    track = stroll(9.0)
+    every = of(track, "near").sound  # strikes at 0.3 s, 1.4 s .. 6.9 s, the last stride ends at 8 s
+    held = track.q.copy()
+    held[:, 0] = 1.2 * np.clip(track.times, *walks)
+    found = of(replace(track, q=held), "near")
+    assert found.sound == every[kept]
+    assert found.left_out == len(every) - len(found.sound)
+
+
+def test_who_walks_on_a_treadmill_does_not_stand():
+    track = stroll(9.0)
+    still = track.q.copy()
+    still[:, 0] = 0.0
+    assert len(of(replace(track, q=still), "near").sound) == len(of(track, "near").sound)
+
+
 def test_a_stride_that_missed_a_strike_is_left_out():
     track = stroll(9.0)
     q = track.q.copy()
