@@ -21,7 +21,7 @@ from tests.spoiled.spoil import (
     written,
 )
 from tests.spoiled.stock import FOLLOWED
-from tests.videos.test_frames import joined
+from tests.videos.clips import joined
 from videos.frames import Video
 
 JPEG = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00\x01\x01\x00\x00\x01\x00\x01\x00\x00" + bytes(100)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.videos.test_frames import CODEC, corner_colors, make_clip, noise, picture, set_display_matrix
+from tests.videos.clips import CODEC, corner_colors, make_clip, noise, picture, set_display_matrix
 from videos.frames import Video
 from videos.playable import copied, encoded
 

@@ -12,7 +12,7 @@ from kinematics.spm import joint_jacobian, joints
 from tests.benchmarks.evaluation.spoiled import Damage, constant_velocity, filled, median, spoil
 from tests.kinematics.figures import WALKER, upright
 from tests.tracker.loop.test_detections import detected, other_leg
-from tests.tracker.loop.test_tracker import begun, start_of
+from tests.tracker.loop.walks import begun, start_of
 from tests.tracker.painted import STRIDE
 from tracker.foreign.points import Points
 from tracker.loop.begin import begin

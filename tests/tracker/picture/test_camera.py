@@ -1,31 +1,17 @@
 """A moving camera: painted scenes shifted by known parts of pixels, with something that walks before them."""
 
-from dataclasses import replace
-from itertools import islice
-
 import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.tracker.clips import read_json, write_images
 from tests.tracker.outline.films import SIZE, a_walk, film
 from tests.tracker.outline.films import moved as carried_to
-from tracker.clip.follow import follow
-from tracker.clip.job import Job
+from tests.tracker.picture.ways import NEAR, sway
 from tracker.clip.part import TOLD
 from tracker.picture.camera import Camera
-from tracker.progress import Progress
-from tracker.report.results import write_run
-from tracker.run.score import places, score
-from tracker.settings import Settings
-from tracker.tables.keypoints import read_keypoints
-from videos.frames import Video
 
-QUIET = Progress("quiet")
 NOWHERE = None
-# Four tenths of a pixel of the small picture, which is 320 wide, of videos 640 wide.
-NEAR = 0.8
 CAMERAS = {
     "pan": (1.5, -0.4, 0.0, 0.0),
     "roll": (0.0, 0.0, 0.004, 0.0),
@@ -85,19 +71,6 @@ def shifts(frames):
 @pytest.fixture(scope="module")
 def scene():
     return Waves(np.random.default_rng(4))
-
-
-def sway(T, speed, period):
-    """(T, 2) back and forth at up to this many pixels a frame, a third of it up and down."""
-    turn = 2.0 * np.pi * np.arange(T) / period
-    reach = speed * period / (2.0 * np.pi)
-    return reach * np.stack([np.sin(turn), (np.cos(turn) - 1.0) / 3.0], axis=1)
-
-
-def shake(T, deviation):
-    """(T, 2) of a hand that is somewhere else in every frame."""
-    way = np.random.default_rng(7).normal(scale=deviation, size=(T, 2))
-    return way - way[0]
 
 
 @pytest.mark.parametrize("speed", [0.3, 2.0, 14.0], ids="{} px a frame".format)
@@ -302,105 +275,3 @@ def test_a_known_place_is_taken_as_it_is_and_gone_on_from(scene):
     for image in rest[6:]:
         camera = camera.follow(image)
     assert_allclose(camera.shift, way[-1], atol=NEAR)
-
-
-@pytest.fixture(scope="module")
-def panned(clip, tmp_path_factory):
-    """The rendered walk seen by a camera that pans, its job, and the scene's shift in every frame."""
-    folder = tmp_path_factory.mktemp("panned")
-    way = sway(len(clip), 12.0, 60)
-    for t, (image, shift) in enumerate(zip(clip.images, way, strict=True)):
-        cv2.imwrite(str(folder / f"{t}.png"), moved(image, shift, border=100)[..., ::-1])
-    marks = {
-        t: {name: carried(mark, way[t] + 100.0) for name, mark in of_frame.items()}
-        for t, of_frame in read_keypoints(clip.keypoints).items()
-    }
-    return Job(folder, marks, start=4), way
-
-
-@pytest.fixture(scope="module")
-def finished(panned):
-    return follow(panned[0], QUIET)
-
-
-def test_a_run_is_in_the_scene_s_frame_both_ways_from_its_start(clip, panned, finished):
-    job, way = panned
-    assert_allclose(finished.track.shift, way - way[job.start], atol=NEAR)
-    still = follow(replace(job, video=clip.video, marks=read_keypoints(clip.keypoints)), QUIET).track
-    assert_array_equal(still.shift, 0.0)
-    # The picture is resampled and the shift off by parts of a pixel: a hundredth of a leg, two degrees.
-    D = len(still.figure.pose_freedoms)
-    assert_allclose(finished.track.q[:, :2], still.q[:, :2], atol=0.01)
-    assert_allclose(finished.track.q[:, 2:D], still.q[:, 2:D], atol=np.radians(2.0))
-    assert_allclose(finished.track.joints() - way[:, None] - 100.0, still.joints(), atol=2.0)
-
-
-def test_the_camera_is_told_where_the_figure_is_in_the_shifted_picture(clip, panned, monkeypatch):
-    job, _ = panned
-    told = []
-
-    def follow_and_tell(camera, image, box=None, place=None):
-        told.append(box)
-        return follow_camera(camera, image, box, place)
-
-    follow_camera = Camera.follow
-    monkeypatch.setattr(Camera, "follow", follow_and_tell)
-    follow(replace(job, start=0, settings=Settings(outline=False)), QUIET)
-    assert len(told) == len(clip) - 1
-    for t, (x0, y0, x1, y1) in enumerate(told, 1):
-        for mark in job.marks[t].values():
-            assert x0 < mark.x < x1
-            assert y0 < mark.y < y1
-
-
-def test_the_run_says_how_far_the_camera_moved(panned, finished, tmp_path):
-    job, way = panned
-    write_run(finished, tmp_path, QUIET)
-    told = read_json(tmp_path / "run.json")["camera"]
-    assert told["moves"] is True
-    assert told["pixels"] == pytest.approx(np.linalg.norm(way - way[job.start], axis=1).max(), abs=NEAR)
-
-
-def test_a_camera_taken_for_still_is_still(panned):
-    job, _ = panned
-    run = follow(replace(job, settings=Settings(camera=False), stop=6), QUIET)
-    assert_array_equal(run.track.shift, 0.0)
-
-
-def error(job):
-    """Mean error at the marks, leg lengths."""
-    return score(job.marks, places(follow(job, QUIET).track), 0).mean_error_leg
-
-
-@pytest.fixture(scope="module")
-def still(data_dir):
-    """A real run before a camera that is still, and the error there."""
-    source = data_dir / "video" / "fence_run_lr.mp4"
-    marks = read_keypoints(source.with_name("fence_run_lr.keypoints.csv"))
-    job = Job(source, marks, start=0, stop=max(marks))
-    return job, error(job)
-
-
-@pytest.mark.claims
-@pytest.mark.parametrize("way", [sway(22, 16.0, 40), shake(22, 5.0)], ids=["pans", "shakes"])
-def test_a_real_run_is_followed_as_well_when_the_camera_moves(way, still, tmp_path):
-    job, settled = still
-    source, marks = job.video, job.marks
-    assert max(marks) == len(way) - 1
-    images = [moved(frame.image, way[frame.index], border=110) for frame in islice(Video(source), len(way))]
-    carry = {t: {n: carried(m, way[t] + 110.0) for n, m in of_frame.items()} for t, of_frame in marks.items()}
-    shifted = replace(job, video=write_images(tmp_path / "moved", images), marks=carry)
-    assert error(shifted) < settled + 0.005
-    assert error(replace(shifted, settings=Settings(camera=False, outline=False))) > settled + 0.05
-
-
-def moved(image, shift, *, border):
-    """The picture with its scene further right and down by this much, within a mirrored border."""
-    wide = cv2.copyMakeBorder(image, *[border] * 4, cv2.BORDER_REFLECT_101)
-    way = np.float32([[1, 0, shift[0]], [0, 1, shift[1]]])
-    size = wide.shape[1::-1]
-    return cv2.warpAffine(wide, way, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-
-
-def carried(mark, shift):
-    return replace(mark, x=mark.x + shift[0], y=mark.y + shift[1])

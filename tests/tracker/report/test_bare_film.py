@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.tracker.clips import write_images
 from tests.tracker.strolls import stroll
-from tests.videos.test_frames import make_clip, noise
+from tests.videos.clips import make_clip, noise
 from tracker.progress import Progress
 from tracker.report.drawing import write_film
 from videos.frames import Video

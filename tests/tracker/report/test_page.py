@@ -17,7 +17,7 @@ from tests.kinematics.figures import WALKER
 from tests.tracker.report.test_chapter import chapter
 from tests.tracker.report.test_html_tables import SCORE
 from tests.tracker.strolls import stroll
-from tests.videos.test_frames import make_clip, set_display_matrix
+from tests.videos.clips import make_clip, set_display_matrix
 from tests.videos.test_playable import begin_later
 from tracker.report import page
 from tracker.report.chapter import headline, unusual
