@@ -1,16 +1,28 @@
-"""Walks made up for tests: straight legs swung so that every strike and every leaving is known."""
+"""Walks made up for tests, whose every strike and leaving is known, and their gait figures."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from kinematics.spm import View
 from tests.kinematics.figures import WALKER
+from tracker.gait.figures import gait_of
 from tracker.run.track import Track
 
+PERIOD, DUTY = 1.1, 0.6
 SWING = np.radians(28.0)  # greatest angle of a thigh
 
 
 def stroll(
-    seconds=6.0, *, fps=30.0, period=1.1, duty=0.6, offset=0.5, start=0.3, swings=(SWING, SWING), sigma=0.002
+    seconds=6.0,
+    *,
+    fps=30.0,
+    period=PERIOD,
+    duty=DUTY,
+    offset=0.5,
+    start=0.3,
+    swings=(SWING, SWING),
+    sigma=0.002,
 ):
     """A track of a figure that walks to the right on straight legs.
 
@@ -28,6 +40,18 @@ def stroll(
         back, ahead = _eased(phase / duty, 0.15), _eased((phase - duty) / (1.0 - duty), 0.5)
         q[:, WALKER.index(f"hip_{side}")] = swing * (1.0 - 2.0 * np.where(phase < duty, back, 1.0 - ahead))
     return track_of(q, times, sigma)
+
+
+def a_run(seconds=6.0):
+    """Knees that bend far, a hip that is high while the feet are apart, and short stances."""
+    track = stroll(seconds, period=0.75, duty=0.35)
+    q = track.q.copy()
+    apart = np.abs(q[:, WALKER.index("hip_near")] - q[:, WALKER.index("hip_far")])
+    q[:, 1] = 0.05 * apart
+    for side, late in (("near", 0.0), ("far", 0.5)):
+        phase = 2.0 * np.pi * ((track.times - 0.3) / 0.75 - late)
+        q[:, WALKER.index(f"knee_{side}")] = np.radians(60.0 - 50.0 * np.cos(phase - 0.9 * np.pi))
+    return replace(track, q=q, labels=("run",))
 
 
 def _eased(share, ramp):
@@ -55,3 +79,7 @@ def track_of(q, times, sigma=0.002):
         shift=np.zeros((T, 2)),
         mark=0.02,
     )
+
+
+def told(track, rate=1.0, known=None):
+    return {measure.name: measure for measure in gait_of(track, rate, known).measures}

@@ -1,4 +1,4 @@
-"""Learning: EM's promises with exact posteriors, and what must not matter."""
+"""Learning by EM: its values, the system that it returns, what must not matter, and errors."""
 
 from dataclasses import replace
 
@@ -11,45 +11,14 @@ from dynamics.gpb2 import gpb2_all
 from dynamics.kalman import predict
 from dynamics.layout import Layout
 from dynamics.learning.em import anywhere, from_origin, learn
-from dynamics.learning.mstep import maximise
 from dynamics.learning.options import Options
-from dynamics.learning.prior import changes, data_prior, log_prior
+from dynamics.learning.prior import data_prior, log_prior
 from dynamics.variational import variational_all
 from dynamics.viterbi import viterbi_all
-from tests.oracles import (
-    central_difference,
-    condition,
-    enumerated_all,
-    expected_log_joint,
-    random_slds,
-    sample,
-    sum_over_paths,
-)
+from tests.dynamics.learning.systems import assert_same_system, drawn
+from tests.oracles import random_slds, sample
 
-FIELDS = ("pi0", "Pi", "A", "b", "Q", "R", "mean0", "cov0")
 LEARNT = {"fps": 30.0, "label": "walk"}
-
-
-def drawn(slds, lengths, rng, *, gaps=False):
-    """Sequences; with gaps, of each a few entries, one whole row and, where it is odd, the first row."""
-    ys = [sample(slds, T, rng)[2] for T in lengths]
-    for n, y in enumerate(ys if gaps else []):
-        y[rng.random(y.shape) < 0.2] = np.nan
-        y[-2 if n % 2 else 0] = np.nan
-        y[-1] = np.where(np.isnan(y[-1]), 0.1 * n, y[-1])
-    return ys
-
-
-def setting(order, travelling, rng, *, prior, K=2, lengths=(5, 4, 5), gaps=False):
-    """A system, sequences from another one, and what `maximise` needs."""
-    slds = random_slds(K, order=order, travelling=travelling, rng=rng)
-    ys = drawn(random_slds(K, order=order, travelling=travelling, rng=rng), lengths, rng, gaps=gaps)
-    return slds, ys, data_prior(ys, slds.layout, Options(states=K, order=order, prior=prior))
-
-
-def assert_same_system(one, other, *, rtol, atol=1e-12):
-    for name in FIELDS:
-        assert_allclose(getattr(one, name), getattr(other, name), rtol=rtol, atol=atol, err_msg=name)
 
 
 def gait(n, T, d, rng, *, K=4):
@@ -58,22 +27,7 @@ def gait(n, T, d, rng, *, K=4):
     return drawn(slds, [T] * n, rng), slds.names
 
 
-# EM with exact posteriors
-
-
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize(("travelling", "gaps"), [((), False), (("a",), True)])
-def test_a_round_with_exact_posteriors_never_lowers_the_evidence(order, travelling, gaps, rng):
-    # Order 2 needs more steps than coefficients, or maximum likelihood fits some exactly.
-    lengths = (5, 6, 5) if order == 1 else (6, 6, 6, 6, 6)
-    slds, ys, prior = setting(order, travelling, rng, prior=0.0, lengths=lengths, gaps=gaps)
-    values = [sum(sum_over_paths(slds, y) for y in ys)]
-    for _ in range(3):
-        slds = maximise(slds, ys, enumerated_all(slds, ys), prior, np.ones(len(ys)))
-        values.append(sum(sum_over_paths(slds, y) for y in ys))
-    # Rounding in sums of log-likelihoods near 100.
-    assert np.diff(values).min() > -1e-8
-    assert values[-1] > values[0] + 1.0
+# What learning returns
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -86,115 +40,6 @@ def test_with_one_switching_state_the_penalised_value_never_falls(order, prior, 
     # Rounding in sums of log-likelihoods near 1000.
     assert np.diff(fit.values).min() > -1e-8
     assert fit.values[-1] > fit.values[0]
-
-
-@pytest.mark.parametrize(
-    ("order", "travelling", "gaps", "prior"),  # every pair of values
-    [
-        (1, (), False, 0.0),
-        (2, (), False, 1.0),
-        (1, ("a",), False, 1.0),
-        (2, ("a",), False, 0.0),
-        (1, ("a",), True, 0.0),
-        (2, ("a",), True, 1.0),
-    ],
-)
-def test_the_m_step_is_a_maximum_of_the_expected_log_joint_plus_log_prior(
-    order, travelling, prior, gaps, rng
-):
-    lengths = (6, 6, 6, 6)
-    slds, ys, priors = setting(order, travelling, rng, prior=prior, lengths=lengths, gaps=gaps)
-    weights = np.array([1.0, 0.5, 2.0, 1.0])
-    posteriors = enumerated_all(slds, ys)
-    best = maximise(slds, ys, posteriors, priors, weights)
-    # With gaps the measurements' part of the joint is that of what was measured and its completion.
-    shown = [p.states.mean @ slds.C.T if gaps else y for y, p in zip(ys, posteriors, strict=True)]
-    spread = sum(
-        w * (slds.C @ p.states.cov @ slds.C.T).sum(0) for w, p in zip(weights, posteriors, strict=True)
-    )
-    scatter, n = completed_noise(slds, ys, posteriors, weights)
-
-    def value(system):
-        joint = expected_log_joint(system, shown, posteriors, weights)
-        if gaps:
-            joint += expected_log_noise(scatter, n, system.R)
-            joint -= expected_log_noise(spread, weights @ [len(y) for y in ys], system.R)
-        return joint + log_prior(system, priors)
-
-    d = len(slds.names)
-    for name in FIELDS:
-        there = getattr(best, name)
-        direction = rng.normal(size=there.shape)
-        if name in ("pi0", "Pi"):  # rows keep summing to one
-            direction = there * (direction - (there * direction).sum(-1, keepdims=True))
-        if name in ("Q", "R", "cov0"):  # positive definite in proportion to what is there
-            direction = there @ direction @ there
-            direction = 0.5 * (direction + np.swapaxes(direction, -1, -2))
-        if name == "A":  # what the form leaves free
-            direction[:, d:] = 0.0
-            direction[:, :d] = rng.normal(size=(slds.K, d, len(slds.layout.regard))) @ slds.layout.regard
-        if name == "b":
-            direction[:, d:] = 0.0
-        direction /= np.abs(direction).max() / np.abs(there).max()
-
-        def along(step, name=name, there=there, direction=direction):
-            return value(replace(best, **{name: there + float(step) * direction}))
-
-        slope = central_difference(along, np.array(0.0), step=1e-5)
-        bend = (along(1e-3) - 2.0 * along(0.0) + along(-1e-3)) / 1e-6
-        assert bend < 0.0, name
-        # Of a parabola of this bend, a slope of 1e-4 bend means 1e-4 of the parameter away from its top;
-        # differences of values near 100 over 1e-5 are exact to 1e-8.
-        assert abs(slope[0]) < 1e-6 + 1e-5 * abs(bend), name
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_the_step_in_r_points_along_the_slope_of_the_exact_evidence(order, rng):
-    # Fisher's identity: the slope of log p(Y) is that of the expected log joint, which for R alone, with n
-    # frames that measured something, is n / 2 tr(R^-1 D R^-1 (R' - R)) along D, R' from the M-step.
-    slds, ys, prior = setting(order, ("a",), rng, prior=0.0, lengths=(5, 6, 5), gaps=True)
-    assert sum(np.isnan(y).all(1).sum() for y in ys) >= 3
-    assert sum((np.isnan(y).any(1) & ~np.isnan(y).all(1)).sum() for y in ys) >= 2
-    weights = np.array([1.0, 2.0, 0.5])
-    better = maximise(slds, ys, enumerated_all(slds, ys), prior, weights)
-    n = sum(w * (~np.isnan(y)).any(1).sum() for w, y in zip(weights, ys, strict=True))
-    direction = rng.normal(size=slds.R.shape) * np.abs(slds.R).max()
-    direction = direction + direction.T
-
-    def evidence(step):
-        system = replace(slds, R=slds.R + float(step) * direction)
-        return sum(w * sum_over_paths(system, y) for w, y in zip(weights, ys, strict=True))
-
-    inverse = np.linalg.inv(slds.R)
-    want = 0.5 * n * np.trace(inverse @ direction @ inverse @ (better.R - slds.R))
-    # Differences of values near 100 over 1e-5 are exact to 1e-8, of cubic terms to 1e-9.
-    assert central_difference(evidence, np.array(0.0), step=1e-5)[0] == pytest.approx(want, rel=1e-6)
-
-
-def completed_noise(slds, ys, posteriors, weights):
-    """sum E[w w'] over frames that measured something, and their number.
-
-    Given x the noise of the measured entries is y - C x, and that of the others follows by conditioning
-    N(0, R) on it. Averaged over x by sigma points, which is exact for second moments.
-    """
-    M, N = slds.C.shape
-    scatter, n = np.zeros((M, M)), 0.0
-    for weight, y, p in zip(weights, ys, posteriors, strict=True):
-        for t in np.flatnonzero(~np.isnan(y).all(1)):
-            n += weight
-            root = np.sqrt(N) * np.linalg.cholesky(p.states.cov[t] + 1e-14 * np.eye(N))
-            for x in [*(p.states.mean[t] + root.T), *(p.states.mean[t] - root.T)]:
-                mean, cov, _ = condition(np.zeros(M), slds.R, np.eye(M), np.zeros((M, M)), y[t] - slds.C @ x)
-                scatter += weight * (cov + np.outer(mean, mean)) / (2 * N)
-    return scatter, n
-
-
-def expected_log_noise(scatter, n, R):
-    """The sum of n terms E log N(w; 0, R) whose E[w w'] sum to scatter."""
-    return -0.5 * (n * np.linalg.slogdet(2.0 * np.pi * R)[1] + np.trace(np.linalg.inv(R) @ scatter))
-
-
-# What learning returns
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -354,16 +199,6 @@ def test_where_the_figure_stands_does_not_matter(order, rng):
     assert_array_equal(there.cov, here.cov)
 
 
-def test_a_weight_of_two_is_the_sequence_twice(rng):
-    slds, ys, prior = setting(2, ("a",), rng, prior=1.0, lengths=(30, 20, 25))
-    posteriors = viterbi_all(slds, ys)
-    weighted = maximise(slds, ys, posteriors, prior, np.array([2.0, 1.0, 1.0]))
-    twice = maximise(slds, [ys[0], *ys], [posteriors[0], *posteriors], prior, np.ones(4))
-    plain = maximise(slds, ys, posteriors, prior, np.ones(3))
-    assert_same_system(weighted, twice, rtol=1e-8, atol=1e-10)  # the same sums in another order
-    assert np.abs(weighted.A - plain.A).max() > 1e-3
-
-
 def test_the_order_of_the_sequences_does_not_enter_learning(rng):
     ys, names = gait(6, 30, 2, rng)
     ys[2][5:9, 1] = np.nan
@@ -375,18 +210,6 @@ def test_the_order_of_the_sequences_does_not_enter_learning(rng):
     )
     assert one.values == pytest.approx(other.values, rel=1e-9)  # weights' mean, rounded otherwise
     assert_same_system(one.slds, other.slds, rtol=1e-6, atol=1e-9)
-
-
-@pytest.mark.parametrize("prior", [0.0, 1.0])
-def test_a_state_that_is_never_entered_stays_finite(prior, rng):
-    slds, ys, priors = setting(2, ("a",), rng, prior=prior, K=3, lengths=(30, 30))
-    ring = np.array([[0.7, 0.3, 0.0], [0.3, 0.7, 0.0], [0.0, 0.0, 1.0]])
-    slds = replace(slds, Pi=ring, pi0=[0.5, 0.5, 0.0])
-    fitted = maximise(slds, ys, viterbi_all(slds, ys), priors, np.ones(2))
-    assert np.linalg.eigvalsh(fitted.Q[:, :2, :2]).min() > 0.0
-    if prior == 0.0:  # nothing was learnt about it
-        for name in ("A", "b", "Q", "mean0", "cov0"):
-            assert_array_equal(getattr(fitted, name)[2], getattr(slds, name)[2])
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -424,62 +247,6 @@ def test_an_inference_that_loses_count_is_not_taken_for_a_value(rng):
     infer, _ = scripted([100.0, np.nan])
     with pytest.raises(ValueError, match="the value of round 1 is nan"):
         learn(ys, names=names, travelling=("a",), begin=lambda: infer, options=Options(states=2), **LEARNT)
-
-
-# Priors
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_priors_are_those_of_what_was_measured(order, rng):
-    ys = drawn(random_slds(1, d=3, order=order, rng=rng), (30, 40), rng)
-    layout, options = Layout(("a", "b", "c"), ("a",), order), Options(order=order)
-    cut = [ys[0][:20], ys[1][5:]]
-    holes = [y.copy() for y in ys]
-    holes[0][20:], holes[1][:5] = np.nan, np.nan
-    want, got = data_prior(cut, layout, options), data_prior(holes, layout, options)
-    for name in ("R", "start"):
-        assert_allclose(getattr(got, name), getattr(want, name), rtol=1e-12)  # the same sums
-    assert_allclose(got.ridge.noise, want.ridge.noise, rtol=1e-12)
-    # A state's regressors are counted in all frames; at second order one more is seen at each edge.
-    assert_allclose(got.ridge.strength / 70, want.ridge.strength / 55, rtol=1e-12 if order == 1 else 0.1)
-    # Single entries: the freedom's own differences, and no other freedom's.
-    holes = [y.copy() for y in ys]
-    holes[0][10, 1] = np.nan
-    got, plain = data_prior(holes, layout, options), data_prior(ys, layout, options)
-    differences = np.concatenate([np.diff(y[:, 1], n=order) for y in holes])
-    assert np.isnan(differences).sum() == order + 1
-    assert got.ridge.noise[1] == pytest.approx(0.1 * np.nanvar(differences), rel=1e-6)
-    assert_array_equal(got.ridge.noise[[0, 2]], plain.ridge.noise[[0, 2]])
-
-
-def test_changes_never_measured_in_a_row_are_taken_from_a_lower_difference():
-    y = np.array([[0.0, 1.0], [1.0, np.nan], [3.0, 4.0], [5.0, np.nan], [8.0, 2.0]])
-    got = changes([y], 2)
-    assert got[0] == pytest.approx(np.var([1.0, 0.0, 1.0]), rel=1e-8)
-    assert got[1] == pytest.approx(np.var([1.0, 4.0, 2.0]), rel=1e-8)
-    assert changes([y[:2]], 2) == pytest.approx([np.var([0.0, 1.0]), 0.0], abs=1e-9)
-    for order in (1, 2):
-        prior = data_prior([y], Layout(("a", "b"), ("b",), order), Options(order=order))
-        assert prior.ridge.strength.min() > 0.0
-
-
-def test_priors_scale_with_the_units_even_of_what_was_never_measured_in_a_row(rng):
-    y = rng.normal(size=(12, 2)).cumsum(axis=0)
-    y[1::2, 1] = np.nan
-    layout = Layout(("a", "b"), ("b",), 2)
-    one, ten = (data_prior([y * [1.0, size]], layout, Options()) for size in (1.0, 10.0))
-    scale = np.array([1.0, 1.0, 100.0, 1.0])  # a, a before, the change of b, the offset
-    # Freedoms that never move spread by an absolute 1e-5.
-    assert_allclose(ten.ridge.strength, scale * one.ridge.strength, rtol=1e-8)
-    assert_allclose(ten.R, np.array([1.0, 100.0]) * one.R, rtol=1e-8)
-
-
-def test_a_travelling_freedom_starts_near_its_first_place(rng):
-    y = np.column_stack([np.arange(50.0), rng.normal(size=50)])
-    start = data_prior([y], Layout(("a", "b"), ("a",), 2), Options(order=2)).start
-    assert_allclose(start[::2], 0.1, rtol=1e-8)  # a tenth of its squared speed, though it goes far
-    assert_allclose(start[1::2], 0.1 * y[:, 1].var(), rtol=1e-8)
-    assert_allclose(data_prior([y], Layout(("a", "b"), (), 2), Options()).start[::2], 0.1 * y[:, 0].var())
 
 
 # Starting anywhere in the motion

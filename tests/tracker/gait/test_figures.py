@@ -7,18 +7,12 @@ import numpy as np
 import pytest
 
 from tests.kinematics.figures import FOOTLESS, HORSE, WALKER
-from tests.tracker.strolls import SWING, stroll
+from tests.tracker.strolls import DUTY, PERIOD, SWING, a_run, stroll, told
 from tests.tracker.tracks import random_track
 from tracker.gait.evened import evened
 from tracker.gait.figures import LEAST_STANCE, _mean_around, gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.strides import strides_of
-
-PERIOD, DUTY = 1.1, 0.6
-
-
-def told(track, rate=1.0, known=None):
-    return {measure.name: measure for measure in gait_of(track, rate, known).measures}
 
 
 def test_a_known_walk_gets_its_own_figures():
@@ -58,20 +52,6 @@ def test_a_joint_turns_when_its_angle_is_greatest_or_least():
     hip = found["hip extension peak"].far
     assert hip.mean == pytest.approx(60.0, abs=3.5)
     assert found["torso range"].near is None
-
-
-def test_a_flat_peak_is_timed_less_surely_than_a_sharp_one():
-    track = stroll()
-    phase = ((track.times - 0.3) / 1.1) % 1.0
-    errors = []
-    for width in (0.05, 0.15):
-        bent, cov = track.q.copy(), track.cov.copy()
-        knee = track.figure.index("knee_near")
-        bent[:, knee] = np.exp(-(((phase - 0.7) / width) ** 2))
-        cov[:, knee, knee] = np.radians(3.0) ** 2
-        errors.append(told(replace(track, q=bent, cov=cov))["knee flexion peak"].near)
-    assert errors[1].error > 1.2 * errors[0].error
-    assert errors[1].shared == pytest.approx(errors[0].shared, rel=0.05)
 
 
 def test_at_half_speed_times_halve_and_angles_stay():
@@ -114,47 +94,6 @@ def test_the_legs_ranges_are_their_own_and_the_symmetry_is_between_them():
     assert exchanged.symmetry.mean == pytest.approx(-found.symmetry.mean, abs=1.0)
 
 
-def test_the_error_of_a_range_is_what_strides_differ_by_or_what_the_covariance_says_if_that_is_more():
-    for sigma in (0.0001, 0.1):
-        track = stroll(9.0, sigma=sigma)
-        hip = WALKER.index("hip_near")
-        track.q[:, hip] *= 1.0 + 0.1 * np.sin(track.times)
-        found = gait_of(track)
-        measure = found.named("hip range").near
-        angles = np.degrees(track.q[:, hip])
-        own = [
-            np.ptp([a for t, a in enumerate(angles) if stride.strike.at <= t <= stride.end.at])
-            for stride in found.strides["near"].sound
-        ]
-        assert measure.mean == pytest.approx(np.mean(own))
-        spread = max(np.var(own, ddof=1), 2.0 * np.degrees(sigma) ** 2)
-        assert measure.error == pytest.approx(np.sqrt(spread / len(own)))
-
-
-def test_the_error_of_a_stance_is_that_of_its_moments_by_differences():
-    track = stroll(2.6)
-    gait = gait_of(track)
-    (stride,) = gait.strides["near"].sound
-    length, stance = stride.end.at - stride.strike.at, stride.off.at - stride.strike.at
-    by_strike = -1.0 / length + stance / length**2
-    by_end = -stance / length**2
-    own = np.hypot(by_strike * stride.strike.error, by_end * stride.end.error)
-    own = np.hypot(own, stride.off.error / length)
-    shared = np.hypot(stride.strike.shared, stride.off.shared) / length
-    value = gait.named("stance share").near
-    assert value.shared == pytest.approx(100.0 * shared)
-    assert value.error == pytest.approx(100.0 * np.hypot(own, shared))
-
-
-@pytest.mark.parametrize("name", ["stance share", "hip extension peak"])
-def test_what_strides_share_does_not_shrink_with_their_number_and_is_not_in_the_symmetry(name):
-    few, many = (told(stroll(seconds))[name] for seconds in (2.6, 26.0))
-    assert many.near.count > 15
-    assert many.near.error == pytest.approx(many.near.shared, rel=0.1)
-    assert few.near.error > 1.2 * many.near.error
-    assert many.symmetry.error < 0.4 * few.symmetry.error
-
-
 def test_double_support_is_when_both_feet_are_on_the_ground():
     for offset in (0.5, 0.42):
         track = stroll(9.0, offset=offset)
@@ -184,18 +123,6 @@ def test_a_walk_with_too_short_a_stance_is_a_warning_and_no_number():
     assert gait_of(stroll()).warnings == ()
 
 
-def a_run(seconds=6.0):
-    """Knees that bend far, a hip that is high while the feet are apart, and short stances."""
-    track = stroll(seconds, period=0.75, duty=0.35)
-    q = track.q.copy()
-    apart = np.abs(q[:, WALKER.index("hip_near")] - q[:, WALKER.index("hip_far")])
-    q[:, 1] = 0.05 * apart
-    for side, late in (("near", 0.0), ("far", 0.5)):
-        phase = 2.0 * np.pi * ((track.times - 0.3) / 0.75 - late)
-        q[:, WALKER.index(f"knee_{side}")] = np.radians(60.0 - 50.0 * np.cos(phase - 0.9 * np.pi))
-    return replace(track, q=q, labels=("run",))
-
-
 def test_a_run_has_flight_and_no_double_support():
     gait = gait_of(a_run())
     assert gait.motion == "run"
@@ -205,19 +132,6 @@ def test_a_run_has_flight_and_no_double_support():
     wanted = stride * (0.5 - stance / 100.0)
     assert found["flight time"].both.mean == pytest.approx(wanted, abs=0.01)
     assert gait.warnings == ()
-
-
-@pytest.mark.parametrize(
-    ("walks", "name", "times"), [(stroll, "double support", 2), (a_run, "flight time", 1)]
-)
-def test_errors_of_double_support_and_flight_are_those_of_the_moments_that_bound_them(walks, name, times):
-    gait = gait_of(walks(6.0))
-    stride, value = gait.strides["near"].sound[0], gait.named(name).both
-    own = np.sqrt(2.0 * times / value.count) * np.hypot(stride.strike.error, stride.off.error)
-    shared = times * np.hypot(stride.strike.shared, stride.off.shared)
-    unit = 1.0 / 30.0 if name == "flight time" else 100.0 / stride.frames
-    assert value.shared == pytest.approx(unit * shared)
-    assert value.error == pytest.approx(unit * np.hypot(own, shared), rel=0.01)
 
 
 @pytest.mark.parametrize("label", ["walk", "run", "free"])
@@ -258,15 +172,6 @@ def test_every_stride_has_a_speed_though_the_last_foot_has_hardly_landed():
     assert gait.named("speed").both.mean == pytest.approx(1.2, abs=0.02)
 
 
-def test_the_error_of_a_speed_is_that_of_the_hip():
-    track = stroll()
-    still, shaky = told(track)["speed"].both, track.cov.copy()
-    shaky[:, 0, 0] *= 9.0
-    unsure = told(replace(track, cov=shaky))["speed"].both
-    assert unsure.mean == still.mean
-    assert unsure.own == pytest.approx(3.0 * still.own, rel=1e-6)
-
-
 def test_who_walks_backwards_makes_strides_of_the_same_length():
     track = stroll(9.0)
     back = told(replace(track, q=track.q[::-1].copy()))
@@ -281,41 +186,6 @@ def test_who_stays_in_place_has_no_lengths():
     found = told(replace(track, q=q))
     assert not {"step length", "stride length", "speed"} & set(found)
     assert "stance share" in found
-
-
-def test_errors_of_both_legs_and_of_their_symmetry_come_from_the_legs_own():
-    track = stroll(9.0, swings=(SWING, 0.7 * SWING), sigma=0.01)
-    unlike = np.ones(len(WALKER.freedoms))
-    unlike[WALKER.index("hip_far")] = 3.0
-    found = told(replace(track, cov=track.cov * np.outer(unlike, unlike)))["hip range"]
-    near, far = found.near, found.far
-    assert far.error > 2.0 * near.error
-    assert found.both.error == pytest.approx((near.error + far.error) / 2.0)
-
-    def index(a, b):
-        return 100.0 * (a - b) / ((a + b) / 2.0)
-
-    step = 1e-4
-    by_near = (index(near.mean + step, far.mean) - index(near.mean - step, far.mean)) / (2.0 * step)
-    by_far = (index(near.mean, far.mean + step) - index(near.mean, far.mean - step)) / (2.0 * step)
-    assert found.symmetry.mean == pytest.approx(index(near.mean, far.mean))
-    assert found.symmetry.error == pytest.approx(np.hypot(by_near * near.error, by_far * far.error), rel=1e-5)
-
-
-def test_two_errors_cover_the_truth_as_often_as_they_should_and_are_no_larger_than_they_were(rng):
-    """Forty walks under the very noise that their covariance speaks of."""
-    sigma, trials = 0.004, 40
-    truth = {"stride time": (PERIOD, 0.0055), "step time": (PERIOD / 2.0, 0.0055)}
-    truth["stance share"] = 100.0 * DUTY, 1.25
-    inside = dict.fromkeys(truth, 0)
-    for _ in range(trials):
-        track = stroll(7.0, sigma=sigma)
-        found = told(replace(track, q=track.q + rng.normal(scale=sigma, size=track.q.shape)))
-        for name, (mean, error) in truth.items():
-            value = found[name].near
-            inside[name] += abs(value.mean - mean) < 2.0 * value.error
-            assert value.error == pytest.approx(error, rel=0.2)
-    assert min(inside.values()) >= 0.85 * trials
 
 
 def thinned(walk, gone, **changes):
