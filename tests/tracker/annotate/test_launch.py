@@ -15,7 +15,7 @@ from urllib.parse import unquote
 import pytest
 
 from tests.tracker import people
-from tests.tracker.annotate.test_server import told
+from tests.tracker.annotate.marked import told
 from tests.tracker.clips import figtrack
 from tests.tracker.people import WALKER
 from tests.tracker.processes import started

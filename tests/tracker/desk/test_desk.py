@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.tracker.annotate.test_server import Client
+from tests.tracker.annotate.clients import Client
 from tests.tracker.clips import write_video
 from tests.tracker.outline.films import a_walk
 from tests.tracker.processes import ended, started
