@@ -1,7 +1,11 @@
-"""Clients of the page's server, which may send what a browser would not."""
+"""Clients of the page's server, in this process or in that of a command that is running."""
 
 import json
+import re
+from contextlib import contextmanager
 from http.client import HTTPConnection
+
+from tests.tracker.processes import started
 
 
 class Connection(HTTPConnection):
@@ -44,3 +48,35 @@ class Client:
     def post(self, what, body=None, **more):
         status, _, content = self.ask("POST", what, body, **more)
         return status, json.loads(content)
+
+
+@contextmanager
+def running(*words, cwd=None, command="annotate"):
+    """The command at work, all that it `said` so far, and the address in it."""
+    process = started(command, *words, "--no-browser", cwd=cwd)
+    try:
+        lines = iter(process.stdout.readline, "")
+        process.said = next(lines)
+        while not (found := re.search(r"http://\S+", process.said)):
+            process.said += next(lines)
+        yield process, found[0]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def post(address, what, body):
+    host, key = address.removeprefix("http://").rstrip("/").split("/")
+    connection = HTTPConnection(host, timeout=10)
+    headers = {"Content-Type": "application/json", "Origin": f"http://{host}"}
+    connection.request("POST", f"/{key}/{what}", json.dumps(body), headers)
+    return json.loads(connection.getresponse().read())
+
+
+def page(address):
+    """What the page starts with."""
+    host, key = address.removeprefix("http://").rstrip("/").split("/")
+    connection = HTTPConnection(host, timeout=10)
+    connection.request("GET", f"/{key}/")
+    text = connection.getresponse().read().decode()
+    return json.loads(re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)[1])
