@@ -18,8 +18,7 @@ from tests.tracker.annotate.test_server import Client
 from tests.tracker.clips import write_video
 from tests.tracker.outline.films import a_walk
 from tests.tracker.processes import ended, started
-from tests.tracker.report.test_chapter import chapter
-from tests.tracker.report.test_page import write_clip
+from tests.tracker.report.reports import chapter, write_clip
 from tests.tracker.strolls import stroll
 from tracker.desk import desk_page as module
 from tracker.desk.desk_page import Desk, Server
