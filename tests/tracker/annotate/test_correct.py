@@ -13,8 +13,8 @@ import pytest
 from kinematics.recover import PoseError
 from kinematics.sides import exchanged as sides
 from kinematics.sides import other_side
+from tests.tracker.annotate.pages import Page, near, served
 from tests.tracker.annotate.test_launch import page, post, running
-from tests.tracker.annotate.test_page import Page, near, served
 from tests.tracker.clips import everything, read_json, refused, write_table, write_video
 from tracker.annotate import correction
 from tracker.annotate.correction import Correction
