@@ -1,14 +1,16 @@
-"""A server of the page with a client that asks it, and a run to be corrected."""
+"""The marking page of the rendered walk, a server with a client that asks it, and a run to be corrected."""
 
 import shutil
 import threading
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from kinematics.sides import exchanged as sides
 from tests.tracker.annotate.clients import Client
 from tests.tracker.annotate.exchanged_run import QUIET, TURN, T
+from tests.tracker.annotate.pages import session_page
 from tests.tracker.clips import write_table, write_video
 from tracker.annotate.marks import Table
 from tracker.annotate.server import Server
@@ -38,6 +40,19 @@ def client(clip, table):
         client.thread = thread
         yield client
         server.shutdown()
+
+
+@pytest.fixture
+def page(browser, clip, table):
+    """The page of a session on the rendered walk."""
+    with session_page(browser, clip.video, table) as page:
+        yield page
+
+
+@pytest.fixture
+def truth(clip):
+    """The joints of frame 0, hundredths of pixels."""
+    return {name: tuple(np.round(places[0], 2).tolist()) for name, places in clip.joints.items()}
 
 
 @pytest.fixture(scope="session")
