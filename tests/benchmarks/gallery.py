@@ -18,7 +18,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from tests.tracker.annotate.test_launch import running
+from tests.tracker.annotate.clients import running
 from tests.tracker.browser import Browser, chromium
 from tests.tracker.clips import figtrack
 from tracker.cli.demo import run_demo, write_scene

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.tracker.annotate.test_page import Page
+from tests.tracker.annotate.pages import Page
 from tests.tracker.browser import chromium
 
 ROOT = Path(__file__).parents[2]

@@ -22,8 +22,8 @@ import numpy as np
 
 from kinematics.figure_file import load_figure
 from tests.handbook.blocks import FIGTRACK, PYTHON, ROOT
-from tests.tracker.annotate.test_launch import page, post, running
-from tests.tracker.annotate.test_server import told
+from tests.tracker.annotate.clients import page, post, running
+from tests.tracker.annotate.marked import told
 from tests.tracker.clips import everything, figtrack, write_table
 from tests.tracker.models.test_learn import COLUMNS, FPS, T, write_walk
 from tests.tracker.report.test_before_after import run as walked

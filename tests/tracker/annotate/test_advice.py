@@ -7,26 +7,16 @@ from numpy.testing import assert_array_equal
 
 from kinematics.figure_file import load_figure
 from kinematics.recover import PoseError
-from tests.tracker.people import LEGS
+from tests.tracker.annotate.marked import MARKS, without
 from tracker.annotate.session import advise
 from tracker.clip.start import StartError, marked_start
 from tracker.tables.keypoints import Mark
 
 FIGURE, SIZE = load_figure(), (300, 240)
-MARKS = {
-    "head_top": Mark(108, 28),
-    "neck": Mark(100, 70),
-    "hip": Mark(100, 130),
-    **{name: Mark(*place) for name, place in LEGS.items()},
-}
 
 
 def advised(marks, facing=1):
     return advise(FIGURE, marks, SIZE, facing)
-
-
-def without(*names):
-    return {name: mark for name, mark in MARKS.items() if name not in names}
 
 
 def test_a_good_frame_lacks_nothing_and_its_facing_is_said():

@@ -1,13 +1,9 @@
 """The annotate command: what it opens, what it prints, how it ends, and what it refuses in one line."""
 
-import http.client
-import json
-import re
 import signal
 import socket
 import stat
 import webbrowser
-from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from urllib.parse import unquote
@@ -15,44 +11,12 @@ from urllib.parse import unquote
 import pytest
 
 from tests.tracker import people
-from tests.tracker.annotate.test_server import told
+from tests.tracker.annotate.clients import page, post, running
+from tests.tracker.annotate.marked import told
 from tests.tracker.clips import figtrack
 from tests.tracker.people import WALKER
-from tests.tracker.processes import started
 from tracker.annotate import loopback as module
 from tracker.tables.keypoints import Mark, read_keypoints
-
-
-@contextmanager
-def running(*words, cwd=None, command="annotate"):
-    """The command at work, all that it `said` so far, and the address in it."""
-    process = started(command, *words, "--no-browser", cwd=cwd)
-    try:
-        lines = iter(process.stdout.readline, "")
-        process.said = next(lines)
-        while not (found := re.search(r"http://\S+", process.said)):
-            process.said += next(lines)
-        yield process, found[0]
-    finally:
-        process.kill()
-        process.communicate()
-
-
-def post(address, what, body):
-    host, key = address.removeprefix("http://").rstrip("/").split("/")
-    connection = http.client.HTTPConnection(host, timeout=10)
-    headers = {"Content-Type": "application/json", "Origin": f"http://{host}"}
-    connection.request("POST", f"/{key}/{what}", json.dumps(body), headers)
-    return json.loads(connection.getresponse().read())
-
-
-def page(address):
-    """What the page starts with."""
-    host, key = address.removeprefix("http://").rstrip("/").split("/")
-    connection = http.client.HTTPConnection(host, timeout=10)
-    connection.request("GET", f"/{key}/")
-    text = connection.getresponse().read().decode()
-    return json.loads(re.search(r'type="application/json">(.*?)</script>', text, re.DOTALL)[1])
 
 
 @pytest.mark.whole

@@ -9,9 +9,9 @@ import pytest
 
 from kinematics.sides import other_side
 from tests.kinematics.figures import FOOTLESS
-from tests.tracker.annotate.test_launch import page, running
-from tests.tracker.annotate.test_page import Page, near, session_page
-from tests.tracker.annotate.test_server import told
+from tests.tracker.annotate.clients import page, running
+from tests.tracker.annotate.marked import told
+from tests.tracker.annotate.pages import Page, near, session_page
 from tests.tracker.clips import figtrack, write_video
 from tests.tracker.outline.films import WALKER, a_walk
 from tracker.annotate import suggestion as module

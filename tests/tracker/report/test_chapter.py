@@ -2,29 +2,20 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.kinematics.figures import HORSE, WALKER
+from tests.tracker.report.reports import chapter
 from tests.tracker.strolls import SWING, stroll
 from tests.tracker.tracks import random_track
-from tracker.clip.follow import Run
-from tracker.clip.job import Job
 from tracker.gait.curves import read_norms
 from tracker.gait.figures import gait_of
 from tracker.gait.lengths import Known
 from tracker.gait.strides import goes_backwards
-from tracker.report.chapter import Chapter, headline, unusual
+from tracker.report.chapter import headline, unusual
 from tracker.report.document import written
-
-
-def chapter(track=None, video="walk.mp4", rate=1.0, given=False, **changes):
-    track = stroll() if track is None else track
-    job = Job(Path(video), {}, rate=rate if given else None)
-    run = Run(job, 0, job.settings, track, 30.0, len(track), (640, 360), rate, {}, [])
-    return replace(Chapter("walk-run", run, gait_of(track), []), **changes)
 
 
 def said(chapter, words):

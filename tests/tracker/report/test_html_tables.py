@@ -5,25 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from tests.tracker.report.reports import SCORE
 from tests.tracker.strolls import stroll
 from tracker.gait.figures import Gait, gait_of
 from tracker.gait.values import Measure, Value
 from tracker.report.html_tables import SCORE_COLUMNS, gait_table, html_table, in_columns, table_rows
-from tracker.run.score import Score
-
-SCORE = Score(
-    first_failure_frame=None,
-    frames_followed=9,
-    truth_frames=9,
-    mean_error_leg=0.04567,
-    median_error_leg=0.0312,
-    pck_02_leg=0.987,
-    swaps=0,
-    angle_median_deg=1.44,
-    frame_errors={1: 0.04, 2: 0.05},
-    mark_errors=(0.03,),
-    link_errors=(1.0,),
-)
 
 
 def gait(*measures):

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.tracker.report.test_page import write_clip
+from tests.tracker.report.reports import write_clip
 from tracker.report.overview import Row, is_overview, write_overview
 
 

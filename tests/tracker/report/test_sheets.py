@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from tests.tracker.report.test_html_tables import SCORE
+from tests.tracker.report.reports import SCORE
 from tracker.report.sheets import sheet_frames
 
 BEST = dict.fromkeys(range(0, 70, 10), 0.1)

@@ -1,70 +1,21 @@
-"""A run opened on the page, put right in a real browser, and followed again."""
+"""A run put right on its page in a real browser, and followed again."""
 
 import json
-import shutil
-import signal
 import threading
 from contextlib import contextmanager
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from kinematics.recover import PoseError
-from kinematics.sides import exchanged as sides
 from kinematics.sides import other_side
-from tests.tracker.annotate.test_launch import page, post, running
-from tests.tracker.annotate.test_page import Page, near, served
-from tests.tracker.clips import everything, read_json, refused, write_table, write_video
+from tests.tracker.annotate.clients import running
+from tests.tracker.annotate.exchanged_run import QUIET, TURN, exchanged
+from tests.tracker.annotate.pages import Page, near, served
+from tests.tracker.clips import read_json
 from tracker.annotate import correction
 from tracker.annotate.correction import Correction
-from tracker.annotate.session import Placed, SaveRequest
-from tracker.clip.follow import follow
-from tracker.clip.job import Job
-from tracker.progress import Progress
-from tracker.report.results import write_run
-from tracker.run.folder import FolderError
-from tracker.scene.film import render, truth_table
 from tracker.tables.keypoints import points, read_keypoints
-
-T, TURN = 30, 12  # frames; from TURN on the run's legs are exchanged
-QUIET = Progress("quiet")
-LEGS = ("near_knee", "near_ankle", "far_knee", "far_ankle")
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return render(11, frames=T, size=(480, 270), shrubs=False)
-
-
-@pytest.fixture(scope="module")
-def tracked(scene, tmp_path_factory):
-    """The run of a film, its legs exchanged on purpose from TURN on; not to be written to."""
-    folder = tmp_path_factory.mktemp("exchanged")
-    write_video(folder / "walk.mp4", scene.images)
-    write_table(folder / "walk.csv", [row for row in truth_table(scene) if row[0] == 0])
-    finished = follow(Job(folder / "walk.mp4", read_keypoints(folder / "walk.csv")), QUIET)
-    track, (twin, q) = finished.track, (sides(finished.track.figure.freedoms), finished.track.q.copy())
-    q[TURN:] = q[TURN:, twin]
-    (folder / "run").mkdir()
-    write_run(replace(finished, track=replace(track, q=q)), folder / "run", QUIET, overlay=False)
-    return folder / "run"
-
-
-@pytest.fixture
-def run(tracked, tmp_path):
-    """A copy of the run."""
-    return shutil.copytree(tracked, tmp_path / "run")
-
-
-def exchanged(scene, folder):
-    """(T,) whether the legs of a run lie nearer to those of the other names."""
-    found = {t: points(marks) for t, marks in read_keypoints(folder / "keypoints.csv").items()}
-
-    def away(t, named):
-        return sum(np.hypot(*np.subtract(found[t][name], scene.joints[named(name)][t])) for name in LEGS)
-
-    return np.array([away(t, other_side) < away(t, str) for t in range(T)])
 
 
 @contextmanager
@@ -235,19 +186,6 @@ COVERED = """[...document.querySelectorAll('#points circle')].map((circle) => ci
   .filter((b) => document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2).closest('button')).length"""
 
 
-@pytest.mark.whole
-def test_a_run_that_is_closed_untouched_is_as_it_was(run):
-    before = everything(run)
-    with running(run, command="correct") as (process, address):
-        opening = page(address)
-        assert opening["run"]["start"] == opening["frame"]["index"] == 0
-        assert set(opening["frame"]["figure"]) >= set(LEGS)
-        process.terminate()
-        _, errors = process.communicate(timeout=120)
-    assert (process.returncode, errors) == (1, "error: interrupted; nothing was written\n")
-    assert everything(run) == before
-
-
 def test_where_the_figure_was_lost_the_forecast_is_carried_by_its_hip_and_counts_as_seen(browser, run):
     with np.load(run / "track.npz") as stored:
         arrays = dict(stored)
@@ -265,63 +203,6 @@ def test_where_the_figure_was_lost_the_forecast_is_carried_by_its_hip_and_counts
         assert browser.value("document.querySelectorAll('#points .unseen').length") == 0
         shown.turn_to(7, ",", ",")
         assert "as it was followed" in browser.text("#guide")
-
-
-@pytest.mark.whole
-def test_ctrl_c_while_it_is_followed_leaves_the_run_as_it_was_and_keeps_the_corrections(run):
-    before = everything(run)
-    with running(run, command="correct") as (process, address):
-        figure = page(address)["frame"]["figure"]
-        frames = {"7": {name: mark | {"x": mark["x"] + 2.0} for name, mark in figure.items()}}
-        assert post(address, "follow", {"frames": frames, "anyway": True})["follows"]
-        assert "wait until that is done" in post(address, "save", {"frames": frames})["error"]
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=120)
-    assert process.returncode == 0
-    assert out.splitlines()[-1].endswith(f"not followed yet; next: figtrack correct {run}")
-    after = everything(run)
-    assert read_keypoints(run / "corrected.keypoints.csv").keys() == {0, 7}
-    assert {path: data for path, data in after.items() if path.name != "corrected.keypoints.csv"} == before
-    assert {path.name for path in run.parent.iterdir()} == {"run"}
-    with running(run, command="correct") as (_, address):
-        opening = page(address)
-    assert sorted(opening["marks"]) == ["0", "7"]
-    assert (opening["run"]["pending"], opening["run"]["told"]) == (
-        True,
-        "What was corrected before is not followed yet.",
-    )
-
-
-def test_what_cannot_be_followed_is_said_and_the_run_stays(run, monkeypatch):
-    session, before = Correction(run, None, QUIET), everything(run)
-    far = Placed(x=9e4, y=9e4)
-    session.follow(SaveRequest(frames={0: dict.fromkeys(LEGS, far)}, anyway=True))
-    session.work(1.0)
-    assert session.following()["ended"]
-    assert session.opening()["run"]["told"].startswith("Could not be followed: ")
-    assert {name: data for name, data in everything(run).items() if name.name[0] != "c"} == before
-
-
-def test_the_marks_of_the_start_cannot_be_taken_away(run):
-    with pytest.raises(FolderError, match="frame 0 is the one that the run starts from"):
-        Correction(run, None, QUIET).save(SaveRequest(frames={0: {}}))
-
-
-def test_a_run_that_holds_its_own_film_is_refused_before_anything_is_marked(run, monkeypatch):
-    news = read_json(run / "run.json")
-    film = shutil.copy(news["film"]["path"], run)
-    (run / "run.json").write_text(json.dumps(news | {"film": news["film"] | {"path": str(film)}}))
-    assert "with it" in refused("correct", run, "--no-browser")
-    (run / "run.json").write_text(json.dumps(news))
-    monkeypatch.chdir(run)
-    assert "the folder you are in" in refused("correct", ".", "--no-browser")
-
-
-def test_what_cannot_be_corrected_is_said_in_one_line(run, tmp_path):
-    assert "holds no complete run" in refused("correct", tmp_path, "--no-browser")
-    assert "ends with frame 29" in refused("correct", run, "--frame", T, "--no-browser")
-    (run / "start.keypoints.csv").unlink()
-    assert "track the clip again" in refused("correct", run, "--no-browser")
 
 
 def test_another_facing_is_kept_only_where_the_figure_is_followed_on_and_that_is_said(browser, run):
@@ -356,64 +237,3 @@ def test_another_facing_can_be_followed_once_more_where_that_failed(browser, run
         assert not browser.value("document.querySelector('#follow').disabled")
         browser.push("#right")
         assert browser.value("document.querySelector('#follow').disabled")
-
-
-def moved(session, frame):
-    """The figure as it was followed into a frame, by a pixel, as a request of the page."""
-    figure = session.frame(frame)["figure"]
-    placed = {name: Placed(**mark | {"x": mark["x"] + 1.0}) for name, mark in figure.items()}
-    return SaveRequest(frames={frame: placed}, anyway=True)
-
-
-def test_a_run_that_was_replaced_meanwhile_is_not_replaced_again(run):
-    one, other = Correction(run, None, QUIET), Correction(run, None, QUIET)
-    request = moved(other, 20)
-    one.follow(moved(one, 10))
-    one.work(1.0)
-    assert "Followed again" in one.opening()["run"]["told"]
-    assert one.saved
-    for act in (other.save, other.follow):
-        with pytest.raises(FolderError, match="was replaced since it was opened here; open it again"):
-            act(request)
-    assert read_keypoints(run / "start.keypoints.csv").keys() == {0, 10}
-    assert not (run / "corrected.keypoints.csv").exists()
-
-
-def test_a_run_that_is_replaced_while_it_is_followed_stays(run, monkeypatch):
-    session = Correction(run, None, QUIET)
-    session.follow(moved(session, 10))
-    news = read_json(run / "run.json")
-    (run / "run.json").write_text(json.dumps(news | {"height": 1.8}))
-    session.work(1.0)
-    assert "was replaced since" in session.opening()["run"]["told"]
-    assert read_json(run / "run.json")["height"] == 1.8
-
-
-def test_of_two_requests_at_once_one_is_followed(run):
-    session = Correction(run, None, QUIET)
-    request, both, answers = moved(session, 10), threading.Barrier(2), []
-
-    def ask():
-        both.wait()
-        try:
-            answers.append(session.follow(request)["follows"])
-        except FolderError as error:
-            answers.append(str(error))
-
-    threads = [threading.Thread(target=ask) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert sorted(map(str, answers)) == ["True", "the figure is just being followed; wait until that is done"]
-
-
-def test_a_leg_that_was_not_sure_stays_so_while_the_start_is_as_it_was(run):
-    news = read_json(run / "run.json")
-    start = news["start"] | {"marks": "found", "near_leg": "unsure"}
-    (run / "run.json").write_text(json.dumps(news | {"start": start}))
-    session = Correction(run, None, QUIET)
-    for frame, told in ((10, start), (0, news["start"])):
-        session.follow(moved(session, frame))
-        session.work(1.0)
-        assert read_json(run / "run.json")["start"] == told
