@@ -160,12 +160,12 @@ def test_no_modules_import_each_other_in_a_circle(package):
         pytest.fail(" -> ".join(error.args[1]))
 
 
-@pytest.mark.parametrize("package", PACKAGES)
+@pytest.mark.parametrize("package", [*PACKAGES, "tests"])
 def test_a_module_stays_short_enough_to_read(package):
     lines = {
         name: len(path.read_text(encoding="utf-8").splitlines()) for name, path in modules(package).items()
     }
-    assert {name: count for name, count in lines.items() if count >= MOST_LINES} == {}
+    assert {name: count for name, count in lines.items() if count > MOST_LINES} == {}
 
 
 @pytest.mark.parametrize("package", PACKAGES)

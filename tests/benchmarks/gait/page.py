@@ -13,7 +13,6 @@ LABELS = ("walk", "run")
 STANCE = {"walk": 3.0, "run": 5.0}  # points that are wanted
 INSIDE = 85.0, 97.0  # per cent of two-sigma intervals
 FIGURES = (
-    "cadence",
     "stride time",
     "step time",
     "stance share",
@@ -25,7 +24,7 @@ FIGURES = (
     "stride length",
     "speed",
 )
-UNITS = {"cadence": "steps/min", "step length": "m", "stride length": "m", "speed": "m/s"}
+RELATIVE = {"step length", "stride length", "speed"}  # errors are told in per cent
 LEARNED = ("02", "05", "07", "08", "09", "10", "26", "29", "32", "35", "49", "wd2")
 METHOD = """\
 The films of [rendered.md](rendered.md) are followed from marks; walkers are {tall:g} m tall. An end of the
@@ -151,7 +150,7 @@ def figure_rows(cases: Sequence[Case]) -> Iterable[list[str]]:
         for name in FIGURES:
             figures = _figures(own, name)
             if figures:
-                relative = name in UNITS
+                relative = name in RELATIVE
                 errors = _shares(figures) if relative else [figure.told - figure.true for figure in figures]
                 unit, scale = ("%", 1.0) if relative else ("ms", 1e3) if "time" in name else ("points", 1.0)
                 errors = [scale * error for error in errors]
