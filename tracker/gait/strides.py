@@ -15,8 +15,8 @@ ODD = (0.6, 1.6)  # range of durations over the median; outside, a strike was mi
 BACKWARDS = -0.5  # travel below which the figure walks backwards, leg lengths,
 DRIFT = -0.1  # if it is not as slow as a drift on a treadmill, leg lengths a second
 TRAVELS = 0.5  # least travel in a stride of somebody who is not on a treadmill, leg lengths
-STAND = 0.3  # share of the speed of a stride below which that person stands
-PAUSE = 0.2  # seconds that this takes at least
+STAND = 0.3  # share of the usual speed below which that person stands
+PAUSE = 0.2  # of a stride, which this takes at least
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def _stands(track: Track, strides: Sequence[Stride]) -> NDArray[np.bool_]:
     if not len(ends) or abs(np.median(travel)) < TRAVELS:
         return np.zeros(len(track), np.bool_)
     pace = float(np.median(travel / seconds))
-    later = np.searchsorted(track.times, track.times + PAUSE)
+    later = np.searchsorted(track.times, track.times + PAUSE * float(np.median(seconds)))
     rows = rows[later < len(track)]
     speed = (track.q[later[rows], 0] - track.q[rows, 0]) / (track.times[later[rows]] - track.times[rows])
     slow = np.zeros(len(track), np.bool_)

@@ -137,6 +137,14 @@ def test_strides_within_half_a_stride_of_a_stand_are_left_out(walks, kept):
     assert found.left_out == len(every) - len(found.sound)
 
 
+def test_nobody_stands_in_slow_motion(rng):
+    track = stroll(9.0, fps=240.0)
+    shaky = track.q.copy()
+    shaky[:, 0] += rng.normal(scale=0.005, size=len(shaky))
+    slow = replace(track, q=shaky, times=8.0 * track.times)
+    assert len(of(slow, "near").sound) == len(of(track, "near").sound)
+
+
 def test_who_walks_on_a_treadmill_does_not_stand():
     track = stroll(9.0)
     still = track.q.copy()
