@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from dynamics.gaussian import Array, Gaussian, apply
@@ -145,6 +145,17 @@ def assert_gaussian(got: Gaussian, want: Gaussian, *, atol: float) -> None:
     assert_allclose(got.cov, want.cov, atol=atol)
 
 
+def assert_same(one: Posterior, other: Posterior, *, atol: float = SMOOTHED, rel: float = 1e-9) -> None:
+    """Two posteriors hold the same numbers."""
+    assert one.log_evidence == pytest.approx(other.log_evidence, rel=rel, abs=rel)
+    assert_array_equal(one.path, other.path)
+    for name in ("prob", "pair", "lag"):
+        assert_allclose(getattr(one, name), getattr(other, name), atol=atol, err_msg=name)
+    assert_gaussian(one.states, other.states, atol=atol)
+    assert_gaussian(one.start_moments(), other.start_moments(), atol=atol)
+    assert_gaussian(one.step_moments(), other.step_moments(), atol=atol)
+
+
 def assert_given_path(got: Posterior, slds: SLDS, y: Array, path: Sequence[int] | Array) -> None:
     """The states and the evidence are those of the joint Gaussian given one path."""
     mean, cov, log_p = given_path(slds, y, path)
@@ -183,6 +194,13 @@ def mixed(weights: Array, mean: Array, cov: Array) -> Gaussian:
     square = np.einsum("ptk,ptnm->tknm", weights, cov + mean[..., None] * mean[..., None, :])
     spread = square - first[..., None] * first[..., None, :]
     return Gaussian(first, np.where(total[..., None, None] > 0, spread, np.eye(mean.shape[-1])))
+
+
+def mixture(weights: Array, means: Sequence[Array], covs: Sequence[Array]) -> Gaussian:
+    """The moments of a mixture, by its raw second moments."""
+    mean = sum(w * m for w, m in zip(weights, means, strict=True))
+    square = sum(w * (V + np.outer(m, m)) for w, m, V in zip(weights, means, covs, strict=True))
+    return Gaussian(mean, square - np.outer(mean, mean))
 
 
 def enumerated(slds: SLDS, y: Array) -> Posterior:

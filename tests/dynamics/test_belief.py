@@ -10,7 +10,7 @@ from dynamics.belief import Belief, either, first_belief, propose, together
 from dynamics.gaussian import Gaussian
 from dynamics.kalman import update
 from dynamics.viterbi import viterbi
-from tests.oracles import assert_gaussian, enumerated, random_covariance, random_slds, sample
+from tests.oracles import assert_gaussian, enumerated, mixture, random_covariance, random_slds, sample
 
 
 def some_belief(slds, s, rng):
@@ -127,17 +127,13 @@ def test_of_measurements_that_exclude_each_other_each_hypothesis_is_the_mixture(
     first = some_belief(slds, [0, 1], rng)
     second = replace(some_belief(slds, [0, 1], rng), s=first.s, parent=first.parent)
     one = either([first, second])
-    parts = [Gaussian(b.states.mean[h], b.states.cov[h]) for h in (0, 1) for b in (first, second)]
-    weight = np.exp(-np.array([[first.cost[h], second.cost[h]] for h in (0, 1)]))
+    weight = np.exp(-np.column_stack([first.cost, second.cost]))
     assert_allclose(np.exp(-one.cost), weight.sum(1), rtol=1e-12)
     for h, share in enumerate(weight / weight.sum(1, keepdims=True)):
-        a, b = parts[2 * h : 2 * h + 2]
-        assert_allclose(one.states.mean[h], share[0] * a.mean + share[1] * b.mean, rtol=1e-12)
-        second_moment = sum(
-            p * (g.cov + np.outer(g.mean, g.mean)) for p, g in zip(share, (a, b), strict=True)
-        )
-        mean = one.states.mean[h]
-        assert_allclose(one.states.cov[h], second_moment - np.outer(mean, mean), atol=1e-12)
+        means, covs = zip(*((b.states.mean[h], b.states.cov[h]) for b in (first, second)), strict=True)
+        want = mixture(share, means, covs)
+        assert_allclose(one.states.mean[h], want.mean, rtol=1e-12)
+        assert_allclose(one.states.cov[h], want.cov, atol=1e-12)
     assert_array_equal(one.s, [0, 1])
 
 

@@ -18,6 +18,7 @@ from tests.oracles import (
     drawn,
     enumerated,
     given_path,
+    mixture,
     random_slds,
     single,
     sum_over_paths,
@@ -54,8 +55,8 @@ def plain(slds, y, hints):
         mixed = [
             mixture(W[i], [means[i, j] for j in range(K)], [covs[i, j] for j in range(K)]) for i in range(K)
         ]
-        x.append([m for m, _ in mixed])
-        P.append([V for _, V in mixed])
+        x.append([one.mean for one in mixed])
+        P.append([one.cov for one in mixed])
     prob, xs, Ps = [mu[-1]], x[-1], P[-1]
     states, pairs, steps = [(xs, Ps)], [], []
     for t in range(T - 2, -1, -1):
@@ -85,7 +86,7 @@ def plain(slds, y, hints):
         mixed = [
             mixture(w[j], [means[k, j] for k in range(K)], [covs[k, j] for k in range(K)]) for j in range(K)
         ]
-        xs, Ps = [m for m, _ in mixed], [V for _, V in mixed]
+        xs, Ps = [one.mean for one in mixed], [one.cov for one in mixed]
         states.append((xs, Ps))
     return log_evidence, np.array(mu), np.array(prob[::-1]), pairs[::-1], states[::-1], steps[::-1]
 
@@ -97,13 +98,6 @@ def papers_smoother(slds, filtered):
         U = slds.Pi * before[:, None]
         prob.append((U / U.sum(0)) @ prob[-1])
     return np.array(prob[::-1])
-
-
-def mixture(weights, means, covs):
-    """The moments of a mixture, by its raw second moments."""
-    mean = sum(w * m for w, m in zip(weights, means, strict=True))
-    square = sum(w * (V + np.outer(m, m)) for w, m, V in zip(weights, means, covs, strict=True))
-    return mean, square - np.outer(mean, mean)
 
 
 def apart(prob, exact):
@@ -141,32 +135,18 @@ def test_it_is_its_own_equations_one_pair_at_a_time(order, gaps, rng):
     assert_allclose(np.exp(forward.log_prob), filtered, atol=1e-11)  # rounding over 9 frames
     assert_allclose(got.prob, prob, atol=SMOOTHED)
     assert_allclose(got.pair, pairs, atol=SMOOTHED)
+    starts, moments = got.start_moments(), got.step_moments()
     for k in range(3):
-        assert_gaussian(got.starts[k], Gaussian(states[0][0][k], states[0][1][k]), atol=SMOOTHED)
+        assert_gaussian(starts[k], Gaussian(states[0][0][k], states[0][1][k]), atol=SMOOTHED)
         for t in range(8):
-            assert_gaussian(got.steps[t, k], Gaussian(*steps[t][k]), atol=SMOOTHED)
-            assert_allclose(got.steps.mean[t, k, : 2 * order], states[t + 1][0][k], atol=SMOOTHED)
+            assert_gaussian(moments[t, k], steps[t][k], atol=SMOOTHED)
+            assert_allclose(moments.mean[t, k, : 2 * order], states[t + 1][0][k], atol=SMOOTHED)
     for t in range(9):
-        assert_gaussian(got.states[t], Gaussian(*mixture(prob[t], *states[t])), atol=SMOOTHED)
+        assert_gaussian(got.states[t], mixture(prob[t], *states[t]), atol=SMOOTHED)
+    # The moments of steps average to those of neighbouring states.
+    lag = collapse(got.prob[1:], moments).cov[:, : 2 * order, 2 * order :]
+    assert_allclose(lag, got.lag, atol=1e-12)
     assert_array_equal(got.path, prob.argmax(1))
-
-
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("gaps", [False, True])
-def test_the_moments_of_steps_states_and_pairs_agree(order, gaps, rng):
-    slds = random_slds(3, order=order, rng=rng)
-    got, N = gpb2(slds, drawn(slds, 40, rng, gaps=gaps)), 2 * order
-    over = collapse(got.prob[1:], got.steps)
-    # Sums of the same numbers in another order.
-    for now, block in ((slice(1, None), slice(0, N)), (slice(None, -1), slice(N, None))):
-        assert_allclose(over.mean[:, block], got.states.mean[now], atol=1e-12)
-        assert_allclose(over.cov[:, block, block], got.states.cov[now], atol=1e-12)
-    assert_allclose(over.cov[:, :N, N:], got.lag, atol=1e-12)
-    assert_allclose(got.pair.sum(2), got.prob[:-1], atol=1e-12)
-    assert_allclose(got.pair.sum(1), got.prob[1:], atol=1e-12)
-    assert_allclose(got.prob.sum(1), 1.0, rtol=1e-12)
-    assert_gaussian(collapse(got.prob[0], got.starts), got.states[0], atol=1e-12)
-    assert_array_equal(got.path, got.prob.argmax(1))
 
 
 # Against the sum over all paths
@@ -278,22 +258,8 @@ def test_poses_measured_almost_exactly_are_known_as_exactly(r, rng):
     assert short.log_evidence.sum() == pytest.approx(sum_over_paths(slds, y[:2]), rel=1e-6)
 
 
-# Errors
-
-
-def test_what_cannot_be_inferred_from_is_named(rng):
-    slds = random_slds(2, rng=rng)
-    y = drawn(slds, 5, rng)
-    with pytest.raises(ValueError, match=r"hints 0 must be log likelihoods of shape \(5, 2\); got \(4, 2\)"):
-        gpb2(slds, y, np.zeros((4, 2)))
-    for wrong in (np.nan, np.inf):
-        with pytest.raises(ValueError, match="hints 0 must be log likelihoods"):
-            gpb2(slds, y, np.full((5, 2), wrong))
-    with pytest.raises(ValueError, match="every sequence needs its hints; got 1 for 2 sequences"):
-        gpb2_all(slds, [y, y], [np.zeros((5, 2))])
-    with pytest.raises(ValueError, match="every sequence must have a frame at least"):
-        gpb2_all(slds, [y, y[:0]])
-    hints = np.zeros((5, 2))
+def test_a_frame_at_which_no_state_can_be_is_named(rng):
+    slds, hints = random_slds(2, rng=rng), np.zeros((5, 2))
     hints[3] = -np.inf
     with pytest.raises(ValueError, match="no switching state is possible at frame 3"):
-        gpb2(slds, y, hints)
+        gpb2(slds, drawn(slds, 5, rng), hints)

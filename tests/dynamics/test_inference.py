@@ -1,5 +1,6 @@
 """What every inference keeps to: approximate Viterbi, GPB2 and structured variational inference alike."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from tests.oracles import (
     SMOOTHED,
     assert_gaussian,
     assert_given_path,
+    assert_same,
     drawn,
     enumerated,
     given_path,
@@ -37,19 +39,6 @@ def chosen(slds, states):
     return replace(slds, Pi=slds.Pi[np.ix_(states, states)], labels=labels, **fields)
 
 
-def assert_same(one, other, *, atol=SMOOTHED, rel=1e-9):
-    assert one.log_evidence == pytest.approx(other.log_evidence, rel=rel, abs=rel)
-    assert_array_equal(one.path, other.path)
-    for name in ("prob", "pair", "lag"):
-        assert_allclose(getattr(one, name), getattr(other, name), atol=atol, err_msg=name)
-    for got, want in (
-        (one.states, other.states),
-        (one.start_moments(), other.start_moments()),
-        (one.step_moments(), other.step_moments()),
-    ):
-        assert_gaussian(got, want, atol=atol)
-
-
 @pytest.mark.parametrize(
     ("order", "T", "gaps"),
     [(1, 1, False), (1, 2, True), (1, 7, True), (2, 1, True), (2, 2, False), (2, 7, True)],
@@ -61,6 +50,7 @@ def test_with_one_switching_state_inference_is_the_kalman_smoother(infer, order,
     assert_given_path(got, slds, y, [0] * T)
     assert_array_equal(got.prob, 1.0)
     mean, cov, _ = given_path(slds, y, [0] * T)
+    assert_gaussian(got.start_moments(), got.states[:1], atol=SMOOTHED)
     steps, n = got.step_moments(), 4 * order
     assert steps.mean.shape == (T - 1, 1, n)
     for t in range(T - 1):
@@ -233,3 +223,16 @@ def test_an_outlier_leaves_everything_finite(infer, deviations, rng):
         assert np.isfinite(moments.cov).all()
     # The dynamics are as noisy as the measurement, so half of the outlier may be taken for motion.
     assert -(deviations**2) < got.log_evidence < -0.1 * deviations**2
+
+
+def test_hints_that_do_not_fit_and_sequences_without_a_frame_are_named(infer, rng):
+    slds = random_slds(2, rng=rng)
+    y = drawn(slds, 5, rng)
+    for wrong in (np.zeros((4, 2)), np.zeros((5, 3)), np.full((5, 2), np.nan), np.full((5, 2), np.inf)):
+        said = f"hints 0 must be log likelihoods of shape (5, 2); got {wrong.shape}"
+        with pytest.raises(ValueError, match=re.escape(said)):
+            single(infer)(slds, y, wrong)
+    with pytest.raises(ValueError, match="every sequence needs its hints; got 1 for 2 sequences"):
+        infer(slds, [y, y], [np.zeros((5, 2))])
+    with pytest.raises(ValueError, match="every sequence must have a frame at least"):
+        infer(slds, [y, y[:0]])

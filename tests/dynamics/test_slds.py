@@ -35,12 +35,6 @@ def test_what_does_not_fit_is_named(change, words, rng):
         replace(slds, **change)
 
 
-def test_arrays_are_read_only(rng):
-    slds = random_slds(2, rng=rng)
-    with pytest.raises(ValueError, match="read-only"):
-        slds.A[0, 0, 0] = 1.0
-
-
 def test_logs_of_zero_probabilities_are_minus_infinity(rng):
     slds = replace(random_slds(2, rng=rng), Pi=[[1.0, 0.0], [0.5, 0.5]], pi0=[0.0, 1.0])
     assert_array_equal(slds.log_pi0, [-np.inf, 0.0])

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from kinematics.figure import SCALE, STRETCH
 from kinematics.figure_file import load_figure
@@ -17,6 +18,7 @@ WALKER = load_figure("walker")
 HORSE = load_figure(HORSE_FILE)
 ARMS = load_figure("walker-arms")
 FIGURES = [WALKER, HORSE]
+every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
 FOOTLESS = replace(
     WALKER,
     links=WALKER.links[:6],

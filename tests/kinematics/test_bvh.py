@@ -69,12 +69,7 @@ def chain(
     return path
 
 
-def test_root_position_channels_replace_the_root_offset(tmp_path):
-    capture = read_bvh(chain(tmp_path, "1 2 3 0 0 0 0 0 0"))
-    assert_allclose(capture.at("Hips"), [[1, 2, 3]])
-
-
-def test_a_byte_order_mark_is_no_word(tmp_path):
+def test_root_position_channels_replace_the_root_offset_and_a_byte_order_mark_is_no_word(tmp_path):
     path = chain(tmp_path, "1 2 3 0 0 0 0 0 0")
     path.write_text("\ufeff" + path.read_text(), encoding="utf-8")
     assert_allclose(read_bvh(path).at("Hips"), [[1, 2, 3]])

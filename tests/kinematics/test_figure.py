@@ -11,9 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from kinematics.figure import Figure
 from kinematics.figure_file import figure_from, load_figure
 from kinematics.mocap import POSE_COLUMNS
-from tests.kinematics.figures import FIGURES, HORSE, HORSE_FILE, WALKER
-
-every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
+from tests.kinematics.figures import HORSE, HORSE_FILE, WALKER, every_figure
 
 ARM = """
 name = "arm"

@@ -29,8 +29,9 @@ FPS = 30.0
 TABLE = "file,subject,trial,activity,fps,segments,tags,licence\n"
 
 
-def write_bvh(path, positions, fps=FPS):
+def write_walker(path, body, fps=FPS):
     """Joints that do not turn, each placed by its own position channels."""
+    positions = np.concatenate([body.right, body.left, body.neck[:, None], body.head[:, None]], axis=1)
     joints = "\n".join(
         f"ROOT {name}\n{{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n}}" for name in CMU
     ).replace("Head_end", "Head")
@@ -38,11 +39,6 @@ def write_bvh(path, positions, fps=FPS):
     hierarchy = f"HIERARCHY\n{joints[:-1]}{head}"
     rows = "\n".join(" ".join(str(v) for v in frame.ravel()) for frame in positions)
     path.write_text(f"{hierarchy}\nMOTION\nFrames: {len(positions)}\nFrame Time: {1.0 / fps}\n{rows}\n")
-
-
-def write_walker(path, body, fps=FPS):
-    points = np.concatenate([body.right, body.left, body.neck[:, None], body.head[:, None]], axis=1)
-    write_bvh(path, points, fps)
 
 
 def a_trial(path, *, segments=((0, 20),), fps=FPS, tags=()):
@@ -121,15 +117,6 @@ def test_a_segment_is_skipped_exactly_when_shorter_than_eight_frames_at_the_new_
         assert [len(sequence.y) for sequence in sequences(trial, 30.0)] == [SHORTEST] * count
 
 
-def freezing_walker(path, T, held):
-    """A gliding body whose frames in `held`, (first, last + 1), all show the first of them."""
-    frames = np.arange(T)
-    for first, end in held:
-        frames[first:end] = first
-    body = walker(T)
-    write_walker(path, Body(*(part[frames] for part in (body.right, body.left, body.neck, body.head))))
-
-
 @pytest.mark.parametrize(
     ("held", "spans"),
     [
@@ -144,7 +131,12 @@ def freezing_walker(path, T, held):
     ids=["inside", "two", "at the start", "at the end", "side by side", "too short between", "throughout"],
 )
 def test_a_segment_is_split_at_frozen_frames_and_these_are_dropped(tmp_path, held, spans):
-    freezing_walker(tmp_path / "a.bvh", 60, held)
+    frames = np.arange(60)
+    for first, end in held:  # all show the first of them
+        frames[first:end] = first
+    body = walker(60)
+    frozen = Body(*(joints[frames] for joints in (body.right, body.left, body.neck, body.head)))
+    write_walker(tmp_path / "a.bvh", frozen)
     found = sequences(a_trial(tmp_path / "a.bvh", segments=((0, 60),)), FPS)
     assert [sequence.name for sequence in found] == [f"s1_t1:{span}" for span in spans]
     for sequence in found:

@@ -5,10 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from kinematics.spm import View, covering, jacobian, joint_jacobian, joints, motions, skeleton, surface
-from tests.kinematics.figures import FIGURES, FOOTLESS, HORSE, WALKER, Puppet, random_pose, upright
+from tests.kinematics.figures import FOOTLESS, HORSE, WALKER, Puppet, every_figure, random_pose, upright
 from tests.oracles import central_difference
-
-every_figure = pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
 
 # Coordinates below 10 leg lengths: rounding over step is 10 * 2e-16 / 1e-6 = 2e-9, truncation less still.
 DIFFERENCE = {"rtol": 0.0, "atol": 1e-8}

@@ -19,5 +19,5 @@ def drawn(slds, lengths, rng, *, gaps=False):
 
 
 def assert_same_system(one, other, *, rtol, atol=1e-12):
-    for name in FIELDS:
+    for name in (*FIELDS, "C"):
         assert_allclose(getattr(one, name), getattr(other, name), rtol=rtol, atol=atol, err_msg=name)

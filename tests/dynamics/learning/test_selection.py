@@ -48,12 +48,6 @@ def scored_by(values):
     return score
 
 
-def two_oscillators(rng, *, groups=6, per_group=2, T=60):
-    slds = random_slds(2, order=2, noise=0.05, stay=0.95, rng=rng)
-    ys = [sample(slds, T + 30, rng)[2][30:] for _ in range(groups * per_group)]
-    return ys, [f"subject {n // per_group}" for n in range(len(ys))], slds.names
-
-
 def test_every_group_is_scored_once_by_what_never_saw_it(scored, rng):
     ys, learnt, shown = walks(rng), [], []
 
@@ -128,10 +122,11 @@ def test_of_equally_simple_candidates_the_likelier_is_taken(scored, rng):
 
 
 def test_two_oscillators_are_given_second_order_and_neither_one_state_nor_eight(rng):
-    ys, groups, names = two_oscillators(rng)
+    slds = random_slds(2, order=2, noise=0.05, stay=0.95, rng=rng)
+    ys, groups = [sample(slds, 90, rng)[2][30:] for _ in range(12)], np.repeat(list("abcdef"), 2)
     sizes = ((2, 1), (1, 2), (2, 2), (8, 2))
     candidates = [Options(states=K, order=order, rounds=8, ridge=1e-3) for K, order in sizes]
-    best, values = choose(ys, groups, candidates, names=names, travelling=(), fps=30.0, folds=3)
+    best, values = choose(ys, groups, candidates, names=slds.names, travelling=(), fps=30.0, folds=3)
     assert (best.states, best.order) == (2, 2)
     assert values[2].mean() > values[0].mean() + 0.1
 

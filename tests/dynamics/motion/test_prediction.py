@@ -11,7 +11,7 @@ from dynamics.motion import tasks
 from dynamics.motion.noise import at_noise, at_process_noise, wider
 from dynamics.motion.tasks import TOWARDS, forecasts, predict
 from dynamics.region import POSE, drawn, regions
-from tests.oracles import assert_gaussian, condition, enumerated, log_density, random_slds, sample
+from tests.oracles import assert_gaussian, condition, enumerated, log_density, mixture, random_slds, sample
 
 
 def ahead(slds, y, t, horizon):
@@ -99,15 +99,8 @@ def naive_step(slds, reach, prob, means, covs, y):
             joint[j, i] = prob[j] * switch[i] / switch.sum() * np.exp(log_lik)
     joint /= joint.sum()
     share = joint / joint.sum(0)
-    means = [sum(share[j, i] * pairs[j, i][0] for j in range(K)) for i in range(K)]
-    covs = [
-        sum(
-            share[j, i] * (pairs[j, i][1] + np.outer(pairs[j, i][0] - means[i], pairs[j, i][0] - means[i]))
-            for j in range(K)
-        )
-        for i in range(K)
-    ]
-    return joint.sum(0), means, covs
+    mixed = [mixture(share[:, i], *zip(*(pairs[j, i] for j in range(K)), strict=True)) for i in range(K)]
+    return joint.sum(0), [one.mean for one in mixed], [one.cov for one in mixed]
 
 
 @pytest.mark.parametrize("order", [1, 2])

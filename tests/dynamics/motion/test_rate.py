@@ -12,9 +12,8 @@ from dynamics.kalman import predict
 from dynamics.motion.rate import at_rate, backwards, by_motion, run_moments, stationary
 from dynamics.slds import combine
 from dynamics.store import load_shipped
-from tests.oracles import assert_gaussian, given_path, random_slds
-
-FIELDS = ("pi0", "Pi", "A", "b", "Q", "C", "R", "mean0", "cov0")
+from tests.dynamics.learning.systems import assert_same_system
+from tests.oracles import assert_gaussian, given_path, mixture, random_slds
 
 
 def places_off(slds):
@@ -60,8 +59,7 @@ def assert_regresses(slds, k, mean, cov, old_Q):
 def test_the_same_rate_is_the_identity(order, rng):
     slds = random_slds(3, order=order, rng=rng)
     same = at_rate(slds, 30.0)
-    for name in FIELDS:
-        assert_array_equal(getattr(same, name), getattr(slds, name))
+    assert_same_system(same, slds, rtol=0.0, atol=0.0)
     assert same.fps == 30.0
 
 
@@ -232,9 +230,8 @@ def test_a_model_with_one_state_a_motion_is_its_own_answer(order, K, rng):
     slds = random_slds(K, d=3, order=order, travelling=("b",), rng=rng)
     slds = named(slds, *("walk", "jog", "run")[:K])
     got = by_motion(slds)
-    for name in FIELDS:
-        # A regression on moments whose condition is near 1e4.
-        assert_allclose(getattr(got, name), getattr(slds, name), atol=1e-9, err_msg=name)
+    # A regression on moments whose condition is near 1e4.
+    assert_same_system(got, slds, rtol=1e-7, atol=1e-9)
     assert (got.labels, got.names, got.travelling, got.fps) == (
         slds.labels, slds.names, slds.travelling, slds.fps
     )  # fmt: skip
@@ -247,8 +244,7 @@ def test_alike_states_of_a_motion_are_one(order, rng):
     Pi = np.repeat(np.repeat(one.Pi, 2, axis=0), 2, axis=1) * np.tile([0.3, 0.7], (4, 2))
     pi0 = np.repeat(one.pi0, 2) * np.tile([0.6, 0.4], 2)
     got = by_motion(replace(one, pi0=pi0, Pi=Pi, labels=("walk", "walk", "run", "run"), **fields))
-    for name in FIELDS:
-        assert_allclose(getattr(got, name), getattr(one, name), atol=1e-9, err_msg=name)
+    assert_same_system(got, one, rtol=1e-7, atol=1e-9)
     assert got.labels == ("walk", "run")
 
 
@@ -259,13 +255,7 @@ def test_motions_keep_their_order_and_their_own_states(rng):
     assert_allclose(got.pi0, [slds.pi0[[0, 2]].sum(), slds.pi0[[1, 3]].sum()], atol=1e-15)
     for m, states in enumerate(([0, 2], [1, 3])):
         w = slds.pi0[states] / slds.pi0[states].sum()
-        mean = w @ slds.mean0[states]
-        second = sum(
-            wk * (slds.cov0[k] + np.outer(slds.mean0[k], slds.mean0[k]))
-            for wk, k in zip(w, states, strict=True)
-        )
-        assert_allclose(got.mean0[m], mean, atol=1e-14)
-        assert_allclose(got.cov0[m], second - np.outer(mean, mean), atol=1e-13)
+        assert_gaussian(got.start[m], mixture(w, slds.mean0[states], slds.cov0[states]), atol=1e-13)
         leaves = sum(wk * slds.Pi[k, [[1, 3], [0, 2]][m]].sum() for wk, k in zip(w, states, strict=True))
         assert got.Pi[m, 1 - m] == pytest.approx(leaves, abs=1e-15)
         assert got.Pi[m].sum() == pytest.approx(1.0, abs=1e-15)

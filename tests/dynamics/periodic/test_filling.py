@@ -18,10 +18,10 @@ def interpolate(stride, y, fps):
 
 def holed(stride, T, first, stop, rng, **more):
     """Poses without noise, and measured ones with a gap."""
-    _, y, phase = drawn(stride, T, rng, **more)
+    _, y, _ = drawn(stride, T, rng, **more)
     given = noisy(stride, y, rng)
     given[first:stop] = np.nan
-    return y, given, phase
+    return y, given
 
 
 def test_the_best_start_is_near_the_true_phase_and_speed(rng):
@@ -37,7 +37,7 @@ def test_two_sigma_hold_most_of_what_the_stride_draws_itself(rng):
     stride = little(rng)
     inside, errors = [], []
     for _ in range(12):
-        y, given, _ = holed(stride, 60, 22, 38, rng)
+        y, given = holed(stride, 60, 22, 38, rng)
         (gap,) = interpolate(stride, given, FPS)
         assert_array_equal(gap.rows, np.arange(22, 38))
         away = gap.poses.mean - y[22:38]
@@ -50,7 +50,7 @@ def test_two_sigma_hold_most_of_what_the_stride_draws_itself(rng):
 
 def test_single_freedoms_that_are_missing_are_filled_from_the_others(rng):
     stride = little(rng)
-    y, given, _ = holed(stride, 60, 0, 0, rng)
+    y, given = holed(stride, 60, 0, 0, rng)
     given[20:40, 2] = np.nan
     (gap,) = interpolate(stride, given, FPS)
     assert np.sqrt(np.mean((gap.poses.mean - y[20:40])[:, 2] ** 2)) < 0.06
@@ -161,13 +161,13 @@ def test_frames_that_are_judged_are_measured_and_lie_apart():
 
 def test_the_evidence_is_that_of_frames_apart(rng):
     stride = little(rng)
-    _, given, _ = holed(stride, 20, 9, 12, rng, fps=1.0 / SPACING)
+    _, given = holed(stride, 20, 9, 12, rng, fps=1.0 / SPACING)
     (gap,) = interpolate(stride, given, 1.0 / SPACING)
     t = (np.arange(20) - gap.rows.mean()) * SPACING
     best = hypotheses(stride, t, np.where(stride.travels, np.nan, given))[0]
     # What the search still gains from where it ended.
     assert gap.log_evidence == pytest.approx(best.log_evidence, abs=1e-2)
-    _, given, _ = holed(stride, 80, 36, 42, rng)
+    _, given = holed(stride, 80, 36, 42, rng)
     (gap,) = interpolate(combine_strides([stride, replace(stride, labels=("run",))]), given, FPS)
     t = (np.arange(80) - gap.rows.mean()) / FPS
     (coarse, *_) = hypotheses(stride, t[::6], np.where(stride.travels, np.nan, given)[::6])

@@ -5,9 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from dynamics.periodic import fit as fitting
-from dynamics.periodic.fit import Stretch, matern
-from dynamics.stride import harmonics, slopes
+from dynamics.periodic.fit import Stretch
 from tests.dynamics.periodic.strides import M, Z, drawn, little, noisy
+from tests.oracles import central_difference
 
 
 @pytest.fixture
@@ -67,22 +67,14 @@ def dense(stretch, fit):
     return evidence, mean[n:] + gain @ away, cov[n:, n:] - gain @ cov[:n, n:]
 
 
-def test_slopes_of_harmonics_are_their_derivative(rng):
-    phase = rng.normal(size=7)
-    want = (harmonics(phase + 1e-6, 7) - harmonics(phase - 1e-6, 7)) / 2e-6
-    assert_allclose(slopes(phase, 7), want, atol=1e-8)
-
-
 def test_the_slope_of_what_is_measured_is_its_derivative(stretch, rng):
     stretch, start = stretch
     m, P = prior(stretch)
     z = m + 0.3 * np.sqrt(np.diag(P)) * rng.normal(size=len(m))
     z[Z] = 0.4
     _, J, _ = stretch.value(z, start, stretch.cells)
-    for n in range(len(z)):
-        step = np.eye(len(z))[n] * 1e-6
-        above, below = (stretch.value(z + s, start, stretch.cells)[0] for s in (step, -step))
-        assert_allclose(J[:, n], (above - below) / 2e-6, atol=1e-7)
+    want = central_difference(lambda z: stretch.value(z, start, stretch.cells)[0], z, step=1e-6)
+    assert_allclose(J, want, atol=1e-7)
 
 
 @pytest.mark.usefixtures("to_the_end")
@@ -126,8 +118,3 @@ def test_time_beside_the_frames_measured_does_not_matter_to_the_evidence(stretch
     one, other = (s.fit(start, 6.0).log_evidence for s in (stretch, longer))
     # The drift keeps its principal components over other frames.
     assert one == pytest.approx(other, abs=0.05)
-
-
-def test_the_residual_falls_off_with_time():
-    assert_allclose(matern(np.array([0.0, 0.1, -0.1, 9.0]), 0.1)[[0, 3]], [1.0, 0.0], atol=1e-12)
-    assert matern(np.array([0.1]), 0.1) == pytest.approx((1 + 3**0.5) * np.exp(-(3**0.5)))
