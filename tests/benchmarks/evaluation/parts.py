@@ -62,7 +62,7 @@ def _placed(marks: Marks, to: Callable[[float, float], tuple[float, float]]) -> 
 VIEWS: dict[str, Callable[[Film], Film]] = {
     "as filmed": lambda film: film,
     "mirrored": mirrored,
-    "half as wide and high": halved,
+    "half size": halved,
 }
 
 
@@ -150,10 +150,10 @@ def _nearest(everybody: Sequence[Person], marks: Marks) -> int:
 
 Answers = Sequence[tuple[Case, Sequence[Told]]]
 
-HEADER = ("shown", "parts", "refused", "legs exchanged, said", "not said", "frames off")
+HEADER = ("shown", "parts", "refused", "exchanged, said", "not said", "frames off")
 METHOD = f"""\
-Parts of {LONG} frames of the {{clips}} clips, one every {APART} frames, each a film of its own followed
-without marks, against the track of the whole clip from its marks.
+Parts of {LONG} frames of the {{clips}} clips, one every {APART}, followed without marks, against the track
+of the whole clip from its marks.
 """
 
 
@@ -167,9 +167,7 @@ def claims(answers: Answers) -> list[Claim]:
     """How often legs are to be named wrongly without a warning."""
     every = [part for _, of_clip in answers for part in of_clip]
     silent = [part.exchanged and not part.warned for part in every]
-    return [
-        Claim("share of parts without marks whose legs are exchanged silently", float(np.mean(silent)), 0.03)
-    ]
+    return [Claim("share of parts with legs exchanged silently", float(np.mean(silent)), 0.03)]
 
 
 def section(answers: Answers) -> list[str]:

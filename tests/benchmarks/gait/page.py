@@ -33,12 +33,12 @@ one first rests and leaves when none does. Where nearby limits move a moment by 
 that slip, it is unclear.
 """
 LEARNING = """\
-Late is positive; inside is the share within two standard errors, of which 95 % is right. The weights that
-time the feet were learned from the captures named learned.
+Late is positive; inside: the share within two standard errors (95 % is right). The weights were learned from
+the captures named learned.
 """
 CLIPS = """\
-Hand-marked walks, followed from their first marks. True contacts are unknown: a comfortable stance is 58 to
-65 % of a stride, a slow one more. myogait gives 58.9 (near) and 61.9 (far) for `gym_walk_rl`.
+Hand-marked walks, whose true contacts are unknown: a comfortable stance is 58 to 65 % of a stride, a slow
+one more. myogait gives 58.9 (near) and 61.9 (far) for `gym_walk_rl`.
 """
 
 
