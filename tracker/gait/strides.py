@@ -147,6 +147,7 @@ def _stands(track: Track, strides: Sequence[Stride]) -> NDArray[np.bool_]:
     pace = float(np.median(travel / seconds))
     later = np.searchsorted(track.times, track.times + PAUSE * float(np.median(seconds)))
     rows = rows[later < len(track)]
+    rows = rows[track.measured[rows] & track.measured[later[rows]]]
     speed = (track.q[later[rows], 0] - track.q[rows, 0]) / (track.times[later[rows]] - track.times[rows])
     slow = np.zeros(len(track), np.bool_)
     slow[(rows + later[rows]) // 2] = speed / pace < STAND

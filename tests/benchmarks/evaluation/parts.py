@@ -96,11 +96,12 @@ def told(case: Case) -> list[Told]:
 
 
 def parts(film: Film) -> Iterator[Film]:
-    """Parts of LONG frames, each half over the one before."""
+    """Parts of LONG frames in which all is known, each half over the one before."""
     for first in range(min(film.marks), max(film.marks) + 2 - LONG, APART):
         frames = range(first, first + LONG)
-        marks = {frame - first: film.marks[frame] for frame in frames}
-        yield Film(film.images[first : first + LONG], film.fps, marks)
+        if film.marks.keys() >= set(frames):
+            marks = {frame - first: film.marks[frame] for frame in frames}
+            yield Film(film.images[first : first + LONG], film.fps, marks)
 
 
 @cache

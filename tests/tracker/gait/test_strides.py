@@ -137,6 +137,15 @@ def test_strides_within_half_a_stride_of_a_stand_are_left_out(walks, kept):
     assert found.left_out == len(every) - len(found.sound)
 
 
+def test_who_is_lost_does_not_stand():
+    track = stroll(9.0)
+    lost, held = track.times < 0.25, track.q.copy()
+    held[lost, 0] = 0.3
+    outcome = tuple("lost" if one else "ok" for one in lost)
+    found = of(replace(track, q=held, outcome=outcome), "near")
+    assert len(found.sound) == len(of(track, "near").sound)
+
+
 def test_nobody_stands_in_slow_motion(rng):
     track = stroll(9.0, fps=240.0)
     shaky = track.q.copy()
