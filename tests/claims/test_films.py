@@ -4,14 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.benchmarks.evaluation.cases import marks_of
-from tests.benchmarks.evaluation.disturbances import Film, read_film, write_film
+from tests.benchmarks.evaluation.cases import BEFORE_ALL, QUIET, marks_of
+from tests.benchmarks.evaluation.disturbances import Film, dimmed, read_film, write_film
 from tests.benchmarks.evaluation.films import FILMS
 from tracker.clip.follow import follow
-from tracker.clip.job import Job
-from tracker.progress import Progress
+from tracker.clip.found import people, start_of
+from tracker.clip.job import Following, Job
 from tracker.run.score import Score, places, score
 from tracker.settings import Settings
+from videos.frames import Video
 
 pytestmark = pytest.mark.claims
 
@@ -22,7 +23,7 @@ def scored(film: Film, path: Path, **changes: object) -> Score:
     write_film(film, path)
     settings = Settings.model_validate(changes)
     job = Job(path, film.marks, settings=settings, start=0, stop=max(film.marks))
-    return score(film.marks, places(follow(job, Progress("quiet")).track), 0)
+    return score(film.marks, places(follow(job, QUIET).track), 0)
 
 
 def made(data_dir: Path, clip: str, film: str) -> Film:
@@ -42,6 +43,20 @@ def test_where_grey_levels_are_few_they_are_spread(data_dir: Path, tmp_path: Pat
         spread.append(found.mean_error_leg)
         as_filmed.append(scored(pictures, tmp_path / f"{clip}.mov", contrast=0.0).mean_error_leg)
     assert sum(as_filmed) > 1.3 * sum(spread)
+
+
+@pytest.mark.parametrize("clip", ["park_jog_rl", "track_run_rl"])
+def test_a_figure_is_found_and_followed_while_the_light_fades(
+    clip: str, data_dir: Path, tmp_path: Path
+) -> None:
+    path = data_dir / "video" / f"{clip}.mp4"
+    pictures = dimmed(read_film(path, marks_of(path)))
+    write_film(pictures, tmp_path / "film.mov")
+    video = Video(tmp_path / "film.mov")
+    job = Following().job(video.path, start_of(people(video, QUIET), Following(), video))
+    found = score(pictures.marks, places(follow(job, QUIET).track), BEFORE_ALL)
+    assert found.swaps == 0
+    assert found.mean_error_leg < 0.06
 
 
 def test_black_legs_that_pass_slowly_keep_their_names(data_dir: Path, tmp_path: Path) -> None:

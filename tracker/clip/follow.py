@@ -108,7 +108,8 @@ def _followed(
 ) -> tuple[list[float], Trail]:
     """Times of the job's frames, and estimates of the span's: from a frame to another, None for the last."""
     job, frame, (first, last) = plan.job, plan.frame, span
-    reel, end = Reel(plan.video, job.stop), plan.video.count_hint if last is None else last + 1
+    reel = Reel(plan.video, job.stop, lights=plan.lights)
+    end = plan.video.count_hint if last is None else last + 1
     images = reel.ahead()
     foreseen = end and end - first
     with progress.task(f"{job.video.name} with {job.model}", foreseen) as advance:

@@ -42,6 +42,7 @@ def outlined(plan: Plan, seen: Seen) -> Plan:
         slds=slds,
         points=seen.points,
         places=seen.places,
+        lights=seen.lights,
         gait=seen.gait if seen.gait in plan.slds.labels else "",
         misnamed=seen.misnamed if seen.misnamed > DOUBTED and plan.job.found is None else 0.0,
         tracker=make_tracker(plan.start, slds, settings),
@@ -61,7 +62,7 @@ def look(plan: Plan, progress: Progress) -> Seen:
     part = _part(plan, (plan.frame, _shown(plan)), (REACH, REACH), progress)
     if part is None:
         return Seen({})
-    seen = replace(as_seen(part.outline, part.first, plan), places=part.places)
+    seen = replace(as_seen(part.outline, part.first, plan), places=part.places, lights=part.lights)
     seen = _beyond(seen, part.after, 1, plan, progress)
     return _beyond(seen, part.before, -1, plan, progress)
 
@@ -89,7 +90,8 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         onward: from which the next part starts, None for no part.
         way: +1 for later parts, -1 for earlier ones.
     """
-    points, places, wrong, far = [seen.points], [seen.places], seen.wrong, 2 * REACH - SHARED
+    points, places, lights = [seen.points], [seen.places], [seen.lights]
+    wrong, far = seen.wrong, 2 * REACH - SHARED
     while onward is not None:
         part = _part(plan, onward, (SHARED, far) if way > 0 else (far, SHARED), progress)
         if part is None:
@@ -99,8 +101,11 @@ def _beyond(seen: Seen, onward: Pose | None, way: int, plan: Plan, progress: Pro
         points.append(as_seen(part.outline, part.first, plan).points)
         if onward[0] in places[-1]:
             places.append(_placed(part.places, places[-1][onward[0]]))
+        lights.append(_lit(part.lights, lights[-1][onward[0]]))
         onward = part.after if way > 0 else part.before
-    return replace(seen, points=together(points), places=together(places), wrong=wrong)
+    return replace(
+        seen, points=together(points), places=together(places), lights=together(lights), wrong=wrong
+    )
 
 
 def _as_named(part: Part, pose: Pose) -> Part:
@@ -114,6 +119,11 @@ def _as_named(part: Part, pose: Pose) -> Part:
 def _placed(places: Mapping[int, Array], to: Array) -> Mapping[int, Array]:
     """The maps of frames followed by another one."""
     return Lazily(places.keys(), lambda t: np.asarray(to @ places[t]))
+
+
+def _lit(lights: Mapping[int, float], to: float) -> Mapping[int, float]:
+    """The lights of frames as shares of another one's."""
+    return Lazily(lights.keys(), lambda t: to * lights[t])
 
 
 def _shown(plan: Plan) -> Start:

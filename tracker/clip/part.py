@@ -38,12 +38,14 @@ class Part:
     outline : in every frame from the first on
     places  : by frame, (3, 3) map from its pixels to those of the frame of the part's start pose; empty if
         the film does not show it
+    lights  : by frame, its light as a share of that of the frame of the part's start pose
     before, after : poses from which parts of the film before and after this one start, None for none
     """
 
     first: int
     outline: Outline
     places: Mapping[int, Array]
+    lights: Mapping[int, float]
     before: Pose | None
     after: Pose | None
 
@@ -84,11 +86,13 @@ def part_around(
     stage = _alone(stage, start, before, cycles)
     outline = fitted(stage, start, before, cycles).finer(step)
     to_start = np.linalg.inv(stage.places[before]) @ finer(stage.places, step)
+    lights = finer(stage.shares, step) / stage.shares[before]
     facing, edge = start.view.facing, EDGE * step
     return Part(
         first,
         outline,
         Lazily(range(first, first + len(to_start) if told else first), lambda t: to_start[t - first]),
+        Lazily(range(first, first + len(lights)), lambda t: float(lights[t - first])),
         None if first < begin + step else _seen_whole(start.figure, outline, facing, first, slice(edge)),
         None if ended else _seen_whole(start.figure, outline, facing, first, slice(-edge, None)),
     )

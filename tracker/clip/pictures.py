@@ -1,10 +1,12 @@
 """A clip's pictures forwards and backwards, with a bounded part of them in memory."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import islice
+from types import MappingProxyType
 
 import numpy as np
 
+from tracker.survey.light import relit
 from videos.frames import Video
 from videos.upright import Image
 
@@ -16,16 +18,22 @@ class Reel:
     """The pictures of a video up to frame `stop`.
 
     For going back, the last pictures read are in memory; earlier ones are read again, in blocks from the last
-    one to the first.
+    one to the first. All are shown in the light of one frame.
 
     times : (T,) seconds of every frame read so far
     held  : how many pictures are kept
     """
 
-    def __init__(self, video: Video, stop: int | None = None, held: int | None = None) -> None:
+    def __init__(
+        self,
+        video: Video,
+        stop: int | None = None,
+        held: int | None = None,
+        lights: Mapping[int, float] = MappingProxyType({}),
+    ) -> None:
         self.times: list[float] = []
         self.held = held or max(1, HELD // (video.width * video.height * 3))
-        self._video, self._stop = video, stop
+        self._video, self._stop, self._lights = video, stop, lights
         # Frame t is at t % held. Pictures kept as separate arrays would fragment the memory.
         self._kept: Image = np.empty((0 if video.held else self.held, video.height, video.width, 3), np.uint8)
 
@@ -35,15 +43,19 @@ class Reel:
             if len(self._kept):
                 self._kept[len(self.times) % self.held] = frame.image
             self.times.append(frame.time)
-            yield frame.image
+            yield self._relit(frame.index, frame.image)
 
     def span(self, first: int, last: int) -> Iterator[Image]:
         """The pictures of frames first .. last; back in time where last is less, if all have been read."""
         if last > first:
-            return self._video.pictures(first, last)
-        if self._video.held:
-            return self._video.picked(range(first, last - 1, -1))
-        return self._back(first, last)
+            frames, images = range(first, last + 1), self._video.pictures(first, last)
+        else:
+            frames = range(first, last - 1, -1)
+            images = self._video.picked(frames) if self._video.held else self._back(first, last)
+        return map(self._relit, frames, images)
+
+    def _relit(self, frame: int, image: Image) -> Image:
+        return relit(image, self._lights.get(frame, 1.0))
 
     def _back(self, first: int, last: int) -> Iterator[Image]:
         oldest = max(len(self.times) - len(self._kept), 0)

@@ -36,6 +36,7 @@ class Seen:
     gait     : "walk" or "run", "" if it was not seen
     misnamed : probability that the start marks name the legs wrongly
     places   : by frame, (3, 3) map from its pixels to the start frame's, where the camera's path is known
+    lights   : by frame, its light as a share of the start frame's
     """
 
     points: Mapping[int, Detections]
@@ -43,6 +44,7 @@ class Seen:
     gait: str = ""
     misnamed: float = 0.0
     places: Mapping[int, Array] = field(default_factory=dict)
+    lights: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Plan:
     gait    : the model's label for the gait of the outline, "" for none
     misnamed: probability that the marks name the legs the wrong way round, 0 if it is small
     points  : measurement of each frame's pose besides the templates: `measured`, else the outline's joints
-    places  : as in `Seen`
+    places, lights : as in `Seen`
     """
 
     job: Job
@@ -69,6 +71,7 @@ class Plan:
     gait: str = ""
     misnamed: float = 0.0
     places: Mapping[int, Array] = field(default_factory=dict)
+    lights: Mapping[int, float] = field(default_factory=dict)
 
     @cached_property
     def back(self) -> Tracker:

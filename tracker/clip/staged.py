@@ -46,11 +46,12 @@ class Surveyed:
         """
         T, (w, h) = len(self.survey.places), self.survey.size
         odds, light = np.full((T, h, w), NOTHING, np.uint8), np.zeros((T, h, w), np.uint8)
+        shares = np.ones(T)
         seen = self.survey.seen(self.video.pictures(self.first, self.last, self.every), expected)
         for t, shown in enumerate(self.progress.through(f"{self.video.path.name} outlined", seen, T)):
-            odds[t], light[t] = shown
+            odds[t], light[t], shares[t] = shown
         fps = self.video.fps / self.every
-        return Stage(odds, light, self.survey.up, self.survey.places, facing, fps)
+        return Stage(odds, light, self.survey.up, self.survey.places, facing, fps, shares)
 
 
 def every(video: Video, first: int, last: int | None) -> int:

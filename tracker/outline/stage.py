@@ -24,6 +24,7 @@ class Stage:
     places : (T, 3, 3) map from each frame's pixels of the film to the first frame's
     facing : +1 if the figure faces right, -1 left
     fps    : frames a second
+    shares : (T,) the light of each frame as a share of the scene's
     """
 
     odds: Image
@@ -32,6 +33,7 @@ class Stage:
     places: Array
     facing: int
     fps: float
+    shares: Array
 
     def __len__(self) -> int:
         return len(self.odds)
@@ -48,7 +50,8 @@ class Stage:
 
     def part(self, frames: slice) -> "Stage":
         """The film's log odds reduced to some of its frames."""
-        return replace(self, odds=self.odds[frames], light=self.light[frames], places=self.places[frames])
+        odds, light = self.odds[frames], self.light[frames]
+        return replace(self, odds=odds, light=light, places=self.places[frames], shares=self.shares[frames])
 
     def around(self, hips: Array, units: Array, grid: Grid) -> Planes:
         """(T, *grid.shape) log odds R, nats.

@@ -68,14 +68,8 @@ def evidence(image: Image, place: Array, scene: Scene, expected: Expected = USUA
         place: (3, 3) map from its pixels to those of the first frame.
         expected: prior shares of grey clothes, shadow and hidden foreground.
     """
-    h, w = image.shape[:2]
-    way = place.copy()
-    way[:2, 2] -= scene.corner
-    lab, spread = (_seen(planes, way, (w, h)) for planes in (scene.lab, scene.spread))
-    linear = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    share = cv2.warpAffine(np.uint8(255) * scene.known, way[:2], (w, h), flags=linear)
-    known = np.asarray(share == 255, np.uint8)  # wherever no unknown place is mixed in
-    apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3] > 0]
+    lab, spread, known = scene.seen(place, image.shape[1::-1])
+    apart = (image[::SOME, ::3] - lab[::SOME, ::3])[known[::SOME, ::3]]
     light = (np.median(apart, axis=0) if len(apart) else np.zeros(3)).astype(np.float32)
     chroma, shaded = GREY * scene.contrast, expected.shaded
     if scene.colourless:  # clothes have no chroma either, and any darker place may be a shadow
@@ -107,20 +101,12 @@ def _worth(alike: float) -> Image:
     return np.asarray(np.rint(NOTHING + UNITS * np.log((1.0 - alike) * np.exp(odds) + alike)), dtype=np.uint8)
 
 
-def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
-    """A mosaic's planes resampled to a frame of this size."""
-    if planes.shape[1::-1] == size and np.array_equal(way, np.eye(3)):
-        return planes
-    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    return np.asarray(cv2.warpAffine(planes, way[:2], size, flags=how, borderMode=cv2.BORDER_REPLICATE))
-
-
 @compiled(fastmath=True, error_model="numpy")
 def _odds(
     image: Image,
     lab: Planes,
     spread: Planes,
-    known: NDArray[np.uint8],
+    known: NDArray[np.bool_],
     light: Planes,
     colours: Planes,
     chroma: float,
@@ -132,7 +118,7 @@ def _odds(
     half, log_shaded = 0.5 * np.log(2.0 * np.pi), np.log(shaded)
     for i in range(h):
         for j in range(w):
-            if known[i, j] == 0:
+            if not known[i, j]:
                 continue
             s0, s1, s2 = spread[i, j, 0], spread[i, j, 1], spread[i, j, 2]
             b0 = max(lab[i, j, 0] + light[0], 1.0)

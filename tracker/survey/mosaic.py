@@ -7,13 +7,14 @@ where the film has little contrast or the place is dark.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from tracker.picture.pyramid import Array, Image, Planes
+from tracker.survey.light import light_of, relit_lab
 from tracker.survey.median import BEYOND, medians
 
 FEWEST = 5  # frames that must show a place
@@ -27,6 +28,9 @@ SIGMA = 1.4826  # standard deviation of a Gaussian over its median absolute devi
 GREY, HARDLY = 128, 3  # stored chroma of grey, and its error by coding
 SOME = 3  # every such row and column is checked for colours
 AT_ONCE = 24 * 2**20  # size of the pictures whose medians are taken together, bytes
+LITTLE = 0.05  # change of light, natural logarithm, up to which it is called steady
+ROUNDS = 3  # of measuring the light by the scene that the round before gave
+LINEAR = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 LARGEST = 6.0  # largest area of the mosaic in pictures; the scene beyond it stays unknown
 
 
@@ -40,6 +44,7 @@ class Scene:
     corner : (2,) its top-left pixel, in pixels of the first frame
     colourless : whether the film is black and white
     contrast   : from its darkest to its brightest as a share of a film's with full contrast, at most 1
+    steady     : whether its light hardly changes
     """
 
     lab: Planes
@@ -48,15 +53,56 @@ class Scene:
     corner: Array
     colourless: bool = False
     contrast: float = 1.0
+    steady: bool = True
+
+    def seen(self, place: Array, size: tuple[int, int]) -> tuple[Planes, Planes, NDArray[np.bool_]]:
+        """`lab`, `spread` and `known` in a picture of this width and height.
+
+        Args:
+            place: (3, 3) map from its pixels to those of the first frame.
+        """
+        way = place.copy()
+        way[:2, 2] -= self.corner
+        share = cv2.warpAffine(np.uint8(255) * self.known, way[:2], size, flags=LINEAR)
+        known = share == 255  # wherever no unknown place is mixed in
+        return _seen(self.lab, way, size), _seen(self.spread, way, size), known
+
+    def light(self, image: Image, place: Array) -> float:
+        """The light of a picture as a share of the scene's, see `tracker.survey.light`.
+
+        Args:
+            image: (h, w, 3) Lab, uint8.
+            place: (3, 3) map from its pixels to those of the first frame.
+        """
+        lab, _, known = self.seen(place, image.shape[1::-1])
+        return light_of(image, lab, known)
 
 
 def scene_of(images: Sequence[Image], places: Sequence[Array]) -> Scene:
-    """The scene from small pictures.
+    """The scene from small pictures, in their median light.
 
     Args:
         images: (h, w, 3) Lab, uint8.
         places: for each the (3, 3) map from its pixels to those of the first frame.
     """
+    scene = _scene(images, places)
+    for _ in range(ROUNDS):
+        lights = [scene.light(image, place) for image, place in zip(images, places, strict=True)]
+        if np.abs(np.log(lights)).max() <= LITTLE:
+            break
+        even = [relit_lab(image, share) for image, share in zip(images, lights, strict=True)]
+        scene = replace(_scene(even, places), steady=False)
+    return scene
+
+
+def _seen(planes: Planes, way: Array, size: tuple[int, int]) -> Planes:
+    """A mosaic's planes resampled to a frame of this size."""
+    if planes.shape[1::-1] == size and np.array_equal(way, np.eye(3)):
+        return planes
+    return np.asarray(cv2.warpAffine(planes, way[:2], size, flags=LINEAR, borderMode=cv2.BORDER_REPLICATE))
+
+
+def _scene(images: Sequence[Image], places: Sequence[Array]) -> Scene:
     corner, (width, height) = _frame(images[0].shape, places)
     rows = max(AT_ONCE // (3 * len(images) * width), 1)
     parts = [

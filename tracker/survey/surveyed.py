@@ -14,6 +14,7 @@ from tracker.picture.camera import Camera
 from tracker.picture.pyramid import Array, Image
 from tracker.picture.small import reduced, small_size, to_film
 from tracker.survey.evidence import USUAL, Expected, evidence
+from tracker.survey.light import relit_lab
 from tracker.survey.mosaic import Scene, scene_of
 
 VIEWS = 60  # largest number of pictures in the median of the scene
@@ -39,8 +40,11 @@ class Survey:
     sure: NDArray[np.bool_]
     held: Sequence[Image]
 
-    def seen(self, images: Iterable[Image], expected: Expected = USUAL) -> Iterator[tuple[Image, Image]]:
-        """Log odds and lightness (h, w) of each of the surveyed frames, see `tracker.survey.evidence`.
+    def seen(
+        self, images: Iterable[Image], expected: Expected = USUAL
+    ) -> Iterator[tuple[Image, Image, float]]:
+        """Log odds and lightness (h, w) of each of the surveyed frames, both in the scene's light, and the
+        share of it that the frame had, see `tracker.survey.evidence` and `tracker.survey.light`.
 
         Args:
             images: as surveyed; read only if no small pictures are held.
@@ -49,7 +53,10 @@ class Survey:
         down = np.linalg.inv(self.up)
         labs = self.held or (_lab(image, self.size) for image in images)
         for lab, place in zip(labs, self.places, strict=False):
-            yield evidence(lab, down @ place @ self.up, self.scene, expected), lab[..., 0].copy()
+            way = down @ place @ self.up
+            share = 1.0 if self.scene.steady else self.scene.light(lab, way)
+            even = relit_lab(lab, share)
+            yield evidence(even, way, self.scene, expected), even[..., 0].copy(), share
 
 
 def survey(images: Iterable[Image], by: float, frames: int = 0) -> Survey:

@@ -149,7 +149,9 @@ def long_walk():
 
 
 def test_the_outline_is_known_beyond_the_first_part_of_a_film_both_ways(tmp_path, in_parts, long_walk):
-    seen = as_seen(prepare(written(tmp_path, long_walk.images, long_walk.joints, 45)))
+    shares = np.linspace(0.7, 1.0, 90)
+    images = np.rint(long_walk.images * shares[:, None, None, None]).astype(np.uint8)
+    seen = as_seen(prepare(written(tmp_path, images, long_walk.joints, 45)))
     assert in_parts[0] == (25, 65)
     assert {first < 25 for first, _ in in_parts[1:]} == {False, True}
     assert sorted(seen.places) == list(range(90))
@@ -157,6 +159,7 @@ def test_the_outline_is_known_beyond_the_first_part_of_a_film_both_ways(tmp_path
     assert mean_away(seen.points, long_walk) < 0.07
     truth = np.linalg.inv(long_walk.places[45]) @ long_walk.places
     assert_allclose([seen.places[t] for t in sorted(seen.places)], truth, atol=1.0)
+    assert_allclose([seen.lights[t] for t in range(90)], shares / shares[45], atol=0.03)
 
 
 def test_where_the_film_does_not_show_the_cameras_path_none_is_told(job, monkeypatch):

@@ -51,6 +51,13 @@ def test_back_are_the_same_frames_the_other_way_however_few_are_held(held, first
     assert levels(ahead) == [10, 11]
 
 
+def test_all_pictures_are_in_the_light_of_one_frame():
+    reel = Reel(Counted(6), held=2, lights={3: 0.5, 4: 2.0})
+    assert levels(reel.ahead()) == [0, 1, 2, 6, 2, 5]
+    assert levels(reel.span(5, 0)) == [5, 2, 6, 2, 1, 0]
+    assert levels(reel.span(2, 4)) == [2, 6, 2]
+
+
 @pytest.fixture
 def video():
     return Counted(10)

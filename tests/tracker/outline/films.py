@@ -71,7 +71,7 @@ class Film:
         odds = np.clip(5.0 * self.cover - 2.5 + rng.normal(scale=noise, size=self.cover.shape), -2.5, 2.5)
         stored = (NOTHING + np.rint(UNITS * odds)).astype(np.uint8)
         light = np.stack([cv2.cvtColor(each, cv2.COLOR_RGB2Lab)[..., 0] for each in self.images])
-        return Stage(stored, light, np.eye(3), self.places, self.facing, FPS)
+        return Stage(stored, light, np.eye(3), self.places, self.facing, FPS, np.ones(len(light)))
 
     def mirrored(self):
         """Who walks to the left; of a camera that is still."""

@@ -21,8 +21,8 @@ def found_in(stage):
 def surveyed(film):
     """The film with the log odds that a survey gives it."""
     seen = survey(iter(film.images), 1.0)
-    odds, light = map(np.stack, zip(*seen.seen(film.images), strict=True))
-    return Stage(odds, light, seen.up, seen.places, 1, FPS)
+    odds, light, shares = map(np.stack, zip(*seen.seen(film.images), strict=True))
+    return Stage(odds, light, seen.up, seen.places, 1, FPS, shares)
 
 
 def away(path, walk):
@@ -101,6 +101,6 @@ def test_what_stands_out_everywhere_is_nobody(walk, rng):
 
 def test_who_is_too_large_for_the_picture_is_not_looked_for(walk, stage):
     cut = slice(70, 120)  # of rows: the leg is four fifths of what is left
-    low = Stage(stage.odds[:, cut], stage.light[:, cut], stage.up, stage.places, 1, FPS)
+    low = replace(stage, odds=stage.odds[:, cut], light=stage.light[:, cut])
     (path,) = found_in(low)
     assert path.units.max() < LARGEST * (cut.stop - cut.start) < 0.7 * UNIT

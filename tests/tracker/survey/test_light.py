@@ -1,0 +1,38 @@
+import cv2
+import numpy as np
+import pytest
+
+from tracker.survey.light import light_of, relit, relit_lab
+
+
+@pytest.fixture
+def picture(rng):
+    """Of any colours; bright enough that a change of light cuts nothing off."""
+    return rng.integers(20, 120, (40, 60, 3)).astype(np.uint8)
+
+
+def lab(image):
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2Lab))
+
+
+@pytest.mark.parametrize("share", [0.4, 0.97, 1.0, 1.9])
+def test_the_share_of_light_is_told_beside_a_figure_and_made_up_for(share, picture, rng):
+    known = rng.random(picture.shape[:2]) < 0.9
+    now = np.rint(share * picture).astype(np.uint8)
+    now[:, :20] = 60  # a third is covered
+    found = light_of(lab(now), lab(picture).astype(np.float32), known)
+    assert found == pytest.approx(share, rel=0.01)
+    back = relit(now, found).astype(float)
+    # Rounding, at both, and an error of the share of a hundredth.
+    assert np.abs(back - picture)[:, 20:].max() <= 0.5 / share + 0.5 + 1.2
+    in_lab = relit_lab(lab(now), found).astype(float)
+    assert np.abs(in_lab - lab(picture))[:, 20:].mean() < 2.0 / min(share, 1.0)
+
+
+def test_where_no_scene_is_known_no_change_of_light_is_told(picture):
+    nothing = np.zeros(picture.shape[:2], bool)
+    assert light_of(lab(picture), lab(picture).astype(np.float32), nothing) == 1.0
+
+
+def test_light_beyond_the_brightest_stays_the_brightest(picture):
+    assert relit(picture, 0.1).max() == 255

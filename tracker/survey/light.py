@@ -1,0 +1,51 @@
+"""The light of a picture as a share of the scene's, which automatic exposure, dimming and flicker change.
+
+Such a change multiplies linear light, and with it, about, the stored grey levels, which are a power of it.
+Shares are of the stored grey levels.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from tracker.picture.pyramid import LEVELS, Array, Image, Planes
+
+BRIGHT = 50  # percentile of lightness from which light is measured: noise is a smaller share of it there
+
+
+def light_of(image: Image, lab: Planes, known: NDArray[np.bool_]) -> float:
+    """The light of a picture as a share of the scene's; 1 if nothing of the scene is known there.
+
+    Args:
+        image: (h, w, 3) Lab, uint8.
+        lab: (h, w, 3) the scene's grey levels in it.
+        known: (h, w) whether the scene is known.
+    """
+    now, scene = (_greys(planes[known, 0]) for planes in (image, lab))
+    if not len(now):
+        return 1.0
+    return float(np.median((now / scene)[scene >= np.percentile(scene, BRIGHT)]))
+
+
+def relit(image: Image, share: float) -> Image:
+    """(h, w, 3) RGB with this share of light made up for."""
+    if share == 1.0:
+        return image
+    table = np.clip(np.rint(np.arange(LEVELS) / share), 0, LEVELS - 1).astype(np.uint8)
+    return np.asarray(cv2.LUT(image, table), np.uint8)
+
+
+def relit_lab(image: Image, share: float) -> Image:
+    """(h, w, 3) Lab with this share of light made up for."""
+    if share == 1.0:
+        return image
+    rgb = relit(np.asarray(cv2.cvtColor(image, cv2.COLOR_Lab2RGB), np.uint8), share)
+    return np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2Lab), np.uint8)
+
+
+def _greys(lightness: Array | Planes | Image) -> Array:
+    """Stored grey levels of this lightness (n,), stored values of L; at least 1."""
+    ramp = np.full((LEVELS, 1, 3), 128, np.uint8)
+    ramp[:, 0, 0] = np.arange(LEVELS)
+    levels = cv2.cvtColor(ramp, cv2.COLOR_Lab2RGB)[:, 0, 1].astype(np.float64)
+    return np.asarray(np.interp(lightness, np.arange(LEVELS), np.maximum(levels, 1.0)))
