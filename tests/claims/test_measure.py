@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.benchmarks.evaluation.points import ASKED, BOTH, POINTS_ALONE, REPAIRS, Case, repaired
+from tests.benchmarks.evaluation.points import ASKED, BOTH, POINTS_ALONE, REPAIRS, repaired
 from tracker.run.score import Score
 
 pytestmark = pytest.mark.claims
@@ -18,12 +18,12 @@ def clip(data_dir: Path) -> Path:
 @pytest.fixture(scope="module")
 def rivals(clip: Path) -> dict[str, Score]:
     """What filters of each joint by itself make of the points."""
-    return {name: repaired(Case(clip, name, ASKED, 0)).score for name in REPAIRS}
+    return {name: repaired(clip, name, ASKED, 0).score for name in REPAIRS}
 
 
 @pytest.mark.parametrize("way", [POINTS_ALONE, BOTH])
 def test_exchanged_legs_gaps_and_jitter_are_repaired(way: str, clip: Path, rivals: dict[str, Score]) -> None:
-    found = repaired(Case(clip, way, ASKED, 0))
+    found = repaired(clip, way, ASKED, 0)
     assert found.score.swaps == 0 < max(rival.swaps for rival in rivals.values())
     assert found.score.mean_error_leg < 0.04
     # At least a third less than any of them.
