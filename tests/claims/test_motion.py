@@ -4,8 +4,6 @@ Splices and predictions are of the splices' six subjects, left out together, pre
 that are not mirrored; what is made is runs alone, by that part of the same model.
 """
 
-from pathlib import Path
-
 import pytest
 
 from dynamics.slds import SLDS
@@ -25,7 +23,7 @@ RUNS = Recipe(held=SPLICED, motions=("run",))
 
 
 @pytest.fixture(scope="module")
-def model(data_dir: Path) -> SLDS:
+def model(data_dir):
     """Of walks and runs, without the six subjects."""
     both = learn(data_dir, UNSEEN)
     assert isinstance(both, SLDS)
@@ -33,24 +31,18 @@ def model(data_dir: Path) -> SLDS:
 
 
 @pytest.mark.parametrize("noise", TARGETS)
-def test_motions_of_people_not_learned_from_are_told_apart_in_nearly_all_frames(
-    data_dir: Path, model: SLDS, noise: int
-) -> None:
+def test_motions_of_people_not_learned_from_are_told_apart_in_nearly_all_frames(data_dir, model, noise):
     wrong = Segmentation(UNSEEN, noise, Inference.VITERBI).run(data_dir, model)
     assert wrong.all <= TARGETS[noise], wrong
     assert wrong.far <= FAR_TARGETS.get(noise, 100.0), wrong
 
 
-def test_the_next_frame_of_a_run_is_foreseen_better_than_by_the_best_constant_velocity(
-    data_dir: Path, model: SLDS
-) -> None:
+def test_the_next_frame_of_a_run_is_foreseen_better_than_by_the_best_constant_velocity(data_dir, model):
     runs = straight(data_dir, "run", SPLICED)[::2]  # without their mirror images
     assert 100.0 * rms(errors(model, runs)) / rms(best_rival(runs).all) <= SHARE
 
 
-def test_a_synthetic_run_stays_bounded_and_keeps_the_stride_of_the_captures(
-    data_dir: Path, model: SLDS
-) -> None:
+def test_a_synthetic_run_stays_bounded_and_keeps_the_stride_of_the_captures(data_dir, model):
     made = Making(RUNS, True).run(data_dir, of_motion(model, "run"))
     assert made.finite
     assert made.far_out == 0.0
